@@ -1,0 +1,63 @@
+"""Time as an argument: whoever waits or stamps is handed a :class:`Clock`.
+
+On a real arm that is :class:`MonotonicClock`. In simulation the joints' firmware and the host
+share one :class:`SimulatedClock`: waiting is what makes the simulated time pass.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import Protocol
+
+
+class Clock(Protocol):
+    """A monotonic time base.
+
+    ``now`` is in seconds from an arbitrary origin and never decreases.
+    """
+
+    def now(self) -> float:
+        """Return the present time [s]."""
+        ...
+
+    def sleep_until(self, deadline: float) -> None:
+        """Return at ``deadline`` [s], or at once if that has passed."""
+        ...
+
+
+class MonotonicClock:
+    """The machine's monotonic clock; steps of the wall clock do not affect it."""
+
+    def now(self) -> float:
+        """Return the present time [s]."""
+        return time.monotonic()
+
+    def sleep_until(self, deadline: float) -> None:
+        """Sleep until ``deadline`` [s]."""
+        remaining = deadline - time.monotonic()
+        if remaining > 0.0:
+            time.sleep(remaining)
+
+
+class SimulatedClock:
+    """Time that passes only when someone waits for it.
+
+    Args:
+        read: Returns the simulated time [s].
+        advance: Lets the simulation run for the given duration [s].
+    """
+
+    def __init__(self, read: Callable[[], float], advance: Callable[[float], None]) -> None:
+        self._read = read
+        self._advance = advance
+
+    def now(self) -> float:
+        """Return the simulated time [s]."""
+        return self._read()
+
+    def sleep_until(self, deadline: float) -> None:
+        """Run the simulation until ``deadline`` [s]."""
+        remaining = deadline - self._read()
+        if remaining > 0.0:
+            self._advance(remaining)

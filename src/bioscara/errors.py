@@ -1,0 +1,195 @@
+"""Every exception of the package, one tree.
+
+    BioscaraError
+    ├── InvalidArgumentError          a caller's value (also a ValueError)
+    │   ├── LimitError                ... outside a limit
+    │   ├── TrajectoryError           ... a trajectory that cannot be executed
+    │   └── ConfigurationError        ... a configuration value or file
+    ├── CommunicationError            the exchange with a device failed
+    │   ├── NoAcknowledgeError        nobody answered the address
+    │   ├── BusTimeoutError           the transfer did not end in time
+    │   ├── BusStuckError             a line is held low
+    │   ├── CorruptFrameError         an answer failed its check
+    │   ├── RefusedError              the joint understood and refused
+    │   └── BusUnavailableError       the bus cannot be opened
+    ├── JointError                    the state of a joint forbids it
+    │   ├── NotInitializedError, NotEnabledError, NotHomedError, StalledError
+    │   ├── IncorrectStateError       another blocking command is running
+    │   ├── JointFaultError           a latched fault of the joint
+    │   ├── JointResetError           the joint restarted: its home is lost
+    │   ├── WrongJointError           another joint answers at this address
+    │   └── HomingError               homing ended without a home
+    ├── NotSupportedError             the joint's firmware cannot do it
+    └── GripperError                  the gripper or its PWM channel
+
+``code`` is the number that the field already knows (the original driver's); it never changes
+its meaning. Errors that concern one thing carry it as attributes, so that a program can react
+without parsing the message.
+"""
+
+from __future__ import annotations
+
+
+class BioscaraError(Exception):
+    """Base of every error that the package raises on purpose.
+
+    Attributes:
+        code: Numeric code of the original driver; -1 where it had none.
+    """
+
+    code = -1
+
+
+class InvalidArgumentError(BioscaraError, ValueError):
+    """A value that a caller passed cannot be used; nothing was sent or moved."""
+
+    code = -101
+
+
+class LimitError(InvalidArgumentError):
+    """A value is outside the limit that it must respect.
+
+    Attributes:
+        name: What the value is, for example ``"j2 velocity"``.
+        value: The refused value, SI units.
+        lower: Lowest allowed value.
+        upper: Highest allowed value.
+    """
+
+    def __init__(
+        self, name: str, value: float, lower: float, upper: float, unit: str, remedy: str = ""
+    ) -> None:
+        self.name, self.value, self.lower, self.upper = name, value, lower, upper
+        text = f"{name}: {value:g} {unit} is outside {lower:g} .. {upper:g} {unit}"
+        super().__init__(f"{text}; {remedy}" if remedy else text)
+
+
+class TrajectoryError(InvalidArgumentError):
+    """A trajectory, or the file that holds it, cannot be executed."""
+
+
+class ConfigurationError(InvalidArgumentError):
+    """A configuration value or file cannot be used."""
+
+
+class CommunicationError(BioscaraError):
+    """An exchange with a device failed.
+
+    Attributes:
+        address: 7-bit bus address of the device, or None where no one device is meant.
+    """
+
+    code = -6
+
+    def __init__(self, message: str, address: int | None = None) -> None:
+        self.address = address
+        super().__init__(message)
+
+
+class NoAcknowledgeError(CommunicationError):
+    """Nobody acknowledged the address or a byte (Linux reports errno 121, EREMOTEIO)."""
+
+
+class BusTimeoutError(CommunicationError):
+    """A transfer did not end within the adapter's timeout."""
+
+
+class BusStuckError(CommunicationError):
+    """A bus line is held low and recovery did not free it."""
+
+
+class CorruptFrameError(CommunicationError):
+    """An answer failed its length, sequence or check byte."""
+
+
+class RefusedError(CommunicationError):
+    """The joint received the frame intact and refused to execute it.
+
+    Attributes:
+        reason: Name of the refusal reason, see :class:`bioscara.protocol.Refusal`.
+    """
+
+    def __init__(self, message: str, address: int | None = None, reason: str = "") -> None:
+        self.reason = reason
+        super().__init__(message, address)
+
+
+class BusUnavailableError(CommunicationError):
+    """The bus cannot be opened; the message names the remedy."""
+
+    code = -2
+
+
+class JointError(BioscaraError):
+    """The state of a joint forbids the operation.
+
+    Attributes:
+        joint: Name of the joint.
+    """
+
+    def __init__(self, message: str, joint: str = "") -> None:
+        self.joint = joint
+        super().__init__(message)
+
+
+class NotHomedError(JointError):
+    """The joint does not know its position; home it first."""
+
+    code = -2
+
+
+class NotEnabledError(JointError):
+    """The joint's motor is not engaged; enable it first."""
+
+    code = -3
+
+
+class StalledError(JointError):
+    """The joint detected a stall and stopped; clear the cause, then enable it again."""
+
+    code = -4
+
+
+class NotInitializedError(JointError):
+    """The joint was not initialised, or it was already released."""
+
+    code = -5
+
+
+class IncorrectStateError(JointError):
+    """A blocking command is running, or the running command is not the expected one."""
+
+    code = -109
+
+
+class JointFaultError(JointError):
+    """A joint latched a fault by itself.
+
+    Attributes:
+        fault: Name of the fault, see :class:`bioscara.protocol.Fault`.
+        data: The number that the joint stored with the fault; its meaning depends on the fault.
+    """
+
+    def __init__(self, message: str, joint: str = "", fault: str = "", data: float = 0.0) -> None:
+        self.fault, self.data = fault, data
+        super().__init__(message, joint)
+
+
+class JointResetError(JointError):
+    """A joint restarted: its boot id changed, so its home and its session are lost."""
+
+
+class WrongJointError(JointError):
+    """The device at an address is another joint than the configuration says."""
+
+
+class HomingError(JointError):
+    """Homing ended without a trustworthy home; the joint is not homed."""
+
+
+class NotSupportedError(BioscaraError):
+    """The firmware of a joint cannot do this; the message names the firmware that can."""
+
+
+class GripperError(BioscaraError):
+    """The gripper or its PWM channel cannot be used."""

@@ -1,0 +1,26 @@
+"""The wire: values go in, bytes come out, and back. No I/O.
+
+``registers`` is the one table, ``codec`` turns a row and its values into frames of version 1 or
+2, ``crc`` is their check byte, ``enums`` names the numbers they carry, ``generate`` renders the
+table as the firmware's header and as docs/protocol.md.
+
+Law: decode(encode(x)) = x up to the resolution of the field.
+"""
+
+from bioscara.protocol.codec import READ as READ
+from bioscara.protocol.codec import TRAILER as TRAILER
+from bioscara.protocol.codec import WRITE as WRITE
+from bioscara.protocol.codec import Answer as Answer
+from bioscara.protocol.codec import Message as Message
+from bioscara.protocol.crc import crc8 as crc8
+from bioscara.protocol.enums import BrakeMode as BrakeMode
+from bioscara.protocol.enums import Capability as Capability
+from bioscara.protocol.enums import Fault as Fault
+from bioscara.protocol.enums import Flags as Flags
+from bioscara.protocol.enums import JointState as JointState
+from bioscara.protocol.enums import Refusal as Refusal
+from bioscara.protocol.enums import ResetCause as ResetCause
+from bioscara.protocol.registers import DEFINITIONS as DEFINITIONS
+from bioscara.protocol.registers import MAGIC as MAGIC
+from bioscara.protocol.registers import REGISTERS as REGISTERS
+from bioscara.protocol.registers import Register as Register

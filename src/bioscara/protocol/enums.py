@@ -1,0 +1,131 @@
+"""The numbers that travel: flags, states, faults, refusals, reset causes, capabilities."""
+
+from __future__ import annotations
+
+from enum import IntEnum, IntFlag
+
+
+class Flags(IntFlag):
+    """Last byte of every answer's content: the joint's state, not the fate of the command.
+
+    Version 1 answers carry bits 0 to 3 only; bits 4 to 7 are zero there.
+    """
+
+    STALL = 0x01
+    BUSY = 0x02
+    NOTHOMED = 0x04
+    NOTENABLED = 0x08
+    FAULT = 0x10
+    """A fault is latched; read FAULT for it (version 2)."""
+    ARMED = 0x20
+    """The session is armed: un-trailered motion commands are refused (version 2)."""
+    REFUSED = 0x80
+    """The frame just sent was not executed; FAULT tells the reason (version 2)."""
+
+
+class JointState(IntEnum):
+    """What the joint is doing, in STATE."""
+
+    DISABLED = 0
+    HOLDING = 1
+    POSITION = 2
+    VELOCITY = 3
+    TRACKING = 4
+    HOMING = 5
+    ORIENTATION = 6
+    MOVING_TO_END = 7
+    STOPPING = 8
+    FAULTED = 9
+
+
+class Fault(IntEnum):
+    """Why the joint stopped by itself, in FAULT. A number never changes its meaning."""
+
+    NONE = 0
+    STALL = 1
+    """The position error passed the stall threshold; data: the error [microsteps]."""
+    FOLLOWING = 2
+    """The motor did not follow the reference; data: the error [microsteps]."""
+    SETPOINT_LOST = 3
+    """No newer setpoint within the watchdog time; data: the silence [ms]."""
+    HOMING_TIMEOUT = 4
+    """Homing took longer than it may; data: the time [s]."""
+    HOMING_TRAVEL = 5
+    """No end stop within the travel limit; data: the travel [deg of the motor]."""
+    HOMING_DISAGREEMENT = 6
+    """The two touches did not agree; data: their distance [deg of the motor]."""
+    ORIENTATION = 7
+    """The test motion was not seen, or seen with the wrong sign or size; data: [deg] seen."""
+    ENCODER = 8
+    """The encoder's answer is implausible or fails its check; data: the jump [deg]."""
+    RUNAWAY = 9
+    """The encoder moves against the command; data: the error [microsteps]."""
+    DRIVER = 10
+    """The motor driver reports an error; data: its DRV_STATUS or GSTAT bits."""
+    DRIVER_RESET = 11
+    """The motor driver restarted and lost its settings; data: GSTAT."""
+    OVERTEMPERATURE = 12
+    """The motor driver is too hot and switched off; data: DRV_STATUS bits."""
+    INTERNAL = 13
+    """A state that cannot be; data: a line number."""
+    HOMING_OBSTRUCTED = 14
+    """The motor was held from the start, or stalled while backing off; data: travel [deg]."""
+
+
+class Refusal(IntEnum):
+    """Why a frame was not executed. A number never changes its meaning."""
+
+    NONE = 0
+    LENGTH = 1
+    """The number of bytes fits no form of this register."""
+    UNKNOWN_REGISTER = 2
+    CRC = 3
+    OLD_SEQUENCE = 4
+    """The sequence number is older than the last executed one."""
+    NOT_ARMED = 5
+    """The command needs an armed session."""
+    TRAILER_REQUIRED = 6
+    """The session is armed: a motion command without trailer is not believed."""
+    NOT_FINITE = 7
+    OUT_OF_RANGE = 8
+    """A value is outside what the register takes, or a setpoint too far from the last one."""
+    NOT_ENABLED = 9
+    STALLED = 10
+    BUSY = 11
+    FAULT_LATCHED = 12
+    QUEUE_FULL = 13
+    """Commands came faster than the control tick takes them."""
+    WRONG_BOOT = 14
+    """ARM named a boot id that is not this boot's."""
+    DIRECTION = 15
+    """The register cannot be used in this direction."""
+
+
+class ResetCause(IntEnum):
+    """Why the joint's controller started, in HELLO."""
+
+    UNKNOWN = 0
+    POWER_ON = 1
+    BROWN_OUT = 2
+    PIN = 3
+    SOFTWARE = 4
+    WATCHDOG = 5
+
+
+class Capability(IntFlag):
+    """What the firmware can do beyond version 1, in HELLO."""
+
+    TRACK = 0x01
+    TWO_TOUCH_HOMING = 0x02
+    WATCHDOG = 0x04
+    STALL_DETECTION = 0x08
+
+
+class BrakeMode(IntEnum):
+    """What the motor does at standstill when its hold current is zero."""
+
+    FREEWHEEL = 0
+    COOL_BRAKE = 1
+    """The coils are shorted: a passive brake."""
+    HARD_BRAKE = 2
+    """The hold current flows."""

@@ -1,0 +1,229 @@
+"""Renders the register table as the firmware's header and as docs/protocol.md.
+
+``python -m bioscara.protocol.generate ROOT`` writes both below a checkout; with ``--check`` it
+writes nothing and fails when a file differs from what it would write.
+"""
+
+from __future__ import annotations
+
+import argparse
+import struct
+import sys
+from collections.abc import Callable
+from enum import IntEnum, IntFlag
+from pathlib import Path
+
+from bioscara.protocol.codec import field_bounds
+from bioscara.protocol.enums import (
+    BrakeMode,
+    Capability,
+    Fault,
+    Flags,
+    JointState,
+    Refusal,
+    ResetCause,
+)
+from bioscara.protocol.registers import (
+    MAGIC,
+    REGISTERS,
+    VELOCITY_STEP_RPM,
+    Definition,
+    Direction,
+    Field,
+)
+
+_ENUMS: tuple[type[IntEnum] | type[IntFlag], ...] = (
+    Flags,
+    JointState,
+    Fault,
+    Refusal,
+    ResetCause,
+    Capability,
+    BrakeMode,
+)
+
+
+def _size(fields: tuple[Field, ...]) -> int:
+    return struct.calcsize("<" + "".join(field.kind.value for field in fields))
+
+
+def render_header() -> str:
+    """Return the text of firmware/joint/src/generated/registers.h."""
+    lines = [
+        "// Generated from src/bioscara/protocol by python -m bioscara.protocol.generate.",
+        "// Do not edit: change the table and generate again.",
+        "#pragma once",
+        "",
+        "#include <stdint.h>",
+        "",
+        "namespace bioscara {",
+        "",
+        "enum class Register : uint8_t {",
+        *(f"  {row.register.name} = 0x{row.register:02X}," for row in REGISTERS),
+        "};",
+        "",
+    ]
+    for enum in _ENUMS:
+        lines.append(f"enum class {enum.__name__} : uint8_t {{")
+        lines.extend(f"  {member.name} = 0x{member.value:02X}," for member in enum)
+        lines.extend(("};", ""))
+    lines += [
+        "enum class Direction : uint8_t { NONE, READ, WRITE, READ_WRITE, EXCHANGE };",
+        "",
+        "// One row of the register table. Sizes are payload bytes; flags and trailer come on top.",
+        "struct Definition {",
+        "  Register code;",
+        "  Direction direction;",
+        "  uint8_t written;",
+        "  uint8_t read;",
+        "  uint8_t version;",
+        "  bool blocking;",
+        "  bool motion;",
+        "  bool setpoint;",
+        "};",
+        "",
+        "constexpr Definition kDefinitions[] = {",
+    ]
+    for row in REGISTERS:
+        flags = ", ".join(str(flag).lower() for flag in (row.blocking, row.motion, row.setpoint))
+        lines.append(
+            f"    {{Register::{row.register.name}, Direction::{row.direction.name}, "
+            f"{_size(row.written)}, {_size(row.read)}, {row.version}, {flags}}},"
+        )
+    lines += [
+        "};",
+        "",
+        f"constexpr uint16_t kMagic = 0x{MAGIC:04X};",
+        "constexpr uint8_t kProtocolVersion = 2;",
+        f"constexpr float kVelocityStepRpm = {VELOCITY_STEP_RPM}F;",
+        "",
+        "}  // namespace bioscara",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def _payload(fields: tuple[Field, ...]) -> str:
+    if not fields:
+        return "-"
+    return ", ".join(_describe(field) for field in fields)
+
+
+def _describe(field: Field) -> str:
+    text = f"{field.kind.name.lower()} {field.name}"
+    if field.padding:
+        return text
+    unit = f" {field.unit}" if field.unit else ""
+    text += f" [{field.unit}]" if field.unit else ""
+    if field.scale != 1.0:
+        text += f" in steps of {field.scale:g}{unit}"
+    if field.lower is not None or field.upper is not None:
+        low, high = field_bounds(field)
+        text += f" {low:g}.." if field.upper is None else f" {low:g}..{high:g}"
+    return text
+
+
+def _row(row: Definition) -> str:
+    return (
+        f"| 0x{row.register:02X} | {row.register.name} | {row.direction.value} "
+        f"| {_payload(row.written)} | {_payload(row.read)} | {'yes' if row.blocking else ''} "
+        f"| {row.version} | {row.support.value} | {row.meaning} |"
+    )
+
+
+_PROSE = """\
+# The wire protocol
+
+<!-- Generated from src/bioscara/protocol by python -m bioscara.protocol.generate. -->
+
+A joint is an I2C target; its address is 0x10 plus its number. Every transaction is a write and,
+after a repeated start, a read. Numbers are little endian, angles are degrees of the motor shaft.
+
+## Version 1
+
+    write [register][payload]      read [payload][flags]
+
+A write is answered with the flags alone, a read with the payload and the flags. Bits 4 to 7 of
+the flags are zero. The flags tell the joint's state, not the fate of the command just sent: a
+command is executed after the transaction. A blocking command shows BUSY at once; the host polls
+until it clears.
+
+## Version 2
+
+    write [register][payload][seq][crc]      read [payload][flags][seq][crc]
+
+The trailer is a sequence number and a CRC-8 (polynomial 0x07, start 0) over the address byte of
+that direction and all that follows it. A joint tells the versions apart by length: no version 1
+length of a register equals its version 2 length.
+
+- A frame whose sequence number was the last one executed is answered again from memory. An older
+  one (by signed 8-bit difference) is refused. So a host may repeat any frame whose answer it
+  lost.
+- A frame that is not executed is answered `[flags][seq][crc]` with REFUSED set, and filler where
+  more bytes are asked for. FAULT tells the reason.
+- `HELLO` is accepted with any sequence number. `ARM` with the joint's boot id opens a session:
+  sequence numbers count from its own, and motion commands without trailer are refused until the
+  joint restarts.
+- Silence stops motion. A moving joint that receives no newer setpoint for the watchdog time (60
+  ms unless set) ramps down, disables itself and latches SETPOINT_LOST. Setpoints are the
+  registers marked below; polls never count. A command that runs by itself (HOME, MOVESTEPS and
+  their like) is kept alive by writing WATCHDOG. A version 1 session has no such register, so
+  there any intact frame keeps such a command alive, for 250 ms; setpoints it must repeat.
+"""
+
+
+def render_page() -> str:
+    """Return the text of docs/protocol.md."""
+    lines = [
+        _PROSE,
+        "## Registers",
+        "",
+        "| code | name | use | written | read | blocking | since | existing firmware | meaning |",
+        "| --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+        *(_row(row) for row in REGISTERS),
+        "",
+        "Setpoints: "
+        + ", ".join(row.register.name for row in REGISTERS if row.setpoint)
+        + ". Motion commands: "
+        + ", ".join(row.register.name for row in REGISTERS if row.motion)
+        + ".",
+        "",
+    ]
+    for enum in _ENUMS:
+        lines += [f"## {enum.__name__}", "", "| value | name |", "| --- | --- |"]
+        width = 2 if issubclass(enum, IntFlag) else 0
+        for member in enum:
+            value = f"0x{member.value:0{width}X}" if width else str(member.value)
+            lines.append(f"| {value} | {member.name} |")
+        lines.append("")
+    return "\n".join(lines).rstrip("\n") + "\n"
+
+
+OUTPUTS: dict[str, Callable[[], str]] = {
+    "firmware/joint/src/generated/registers.h": render_header,
+    "docs/protocol.md": render_page,
+}
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write or check the generated files; return the exit status."""
+    parser = argparse.ArgumentParser(description="Generate what follows from the register table.")
+    parser.add_argument("root", type=Path, help="the checkout")
+    parser.add_argument("--check", action="store_true", help="write nothing, fail when stale")
+    options = parser.parse_args(arguments)
+    stale = [
+        name
+        for name, render in OUTPUTS.items()
+        if not (options.root / name).is_file() or (options.root / name).read_text() != render()
+    ]
+    for name in stale:
+        if options.check:
+            sys.stderr.write(f"{name} is stale; run python -m bioscara.protocol.generate .\n")
+        else:
+            (options.root / name).write_text(OUTPUTS[name]())
+            sys.stdout.write(f"wrote {name}\n")
+    return 1 if options.check and stale else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

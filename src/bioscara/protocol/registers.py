@@ -1,0 +1,407 @@
+"""The register table: the one place that knows what travels on the wire.
+
+From it come the codec, the C++ header of the firmware and docs/protocol.md. Version 1 rows are
+fixed for life: they are what the joints on existing arms answer. Motor units stay on the wire
+(degrees and rpm of the motor shaft, percent); :mod:`bioscara.drivers` converts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+
+
+class Kind(Enum):
+    """Type of a field; the value is its :mod:`struct` code (little endian on the wire)."""
+
+    U8 = "B"
+    I8 = "b"
+    U16 = "H"
+    I16 = "h"
+    U32 = "I"
+    I32 = "i"
+    F32 = "f"
+
+
+class Direction(Enum):
+    """How a register is used."""
+
+    NONE = "-"
+    READ = "R"
+    WRITE = "W"
+    READ_WRITE = "R/W"
+    """Written with a payload, read without one."""
+    EXCHANGE = "X"
+    """A payload each way in one transaction."""
+
+
+class Support(Enum):
+    """What the version 1 firmware on existing arms does with a register."""
+
+    YES = "yes"
+    NAMED = "named only"
+    NO = "no"
+
+
+@dataclass(frozen=True, slots=True)
+class Field:
+    """One value in a payload.
+
+    Attributes:
+        name: Name of the value.
+        kind: Type on the wire.
+        unit: Unit of the value, ``""`` for a pure number.
+        lower: Lowest value that makes sense; None for the lowest of the type.
+        upper: Highest value that makes sense; None for the highest of the type.
+        scale: Value of one step of an integer field: value = integer * scale.
+        padding: True for a byte that is sent as zero and ignored.
+    """
+
+    name: str
+    kind: Kind
+    unit: str = ""
+    lower: float | None = None
+    upper: float | None = None
+    scale: float = 1.0
+    padding: bool = False
+
+
+class Register(IntEnum):
+    """Command codes. Version 2 codes differ from each other in at least 3 bits."""
+
+    NONE = 0x00
+    PING = 0x0F
+    SETUP = 0x10
+    SETRPM = 0x11
+    GETDRIVERRPM = 0x12
+    MOVESTEPS = 0x13
+    MOVEANGLE = 0x14
+    MOVETOANGLE = 0x15
+    GETMOTORSTATE = 0x16
+    RUNCONTINUOUS = 0x17
+    ANGLEMOVED = 0x18
+    SETCURRENT = 0x19
+    SETHOLDCURRENT = 0x1A
+    SETMAXACCELERATION = 0x1B
+    SETMAXDECELERATION = 0x1C
+    SETMAXVELOCITY = 0x1D
+    ENABLESTALLGUARD = 0x1E
+    DISABLESTALLGUARD = 0x1F
+    CLEARSTALL = 0x20
+    SETBRAKEMODE = 0x22
+    ENABLEPID = 0x23
+    DISABLEPID = 0x24
+    ENABLECLOSEDLOOP = 0x25
+    DISABLECLOSEDLOOP = 0x26
+    SETCONTROLTHRESHOLD = 0x27
+    MOVETOEND = 0x28
+    STOP = 0x29
+    GETPIDERROR = 0x2A
+    CHECKORIENTATION = 0x2B
+    GETENCODERRPM = 0x2C
+    HOME = 0x2D
+    HOMEOFFSET = 0x2E
+    HELLO = 0xC0
+    ARM = 0xE6
+    TRACK = 0xD5
+    STATE = 0xCB
+    FAULT = 0xF3
+    WATCHDOG = 0xED
+    CLEARFAULT = 0xDE
+
+
+@dataclass(frozen=True, slots=True)
+class Definition:
+    """One row of the table.
+
+    Attributes:
+        register: The code.
+        direction: How it is used.
+        meaning: What it does, for the generated page and header.
+        written: Payload of a write or exchange, in wire order.
+        read: Payload of a read or exchange, in wire order, flags not included.
+        version: First protocol version that knows it.
+        support: What existing version 1 firmware does with it.
+        blocking: BUSY until it ends; the host polls.
+        motion: It can move the joint: needs an enabled joint, and a trailer once armed.
+        setpoint: Each intact, newer one feeds the joint's setpoint watchdog.
+    """
+
+    register: Register
+    direction: Direction
+    meaning: str
+    written: tuple[Field, ...] = ()
+    read: tuple[Field, ...] = ()
+    version: int = 1
+    support: Support = Support.YES
+    blocking: bool = False
+    motion: bool = False
+    setpoint: bool = False
+
+
+_ZERO = Field("zero", Kind.U8, padding=True)
+
+
+def _percent(name: str) -> Field:
+    return Field(name, Kind.U8, "%", 0, 100)
+
+
+_R, _W, _X = Direction.READ, Direction.WRITE, Direction.EXCHANGE
+_DEGREES = Field("angle", Kind.F32, "deg")
+_RPM = Field("velocity", Kind.F32, "rpm")
+_DIRECTION = Field("direction", Kind.U8, "", 0, 1)
+
+VELOCITY_STEP_RPM = 0.1
+"""Resolution of the velocities in TRACK [rpm]: 16 bits then span +-3276 rpm of the motor."""
+
+MAGIC = 0x4253
+"""First two bytes of HELLO's answer, the letters ``SB`` in wire order."""
+
+REGISTERS: tuple[Definition, ...] = (
+    Definition(Register.NONE, Direction.NONE, "Host side only: no blocking command is running."),
+    Definition(
+        Register.PING,
+        _R,
+        "Answers the character O; N would mean not ready.",
+        read=(Field("acknowledge", Kind.U8),),
+    ),
+    Definition(
+        Register.SETUP,
+        _W,
+        "Engages the motor with these currents and holds here; clears NOTENABLED and STALL and "
+        "switches stall detection off. Takes effect after the orientation check, during which "
+        "BUSY is set. In an armed session it is refused while a fault is latched.",
+        written=(_percent("drive_current"), _percent("hold_current"), _ZERO, _ZERO),
+    ),
+    Definition(
+        Register.SETRPM,
+        _W,
+        "Velocity mode: accelerates to this motor speed and keeps it.",
+        written=(_RPM,),
+        motion=True,
+        setpoint=True,
+    ),
+    Definition(Register.GETDRIVERRPM, _R, "Speed of the driver's ramp, not of the rotor.", read=(_RPM,), support=Support.NAMED),
+    Definition(
+        Register.MOVESTEPS,
+        _W,
+        "Relative move. Existing firmware takes the number as microsteps of 1/256 step, "
+        "although its documentation says full steps; so does this firmware.",
+        written=(Field("steps", Kind.I32, "microsteps"),),
+        motion=True,
+    ),
+    Definition(Register.MOVEANGLE, _W, "Relative move.", written=(_DEGREES,), motion=True, support=Support.NAMED),
+    Definition(
+        Register.MOVETOANGLE,
+        _W,
+        "Moves to this encoder angle within the speed and acceleration limits.",
+        written=(_DEGREES,),
+        motion=True,
+        setpoint=True,
+    ),
+    Definition(Register.GETMOTORSTATE,
+        _R,
+        "Bits as the driver names them: 0x20 position reached, 0x10 velocity reached, "
+        "0x08 standstill, 0x04 stall detected.",
+        read=(Field("bits", Kind.U8),), support=Support.NAMED),
+    Definition(Register.RUNCONTINUOUS,
+        _W,
+        "Velocity mode at the maximum velocity; direction 1 is positive.",
+        written=(_DIRECTION,),
+        motion=True,
+        setpoint=True, support=Support.NAMED),
+    Definition(Register.ANGLEMOVED, _R, "Encoder position.", read=(_DEGREES,)),
+    Definition(
+        Register.SETCURRENT, _W, "Drive current; 0 disables the joint.",
+        written=(_percent("current"),),
+    ),
+    Definition(
+        Register.SETHOLDCURRENT, _W, "Hold current; 0 disables the joint.",
+        written=(_percent("current"),),
+    ),
+    Definition(
+        Register.SETMAXACCELERATION,
+        _W,
+        "Acceleration and deceleration limit; values beyond the driver's range are clamped.",
+        written=(Field("acceleration", Kind.F32, "deg/s^2", 0.0),),
+    ),
+    Definition(Register.SETMAXDECELERATION, _W, "Deceleration limit alone; clamped like the former.",
+        written=(Field("deceleration", Kind.F32, "deg/s^2", 0.0),), support=Support.NAMED),
+    Definition(
+        Register.SETMAXVELOCITY,
+        _W,
+        "Speed limit; never starts or reverses a motion.",
+        written=(Field("velocity", Kind.F32, "deg/s", 0.0),),
+    ),
+    Definition(
+        Register.ENABLESTALLGUARD,
+        _W,
+        "Switches stall detection on and clears STALL; lower is more sensitive.",
+        written=(Field("threshold", Kind.U8),),
+    ),
+    Definition(Register.DISABLESTALLGUARD, _W, "Switches stall detection off.", written=(_ZERO,), support=Support.NAMED),
+    Definition(Register.CLEARSTALL, _W, "Clears STALL; nothing moves.", written=(_ZERO,), support=Support.NAMED),
+    Definition(
+        Register.SETBRAKEMODE,
+        _W,
+        "Standstill behaviour at zero hold current: 0 freewheel, 1 cool brake, 2 hard brake.",
+        written=(Field("mode", Kind.U8, "", 0, 2),),
+    ),
+    Definition(Register.ENABLEPID, _W, "Same as ENABLECLOSEDLOOP.", written=(_ZERO,), support=Support.NAMED),
+    Definition(Register.DISABLEPID, _W, "Switches position correction off.", written=(_ZERO,), support=Support.NAMED),
+    Definition(Register.ENABLECLOSEDLOOP, _W,
+        "Switches position correction on: a finished move ends at the encoder angle asked for.",
+        written=(_ZERO,), support=Support.NAMED),
+    Definition(
+        Register.DISABLECLOSEDLOOP, _W, "Switches position correction off and disables the joint.",
+        written=(_ZERO,),
+    ),
+    Definition(Register.SETCONTROLTHRESHOLD, _W, "Error below which position is not corrected.",
+        written=(Field("threshold", Kind.F32, "microsteps", 0.0),), support=Support.NAMED),
+    Definition(Register.MOVETOEND,
+        _W,
+        "Moves until the motor is held, then stops; sets no home.",
+        written=(
+            _DIRECTION,
+            Field("speed", Kind.U8, "rpm", 1, 250),
+            Field("threshold", Kind.I8),
+        ),
+        blocking=True,
+        motion=True, support=Support.NAMED),
+    Definition(
+        Register.STOP,
+        _W,
+        "Ramps down and holds; cancels a blocking command (clears BUSY). Mode 0 stops with the "
+        "hardest deceleration, 1 with the configured one. Never refused for its state.",
+        written=(Field("mode", Kind.U8, "", 0, 1),),
+    ),
+    Definition(Register.GETPIDERROR, _R, "Commanded minus measured position.",
+        read=(Field("error", Kind.F32, "microsteps"),), support=Support.NAMED),
+    Definition(
+        Register.CHECKORIENTATION,
+        _W,
+        "Turns the motor by this angle and back and compares sign and size with the encoder.",
+        written=(Field("angle", Kind.F32, "deg", 0.0, 10.0),),
+        blocking=True,
+        motion=True,
+    ),
+    Definition(Register.GETENCODERRPM, _R, "Filtered encoder speed.", read=(_RPM,)),
+    Definition(
+        Register.HOME,
+        _W,
+        "Seeks the end stop, backs off and touches it again at this speed; the second touch "
+        "becomes encoder zero. Sets NOTHOMED and BUSY at once. Direction 1 is positive.",
+        written=(
+            _DIRECTION,
+            Field("speed", Kind.U8, "rpm", 1, 250),
+            Field("sensitivity", Kind.U8),
+            _percent("current"),
+        ),
+        blocking=True,
+        motion=True,
+    ),
+    Definition(
+        Register.HOMEOFFSET,
+        Direction.READ_WRITE,
+        "A number of the host's, kept while the joint is powered: the joint position at encoder "
+        "zero.",
+        written=(Field("offset", Kind.F32),),
+        read=(Field("offset", Kind.F32),),
+    ),
+    Definition(
+        Register.HELLO,
+        _R,
+        "Who is there. Accepted with any sequence number and does not advance it.",
+        read=(
+            Field("magic", Kind.U16),
+            Field("protocol", Kind.U8),
+            Field("firmware_major", Kind.U8),
+            Field("firmware_minor", Kind.U8),
+            Field("joint", Kind.U8),
+            Field("boot_id", Kind.U16),
+            Field("reset_cause", Kind.U8),
+            Field("capabilities", Kind.U8),
+        ),
+        version=2,
+        support=Support.NO,
+    ),
+    Definition(
+        Register.ARM,
+        _W,
+        "Opens a session on this boot: from now on sequence numbers count from this frame's and "
+        "motion commands need a trailer. The session now armed, if named again, is answered and "
+        "not re-opened, so that a late copy cannot rewind the sequence.",
+        written=(Field("boot_id", Kind.U16), Field("session", Kind.U16)),
+        version=2,
+        support=Support.NO,
+    ),
+    Definition(
+        Register.TRACK,
+        _X,
+        "Setpoint to be reached one setpoint interval after it arrives; the joint interpolates. "
+        "Answers position and velocity.",
+        written=(
+            Field("position", Kind.F32, "deg"),
+            Field("velocity", Kind.I16, "rpm", scale=VELOCITY_STEP_RPM),
+        ),
+        read=(
+            Field("position", Kind.F32, "deg"),
+            Field("velocity", Kind.I16, "rpm", scale=VELOCITY_STEP_RPM),
+        ),
+        version=2,
+        support=Support.NO,
+        motion=True,
+        setpoint=True,
+    ),
+    Definition(
+        Register.STATE,
+        _R,
+        "Position, velocity, what the joint is doing, and how close the position error is to "
+        "the stall threshold.",
+        read=(
+            Field("position", Kind.F32, "deg"),
+            Field("velocity", Kind.F32, "rpm"),
+            Field("state", Kind.U8),
+            Field("load", Kind.U8, "%"),
+        ),
+        version=2,
+        support=Support.NO,
+    ),
+    Definition(
+        Register.FAULT,
+        _R,
+        "The first fault since cleared and its number, the last refusal, and counters that "
+        "saturate instead of wrapping.",
+        read=(
+            Field("fault", Kind.U8),
+            Field("data", Kind.F32),
+            Field("refusal", Kind.U8),
+            Field("crc_errors", Kind.U16),
+            Field("refusals", Kind.U16),
+        ),
+        version=2,
+        support=Support.NO,
+    ),
+    Definition(
+        Register.WATCHDOG,
+        Direction.READ_WRITE,
+        "Time without a newer setpoint after which a motion is ramped down and latched. Each "
+        "newer write also counts as a setpoint: so the host keeps homing and relative moves "
+        "alive.",
+        written=(Field("timeout", Kind.U16, "ms", 10, 200),),
+        read=(Field("timeout", Kind.U16, "ms"),),
+        version=2,
+        support=Support.NO,
+        setpoint=True,
+    ),
+    Definition(
+        Register.CLEARFAULT,
+        _W,
+        "Acknowledges the latched fault. The joint stays disabled; nothing moves.",
+        written=(Field("fault", Kind.U8),),
+        version=2,
+        support=Support.NO,
+    ),
+)
+
+DEFINITIONS: dict[Register, Definition] = {row.register: row for row in REGISTERS}
