@@ -28,7 +28,6 @@ from bioscara.protocol.registers import (
     REGISTERS,
     VELOCITY_STEP_RPM,
     Definition,
-    Direction,
     Field,
 )
 

@@ -1,0 +1,77 @@
+# Everything from a bare machine with python3 (3.11 or newer), a C++17 compiler and make.
+#
+#   make demo            home the simulated arm and run a planned trajectory
+#   make test            all tests
+#   make check           what CI runs besides the tests: lint, types, layers, generated files
+#   make firmware-check  the joint firmware: host tests under sanitizers, build for the board
+#   make bench           the benchmarks; writes docs/benchmarks.md
+#   make mutants         remove each guard once and require a red test
+#   make generate        what follows from the register table
+
+PYTHON ?= python3
+VENV ?= .venv
+BIN := $(VENV)/bin
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
+            \( -name '*.cpp' -o -name '*.h' -o -name 'CMakeLists.txt' -o -name '*.toml' -o -name '*.py*' \) \
+            -not -path '*/build/*' -not -path '*/__pycache__/*' 2>/dev/null)
+
+.PHONY: demo test check lint types layers fresh firmware-check bench mutants generate clean
+.DEFAULT_GOAL := demo
+
+$(VENV)/.created: Makefile
+	@$(PYTHON) -c 'import sys; v = "%d.%d" % sys.version_info[:2]; sys.exit(sys.version_info < (3, 11) and "bioscara needs Python 3.11 or newer; $(PYTHON) is " + v + ": make PYTHON=/path/to/python3.11")'
+	@$(PYTHON) -m venv $(VENV) || { echo "cannot create $(VENV): on Debian and Ubuntu, apt install python3-venv" >&2; exit 1; }
+	@touch $@
+
+$(VENV)/.native: $(VENV)/.created constraints.txt $(NATIVE)
+	@command -v c++ >/dev/null || { echo "no C++ compiler: on Debian and Ubuntu, apt install g++" >&2; exit 1; }
+	@echo "building the firmware for the simulated arm"
+	@$(PIP) install --quiet -c constraints.txt ./firmware/sim
+	@touch $@
+
+$(VENV)/.demo: $(VENV)/.native pyproject.toml constraints.txt
+	@echo "installing bioscara"
+	@$(PIP) install --quiet -c constraints.txt -e '.[plot]'
+	@touch $@
+
+$(VENV)/.dev: $(VENV)/.demo pyproject.toml constraints.txt
+	@echo "installing the tools for tests and checks"
+	@$(PIP) install --quiet -c constraints.txt -e '.[plot,dev]'
+	@touch $@
+
+demo: $(VENV)/.demo
+	@$(BIN)/bioscara demo
+
+test: $(VENV)/.dev
+	@$(BIN)/python -m pytest
+
+check: lint types layers fresh
+
+lint: $(VENV)/.dev
+	@$(BIN)/ruff check .
+	@$(BIN)/ruff format --check .
+
+types: $(VENV)/.dev
+	@$(BIN)/mypy
+
+layers: $(VENV)/.dev
+	@$(BIN)/lint-imports
+
+fresh: $(VENV)/.demo
+	@$(BIN)/python -m bioscara.protocol.generate --check .
+
+generate: $(VENV)/.demo
+	@$(BIN)/python -m bioscara.protocol.generate .
+
+firmware-check:
+	@firmware/tests/run.sh
+
+bench: $(VENV)/.dev
+	@$(BIN)/python -m benchmarks
+
+mutants: $(VENV)/.dev
+	@$(BIN)/python tests/mutants.py
+
+clean:
+	rm -rf $(VENV) build .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -1,0 +1,315 @@
+"""Frames: literal bytes as the joints know them, and the laws of the codec."""
+
+from __future__ import annotations
+
+import math
+import struct
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bioscara.errors import CorruptFrameError, InvalidArgumentError, LimitError
+from bioscara.protocol import (
+    DEFINITIONS,
+    READ,
+    REGISTERS,
+    WRITE,
+    Flags,
+    Message,
+    Register,
+    crc8,
+)
+from bioscara.protocol.codec import TRAILER, field_bounds
+from bioscara.protocol.registers import Direction, Field, Kind
+
+# Code, payload bytes written, payload bytes read: version 1 as existing joints implement it.
+VERSION_1 = {
+    "PING": (0x0F, 0, 1),
+    "SETUP": (0x10, 4, 0),
+    "SETRPM": (0x11, 4, 0),
+    "GETDRIVERRPM": (0x12, 0, 4),
+    "MOVESTEPS": (0x13, 4, 0),
+    "MOVEANGLE": (0x14, 4, 0),
+    "MOVETOANGLE": (0x15, 4, 0),
+    "GETMOTORSTATE": (0x16, 0, 1),
+    "RUNCONTINUOUS": (0x17, 1, 0),
+    "ANGLEMOVED": (0x18, 0, 4),
+    "SETCURRENT": (0x19, 1, 0),
+    "SETHOLDCURRENT": (0x1A, 1, 0),
+    "SETMAXACCELERATION": (0x1B, 4, 0),
+    "SETMAXDECELERATION": (0x1C, 4, 0),
+    "SETMAXVELOCITY": (0x1D, 4, 0),
+    "ENABLESTALLGUARD": (0x1E, 1, 0),
+    "DISABLESTALLGUARD": (0x1F, 1, 0),
+    "CLEARSTALL": (0x20, 1, 0),
+    "SETBRAKEMODE": (0x22, 1, 0),
+    "ENABLEPID": (0x23, 1, 0),
+    "DISABLEPID": (0x24, 1, 0),
+    "ENABLECLOSEDLOOP": (0x25, 1, 0),
+    "DISABLECLOSEDLOOP": (0x26, 1, 0),
+    "SETCONTROLTHRESHOLD": (0x27, 4, 0),
+    "MOVETOEND": (0x28, 3, 0),
+    "STOP": (0x29, 1, 0),
+    "GETPIDERROR": (0x2A, 0, 4),
+    "CHECKORIENTATION": (0x2B, 4, 0),
+    "GETENCODERRPM": (0x2C, 0, 4),
+    "HOME": (0x2D, 4, 0),
+    "HOMEOFFSET": (0x2E, 4, 4),
+}
+
+
+def _size(fields: tuple[Field, ...]) -> int:
+    return struct.calcsize("<" + "".join(field.kind.value for field in fields))
+
+
+def _messages() -> list[Message]:
+    return [*READ.values(), *WRITE.values()]
+
+
+def _values(message: Message) -> st.SearchStrategy[tuple[float, ...]]:
+    return st.tuples(
+        *(
+            st.floats(*field_bounds(field), width=32)
+            if field.kind is Kind.F32
+            else st.integers(*(int(b) for b in field_bounds(field)))
+            for field in message.definition.written
+            if not field.padding and message in WRITE.values()
+        )
+    )
+
+
+MESSAGES_AND_VALUES = st.sampled_from(_messages()).flatmap(
+    lambda message: st.tuples(st.just(message), _values(message))
+)
+
+
+@pytest.mark.parametrize("name", VERSION_1)
+def test_version_1_rows_are_what_existing_joints_know(name: str) -> None:
+    row = DEFINITIONS[Register[name]]
+    assert (row.register.value, _size(row.written), _size(row.read)) == VERSION_1[name]
+    assert row.version == 1
+
+
+def test_nothing_else_is_version_1() -> None:
+    assert {row.register.name for row in REGISTERS if row.version == 1} == {*VERSION_1, "NONE"}
+
+
+def test_codes_of_version_2_differ_in_at_least_three_bits() -> None:
+    codes = [row.register for row in REGISTERS if row.version == 2]
+    distances = [(a ^ b).bit_count() for a in codes for b in codes if a != b]
+    assert min(distances) >= 3
+
+
+def test_no_version_1_length_is_a_version_2_length_of_the_same_register() -> None:
+    for row in REGISTERS:
+        version_1 = {m.request_size for m in _messages() if m.register is row.register}
+        version_2 = {size + TRAILER for size in version_1}
+        if row.register is Register.SETUP:
+            version_1.add(3)  # as documented, without the padding that hosts send
+        assert not version_1 & version_2, row.register.name
+
+
+def test_frames_are_short_enough_for_the_check_byte() -> None:
+    for message in _messages():
+        assert 1 + message.request_size + TRAILER <= 14
+        assert 1 + message.answer_size + TRAILER <= 14
+
+
+@pytest.mark.parametrize(
+    ("message", "values", "frame"),
+    [
+        (READ[Register.PING], (), "0f"),
+        (WRITE[Register.SETUP], (20, 40), "10 14 28 00 00"),
+        (WRITE[Register.SETRPM], (-3.0,), "11 00 00 40 c0"),
+        (WRITE[Register.MOVESTEPS], (-2,), "13 fe ff ff ff"),
+        (WRITE[Register.HOME], (1, 10, 30, 15), "2d 01 0a 1e 0f"),
+        (WRITE[Register.MOVETOEND], (0, 40, -64), "28 00 28 c0"),
+        (READ[Register.HOMEOFFSET], (), "2e"),
+        (WRITE[Register.HOMEOFFSET], (0.5,), "2e 00 00 00 3f"),
+        (WRITE[Register.STOP], (0,), "29 00"),
+        (WRITE[Register.CLEARSTALL], (), "20 00"),
+    ],
+)
+def test_literal_version_1_requests(message: Message, values: tuple[float], frame: str) -> None:
+    assert message.encode_v1(values).hex(" ") == frame
+
+
+def test_literal_version_2_frames() -> None:
+    track = WRITE[Register.TRACK]
+    assert track.encode_v2(0x11, 5, (10.0, -12.34)).hex(" ") == "d5 00 00 20 41 85 ff 05 1a"
+    body = bytes.fromhex("00 00 20 41 85 ff 20 05")
+    answer = body + bytes((crc8(bytes((0x23,)) + body),))
+    values, flags = track.decode_v2(0x11, 5, answer)
+    assert values == (10.0, pytest.approx(-12.3))
+    assert flags == Flags.ARMED
+
+
+def test_literal_version_1_answers() -> None:
+    assert READ[Register.PING].decode_v1(b"O\x0c") == ((0x4F,), Flags.NOTHOMED | Flags.NOTENABLED)
+    assert READ[Register.ANGLEMOVED].decode_v1(b"\x00\x00\x34\x42\x00") == ((45.0,), 0)
+
+
+@given(MESSAGES_AND_VALUES, st.integers(0, 255), st.sampled_from((0x11, 0x12, 0x13, 0x14)))
+def test_a_request_carries_exactly_its_values(
+    case: tuple[Message, tuple[float, ...]], sequence: int, address: int
+) -> None:
+    message, values = case
+    frame = message.encode_v2(address, sequence, values)
+    assert frame[0] == message.register
+    assert frame[:-TRAILER] == message.encode_v1(values)
+    assert frame[-2] == sequence
+    assert crc8(bytes((address << 1,)) + frame) == 0
+    if values:
+        fields = [field for field in message.definition.written if not field.padding]
+        codes = "<" + "".join(field.kind.value for field in fields)
+        wire = struct.unpack_from(codes, frame, 1)
+        decoded = [raw * field.scale for raw, field in zip(wire, fields, strict=True)]
+        for given_value, back, field in zip(values, decoded, fields, strict=True):
+            assert back == pytest.approx(
+                given_value, abs=field.scale / 2 if field.scale != 1 else 0
+            )
+
+
+def _answer_payload(message: Message) -> st.SearchStrategy[bytes]:
+    fields = () if message.answer_size == 1 else message.definition.read
+    kinds = {
+        Kind.F32: st.floats(width=32, allow_nan=False, allow_infinity=False).map(
+            lambda value: struct.pack("<f", value)
+        )
+    }
+    return st.tuples(
+        *(
+            kinds.get(field.kind, st.binary(min_size=(n := _size((field,))), max_size=n))
+            for field in fields
+        )
+    ).map(b"".join)
+
+
+ANSWERS = st.sampled_from(_messages()).flatmap(
+    lambda message: st.tuples(st.just(message), _answer_payload(message))
+)
+
+
+@given(ANSWERS, st.integers(0, 0x7F), st.integers(0, 255))
+def test_an_answer_is_read_back_whole(
+    case: tuple[Message, bytes], flags: int, sequence: int
+) -> None:
+    message, payload = case
+    body = payload + bytes((flags, sequence))
+    answer = body + bytes((crc8(bytes((0x25,)) + body),))
+    decoded = message.decode_v2(0x12, sequence, answer)
+    assert decoded.flags == flags
+    fields = message.definition.read if payload else ()
+    raw = [
+        value / field.scale if field.scale != 1 else value
+        for value, field in zip(decoded.values, fields, strict=True)
+    ]
+    whole = [
+        round(value) if field.kind is not Kind.F32 else value
+        for value, field in zip(raw, fields, strict=True)
+    ]
+    assert struct.pack("<" + "".join(field.kind.value for field in fields), *whole) == payload
+
+
+@given(ANSWERS, st.data())
+def test_up_to_three_flipped_bits_are_always_noticed(
+    case: tuple[Message, bytes], data: st.DataObject
+) -> None:
+    message, payload = case
+    body = payload + bytes((0, 7))
+    answer = bytearray(body + bytes((crc8(bytes((0x23,)) + body),)))
+    bits = data.draw(
+        st.sets(st.integers(0, 8 * len(answer) - 1), min_size=1, max_size=3), label="bits"
+    )
+    for bit in bits:
+        answer[bit // 8] ^= 1 << bit % 8
+    try:
+        decoded = message.decode_v2(0x11, 7, bytes(answer))
+    except CorruptFrameError:
+        return
+    # A long answer may begin like a refusal; a refusal carries no values and moves nothing.
+    assert decoded.values == ()
+    assert decoded.flags & Flags.REFUSED
+
+
+def test_an_answer_for_another_request_or_joint_is_noticed() -> None:
+    body = bytes((0, 9))
+    answer = body + bytes((crc8(bytes((0x23,)) + body),))
+    stop = WRITE[Register.STOP]
+    assert stop.decode_v2(0x11, 9, answer).flags == 0
+    with pytest.raises(CorruptFrameError, match="sequence number 8"):
+        stop.decode_v2(0x11, 8, answer)
+    with pytest.raises(CorruptFrameError):
+        stop.decode_v2(0x12, 9, answer)
+
+
+def test_a_refusal_is_read_from_the_start_of_a_longer_answer() -> None:
+    body = bytes((Flags.REFUSED | Flags.NOTHOMED, 3))
+    answer = body + bytes((crc8(bytes((0x23,)) + body),)) + b"\xff" * 6
+    assert WRITE[Register.TRACK].decode_v2(0x11, 3, answer) == ((), Flags.REFUSED | Flags.NOTHOMED)
+
+
+@pytest.mark.parametrize("size", [0, 1, 4, 6, 32])
+def test_answers_of_the_wrong_size_are_refused(size: int) -> None:
+    with pytest.raises(CorruptFrameError, match="5 expected"):
+        READ[Register.ANGLEMOVED].decode_v1(bytes(size))
+    with pytest.raises(CorruptFrameError):
+        READ[Register.ANGLEMOVED].decode_v2(0x11, 0, bytes(size))
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+def test_numbers_that_are_not_finite_stay_off_the_bus_in_both_directions(value: float) -> None:
+    for message in (m for m in WRITE.values() if m.definition.written):
+        fields = [field for field in message.definition.written if not field.padding]
+        for index in range(len(fields)):
+            values = [field_bounds(field)[0] for field in fields]
+            values[index] = value
+            with pytest.raises(InvalidArgumentError, match="not a finite number"):
+                message.encode_v1(values)
+    with pytest.raises(CorruptFrameError, match="ANGLEMOVED"):
+        READ[Register.ANGLEMOVED].decode_v1(struct.pack("<fB", value, 0))
+
+
+@pytest.mark.parametrize(
+    ("register", "values"),
+    [
+        (Register.SETUP, (101, 20)),
+        (Register.SETUP, (-1, 20)),
+        (Register.SETBRAKEMODE, (3,)),
+        (Register.HOME, (1, 0, 30, 15)),
+        (Register.HOME, (1, 251, 30, 15)),
+        (Register.HOME, (2, 10, 30, 15)),
+        (Register.SETRPM, (1e39,)),
+        (Register.WATCHDOG, (9,)),
+        (Register.WATCHDOG, (201,)),
+        (Register.TRACK, (0.0, 3277.0)),
+        (Register.MOVESTEPS, (2**31,)),
+    ],
+)
+def test_values_that_do_not_fit_are_refused_with_the_limit(
+    register: Register, values: tuple[float, ...]
+) -> None:
+    with pytest.raises(LimitError, match=register.name):
+        WRITE[register].encode_v1(values)
+
+
+def test_wrong_values_are_named() -> None:
+    with pytest.raises(InvalidArgumentError, match=r"SETUP takes drive_current, hold_current; 1"):
+        WRITE[Register.SETUP].encode_v1((20,))
+    with pytest.raises(InvalidArgumentError, match=r"20.5 is not a whole number"):
+        WRITE[Register.SETUP].encode_v1((20.5, 20))
+    with pytest.raises(InvalidArgumentError, match="PING takes no values"):
+        READ[Register.PING].encode_v1((1,))
+
+
+def test_version_1_answers_never_set_the_upper_flags() -> None:
+    with pytest.raises(CorruptFrameError, match="bits 4"):
+        WRITE[Register.STOP].decode_v1(b"\x10")
+
+
+def test_directions_are_complete() -> None:
+    for row in REGISTERS:
+        readable = row.direction in {Direction.READ, Direction.READ_WRITE}
+        writable = row.direction in {Direction.WRITE, Direction.READ_WRITE, Direction.EXCHANGE}
+        assert (row.register in READ, row.register in WRITE) == (readable, writable)
