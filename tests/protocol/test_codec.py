@@ -102,7 +102,7 @@ def test_codes_of_version_2_differ_in_at_least_three_bits() -> None:
 
 
 def test_no_version_1_length_is_a_version_2_length_of_the_same_register() -> None:
-    for row in REGISTERS:
+    for row in (row for row in REGISTERS if row.version == 1):
         version_1 = {m.request_size for m in _messages() if m.register is row.register}
         version_2 = {size + TRAILER for size in version_1}
         if row.register is Register.SETUP:
