@@ -1,0 +1,81 @@
+"""What must hold for the repository as a whole."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+# A secret is recognised by its form (keys) or by an assignment of a literal to a telling name.
+SECRETS = {
+    "private key": r"-----BEGIN (?:[A-Z]+ )*PRIVATE KEY-----",
+    "password": r"(?i)\b(?:password|passwd|psk|secret|token)\b\s*[:=]\s*[\"'][^\"'{}<$]{4,}[\"']",
+    "password hash": r"\$[156y]\$[./A-Za-z0-9]{4,}\$[./A-Za-z0-9]{16,}",
+    "cloud key": r"\b(?:AKIA|ASIA)[0-9A-Z]{16}\b",
+}
+
+
+def _tracked() -> list[Path]:
+    try:
+        listed = subprocess.run(
+            ["git", "ls-files", "-z"], cwd=ROOT, check=True, capture_output=True
+        ).stdout
+    except (OSError, subprocess.CalledProcessError):
+        pytest.skip("not a git checkout: nothing says which files would be published")
+    return [ROOT / name.decode() for name in listed.split(b"\0") if name]
+
+
+def _texts() -> list[tuple[Path, str]]:
+    texts = []
+    for path in _tracked():
+        if path.is_file() and path != Path(__file__):
+            try:
+                texts.append((path, path.read_text(encoding="utf-8")))
+            except UnicodeDecodeError:
+                continue
+    return texts
+
+
+def _found(text: str) -> list[str]:
+    return [name for name, pattern in SECRETS.items() if re.search(pattern, text)]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "-----BEGIN OPENSSH PRIVATE " + "KEY-----",
+        "pass" + 'word: "scara-lab"',
+        "ps" + "k='hunter22'",
+        "$6$" + "rounds$" + "abcdefghijklmnopqrstuv",
+    ],
+)
+def test_the_search_finds_what_it_looks_for(text: str) -> None:
+    assert _found(text)
+
+
+def test_hz15_the_repository_holds_no_secret() -> None:
+    assert [(str(path), found) for path, text in _texts() if (found := _found(text))] == []
+
+
+def test_no_module_is_longer_than_500_lines() -> None:
+    long = {
+        str(path.relative_to(ROOT)): lines
+        for path in (ROOT / "src").rglob("*.py")
+        if (lines := len(path.read_text().splitlines())) > 500
+    }
+    assert long == {}
+
+
+def test_links_in_the_documentation_lead_somewhere() -> None:
+    broken = []
+    for path, text in _texts():
+        if path.suffix != ".md":
+            continue
+        for target in re.findall(r"\]\((?!https?:|mailto:|#)([^)#\s]+)", text):
+            if not (path.parent / target).exists():
+                broken.append(f"{path.relative_to(ROOT)}: {target}")
+    assert broken == []
