@@ -1,0 +1,135 @@
+"""What one cycle of a motion leaves behind, and all of them together."""
+
+from __future__ import annotations
+
+import math
+from array import array
+from collections.abc import Sequence
+from enum import Enum, IntEnum
+from typing import NamedTuple
+
+UNKNOWN = math.nan
+"""Stands for a number that nobody knows; written as an empty cell."""
+
+
+class Phase(Enum):
+    """Which part of a run a cycle belongs to."""
+
+    HOMING = "homing"
+    APPROACH = "approach"
+    """The planned ramp from where the arm stands to the start of the trajectory."""
+    TRAJECTORY = "trajectory"
+    SETTLING = "settling"
+    """The last setpoint is held for a moment, so that the arm comes to rest at it."""
+    STOPPING = "stopping"
+    """The planned ramp to rest after Ctrl-C or a failure."""
+
+
+class Quality(IntEnum):
+    """How far a joint's measured values can be believed."""
+
+    GOOD = 0
+    STALE = 1
+    """The exchange of this cycle failed; the values are those of an earlier one."""
+    UNKNOWN = 2
+    """The joint does not know its position (it is not homed), or never answered."""
+
+
+class JointRecord(NamedTuple):
+    """One joint in one cycle; radians for a revolute joint, metres for a prismatic one.
+
+    Attributes:
+        time: When the values were measured [s since the run began].
+        reference: Where the joint should have been at ``time``; NaN where nothing was asked.
+        reference_velocity: How fast it should have been [rad/s or m/s].
+        position: Where it was; NaN where unknown.
+        velocity: How fast it was [rad/s or m/s].
+        flags: State bits as on the wire, see :class:`bioscara.protocol.Flags`.
+        quality: How far to believe the measured values.
+    """
+
+    time: float
+    reference: float
+    reference_velocity: float
+    position: float
+    velocity: float
+    flags: int
+    quality: Quality
+
+
+class CycleRecord(NamedTuple):
+    """All joints in one cycle.
+
+    Attributes:
+        phase: Part of the run.
+        start: Begin of the cycle [s since the run began].
+        trajectory_time: Time in the trajectory at ``start`` [s]; negative during the
+            approach, NaN where there is no trajectory.
+        bus_time: How long the exchange with all joints took [s].
+        retries: Exchanges that had to be repeated in this cycle.
+        late: How much later than scheduled the cycle began [s].
+        joints: One record per joint, in the order of the run's joint names.
+    """
+
+    phase: Phase
+    start: float
+    trajectory_time: float
+    bus_time: float
+    retries: int
+    late: float
+    joints: tuple[JointRecord, ...]
+
+
+class History:
+    """Every cycle of a run, kept by column: an hour at 100 Hz is about 80 MB.
+
+    Args:
+        joint_names: Names of the joints, in the order of every cycle's records.
+    """
+
+    def __init__(self, joint_names: Sequence[str]) -> None:
+        self.joint_names = tuple(joint_names)
+        self.phases: list[Phase] = []
+        self.start = array("d")
+        self.trajectory_time = array("d")
+        self.bus_time = array("d")
+        self.late = array("d")
+        self.retries = array("l")
+        self.columns = tuple(JointColumns() for _ in joint_names)
+
+    def __len__(self) -> int:
+        return len(self.phases)
+
+    def append(self, cycle: CycleRecord) -> None:
+        """Keep ``cycle``."""
+        self.phases.append(cycle.phase)
+        self.start.append(cycle.start)
+        self.trajectory_time.append(cycle.trajectory_time)
+        self.bus_time.append(cycle.bus_time)
+        self.late.append(cycle.late)
+        self.retries.append(cycle.retries)
+        for column, record in zip(self.columns, cycle.joints, strict=True):
+            column.append(record)
+
+
+class JointColumns:
+    """The records of one joint, one array per value; same meaning as in :class:`JointRecord`."""
+
+    def __init__(self) -> None:
+        self.time = array("d")
+        self.reference = array("d")
+        self.reference_velocity = array("d")
+        self.position = array("d")
+        self.velocity = array("d")
+        self.flags = array("B")
+        self.quality = array("B")
+
+    def append(self, record: JointRecord) -> None:
+        """Keep ``record``."""
+        self.time.append(record.time)
+        self.reference.append(record.reference)
+        self.reference_velocity.append(record.reference_velocity)
+        self.position.append(record.position)
+        self.velocity.append(record.velocity)
+        self.flags.append(record.flags)
+        self.quality.append(record.quality)

@@ -1,0 +1,124 @@
+"""The run as one HTML page that needs no network: facts, tracking table, charts (uPlot)."""
+
+from __future__ import annotations
+
+import json
+import re
+from html import escape
+from importlib.resources import files
+
+import numpy as np
+from numpy.typing import NDArray
+
+from bioscara.report.cycles import History, Phase
+from bioscara.report.statistics import loop_statistics, measured_time, phase_mask, tracking
+from bioscara.report.summary import Summary
+from bioscara.report.text import duration_line, loop_lines, outcome_line, tracking_cells
+
+MAX_POINTS = 4000
+"""Points per curve; beyond that each is the worst of several cycles."""
+
+_COLUMNS = ("joint", "error max", "at", "error rms", "at the end", "speed max", "samples")
+
+
+def render(summary: Summary, history: History) -> str:
+    """Return the page; every text from outside is escaped."""
+    moving = np.flatnonzero(~phase_mask(history, Phase.HOMING))
+    shown = _thin(history, moving)
+    values = {
+        "title": escape(f"{summary.title} on {summary.arm}"),
+        "arm": escape(f"{summary.started:%Y-%m-%d %H:%M:%S %z}, bioscara {summary.version}"),
+        "outcome": escape(outcome_line(summary)),
+        "outcome_class": summary.outcome.value,
+        "facts": _facts(summary, history),
+        "table_head": _row("th", _COLUMNS),
+        "table_body": "".join(
+            _row("td", (joint.name, *tracking_cells(tracking(history, index), joint.unit)))
+            for index, joint in enumerate(summary.joints)
+        ),
+        "shown": _shown(len(shown), len(moving)),
+        "data": _data(summary, history, shown),
+        "page_css": _resource("page.css"),
+        "page_js": _resource("page.js"),
+        "uplot_css": _resource("uplot/uPlot.min.css"),
+        "uplot_js": _resource("uplot/uPlot.iife.min.js"),
+    }
+    # One pass: what was put in is not searched again.
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: values[match[1]], _resource("page.html"))
+
+
+def _resource(name: str) -> str:
+    return files("bioscara.report").joinpath(name).read_text("utf-8")
+
+
+def _facts(summary: Summary, history: History) -> str:
+    facts = [
+        ("arm", summary.arm),
+        ("trajectory", summary.source),
+        ("duration", duration_line(summary)),
+    ]
+    for line in loop_lines(loop_statistics(history)):
+        name, _, text = line.strip().partition(" ")
+        facts.append((name, text.strip()))
+    facts += [("fault", text) for text in summary.faults]
+    facts += [("note", text) for text in summary.notes]
+    facts += [(joint.name, f"{joint.address:#04x}, {joint.firmware}") for joint in summary.joints]
+    return "".join(f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>" for name, text in facts)
+
+
+def _row(tag: str, cells: tuple[str, ...]) -> str:
+    return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+
+def _shown(shown: int, total: int) -> str:
+    if shown == total:
+        return f"All {total} cycles are shown."
+    return f"{shown} of {total} cycles are shown, of each group the one with the largest error."
+
+
+def _thin(history: History, cycles: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Return at most about MAX_POINTS of ``cycles``, of each group the one with the worst error."""
+    size = -(-len(cycles) // MAX_POINTS)
+    if size <= 1:
+        return cycles
+    error = np.zeros(len(cycles))
+    for column in history.columns:
+        joint = np.abs(np.asarray(column.position) - np.asarray(column.reference))[cycles]
+        scale = np.nanmax(joint) if np.isfinite(joint).any() else 0.0
+        if scale > 0.0:
+            error = np.maximum(error, np.nan_to_num(joint / scale))
+    groups = np.arange(0, len(cycles), size)
+    worst = [int(start + np.argmax(error[start : start + size])) for start in groups]
+    return cycles[worst]
+
+
+def _data(summary: Summary, history: History, cycles: NDArray[np.intp]) -> str:
+    joints = []
+    for index, joint in enumerate(summary.joints):
+        columns = history.columns[index]
+        position, reference = np.asarray(columns.position), np.asarray(columns.reference)
+        joints.append(
+            {
+                "name": joint.name,
+                "unit": joint.unit,
+                "time": _numbers(measured_time(history, index)[cycles]),
+                "position": _numbers(position[cycles]),
+                "reference": _numbers(reference[cycles]),
+                "velocity": _numbers(np.asarray(columns.velocity)[cycles]),
+                "reference_velocity": _numbers(np.asarray(columns.reference_velocity)[cycles]),
+                "error": _numbers((position - reference)[cycles] * 1e3),
+            }
+        )
+    data = {
+        "end": summary.planned_duration,
+        "joints": joints,
+        "time": _numbers(np.asarray(history.trajectory_time)[cycles]),
+        "bus_time": _numbers(np.asarray(history.bus_time)[cycles] * 1e3),
+        "late": _numbers(np.asarray(history.late)[cycles] * 1e3),
+    }
+    # Inside a script element only "</" could end it early.
+    return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
+
+
+def _numbers(values: NDArray[np.float64]) -> list[float | None]:
+    return [float(f"{value:.7g}") if np.isfinite(value) else None for value in values.tolist()]

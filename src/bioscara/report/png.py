@@ -1,0 +1,57 @@
+"""The run as one picture; needs matplotlib (``pip install 'bioscara[plot]'``)."""
+
+from __future__ import annotations
+
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+from bioscara.report.cycles import History, Phase
+from bioscara.report.statistics import measured_time, phase_mask
+from bioscara.report.summary import Summary
+from bioscara.report.text import outcome_line
+
+
+def available() -> bool:
+    """Return whether matplotlib is installed."""
+    return find_spec("matplotlib") is not None
+
+
+def write(path: Path, summary: Summary, history: History) -> None:
+    """Draw position, velocity and tracking error of every joint.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    # Figure without pyplot: no display, no global state; and it takes a second to import.
+    from matplotlib.figure import Figure  # noqa: PLC0415
+
+    count = len(summary.joints)
+    figure = Figure(figsize=(14, 2.2 * count + 1), layout="constrained")
+    figure.suptitle(f"{summary.title} on {summary.arm}: {outcome_line(summary)}", wrap=True)
+    axes = figure.subplots(count, 3, sharex=True, squeeze=False)
+    cycles = np.flatnonzero(~phase_mask(history, Phase.HOMING))
+    for index, joint in enumerate(summary.joints):
+        columns = history.columns[index]
+        time = measured_time(history, index)[cycles]
+        position, reference = (
+            np.asarray(columns.position)[cycles],
+            np.asarray(columns.reference)[cycles],
+        )
+        left, middle, right = axes[index]
+        left.plot(time, position, label="measured")
+        left.plot(time, reference, "--", label="reference")
+        left.set_ylabel(f"{joint.name} position [{joint.unit}]")
+        middle.plot(time, np.asarray(columns.velocity)[cycles])
+        middle.plot(time, np.asarray(columns.reference_velocity)[cycles], "--")
+        middle.set_ylabel(f"velocity [{joint.unit}/s]")
+        right.plot(time, (position - reference) * 1e3, color="tab:purple")
+        right.set_ylabel(f"error [m{joint.unit}]")
+        for axis in axes[index]:
+            axis.grid(visible=True, alpha=0.3)
+            axis.axvspan(0.0, summary.planned_duration, color="tab:gray", alpha=0.08)
+    axes[0][0].legend()
+    for axis in axes[-1]:
+        axis.set_xlabel("time in the trajectory [s]")
+    figure.savefig(path, dpi=110)

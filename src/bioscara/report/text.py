@@ -1,0 +1,119 @@
+"""The report as text, for a terminal and for ``report.txt``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bioscara.report.cycles import History
+from bioscara.report.statistics import LoopStatistics, Tracking, loop_statistics, tracking
+from bioscara.report.summary import JointInfo, Outcome, Summary
+
+
+def render(summary: Summary, history: History) -> str:
+    """Return the report, lines of at most about 100 characters, ending in a line end."""
+    lines = [
+        f"bioscara {summary.version}: {summary.title}",
+        f"  arm         {summary.arm}",
+        f"  trajectory  {summary.source}",
+        f"  started     {summary.started:%Y-%m-%d %H:%M:%S %z}",
+        f"  outcome     {outcome_line(summary)}",
+        f"  duration    {duration_line(summary)}",
+        "",
+        *tracking_table(summary, history),
+        "",
+        *loop_lines(loop_statistics(history)),
+        "",
+        *_list("faults", summary.faults, "none"),
+        *_list("notes", summary.notes, "none"),
+        "",
+        *_table(
+            [("joint", "address", "firmware")] + [_joint_row(joint) for joint in summary.joints]
+        ),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def outcome_line(summary: Summary) -> str:
+    """Return how the run ended and why."""
+    if summary.outcome is Outcome.COMPLETED:
+        return "completed"
+    return f"{summary.outcome.value.upper()}: {summary.message}"
+
+
+def duration_line(summary: Summary) -> str:
+    """Return the durations in the arm's time."""
+    return (
+        f"trajectory {seconds(summary.planned_duration)} planned; homing "
+        f"{seconds(summary.homing_duration)}, motion {seconds(summary.motion_duration)} of arm time"
+    )
+
+
+def tracking_table(summary: Summary, history: History) -> list[str]:
+    """Return the tracking errors as lines of a table."""
+    rows = [("tracking", "error max", "at", "error rms", "at the end", "speed max", "samples")]
+    for index, joint in enumerate(summary.joints):
+        rows.append((joint.name, *tracking_cells(tracking(history, index), joint.unit)))
+    return _table(rows)
+
+
+def tracking_cells(result: Tracking, unit: str) -> tuple[str, str, str, str, str, str]:
+    """Return one joint's errors in m(rad) or mm, time and speed with units, and the count."""
+    if not result.samples:
+        return ("-", "-", "-", "-", "-", "0")
+    return (
+        small(result.max_error, unit),
+        f"{result.max_error_time:.2f} s",
+        small(result.rms_error, unit),
+        small(result.final_error, unit),
+        f"{result.max_speed:.4f} {unit}/s",
+        str(result.samples),
+    )
+
+
+def loop_lines(loop: LoopStatistics) -> list[str]:
+    """Return the behaviour of loop and bus as lines."""
+    if not loop.cycles:
+        return ["  bus         no setpoint was streamed"]
+    return [
+        f"  loop        {loop.cycles} cycles, period {milli(loop.period_mean)} mean, "
+        f"{milli(loop.period_max)} max; latest begin {milli(loop.late_max)} after schedule",
+        f"  bus         {milli(loop.bus_time_mean)} mean, {milli(loop.bus_time_max)} max per cycle;"
+        f" {loop.retries} retries, {loop.stale} stale samples",
+    ]
+
+
+def small(value: float, unit: str) -> str:
+    """Return a small angle or length in thousandths of its unit, ``mrad`` or ``mm``."""
+    return f"{value * 1e3:.3f} m{unit}"
+
+
+def milli(value: float) -> str:
+    """Return a time in milliseconds; a dash when it is not known."""
+    return f"{value * 1e3:.2f} ms" if value == value else "-"  # noqa: PLR0124 (NaN)
+
+
+def seconds(value: float) -> str:
+    """Return a time in seconds; a dash when it is not known."""
+    return f"{value:.2f} s" if value == value else "-"  # noqa: PLR0124 (NaN)
+
+
+def _joint_row(joint: JointInfo) -> tuple[str, str, str]:
+    return (joint.name, f"{joint.address:#04x}", joint.firmware)
+
+
+def _list(title: str, items: Sequence[str], empty: str) -> list[str]:
+    if not items:
+        return [f"  {title:<11} {empty}"]
+    return [f"  {title if index == 0 else '':<11} {item}" for index, item in enumerate(items)]
+
+
+def _table(rows: Sequence[Sequence[str]]) -> list[str]:
+    widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+    return [
+        "  "
+        + "  ".join(
+            cell.ljust(width) if column == 0 else cell.rjust(width)
+            for column, (cell, width) in enumerate(zip(row, widths, strict=True))
+        ).rstrip()
+        for row in rows
+    ]
