@@ -19,6 +19,7 @@
     │   ├── JointResetError           the joint restarted: its home is lost
     │   ├── WrongJointError           another joint answers at this address
     │   └── HomingError               homing ended without a home
+    ├── ReplayError                   a replayed run asks for something else than the recorded one
     ├── NotSupportedError             the joint's firmware cannot do it
     └── GripperError                  the gripper or its PWM channel
 
@@ -185,6 +186,18 @@ class WrongJointError(JointError):
 
 class HomingError(JointError):
     """Homing ended without a trustworthy home; the joint is not homed."""
+
+
+class ReplayError(BioscaraError):
+    """A replayed run asks the bus for something else than the recorded run did.
+
+    Attributes:
+        record: Number of the record that differs, counted from 1.
+    """
+
+    def __init__(self, message: str, record: int) -> None:
+        self.record = record
+        super().__init__(message)
 
 
 class NotSupportedError(BioscaraError):

@@ -6,3 +6,14 @@ registers or joints.
 
 from bioscara.bus.bus import Bus as Bus
 from bioscara.bus.bus import Transaction as Transaction
+from bioscara.bus.faults import FaultyBus as FaultyBus
+from bioscara.bus.injection import Direction as Direction
+from bioscara.bus.injection import Injection as Injection
+from bioscara.bus.injection import When as When
+from bioscara.bus.linux import LinuxBus as LinuxBus
+from bioscara.bus.recorder import RecordingBus as RecordingBus
+from bioscara.bus.recorder import ReplayBus as ReplayBus
+from bioscara.bus.recording import Record as Record
+from bioscara.bus.recording import read_recording as read_recording
+from bioscara.bus.select import FORMS as FORMS
+from bioscara.bus.select import open_bus as open_bus
