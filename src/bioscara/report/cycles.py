@@ -46,6 +46,8 @@ class JointRecord(NamedTuple):
         velocity: How fast it was [rad/s or m/s].
         flags: State bits as on the wire, see :class:`bioscara.protocol.Flags`.
         quality: How far to believe the measured values.
+        load: How close the joint was to its stall threshold when it was last asked [%]; NaN
+            where the joint cannot tell.
     """
 
     time: float
@@ -55,6 +57,7 @@ class JointRecord(NamedTuple):
     velocity: float
     flags: int
     quality: Quality
+    load: float = UNKNOWN
 
 
 class CycleRecord(NamedTuple):
@@ -123,6 +126,7 @@ class JointColumns:
         self.velocity = array("d")
         self.flags = array("B")
         self.quality = array("B")
+        self.load = array("d")
 
     def append(self, record: JointRecord) -> None:
         """Keep ``record``."""
@@ -133,3 +137,4 @@ class JointColumns:
         self.velocity.append(record.velocity)
         self.flags.append(record.flags)
         self.quality.append(record.quality)
+        self.load.append(record.load)

@@ -2,14 +2,15 @@
 
 Columns: ``time``, ``phase``, ``trajectory_time``, ``bus_time``, ``retries``, ``late``, then for
 each joint ``<joint>_time``, ``_reference``, ``_reference_velocity``, ``_position``,
-``_velocity``, ``_flags`` and ``_quality``. Units are SI (s, rad or m, rad/s or m/s); flags are
-the number of the wire; an empty cell is a value that nobody knows.
+``_velocity``, ``_flags``, ``_quality`` and ``_load``. Units are SI (s, rad or m, rad/s or m/s),
+load is in percent, flags are the number of the wire; an empty cell is a value that nobody knows.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Iterable, Sequence
+from math import isnan
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -27,6 +28,7 @@ _JOINT_COLUMNS = (
     "velocity",
     "flags",
     "quality",
+    "load",
 )
 
 
@@ -118,9 +120,9 @@ def _joint_cells(joint: JointRecord) -> list[str]:
         _cell(joint.velocity),
         str(joint.flags),
         joint.quality.name.lower(),
+        _cell(joint.load),
     ]
 
 
 def _cell(value: float) -> str:
-    # Only NaN differs from itself.
-    return f"{value:.9g}" if value == value else ""  # noqa: PLR0124
+    return "" if isnan(value) else f"{value:.9g}"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from math import isnan
 
 from bioscara.report.cycles import History
 from bioscara.report.statistics import LoopStatistics, Tracking, loop_statistics, tracking
@@ -89,12 +90,12 @@ def small(value: float, unit: str) -> str:
 
 def milli(value: float) -> str:
     """Return a time in milliseconds; a dash when it is not known."""
-    return f"{value * 1e3:.2f} ms" if value == value else "-"  # noqa: PLR0124 (NaN)
+    return "-" if isnan(value) else f"{value * 1e3:.2f} ms"
 
 
 def seconds(value: float) -> str:
     """Return a time in seconds; a dash when it is not known."""
-    return f"{value:.2f} s" if value == value else "-"  # noqa: PLR0124 (NaN)
+    return "-" if isnan(value) else f"{value:.2f} s"
 
 
 def _joint_row(joint: JointInfo) -> tuple[str, str, str]:

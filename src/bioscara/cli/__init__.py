@@ -1,0 +1,54 @@
+"""The command line: words go in, one arm moves, a person reads what happened.
+
+``arguments`` knows the words, one module per command does the work, ``job`` is what ``demo`` and
+``run`` have in common, ``views`` and ``observer`` show and record a motion without ever holding
+it up, ``interruption`` turns Ctrl-C into a request. Nothing heavy is imported before a command
+needs it.
+
+Exit statuses are in :class:`bioscara.cli.status.Status`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Sequence
+
+from bioscara.cli.arguments import parse
+from bioscara.cli.status import Status
+from bioscara.errors import BioscaraError
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command and return its exit status.
+
+    Args:
+        arguments: The words after ``bioscara``; those of the process by default.
+    """
+    options = parse(arguments)
+    try:
+        status = options.load_command()(options)
+        sys.stdout.flush()
+    except BioscaraError as error:
+        complain(str(error))
+        status = Status.REFUSED
+    except KeyboardInterrupt:
+        # Only before or after a motion: during one, Ctrl-C is a request (interruption.py).
+        complain("interrupted")
+        status = Status.INTERRUPTED
+    except BrokenPipeError:
+        # Whoever read the output has gone. Python flushes once more at exit: to nowhere.
+        with contextlib.suppress(OSError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        status = Status.FAILED
+    except OSError as error:
+        complain(f"the output cannot be written: {error.strerror or error}")
+        status = Status.FAILED
+    return int(status)
+
+
+def complain(message: str) -> None:
+    """Write one line to standard error."""
+    with contextlib.suppress(OSError):
+        print("bioscara: " + " ".join(message.split()), file=sys.stderr)  # noqa: T201

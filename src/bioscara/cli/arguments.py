@@ -1,0 +1,146 @@
+"""The words of the command line."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from bioscara import __version__
+
+_BUS_HELP = (
+    "which arm: 'sim' (simulated in this process, the default), 'sim:/path.sock' (one that "
+    "'bioscara simulate' runs) or 'linux:1' (a real one on I2C bus 1)"
+)
+_EPILOG = (
+    "Exit status: 0 done; 1 something failed after the arm began to move; 2 wrong usage, or "
+    "refused before anything moved; 130 interrupted."
+)
+
+
+class Options(argparse.Namespace):
+    """What was asked for; which attributes there are depends on the command.
+
+    Attributes:
+        command: Name of the command, which is also the module that does it.
+        bus: Name of the bus.
+        v1: Whether the simulated joints speak protocol version 1 only.
+        realtime: Whether simulated homing takes the time it takes.
+        out: Where to put the run's files; None for a new folder under ``runs``.
+        file: The trajectory.
+        fit: Whether to stretch the trajectory to the limits.
+        socket: Where the simulated arm listens.
+        seed: Seed of the simulation.
+    """
+
+    command: str
+    bus: str
+    v1: bool
+    realtime: bool
+    out: Path | None
+    file: Path
+    fit: bool
+    socket: Path
+    seed: int
+
+    def load_command(self) -> Callable[[Options], int]:
+        """Import the module of the command and return what runs it."""
+        module = importlib.import_module(f"bioscara.cli.{self.command}")
+        run: Callable[[Options], int] = module.run
+        return run
+
+
+def parse(arguments: Sequence[str] | None = None) -> Options:
+    """Return the options; leaves through ``SystemExit`` with status 2 on wrong usage.
+
+    Args:
+        arguments: The words after ``bioscara``; those of the process by default.
+    """
+    parser = argparse.ArgumentParser(
+        prog="bioscara",
+        description="Move a Bioscara arm, simulated or real.",
+        epilog=_EPILOG,
+        allow_abbrev=False,
+    )
+    parser.add_argument("--version", action="version", version=f"bioscara {__version__}")
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    _add_demo(commands)
+    _add_run(commands)
+    _add_joints(commands)
+    _add_simulate(commands)
+    options = parser.parse_args(arguments, namespace=Options())
+    if getattr(options, "v1", False) and getattr(options, "bus", "sim") != "sim":
+        parser.error("--v1 is about the arm simulated in this process; leave out --bus")
+    return options
+
+
+def _add(
+    commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, help_text: str
+) -> argparse.ArgumentParser:
+    return commands.add_parser(
+        name, help=help_text, description=help_text, epilog=_EPILOG, allow_abbrev=False
+    )
+
+
+def _add_demo(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    demo = _add(commands, "demo", "Home the arm, run the demonstration trajectory, report.")
+    _add_motion(demo)
+
+
+def _add_run(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    run = _add(commands, "run", "Home the arm, run a trajectory file, report.")
+    run.add_argument(
+        "file",
+        metavar="FILE",
+        type=Path,
+        help="ROS 2 trajectory as YAML (as 'ros2 topic echo' writes it) or CSV",
+    )
+    run.add_argument(
+        "--fit",
+        action="store_true",
+        help="stretch the trajectory in time where it exceeds a speed or acceleration limit",
+    )
+    _add_motion(run)
+
+
+def _add_joints(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    joints = _add(commands, "joints", "List the joints on a bus; nothing moves.")
+    _add_bus(joints)
+
+
+def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    simulate = _add(
+        commands, "simulate", "Run a simulated arm in real time, for other programs, until Ctrl-C."
+    )
+    simulate.add_argument(
+        "--socket", metavar="PATH", type=Path, required=True, help="Unix socket to listen on"
+    )
+    simulate.add_argument(
+        "--v1", action="store_true", help="joints that speak protocol version 1 only"
+    )
+    simulate.add_argument("--seed", type=int, default=0, help="seed of the simulation (default 0)")
+
+
+def _add_bus(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--bus", metavar="BUS", default="sim", help=_BUS_HELP)
+    parser.add_argument(
+        "--v1",
+        action="store_true",
+        help="simulate joints that speak protocol version 1 only, as existing arms do",
+    )
+
+
+def _add_motion(parser: argparse.ArgumentParser) -> None:
+    _add_bus(parser)
+    parser.add_argument(
+        "--realtime",
+        action="store_true",
+        help="simulated homing takes the time it takes on the arm",
+    )
+    parser.add_argument(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        help="folder for samples, report and plot (default: a new one under runs/)",
+    )

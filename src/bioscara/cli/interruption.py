@@ -1,0 +1,44 @@
+"""Ctrl-C as a request: what moves the arm is never torn apart, it is asked to stop."""
+
+from __future__ import annotations
+
+import signal
+from types import FrameType, TracebackType
+from typing import Self
+
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+
+
+class Interruption:
+    """While entered, Ctrl-C, SIGTERM and SIGHUP only set a mark that the motion looks at.
+
+    More of them change nothing: the arm is stopping already, and it must end disabled. For the
+    main thread.
+
+    Attributes:
+        requested: True once one arrived.
+    """
+
+    def __init__(self) -> None:
+        self.requested = False
+
+    def __call__(self) -> bool:
+        """Return whether to stop."""
+        return self.requested
+
+    def __enter__(self) -> Self:
+        self._previous = [(number, signal.signal(number, self._mark)) for number in _SIGNALS]
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        for number, handler in self._previous:
+            signal.signal(number, handler)
+
+    def _mark(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002 (signal's form)
+        # A plain attribute: an Event's lock could be held by the very thread interrupted here.
+        self.requested = True
