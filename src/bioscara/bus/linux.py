@@ -281,7 +281,8 @@ def _check(address: int, written: int, read: int) -> None:
             f"bus address {address:#x} is outside {_ADDRESS_MIN:#04x} .. {_ADDRESS_MAX:#04x}; "
             f"the joints are 0x11 .. 0x14"
         )
-    if not (0 <= read <= _LENGTH_MAX and written <= _LENGTH_MAX):
-        raise LimitError("bytes in one transaction", max(read, written), 0, _LENGTH_MAX, "bytes")
+    for count in (written, read):
+        if not 0 <= count <= _LENGTH_MAX:
+            raise LimitError("size of a message", count, 0, _LENGTH_MAX, "bytes")
     if not (written or read):
         raise InvalidArgumentError(f"transaction with {address:#04x}: neither written nor read")
