@@ -225,6 +225,9 @@ class LinuxBus(Bus):
         self._open()
         self._stuck = False
         results = self._carry_out(transactions[:1], prepared[:1])
+        if self._device is None:
+            gone = str(results[0])
+            return [BusUnavailableError(gone, transaction[0]) for transaction in transactions]
         if not self._stuck:
             return results + self._carry_out(transactions[1:], prepared[1:])
         text = (
