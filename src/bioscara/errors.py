@@ -21,7 +21,8 @@
     │   └── HomingError               homing ended without a home
     ├── ReplayError                   a replayed run asks for something else than the recorded one
     ├── NotSupportedError             the joint's firmware cannot do it
-    └── GripperError                  the gripper or its PWM channel
+    ├── GripperError                  the gripper or its PWM channel
+    └── MotionCancelledError          a motion was asked to end early
 
 ``code`` is the number that the field already knows (the original driver's); it never changes
 its meaning. Errors that concern one thing carry it as attributes, so that a program can react
@@ -206,3 +207,7 @@ class NotSupportedError(BioscaraError):
 
 class GripperError(BioscaraError):
     """The gripper or its PWM channel cannot be used."""
+
+
+class MotionCancelledError(BioscaraError):
+    """A motion ended early because it was asked to; the arm ramped down."""

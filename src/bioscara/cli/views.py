@@ -7,14 +7,11 @@ import sys
 import time
 from collections.abc import Sequence
 from math import isnan
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from bioscara.cli.output import Output
 from bioscara.protocol import Flags
 from bioscara.report import CycleRecord, JointRecord, Phase, Quality
-
-if TYPE_CHECKING:
-    from rich.table import Table
 
 _REST = {"rad": 2e-3, "m": 2e-4}
 """Speed below which a joint is shown as standing [rad/s, m/s]: its speed filter's ripple."""
@@ -44,6 +41,9 @@ def make_view(output: Output, joints: Sequence[tuple[str, str]]) -> View:
         joints: Name and unit of each joint.
     """
     if sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb":
+        # Here and not above: rich takes 60-200 ms to import.
+        from bioscara.cli.table import TableView  # noqa: PLC0415
+
         return TableView(output, joints)
     return PlainView(output, joints)
 
@@ -126,75 +126,3 @@ class PlainView:
             for (name, unit), joint in zip(self._joints, record.joints, strict=True)
         )
         self._output.line(f"  {progress(record)} | " + " | ".join(joints))
-
-
-class TableView:
-    """A table with a line per joint that is redrawn in place.
-
-    Args:
-        output: Where to write.
-        joints: Name and unit of each joint.
-        interval: Least time between two pictures [s].
-    """
-
-    def __init__(
-        self, output: Output, joints: Sequence[tuple[str, str]], interval: float = 0.125
-    ) -> None:
-        from rich.console import Console  # noqa: PLC0415 (60-200 ms)
-        from rich.live import Live  # noqa: PLC0415
-
-        self._output, self._joints, self._interval = output, joints, interval
-        self._console = Console(highlight=False)
-        self._live = Live(console=self._console, auto_refresh=False, redirect_stderr=False)
-        self._live.start()
-        self._shown_at = -interval
-        self._pending: CycleRecord | None = None
-
-    def phase(self, text: str) -> None:
-        """Say that another part of the run begins."""
-        self.note(text)
-
-    def cycle(self, record: CycleRecord) -> None:
-        """Show the cycle if it is time for another picture."""
-        now = time.monotonic()
-        self._pending = record
-        if now - self._shown_at >= self._interval:
-            self._shown_at = now
-            self._show()
-
-    def note(self, text: str) -> None:
-        """Say something above the table."""
-        if self._output.problem is None:
-            try:
-                self._console.print(text, markup=False)
-            except OSError as error:
-                self._output.fail(error)
-
-    def close(self) -> None:
-        """Show the last state and let go of the terminal."""
-        self._show()
-        try:
-            self._live.stop()
-        except OSError as error:
-            self._output.fail(error)
-
-    def _show(self) -> None:
-        record, self._pending = self._pending, None
-        if record is None or self._output.problem is not None:
-            return
-        try:
-            self._live.update(self._table(record), refresh=True)
-        except OSError as error:
-            self._output.fail(error)
-
-    def _table(self, record: CycleRecord) -> Table:
-        from rich.table import Table  # noqa: PLC0415
-
-        table = Table(title=progress(record), title_justify="left")
-        table.add_column("joint")
-        table.add_column("state", min_width=9)
-        for column in ("position", "velocity", "load"):
-            table.add_column(column, justify="right", min_width=13)
-        for (name, unit), joint in zip(self._joints, record.joints, strict=True):
-            table.add_row(name, *cells(joint, record.phase, unit))
-        return table

@@ -1,0 +1,93 @@
+"""The live table, drawn with rich."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+
+from rich.console import Console
+from rich.live import Live
+from rich.table import Table
+
+from bioscara.cli.output import Output
+from bioscara.cli.views import cells, progress
+from bioscara.report import CycleRecord
+
+
+class _Console(Console):
+    """A console that does not end the program when its reader goes away, as rich's does."""
+
+    def __init__(self, output: Output) -> None:
+        super().__init__(highlight=False)
+        self._output = output
+
+    def on_broken_pipe(self) -> None:
+        self.quiet = True
+        self._output.fail(BrokenPipeError())
+
+
+class TableView:
+    """A table with a line per joint that is redrawn in place.
+
+    Args:
+        output: Where to write.
+        joints: Name and unit of each joint.
+        interval: Least time between two pictures [s].
+    """
+
+    def __init__(
+        self, output: Output, joints: Sequence[tuple[str, str]], interval: float = 0.125
+    ) -> None:
+        self._output, self._joints, self._interval = output, joints, interval
+        self._console = _Console(output)
+        self._live = Live(console=self._console, auto_refresh=False, redirect_stderr=False)
+        self._live.start()
+        self._shown_at = -interval
+        self._pending: CycleRecord | None = None
+
+    def phase(self, text: str) -> None:
+        """Say that another part of the run begins."""
+        self.note(text)
+
+    def cycle(self, record: CycleRecord) -> None:
+        """Show the cycle if it is time for another picture."""
+        now = time.monotonic()
+        self._pending = record
+        if now - self._shown_at >= self._interval:
+            self._shown_at = now
+            self._show()
+
+    def note(self, text: str) -> None:
+        """Say something above the table."""
+        if self._output.problem is None:
+            try:
+                self._console.print(text, markup=False)
+            except OSError as error:
+                self._output.fail(error)
+
+    def close(self) -> None:
+        """Show the last state and let go of the terminal."""
+        self._show()
+        try:
+            self._live.stop()
+        except OSError as error:
+            self._output.fail(error)
+
+    def _show(self) -> None:
+        record, self._pending = self._pending, None
+        if record is None or self._output.problem is not None:
+            return
+        try:
+            self._live.update(self._table(record), refresh=True)
+        except OSError as error:
+            self._output.fail(error)
+
+    def _table(self, record: CycleRecord) -> Table:
+        table = Table(title=progress(record), title_justify="left")
+        table.add_column("joint")
+        table.add_column("state", min_width=9)
+        for column in ("position", "velocity", "load"):
+            table.add_column(column, justify="right", min_width=13)
+        for (name, unit), joint in zip(self._joints, record.joints, strict=True):
+            table.add_row(name, *cells(joint, record.phase, unit))
+        return table

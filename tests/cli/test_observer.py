@@ -1,0 +1,144 @@
+"""The observer shows and records in its own thread, and neither failing holds up the motion."""
+
+from __future__ import annotations
+
+import io
+import os
+import pty
+import resource
+import signal
+import sys
+from pathlib import Path
+
+import pytest
+
+from bioscara.cli.interruption import Interruption
+from bioscara.cli.observer import Observer
+from bioscara.cli.output import Output
+from bioscara.cli.table import TableView
+from bioscara.cli.views import PlainView, make_view, state_word
+from bioscara.protocol import Flags
+from bioscara.report import CycleRecord, History, JointRecord, Phase, Quality
+from bioscara.report.samples import SampleWriter
+
+JOINTS = (("j1", "rad"), ("j2", "m"))
+
+
+def joint(**changes: object) -> JointRecord:
+    return JointRecord(0.5, 0.1, 0.0, 0.1234, 0.01, 0, Quality.GOOD, 7.0)._replace(**changes)
+
+
+def cycle(index: int = 0, **changes: object) -> CycleRecord:
+    return CycleRecord(
+        Phase.TRAJECTORY, index * 0.01, index * 0.01, 0.004, 0, 0.0, (joint(**changes), joint())
+    )
+
+
+def observe(path: Path, count: int, view: PlainView) -> tuple[Observer, History]:
+    history = History(("j1", "j2"))
+    samples = SampleWriter(path, history.joint_names)
+    with Observer(view, samples, history) as observer:
+        for index in range(count):
+            observer.cycle(cycle(index))
+    samples.close()
+    return observer, history
+
+
+def test_every_cycle_is_kept_and_written(tmp_path: Path) -> None:
+    observer, history = observe(tmp_path / "samples.csv", 500, PlainView(Output(), JOINTS))
+    assert observer.problem == ""
+    assert len(history) == 500
+    assert len((tmp_path / "samples.csv").read_text().splitlines()) == 501
+
+
+def test_a_full_disk_is_noticed_once_and_the_cycles_are_still_kept(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    limits = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (20_000, limits[1]))
+    try:
+        observer, history = observe(tmp_path / "samples.csv", 500, PlainView(Output(), JOINTS))
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    assert "File too large" in observer.problem
+    assert len(history) == 500
+    assert capsys.readouterr().out.count("recording stopped, the motion goes on") == 1
+    assert (tmp_path / "samples.csv").read_text().endswith("\n")
+
+
+class Gone(io.StringIO):
+    def write(self, _: str) -> int:
+        raise BrokenPipeError(32, "Broken pipe")
+
+
+@pytest.mark.parametrize("view_type", [PlainView, TableView])
+def test_a_reader_that_goes_away_stops_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, view_type: type[PlainView]
+) -> None:
+    output = Output()
+    view = view_type(output, JOINTS, interval=0.0)
+    monkeypatch.setattr(sys, "stdout", Gone())
+    observer, history = observe(tmp_path / "samples.csv", 50, view)
+    assert observer.problem == ""
+    assert len(history) == 50
+    with pytest.raises(BrokenPipeError):
+        output.check()
+
+
+def test_plain_lines_come_at_their_interval_and_end_with_the_last_state(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    view = PlainView(Output(), JOINTS, interval=3600.0)
+    view.phase("following the trajectory")
+    for index in range(100):
+        view.cycle(cycle(index))
+    view.close()
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0] == "following the trajectory"
+    assert len(lines) == 3
+    assert "trajectory    0.99 s" in lines[-1]
+    assert "j1 moving +0.1234 rad +0.0100 rad/s 7 %" in lines[-1]
+
+
+def test_a_terminal_gets_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
+    ours, theirs = pty.openpty()
+    monkeypatch.setenv("TERM", "xterm")
+    with os.fdopen(theirs, "w") as terminal:
+        monkeypatch.setattr(sys, "stdout", terminal)
+        view = make_view(Output(), JOINTS)
+        assert isinstance(view, TableView)
+        view.cycle(cycle())
+        view.close()
+        terminal.flush()
+        shown = os.read(ours, 100_000).decode()
+    os.close(ours)
+    assert "+0.1234 rad" in shown
+    assert "moving" in shown
+
+
+@pytest.mark.parametrize(
+    ("changes", "phase", "word"),
+    [
+        ({"flags": Flags.STALL | Flags.NOTENABLED}, Phase.TRAJECTORY, "STALLED"),
+        ({"flags": Flags.FAULT | Flags.NOTENABLED}, Phase.TRAJECTORY, "FAULT"),
+        ({"flags": Flags.NOTENABLED}, Phase.TRAJECTORY, "disabled"),
+        ({"flags": Flags.NOTHOMED}, Phase.HOMING, "not homed"),
+        ({"flags": Flags.NOTHOMED | Flags.BUSY}, Phase.HOMING, "homing"),
+        ({"flags": 0}, Phase.HOMING, "homed"),
+        ({"velocity": 0.0}, Phase.TRAJECTORY, "holding"),
+        ({"quality": Quality.STALE}, Phase.TRAJECTORY, "no answer"),
+    ],
+)
+def test_a_state_has_one_word(changes: dict[str, object], phase: Phase, word: str) -> None:
+    assert state_word(joint(**changes), phase, "rad") == word
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_is_a_request_and_a_second_one_too(number: signal.Signals) -> None:
+    before = signal.getsignal(number)
+    with Interruption() as interruption:
+        assert not interruption()
+        os.kill(os.getpid(), number)
+        os.kill(os.getpid(), number)
+        assert interruption()
+    assert signal.getsignal(number) is before
