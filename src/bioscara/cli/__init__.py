@@ -20,13 +20,15 @@ from bioscara.cli.status import Status
 from bioscara.errors import BioscaraError
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
+def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
     """Run one command and return its exit status.
 
     Args:
         arguments: The words after ``bioscara``; those of the process by default.
+        paced: Whether a simulated trajectory takes the time it takes; tests do not wait for it.
     """
     options = parse(arguments)
+    options.paced = paced
     try:
         status = options.load_command()(options)
         sys.stdout.flush()

@@ -27,6 +27,7 @@ class Options(argparse.Namespace):
         bus: Name of the bus.
         v1: Whether the simulated joints speak protocol version 1 only.
         realtime: Whether simulated homing takes the time it takes.
+        paced: Whether a simulated trajectory takes the time it takes.
         out: Where to put the run's files; None for a new folder under ``runs``.
         file: The trajectory.
         fit: Whether to stretch the trajectory to the limits.
@@ -38,6 +39,7 @@ class Options(argparse.Namespace):
     bus: str
     v1: bool
     realtime: bool
+    paced: bool
     out: Path | None
     file: Path
     fit: bool

@@ -1,0 +1,160 @@
+"""What ``demo`` and ``run`` have in common: check, home, follow, stop, report."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from bioscara import __version__
+from bioscara.cli import complain
+from bioscara.cli.arguments import Options
+from bioscara.cli.arm import open_arm
+from bioscara.cli.interruption import Interruption
+from bioscara.cli.joints import firmware
+from bioscara.cli.observer import Observer
+from bioscara.cli.output import Output
+from bioscara.cli.status import Status
+from bioscara.cli.views import make_view
+from bioscara.drivers import Joint
+from bioscara.errors import BioscaraError, MotionCancelledError
+from bioscara.model import ArmParameters
+from bioscara.planning import Trajectory, read
+from bioscara.report import History, JointInfo, Outcome, RunFolder, Summary, png, text
+from bioscara.report.folder import default_path
+from bioscara.robot import Robot
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A trajectory that was found executable.
+
+    Attributes:
+        title: Name of the run.
+        source: Where the trajectory came from, in words.
+        trajectory: What to execute.
+        notes: What the person should know about it.
+    """
+
+    title: str
+    source: str
+    trajectory: Trajectory
+    notes: tuple[str, ...]
+
+
+_HOMING_CYCLES = 5000
+"""Homing and approach leave fewer records than this."""
+
+
+def prepare(
+    path: Path, title: str, source: str, parameters: ArmParameters, *, fit: bool = False
+) -> Plan:
+    """Read a trajectory file and make sure that the arm can execute it.
+
+    Args:
+        path: The file.
+        title: Name of the run.
+        source: Where the trajectory came from, in words.
+        parameters: The arm; its limits are those of the trajectory.
+        fit: Whether to stretch in time what is too fast.
+
+    Raises:
+        TrajectoryError: The file cannot be read, or asks for what the arm cannot do.
+    """
+    trajectory = read(path)
+    return Plan(title, source, trajectory, ())
+
+
+class _Course(NamedTuple):
+    """How a motion went; the fields are those of :class:`Summary`."""
+
+    outcome: Outcome
+    message: str
+    faults: tuple[str, ...]
+
+
+def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
+    """Home the arm, execute the plan, leave the arm disabled and write the report.
+
+    Raises:
+        BioscaraError: Something was in the way before anything moved.
+        OSError: Standard output cannot be written.
+    """
+    output, started = Output(), datetime.now().astimezone()
+    with Interruption() as cancelled, open_arm(options, parameters) as robot:
+        output.line(f"arm: {robot.description}")
+        output.line(f"trajectory: {plan.source}, {plan.trajectory.duration:.2f} s")
+        for note in plan.notes:
+            output.line(f"note: {note}")
+        names = tuple(joint.name for joint in robot.joints)
+        folder = RunFolder.create(
+            options.out or default_path(Path("runs"), plan.title, started),
+            names,
+            _HOMING_CYCLES + int(plan.trajectory.duration / robot.period),
+        )
+        history = History(names)
+        view = make_view(output, [(joint.name, joint.unit) for joint in robot.joints])
+        with Observer(view, folder.samples, history) as observer:
+            course = _move(robot, plan, cancelled, observer)
+        summary = Summary(
+            title=plan.title,
+            arm=robot.description,
+            source=plan.source,
+            version=__version__,
+            started=started,
+            outcome=course.outcome,
+            message=course.message,
+            joints=tuple(map(_joint_info, robot.joints)),
+            planned_duration=plan.trajectory.duration,
+            notes=plan.notes,
+            faults=course.faults,
+        )
+    return _finish(summary, history, folder, observer.problem, output)
+
+
+def _joint_info(joint: Joint) -> JointInfo:
+    return JointInfo(joint.name, joint.address, joint.unit, firmware(joint))
+
+
+def _move(robot: Robot, plan: Plan, cancelled: Interruption, observer: Observer) -> _Course:
+    """Move the arm and leave it disabled; tell how it went."""
+    outcome, message = Outcome.COMPLETED, ""
+    faults: tuple[str, ...] = ()
+    try:
+        observer.phase("homing " + ", ".join(robot.parameters.homing_order))
+        robot.home(observer.cycle, cancelled)
+        observer.phase("following the trajectory")
+        robot.follow(plan.trajectory, observer.cycle, cancelled)
+    except MotionCancelledError as error:
+        outcome, message = Outcome.CANCELLED, f"{error}; all joints were stopped and disabled"
+    except BioscaraError as error:
+        outcome, message, faults = Outcome.FAILED, str(error), (str(error),)
+    observer.phase("stopping and disabling all joints")
+    problems = robot.shutdown()
+    if problems and outcome is not Outcome.FAILED:
+        outcome, message = Outcome.FAILED, problems[0]
+    return _Course(outcome, message, (*faults, *problems))
+
+
+def _finish(
+    summary: Summary, history: History, folder: RunFolder, problem: str, output: Output
+) -> Status:
+    """Write the files, show the report, return the exit status."""
+    written, problems = folder.finish(summary, history)
+    output.line()
+    output.line(text.render(summary, history))
+    for path in written:
+        output.line(f"wrote {path}")
+    if not png.available():
+        output.line("no plot.png: matplotlib is not installed (pip install 'bioscara[plot]')")
+    if problem:
+        problems.insert(0, problem)
+    for sentence in problems:
+        complain(sentence)
+    if summary.outcome is not Outcome.COMPLETED:
+        complain(summary.message)
+    output.check()
+    if summary.outcome is Outcome.CANCELLED:
+        return Status.INTERRUPTED
+    return Status.FAILED if problems or summary.outcome is Outcome.FAILED else Status.OK

@@ -1,0 +1,74 @@
+"""``bioscara joints``."""
+
+from __future__ import annotations
+
+from bioscara.cli import complain
+from bioscara.cli.arguments import Options
+from bioscara.cli.arm import open_arm
+from bioscara.cli.output import Output
+from bioscara.cli.status import Status
+from bioscara.drivers import Joint
+from bioscara.errors import BioscaraError, BusUnavailableError
+from bioscara.model import load_parameters
+from bioscara.protocol import Flags
+
+_HEADINGS = ("joint", "address", "firmware", "flags", "homed", "reset", "fault", "errors")
+
+
+def run(options: Options) -> int:
+    """List the joints; nothing moves.
+
+    Raises:
+        BusUnavailableError: The bus cannot be opened.
+        OSError: Standard output cannot be written.
+    """
+    output = Output()
+    robot = open_arm(options, load_parameters())
+    output.line(f"arm: {robot.description}")
+    missing, rows = [], [_HEADINGS]
+    with robot.bus:
+        for joint in robot.joints:
+            try:
+                joint.init()
+                rows.append(_row(joint))
+            except BusUnavailableError:
+                raise
+            except BioscaraError as error:
+                missing.append(f"{joint.name}: {error}")
+                rows.append((joint.name, f"{joint.address:#04x}", "missing", *"-----"))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        cells = zip(row, widths, strict=True)
+        output.line("  ".join(cell.ljust(width) for cell, width in cells).rstrip())
+    for sentence in missing:
+        complain(sentence)
+    output.check()
+    return Status.FAILED if missing else Status.OK
+
+
+def _row(joint: Joint) -> tuple[str, ...]:
+    flags = Flags(joint.get_flags())
+    reset, fault, errors = "not told", "not told", "not told"
+    if joint.hello is not None:
+        report = joint.get_fault()
+        reset = joint.hello.reset_cause.name.lower().replace("_", " ")
+        fault = "none" if report.fault == "NONE" else f"{report.fault} ({report.data:g})"
+        errors = f"{report.crc_errors} broken, {report.refusals} refused"
+    return (
+        joint.name,
+        f"{joint.address:#04x}",
+        firmware(joint),
+        " ".join(flag.name or "" for flag in flags) or "none",
+        "no" if flags & Flags.NOTHOMED else "yes",
+        reset,
+        fault,
+        errors,
+    )
+
+
+def firmware(joint: Joint) -> str:
+    """Return which protocol and firmware a joint has, in words."""
+    if joint.hello is None:
+        return "protocol 1"
+    major, minor = joint.hello.firmware
+    return f"protocol {joint.hello.protocol}, firmware {major}.{minor}"

@@ -1,0 +1,19 @@
+"""``bioscara run FILE``."""
+
+from __future__ import annotations
+
+from bioscara.cli.arguments import Options
+from bioscara.cli.job import prepare, run_job
+from bioscara.model import load_parameters
+
+
+def run(options: Options) -> int:
+    """Check the file, then home, follow it and report.
+
+    Raises:
+        TrajectoryError: The file, or what it asks for, cannot be executed.
+        BioscaraError: Something else was in the way before anything moved.
+    """
+    parameters = load_parameters()
+    plan = prepare(options.file, options.file.stem, str(options.file), parameters, fit=options.fit)
+    return run_job(plan, parameters, options)

@@ -1,0 +1,29 @@
+"""``bioscara simulate``."""
+
+from __future__ import annotations
+
+from bioscara.cli.arguments import Options
+from bioscara.cli.interruption import Interruption
+from bioscara.cli.output import Output
+from bioscara.cli.status import Status
+from bioscara.model import load_parameters
+from bioscara.sim import SimulatedArm, serve
+
+
+def run(options: Options) -> int:
+    """Simulate an arm behind a Unix socket until Ctrl-C.
+
+    Raises:
+        BioscaraError: The socket cannot be used.
+        OSError: Standard output cannot be written.
+    """
+    output = Output()
+    arm = SimulatedArm(load_parameters(), seed=options.seed, v1=options.v1)
+    with Interruption() as cancelled:
+        version = "1" if options.v1 else "2"
+        output.line(
+            f"simulated arm, joints of protocol version {version}: --bus sim:{options.socket}"
+        )
+        serve(arm, options.socket, cancelled)
+    output.check()
+    return Status.OK
