@@ -1,0 +1,189 @@
+"""The main job from the outside: statuses, messages, files, and Ctrl-C in each phase."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import re
+import resource
+import signal
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from bioscara.cli import main
+from bioscara.report import Phase
+
+
+def samples(folder: Path) -> list[dict[str, str]]:
+    """The rows, after making sure that all of them are whole."""
+    with (folder / "samples.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file, strict=True))
+    assert all(None not in row and None not in row.values() for row in rows)
+    assert {row["phase"] for row in rows} <= {phase.value for phase in Phase}
+    times = [float(row["time"]) for row in rows]
+    assert times == sorted(times)
+    return rows
+
+
+def assert_complete(folder: Path, outcome: str) -> None:
+    """Report, page and samples parse, and tell the outcome."""
+    assert re.search(rf"^  outcome +{outcome}", (folder / "report.txt").read_text(), re.M)
+    page = (folder / "plot.html").read_text()
+    data = re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.S)
+    assert data
+    json.loads(data[1])
+    assert samples(folder)
+    assert not list(folder.glob("partial-*"))
+
+
+def start(*words: str, **options: object) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-u", "-m", "bioscara", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        **options,  # type: ignore[call-overload]
+    )
+
+
+def wait_for(process: subprocess.Popen[str], marker: str) -> None:
+    assert process.stdout
+    for line in process.stdout:
+        if marker in line:
+            return
+    pytest.fail(f"{marker!r} never came")
+
+
+def test_the_demo_homes_follows_and_reports(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["demo", "--out", str(tmp_path)], paced=False) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "arm: simulation, in this process" in out
+    assert_complete(tmp_path, "completed")
+    rows = samples(tmp_path)
+    assert {row["phase"] for row in rows} == {"homing", "approach", "trajectory", "settling"}
+    homed = [
+        next(i for i, row in enumerate(rows) if not int(row[f"{name}_flags"]) & 4)
+        for name in ("j2", "j1", "j4", "j3")
+    ]
+    assert homed == sorted(homed)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize(
+    ("words", "marker", "phase"),
+    [
+        (("--realtime",), "homing j2", "homing"),
+        ((), "  approach", "stopping"),
+        ((), "  trajectory", "stopping"),
+    ],
+)
+def test_ctrl_c_in_each_phase_stops_and_reports(
+    tmp_path: Path, words: tuple[str, ...], marker: str, phase: str, number: signal.Signals
+) -> None:
+    process = start("demo", "--out", str(tmp_path), *words)
+    wait_for(process, marker)
+    process.send_signal(number)
+    process.send_signal(number)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert len(err.splitlines()) == 1
+    assert "interrupted" in err
+    assert "all joints were stopped and disabled" in out
+    assert_complete(tmp_path, "CANCELLED")
+    assert samples(tmp_path)[-1]["phase"] == phase
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (["run", "/no/such/file.yaml"], "/no/such/file.yaml"),
+        (["run", "/dev/null"], "/dev/null"),
+        (["run", "/bin/true"], "/bin/true"),
+        (["run", "/"], "/: "),
+        (["demo", "--out", "/proc/run"], "/proc/run"),
+        (["demo", "--bus", "linus:1"], "linus:1"),
+        (["demo", "--bus", "linux:99"], "99"),
+        (["joints", "--bus", "linux:99"], "99"),
+        (["joints", "--bus", "sim:/no/such.sock"], "/no/such.sock"),
+    ],
+)
+def test_what_is_refused_is_refused_in_one_line_before_anything_moves(
+    words: list[str],
+    complaint: str,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(words, paced=False) == 2
+    out, err = capsys.readouterr()
+    assert complaint in err
+    assert len(err.splitlines()) == 1
+    assert "homing" not in out
+    assert list(tmp_path.iterdir()) == []
+
+
+def limited_to(size: int) -> Callable[[], None]:
+    return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+
+
+UNPACED = "import sys; from bioscara.cli import main; sys.exit(main(sys.argv[1:], paced=False))"
+
+
+def run_unpaced(*words: str, **options: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [sys.executable, "-c", UNPACED, *words],
+        stderr=subprocess.PIPE,
+        text=True,
+        check=False,
+        timeout=110,
+        **{"stdout": subprocess.PIPE, **options},  # type: ignore[call-overload]
+    )
+
+
+def test_a_disk_that_fills_up_stops_the_recording_and_not_the_arm(tmp_path: Path) -> None:
+    done = run_unpaced("demo", "--out", str(tmp_path), preexec_fn=limited_to(200_000))
+    assert done.returncode == 1
+    assert "recording stopped, the motion goes on" in done.stdout
+    assert re.search(r"^  outcome +completed", (tmp_path / "report.txt").read_text(), re.M)
+    assert re.search(r"samples end \d+\.\d+ s after the start", done.stderr)
+    assert "plot.html was not written" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert samples(tmp_path)
+
+
+def test_a_reader_that_goes_away_stops_nothing(tmp_path: Path) -> None:
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = run_unpaced("demo", "--out", str(tmp_path), stdout=writing)
+    os.close(writing)
+    assert done.returncode == 1
+    assert done.stderr == ""
+    assert_complete(tmp_path, "completed")
+
+
+def test_output_that_cannot_be_written_is_told_at_the_end(tmp_path: Path) -> None:
+    with open("/dev/full", "w") as full:
+        done = run_unpaced("demo", "--out", str(tmp_path), stdout=full)
+    assert done.returncode == 1
+    assert done.stderr.splitlines() == [
+        "bioscara: the output cannot be written: No space left on device"
+    ]
+    assert_complete(tmp_path, "completed")
+
+
+def test_a_folder_with_a_run_is_not_overwritten(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "samples.csv").write_text("precious\n")
+    assert main(["demo", "--out", str(tmp_path)], paced=False) == 2
+    assert "holds a run already" in capsys.readouterr().err
+    assert (tmp_path / "samples.csv").read_text() == "precious\n"
