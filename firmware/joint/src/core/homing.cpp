@@ -13,7 +13,7 @@ constexpr float kBackOffLeast = 30.0F * kStepsPerDegree;
 constexpr float kRunUp = 0.4F;
 constexpr float kBackOffSpeed = 30.0F * kStepsPerRpm;
 // The two touches may differ by this much; the first is made with the speed of the approach.
-constexpr float kAgreement = 6.0F * kStepsPerDegree;
+constexpr float kAgreement = 10.0F * kStepsPerDegree;
 constexpr int kPause = 200;
 
 }  // namespace
@@ -100,7 +100,7 @@ Homing::Result Homing::approach(Motion& motion, float encoder) {
     return fail(Fault::HOMING_TRAVEL, travel);
   motion.run(direction_ * fast_, kAcceleration, kAcceleration);
   const bool at_speed = fabsf(motion.velocity()) > 0.98F * fast_;
-  if (!touch_.update(motion.position() - encoder, at_speed)) return Result::RUNNING;
+  if (!touch_.update(encoder, motion.position() - encoder, at_speed)) return Result::RUNNING;
   first_ = contact_ = encoder;
   wait_ = 0;
   step_ = Step::HALT;
@@ -109,13 +109,15 @@ Homing::Result Homing::approach(Motion& motion, float encoder) {
 
 Homing::Result Homing::touch(Motion& motion, float encoder) {
   const float beyond = (encoder - first_) * direction_;
-  if (beyond > kAgreement) return fail(Fault::HOMING_DISAGREEMENT, beyond / kStepsPerDegree);
+  if (beyond > 2.0F * back_off_) return fail(Fault::HOMING_DISAGREEMENT, beyond / kStepsPerDegree);
   motion.run(direction_ * slow_, kAcceleration, kAcceleration);
   const bool at_speed = fabsf(motion.velocity()) > 0.98F * slow_;
-  if (!touch_.update(motion.position() - encoder, at_speed)) return Result::RUNNING;
-  contact_ = encoder;
-  pressed_ = motion.position() - encoder;
-  if (beyond < -kAgreement) return fail(Fault::HOMING_DISAGREEMENT, beyond / kStepsPerDegree);
+  if (!touch_.update(encoder, motion.position() - encoder, at_speed)) return Result::RUNNING;
+  contact_ = touch_.onset();
+  pressed_ = motion.position() - contact_;
+  const float apart = encoder - first_;
+  if (fabsf(apart) > kAgreement)
+    return fail(Fault::HOMING_DISAGREEMENT, apart / kStepsPerDegree);
   step_ = Step::HALT_AGAIN;
   return Result::RUNNING;
 }

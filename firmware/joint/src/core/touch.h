@@ -12,6 +12,7 @@ class Touch {
  public:
   // Contact counts from this growth of the error [steps], in this direction of motion.
   void start(float threshold, float direction, float error) {
+    begun_ = false;
     threshold_ = threshold;
     direction_ = direction;
     baseline_ = error;
@@ -21,8 +22,9 @@ class Touch {
 
   // One tick. While the motor accelerates its own inertia holds the rotor back, so until then
   // only an error near pull-out counts.
-  bool update(float error, bool at_speed) {
+  bool update(float encoder, float error, bool at_speed) {
     const float growth = (error - baseline_) * direction_;
+    note(encoder, growth);
     ticks_ = at_speed ? ticks_ + 1 : 0;
     const bool settled = ticks_ > kBlanking;
     const float limit = settled ? threshold_ : fmaxf(threshold_, kPullOut);
@@ -32,7 +34,28 @@ class Touch {
     return above_ >= 2;
   }
 
+  // Where the resistance began [steps]: the belt gives way before the threshold is reached, so the
+  // torques at a quarter of it and at contact are drawn back to none.
+  float onset() const {
+    const float rise = last_torque_ - first_torque_;
+    if (!begun_ || rise < 0.05F) return last_;
+    return first_ - first_torque_ * (last_ - first_) / rise;
+  }
+
  private:
+  void note(float encoder, float growth) {
+    const float angle = clamp(growth, 0.0F, 0.25F * kElectricalPeriod);
+    last_ = encoder;
+    last_torque_ = sinf(angle * (6.2831853F / kElectricalPeriod));
+    if (growth < 0.25F * threshold_) {
+      begun_ = false;
+    } else if (!begun_) {
+      begun_ = true;
+      first_ = last_;
+      first_torque_ = last_torque_;
+    }
+  }
+
   static constexpr int kBlanking = 150;
   // The baseline follows friction and the encoder's error over a turn, not a contact.
   static constexpr float kFollow = 0.02F;
@@ -44,6 +67,9 @@ class Touch {
   float baseline_ = 0.0F;
   int ticks_ = 0;
   int above_ = 0;
+  bool begun_ = false;
+  float first_ = 0.0F, first_torque_ = 0.0F;
+  float last_ = 0.0F, last_torque_ = 0.0F;
 };
 
 }  // namespace bioscara
