@@ -20,7 +20,8 @@ from bioscara.cli.views import make_view
 from bioscara.drivers import Joint
 from bioscara.errors import BioscaraError, MotionCancelledError
 from bioscara.model import ArmParameters
-from bioscara.planning import Trajectory, read
+from bioscara.planning import Trajectory, check, read
+from bioscara.planning import fit as stretch
 from bioscara.report import History, JointInfo, Outcome, RunFolder, Summary, png, text
 from bioscara.report.folder import default_path
 from bioscara.robot import Robot
@@ -43,7 +44,7 @@ class Plan:
     notes: tuple[str, ...]
 
 
-_HOMING_CYCLES = 5000
+_HOMING_CYCLES = 10_000
 """Homing and approach leave fewer records than this."""
 
 
@@ -63,7 +64,12 @@ def prepare(
         TrajectoryError: The file cannot be read, or asks for what the arm cannot do.
     """
     trajectory = read(path)
-    return Plan(title, source, trajectory, ())
+    notes: tuple[str, ...] = ()
+    if fit:
+        trajectory, factor = stretch(trajectory, parameters.joints)
+        notes = (f"stretched in time by {factor:.4f} to fit the limits",) if factor > 1.0 else ()
+    notes += tuple(check(trajectory, parameters.joints))
+    return Plan(title, source, trajectory, notes)
 
 
 class _Course(NamedTuple):
@@ -94,7 +100,7 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
             _HOMING_CYCLES + int(plan.trajectory.duration / robot.period),
         )
         history = History(names)
-        view = make_view(output, [(joint.name, joint.unit) for joint in robot.joints])
+        view = make_view(output, [(joint.name, joint.parameters.unit) for joint in robot.joints])
         with Observer(view, folder.samples, history) as observer:
             course = _move(robot, plan, cancelled, observer)
         summary = Summary(
@@ -114,7 +120,7 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
 
 
 def _joint_info(joint: Joint) -> JointInfo:
-    return JointInfo(joint.name, joint.address, joint.unit, firmware(joint))
+    return JointInfo(joint.name, joint.parameters.address, joint.parameters.unit, firmware(joint))
 
 
 def _move(robot: Robot, plan: Plan, cancelled: Interruption, observer: Observer) -> _Course:
@@ -122,6 +128,8 @@ def _move(robot: Robot, plan: Plan, cancelled: Interruption, observer: Observer)
     outcome, message = Outcome.COMPLETED, ""
     faults: tuple[str, ...] = ()
     try:
+        for sentence in robot.clear_faults():
+            observer.note(sentence)
         observer.phase("homing " + ", ".join(robot.parameters.homing_order))
         robot.home(observer.cycle, cancelled)
         observer.phase("following the trajectory")

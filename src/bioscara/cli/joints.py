@@ -35,7 +35,7 @@ def run(options: Options) -> int:
                 raise
             except BioscaraError as error:
                 missing.append(f"{joint.name}: {error}")
-                rows.append((joint.name, f"{joint.address:#04x}", "missing", *"-----"))
+                rows.append((joint.name, f"{joint.parameters.address:#04x}", "missing", *"-----"))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         cells = zip(row, widths, strict=True)
@@ -56,7 +56,7 @@ def _row(joint: Joint) -> tuple[str, ...]:
         errors = f"{report.crc_errors} broken, {report.refusals} refused"
     return (
         joint.name,
-        f"{joint.address:#04x}",
+        f"{joint.parameters.address:#04x}",
         firmware(joint),
         " ".join(flag.name or "" for flag in flags) or "none",
         "no" if flags & Flags.NOTHOMED else "yes",

@@ -4,50 +4,33 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bioscara.clock import Clock
-from bioscara.drivers import Joint
+from bioscara.drivers import Joint, JointSample
 from bioscara.errors import MotionCancelledError
-from bioscara.protocol import Flags
-from bioscara.report import Phase
 from bioscara.robot.records import Cancelled, Recorder
 
-POLL = 0.04
-"""Time between two looks at the joints [s]: a homing joint wants its host every 60 ms."""
 
-
-def home_in_order(
-    joints: Sequence[Joint],
-    order: Sequence[str],
-    clock: Clock,
-    recorder: Recorder,
-    cancelled: Cancelled,
-) -> None:
-    """Home the joints named in ``order``; each is disabled again when it is home.
+def home_in_order(joints: Sequence[Joint], recorder: Recorder, cancelled: Cancelled) -> None:
+    """Home ``joints`` one at a time; each holds its place afterwards, a lift must not sink.
 
     Args:
-        joints: All joints, in the order of the recorder's samples.
-        order: Names of the joints to home.
-        clock: The arm's time.
-        recorder: Takes a record at each look at the joints.
+        joints: The joints to home, in this order.
+        recorder: Takes a record at each look at the joint that is homing.
         cancelled: Asked at each look.
 
     Raises:
-        MotionCancelledError: It was asked to end; a joint may still be moving.
+        MotionCancelledError: It was asked to end; the joint was stopped.
         HomingError: A joint found no home that can be trusted.
-        BioscaraError: As the drivers; a joint may still be moving.
+        BioscaraError: As the drivers.
     """
-    names = [joint.name for joint in joints]
-    for name in order:
-        index = names.index(name)
-        joint = joints[index]
+
+    def progress(_: JointSample) -> None:
+        recorder.record_last()
+
+    for joint in joints:
         if cancelled():
-            raise MotionCancelledError(f"interrupted before homing {name}")
-        joint.start_homing()
-        deadline = clock.now()
-        while recorder.poll(Phase.HOMING)[index].flags & Flags.BUSY:
-            if cancelled():
-                raise MotionCancelledError(f"interrupted while homing {name}")
-            deadline = max(deadline + POLL, clock.now())
-            clock.sleep_until(deadline)
-        joint.post_homing()
-        joint.disable()
+            raise MotionCancelledError(f"interrupted before homing {joint.name}")
+        try:
+            joint.home(progress=progress, cancel=cancelled)
+        except MotionCancelledError as error:
+            raise MotionCancelledError(f"interrupted while homing {joint.name}") from error
+        recorder.record_last()

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from bioscara.clock import Clock
-from bioscara.drivers import Joint, JointSample, read_states
+from bioscara.drivers import Joint, JointSample
 from bioscara.drivers import Quality as SampleQuality
 from bioscara.report import CycleRecord, JointRecord, Phase, Quality
 
@@ -42,25 +42,23 @@ class Recorder:
         self._joints, self._clock, self._observe = tuple(joints), clock, observe
         self.origin = origin
 
-    def poll(self, phase: Phase) -> tuple[JointSample, ...]:
-        """Ask all joints how they are, hand the record on, return what they said."""
-        retries = self.retries()
-        start = self._clock.now()
-        samples = tuple(read_states(self._joints))
-        self._observe(
+    def record_last(self) -> None:
+        """Hand on what each joint said last, while one of them is homing; asks nobody."""
+        now = self._clock.now() - self.origin
+        self.hand_on(
             CycleRecord(
-                phase=phase,
-                start=start - self.origin,
+                phase=Phase.HOMING,
+                start=now,
                 trajectory_time=math.nan,
-                bus_time=self._clock.now() - start,
-                retries=self.retries() - retries,
+                bus_time=math.nan,
+                retries=0,
                 late=0.0,
                 joints=tuple(
-                    joint_record(sample, sample.stamp - self.origin) for sample in samples
+                    joint_record(joint.last, max(joint.last.stamp - self.origin, 0.0))
+                    for joint in self._joints
                 ),
             )
         )
-        return samples
 
     def retries(self) -> int:
         """Return how many exchanges were repeated since the joints were made."""

@@ -14,6 +14,7 @@ from bioscara.drivers import Joint, read_states
 from bioscara.errors import BioscaraError, CommunicationError, JointError, NotHomedError
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.planning import Trajectory, ramp, stop_ramp
+from bioscara.protocol import Flags
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot.homing import home_in_order
 from bioscara.robot.pacing import PacedClock
@@ -167,9 +168,23 @@ class Robot:
         """
         self._active = True
         self._pace(self._pace_homing)
-        order = [name for name in self.parameters.homing_order if not self._joint(name).is_homed()]
         recorder = Recorder(self.joints, self.clock, observe, self._begin)
-        home_in_order(self.joints, order, self.clock, recorder, cancelled)
+        chosen = [self._joint(name) for name in self.parameters.homing_order]
+        home_in_order([joint for joint in chosen if not joint.is_homed()], recorder, cancelled)
+
+    def clear_faults(self) -> list[str]:
+        """Acknowledge the faults that joints latched before; nothing moves.
+
+        Returns:
+            A sentence for each.
+        """
+        cleared = []
+        for joint in self.joints:
+            if joint.version == 2 and joint.get_flags() & Flags.FAULT:
+                report = joint.get_fault()
+                joint.clear_fault(report.fault)
+                cleared.append(f"{joint.name}: cleared {report.fault} ({report.data:g}) of before")
+        return cleared
 
     def follow(
         self, trajectory: Trajectory, observe: Observe = _ignore, cancelled: Cancelled = _never
@@ -192,7 +207,8 @@ class Robot:
         self._active = True
         self._pace(self._pace_motion)
         for joint in self.joints:
-            joint.enable()
+            if not joint.is_enabled():
+                joint.enable()
         recorder = Recorder(self.joints, self.clock, observe, self._begin)
         streamer = Streamer(self.joints, self.clock, self.period, recorder)
         try:
@@ -210,7 +226,7 @@ class Robot:
         if not self._active:
             return []
         self._active = False
-        return stop_and_disable(self.joints, self.clock)
+        return stop_and_disable(self.joints)
 
     @property
     def period(self) -> float:

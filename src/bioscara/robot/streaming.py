@@ -69,7 +69,7 @@ class Streamer:
         for joint in self._joints:
             named = joint.name == getattr(error, "joint", "")
             if joint.name not in self._lost and (
-                named or joint.address == getattr(error, "address", None)
+                named or joint.parameters.address == getattr(error, "address", None)
             ):
                 nan = math.nan
                 self._lost[joint.name] = JointRecord(
