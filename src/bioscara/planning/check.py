@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -84,18 +85,32 @@ def check(trajectory: Trajectory, limits: Sequence[JointLimits]) -> list[str]:
             close = difflib.get_close_matches(name, by_name, 1)
             hint = f"; did you mean {close[0]}?" if close else ""
             raise TrajectoryError(f"no joint {name!r}; the arm has {', '.join(by_name)}{hint}")
-    for index, name in enumerate(trajectory.joint_names):
-        _check_joint(trajectory, index, by_name[name])
+    excesses = [
+        excess
+        for index, name in enumerate(trajectory.joint_names)
+        for excess in _excesses(trajectory, index, by_name[name])
+    ]
+    if excesses:
+        worst = max(excesses, key=lambda excess: excess.ratio)
+        others = f" ({len(excesses) - 1} more limits are exceeded)" if len(excesses) > 1 else ""
+        raise TrajectoryError(worst.text + others)
     return _unrest(trajectory, [by_name[name] for name in trajectory.joint_names])
 
 
-def _check_joint(trajectory: Trajectory, index: int, limit: JointLimits) -> None:
+class _Excess(NamedTuple):
+    ratio: float
+    text: str
+
+
+def _excesses(trajectory: Trajectory, index: int, limit: JointLimits) -> Iterator[_Excess]:
     room = TOLERANCE * (limit.upper - limit.lower)
     for time, value in extrema(trajectory, index, 0):
         if not limit.lower - room <= value <= limit.upper + room:
-            raise TrajectoryError(
+            # No stretching in time helps against this one, so it comes before all others.
+            yield _Excess(
+                math.inf,
                 f"{limit.name} at {time:.3f} s: position {value:.6g} {limit.unit} is outside "
-                f"{limit.lower:g} .. {limit.upper:g} {limit.unit}; plan another path"
+                f"{limit.lower:g} .. {limit.upper:g} {limit.unit}; plan another path",
             )
     quantities = (
         (1, "velocity", f"{limit.unit}/s", limit.max_velocity),
@@ -104,9 +119,10 @@ def _check_joint(trajectory: Trajectory, index: int, limit: JointLimits) -> None
     for order, quantity, unit, most in quantities:
         time, value = max(extrema(trajectory, index, order), key=lambda item: abs(item.value))
         if abs(value) > most * (1.0 + TOLERANCE):
-            raise TrajectoryError(
+            yield _Excess(
+                abs(value) / most,
                 f"{limit.name} at {time:.3f} s: {quantity} {value:.4g} {unit} exceeds the limit "
-                f"of {most:g} {unit}; --fit stretches the trajectory in time until it fits"
+                f"of {most:g} {unit}; --fit stretches the trajectory in time until it fits",
             )
 
 
