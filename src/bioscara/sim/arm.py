@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 JOINTS = ("j1", "j2", "j3", "j4")
 
 OVERHEAD = {100e3: 105e-6, 400e3: 80e-6}
-"""What a Raspberry Pi 4 adds to each transaction [s], by bus frequency [Hz]; measured on the arm."""
+"""What a Raspberry Pi 4 adds to a transaction [s], by bus frequency [Hz]; measured on the arm."""
 
 
 def _native(seed: int, frequency: float, overhead: float, version_1: bool) -> Arm:

@@ -1,0 +1,163 @@
+"""Trajectory files: ROS 2 YAML as ``ros2 topic echo`` writes it, and CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from bioscara.errors import TrajectoryError
+from bioscara.planning.ros_yaml import trajectory_of_yaml
+from bioscara.planning.trajectory import Trajectory
+
+SIZE_MAX = 8 * 2**20
+"""Largest file that is read [bytes]; a minute at 1 kHz of four joints is a third of it."""
+
+_SUFFIXES = {"position": 0, "velocity": 1, "acceleration": 2}
+
+
+class TrajectoryFile(NamedTuple):
+    """What a file held.
+
+    Attributes:
+        trajectory: The motion.
+        notes: What was left out or is unusual.
+    """
+
+    trajectory: Trajectory
+    notes: tuple[str, ...]
+
+
+def read(path: str | Path) -> TrajectoryFile:
+    """Return the trajectory in a file: CSV by its ending, otherwise YAML.
+
+    Args:
+        path: The file.
+
+    Raises:
+        TrajectoryError: The file cannot be read or holds no trajectory; the message names the
+            file and, where it can, line or point.
+    """
+    path = Path(path)
+    try:
+        text = _text(path)
+        if path.suffix.lower() == ".csv":
+            return TrajectoryFile(_trajectory_of_csv(text), ())
+        trajectory, notes = trajectory_of_yaml(text)
+    except TrajectoryError as error:
+        raise TrajectoryError(f"{path}: {error}") from error
+    return TrajectoryFile(trajectory, notes)
+
+
+def write_csv(path: str | Path, trajectory: Trajectory) -> None:
+    """Write a trajectory as CSV; reading it gives the same trajectory.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    names = trajectory.joint_names
+    columns = [(f"{name}_position" for name in names)]
+    arrays = [trajectory.positions]
+    for suffix, array in (
+        ("velocity", trajectory.velocities),
+        ("acceleration", trajectory.accelerations),
+    ):
+        if array is not None:
+            columns.append(f"{name}_{suffix}" for name in names)
+            arrays.append(array)
+    with open(path, "w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["time", *(column for group in columns for column in group)])
+        for index, time in enumerate(trajectory.times.tolist()):
+            row = [repr(value) for array in arrays for value in array[index].tolist()]
+            writer.writerow([repr(time), *row])
+
+
+def _text(path: Path) -> str:
+    try:
+        if path.is_dir():
+            raise TrajectoryError("is a folder; name a trajectory file")
+        with open(path, "rb") as file:
+            if os.fstat(file.fileno()).st_size > SIZE_MAX:
+                raise TrajectoryError(f"is larger than {SIZE_MAX // 2**20} MiB; split it")
+            data = file.read(SIZE_MAX + 1)
+    except FileNotFoundError:
+        raise TrajectoryError("does not exist") from None
+    except OSError as error:
+        raise TrajectoryError(f"cannot be read: {error.strerror}") from error
+    if not data.strip():
+        raise TrajectoryError("is empty")
+    if len(data) > SIZE_MAX:
+        raise TrajectoryError(f"is larger than {SIZE_MAX // 2**20} MiB; split it")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise TrajectoryError(f"is not text (byte {error.start} is not UTF-8)") from error
+    if "\0" in text:
+        raise TrajectoryError(f"is not text (byte {text.index(chr(0))} is NUL)")
+    return text
+
+
+def _trajectory_of_csv(text: str) -> Trajectory:
+    rows = _rows(text)
+    header_line, header = next(rows, (1, []))
+    names, columns = _header(header_line, [cell.strip() for cell in header])
+    times: list[float] = []
+    tables: tuple[list[list[float]], ...] = ([], [], [])
+    for line, cells in rows:
+        if len(cells) != len(header):
+            raise TrajectoryError(
+                f"line {line}: {len(cells)} values, the header names {len(header)} columns"
+            )
+        values = [_number(line, cell) for cell in cells]
+        times.append(values[0])
+        for table, indices in zip(tables, columns, strict=True):
+            table.append([values[index] for index in indices])
+    positions, velocities, accelerations = (
+        table if indices else None for table, indices in zip(tables, columns, strict=True)
+    )
+    return Trajectory(names, times, positions or [], velocities, accelerations)
+
+
+def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    reader = csv.reader(io.StringIO(text), strict=True)
+    try:
+        for row in reader:
+            if row and not row[0].lstrip().startswith("#"):
+                yield reader.line_num, row
+    except csv.Error as error:
+        raise TrajectoryError(f"line {reader.line_num}: {error}") from error
+
+
+def _header(line: int, header: list[str]) -> tuple[list[str], tuple[list[int], ...]]:
+    if not header or header[0] != "time":
+        raise TrajectoryError(
+            f"line {line}: the first column must be 'time', then j1_position, ..., and all of "
+            f"j1_velocity, ... and j1_acceleration, ... where they are known"
+        )
+    found: list[dict[str, int]] = [{}, {}, {}]
+    for index, column in enumerate(header[1:], 1):
+        name, _, suffix = column.rpartition("_")
+        if suffix not in _SUFFIXES:
+            name, suffix = column, "position"
+        if name in found[_SUFFIXES[suffix]]:
+            raise TrajectoryError(f"line {line}: column {column!r} stands twice")
+        found[_SUFFIXES[suffix]][name] = index
+    names = list(found[0])
+    if not names:
+        raise TrajectoryError(f"line {line}: no column with a position")
+    for suffix, columns in zip(_SUFFIXES, found, strict=True):
+        odd = sorted(set(columns) ^ set(names)) if columns else []
+        if odd:
+            raise TrajectoryError(f"line {line}: {odd[0]} has no position or no {suffix} column")
+    return names, tuple([columns[name] for name in names] if columns else [] for columns in found)
+
+
+def _number(line: int, cell: str) -> float:
+    try:
+        return float(cell)
+    except ValueError:
+        raise TrajectoryError(f"line {line}: {cell.strip()!r} is not a number") from None

@@ -1,0 +1,59 @@
+"""Makes a trajectory executable by taking more time for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from bioscara.errors import TrajectoryError
+from bioscara.planning.check import check, extrema
+from bioscara.planning.limits import JointLimits
+from bioscara.planning.trajectory import Trajectory
+
+
+def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
+    """Return the same path in ``factor`` times the time.
+
+    Velocities become 1/factor, accelerations 1/factor^2 of what they were.
+    """
+    velocities, accelerations = trajectory.velocities, trajectory.accelerations
+    return Trajectory(
+        trajectory.joint_names,
+        trajectory.times * factor,
+        trajectory.positions,
+        None if velocities is None else velocities / factor,
+        None if accelerations is None else accelerations / factor**2,
+    )
+
+
+def fit(trajectory: Trajectory, limits: Sequence[JointLimits]) -> tuple[Trajectory, float]:
+    """Return the trajectory stretched in time by the least factor that meets every limit.
+
+    Args:
+        trajectory: What to fit.
+        limits: Of all joints of the arm.
+
+    Returns:
+        The trajectory and the factor, 1.0 where it fits as it is.
+
+    Raises:
+        TrajectoryError: It cannot be made to fit: an unknown joint, or a position limit.
+    """
+    by_name = {limit.name: limit for limit in limits}
+    factor = 1.0
+    for index, name in enumerate(trajectory.joint_names):
+        if name not in by_name:
+            continue  # check names it
+        limit = by_name[name]
+        fastest = max(abs(item.value) for item in extrema(trajectory, index, 1))
+        hardest = max(abs(item.value) for item in extrema(trajectory, index, 2))
+        factor = max(
+            factor,
+            fastest / limit.max_velocity,
+            math.sqrt(hardest / limit.max_acceleration),
+        )
+    if not math.isfinite(factor):
+        raise TrajectoryError("the trajectory cannot be fitted: a limit is zero")
+    result = trajectory if factor == 1.0 else stretched(trajectory, factor)
+    check(result, limits)
+    return result, factor

@@ -1,0 +1,39 @@
+"""What a joint can do, as planning needs to know it."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+
+class JointLimits(Protocol):
+    """Limits of one joint; :class:`bioscara.model.JointParameters` is one."""
+
+    @property
+    def name(self) -> str:
+        """Name of the joint."""
+        ...
+
+    @property
+    def unit(self) -> str:
+        """``"rad"`` or ``"m"``."""
+        ...
+
+    @property
+    def lower(self) -> float:
+        """Lowest position [unit]."""
+        ...
+
+    @property
+    def upper(self) -> float:
+        """Highest position [unit]."""
+        ...
+
+    @property
+    def max_velocity(self) -> float:
+        """Highest speed [unit/s]."""
+        ...
+
+    @property
+    def max_acceleration(self) -> float:
+        """Highest acceleration [unit/s^2]."""
+        ...

@@ -1,0 +1,206 @@
+"""The one trajectory type: points in joint space, and the curve between them."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from bioscara.errors import TrajectoryError
+
+Array = npt.NDArray[np.float64]
+
+
+class Sample(NamedTuple):
+    """State of all joints at one instant, in the order of ``joint_names``.
+
+    Attributes:
+        positions: [rad or m].
+        velocities: [rad/s or m/s].
+        accelerations: [rad/s^2 or m/s^2].
+    """
+
+    positions: tuple[float, ...]
+    velocities: tuple[float, ...]
+    accelerations: tuple[float, ...]
+
+
+class Trajectory:
+    """A timed motion of some joints; immutable.
+
+    Between two points the curve is a quintic polynomial where both velocities and accelerations
+    are given, a cubic where only velocities are, and a straight line otherwise: the interpolation
+    of ros2_control's joint trajectory controller. Before the first point it rests there, after
+    the last point at that.
+
+    Args:
+        joint_names: The joints.
+        times: Time of each point [s], shape (n,), not negative and strictly increasing.
+        positions: [rad or m], shape (n, joints).
+        velocities: [rad/s or m/s], shape (n, joints), or None.
+        accelerations: [rad/s^2 or m/s^2], shape (n, joints), or None; needs velocities.
+
+    Attributes:
+        joint_names: The joints.
+        times: As given, read-only.
+        positions: As given, read-only.
+        velocities: As given, read-only, or None.
+        accelerations: As given, read-only, or None.
+
+    Raises:
+        TrajectoryError: A size does not fit, a value is not finite, or times do not increase.
+    """
+
+    def __init__(
+        self,
+        joint_names: Sequence[str],
+        times: npt.ArrayLike,
+        positions: npt.ArrayLike,
+        velocities: npt.ArrayLike | None = None,
+        accelerations: npt.ArrayLike | None = None,
+    ) -> None:
+        self.joint_names = tuple(joint_names)
+        _check_names(self.joint_names)
+        self.times = _frozen(times)
+        count = self.times.shape[0] if self.times.ndim == 1 else 0
+        if count == 0:
+            raise TrajectoryError("a trajectory needs at least one point; this one has none")
+        shape = (count, len(self.joint_names))
+        self.positions = self._column("position", positions, shape)
+        self.velocities = (
+            None if velocities is None else self._column("velocity", velocities, shape)
+        )
+        if accelerations is not None and velocities is None:
+            raise TrajectoryError("accelerations are given without velocities; give both or none")
+        self.accelerations = (
+            None if accelerations is None else self._column("acceleration", accelerations, shape)
+        )
+        _check_times(self.times)
+        self._starts: list[float] = [float(time) for time in self.times]
+        self._coefficients = self._segments()
+        # Plain floats: for four joints they are several times faster than arrays.
+        self._plain: list[list[list[float]]] = self._coefficients.tolist()
+
+    def __repr__(self) -> str:
+        return (
+            f"<Trajectory {', '.join(self.joint_names)}: {len(self._starts)} points, "
+            f"{self.duration:g} s>"
+        )
+
+    @property
+    def duration(self) -> float:
+        """Time of the last point [s]."""
+        return self._starts[-1]
+
+    @property
+    def coefficients(self) -> Array:
+        """Polynomials, shape (n - 1, joints, 6): powers of the time since the segment's start."""
+        return self._coefficients
+
+    def sample(self, time: float) -> Sample:
+        """Return the state at ``time`` [s]."""
+        starts = self._starts
+        if time < starts[0] or time >= starts[-1]:
+            row = self.positions[0 if time < starts[0] else -1].tolist()
+            rest = (0.0,) * len(row)
+            return Sample(tuple(row), rest, rest)
+        index = bisect_right(starts, time) - 1
+        t = time - starts[index]
+        positions, velocities, accelerations = [], [], []
+        for c0, c1, c2, c3, c4, c5 in self._plain[index]:
+            positions.append(c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5)))))
+            velocities.append(c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4 + t * 5 * c5))))
+            accelerations.append(2 * c2 + t * (6 * c3 + t * (12 * c4 + t * 20 * c5)))
+        return Sample(tuple(positions), tuple(velocities), tuple(accelerations))
+
+    def sample_many(self, times: npt.ArrayLike) -> tuple[Array, Array, Array]:
+        """Return positions, velocities and accelerations at ``times`` [s], each (m, joints)."""
+        at = np.asarray(times, dtype=np.float64)
+        positions = np.empty((*at.shape, len(self.joint_names)))
+        velocities, accelerations = np.zeros_like(positions), np.zeros_like(positions)
+        before, after = at < self.times[0], at >= self.times[-1]
+        positions[before], positions[after] = self.positions[0], self.positions[-1]
+        inside = ~(before | after)
+        if inside.any():
+            index = np.searchsorted(self.times, at[inside], side="right") - 1
+            t = (at[inside] - self.times[index])[:, None]
+            c = np.moveaxis(self._coefficients[index], -1, 0)
+            positions[inside] = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
+            velocities[inside] = c[1] + t * (
+                2 * c[2] + t * (3 * c[3] + t * (4 * c[4] + t * 5 * c[5]))
+            )
+            accelerations[inside] = 2 * c[2] + t * (6 * c[3] + t * (12 * c[4] + t * 20 * c[5]))
+        return positions, velocities, accelerations
+
+    def _column(self, what: str, values: npt.ArrayLike, shape: tuple[int, int]) -> Array:
+        array = _frozen(values)
+        if array.shape != shape:
+            raise TrajectoryError(
+                f"{what}: shape {array.shape} does not fit {shape[0]} points of {shape[1]} joints"
+            )
+        if not np.isfinite(array).all():
+            point, joint = (int(index) for index in np.argwhere(~np.isfinite(array))[0])
+            raise TrajectoryError(
+                f"point {point}: {what} of {self.joint_names[joint]} is {array[point, joint]}; "
+                f"every value must be a finite number"
+            )
+        return array
+
+    def _segments(self) -> Array:
+        count, joints = self.positions.shape
+        c = np.zeros((count - 1, joints, 6))
+        if count == 1:
+            return c
+        t = np.diff(self.times)[:, None]
+        p0, p1 = self.positions[:-1], self.positions[1:]
+        way = p1 - p0
+        c[..., 0] = p0
+        if self.velocities is None:
+            c[..., 1] = way / t
+            return c
+        v0, v1 = self.velocities[:-1], self.velocities[1:]
+        c[..., 1] = v0
+        if self.accelerations is None:
+            c[..., 2] = (3 * way / t - 2 * v0 - v1) / t
+            c[..., 3] = (v0 + v1 - 2 * way / t) / t**2
+            return c
+        a0, a1 = self.accelerations[:-1], self.accelerations[1:]
+        c[..., 2] = a0 / 2
+        c[..., 3] = (20 * way - (8 * v1 + 12 * v0) * t - (3 * a0 - a1) * t**2) / (2 * t**3)
+        c[..., 4] = (-30 * way + (14 * v1 + 16 * v0) * t + (3 * a0 - 2 * a1) * t**2) / (2 * t**4)
+        c[..., 5] = (12 * way - 6 * (v1 + v0) * t + (a1 - a0) * t**2) / (2 * t**5)
+        return c
+
+
+def _frozen(values: npt.ArrayLike) -> Array:
+    try:
+        array = np.array(values, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise TrajectoryError(f"points do not all have the same size: {error}") from error
+    array.setflags(write=False)
+    return array
+
+
+def _check_names(names: tuple[str, ...]) -> None:
+    if not names:
+        raise TrajectoryError("a trajectory needs at least one joint; this one names none")
+    twice = sorted({name for name in names if names.count(name) > 1})
+    if twice:
+        raise TrajectoryError(f"joint named twice: {', '.join(twice)}")
+
+
+def _check_times(times: Array) -> None:
+    if not np.isfinite(times).all():
+        raise TrajectoryError(f"point {int(np.argmin(np.isfinite(times)))}: time is not finite")
+    if times[0] < 0.0:
+        raise TrajectoryError(f"point 0: time {times[0]:g} s is negative")
+    steps = np.diff(times)
+    if (steps <= 0.0).any():
+        point = int(np.argmax(steps <= 0.0)) + 1
+        raise TrajectoryError(
+            f"point {point}: time {times[point]:g} s does not come after {times[point - 1]:g} s; "
+            f"times must increase strictly"
+        )
