@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -16,7 +17,7 @@ from bioscara.errors import (
     CommunicationError,
     NoAcknowledgeError,
 )
-from contract.preload import PreloadedBus
+from contract.preload import PreloadedBus, build_shim
 
 ADDRESSES = (0x11, 0x12, 0x13, 0x14)
 PING = [Transaction(address, b"\x0f", 2) for address in ADDRESSES]
@@ -191,3 +192,11 @@ def test_a_stuck_adapter_that_cannot_be_opened_any_more_says_so(bus: PreloadedBu
     bus.shim("shim_fail_open", errno.ENOENT)
     with pytest.raises(BusUnavailableError, match="does not exist"):
         bus.transfer(PING)
+
+
+def test_a_machine_without_compiler_is_told_what_is_missing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))
+    with pytest.raises(RuntimeError, match="need a C compiler"):
+        build_shim(tmp_path)

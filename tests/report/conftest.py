@@ -82,6 +82,4 @@ def summary() -> Summary:
         message="",
         joints=(JointInfo("j1", 0x11, "rad", "v2"), JointInfo("j2", 0x12, "m", "v2")),
         planned_duration=2.5,
-        homing_duration=60.0,
-        motion_duration=3.0,
     )

@@ -74,7 +74,8 @@ class FaultyBus(Bus):
         return results
 
     def close(self) -> None:
-        """Close the other bus."""
+        """End all faults and close the other bus."""
+        self.clear()
         self._bus.close()
 
     def clear(self) -> None:

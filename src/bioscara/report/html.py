@@ -55,7 +55,7 @@ def _facts(summary: Summary, history: History) -> str:
     facts = [
         ("arm", summary.arm),
         ("trajectory", summary.source),
-        ("duration", duration_line(summary)),
+        ("duration", duration_line(summary, history)),
     ]
     for line in loop_lines(loop_statistics(history)):
         name, _, text = line.strip().partition(" ")

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from bioscara.report.cycles import History, Phase, Quality
 
-_LOOP = (Phase.APPROACH, Phase.TRAJECTORY, Phase.SETTLING, Phase.STOPPING)
+LOOP = (Phase.APPROACH, Phase.TRAJECTORY, Phase.SETTLING, Phase.STOPPING)
 """Phases in which the loop has a fixed rate; homing is only polled."""
 
 
@@ -93,10 +93,16 @@ def measured_time(history: History, joint: int) -> NDArray[np.float64]:
     return np.asarray(history.trajectory_time + offset, dtype=np.float64)
 
 
+def duration(history: History, *phases: Phase) -> float:
+    """Return the time from the first to the last cycle of ``phases`` [s]; NaN without any."""
+    start = np.asarray(history.start)[phase_mask(history, *phases)]
+    return float(start[-1] - start[0]) if len(start) else float("nan")
+
+
 def loop_statistics(history: History) -> LoopStatistics:
     """Return how the loop and the bus behaved."""
     nan = float("nan")
-    mask = phase_mask(history, *_LOOP)
+    mask = phase_mask(history, *LOOP)
     cycles = int(mask.sum())
     if cycles == 0:
         return LoopStatistics(0, nan, nan, nan, nan, nan, 0, 0)

@@ -46,8 +46,6 @@ class Summary:
         message: Why it did not complete; empty when it did.
         joints: Who took part.
         planned_duration: Length of the trajectory [s].
-        homing_duration: Time that homing took, in the arm's time [s].
-        motion_duration: Time from the first to the last setpoint, in the arm's time [s].
         notes: What the person should know, one sentence each.
         faults: What went wrong, one sentence each.
     """
@@ -61,7 +59,5 @@ class Summary:
     message: str
     joints: tuple[JointInfo, ...]
     planned_duration: float
-    homing_duration: float
-    motion_duration: float
     notes: tuple[str, ...] = field(default=())
     faults: tuple[str, ...] = field(default=())

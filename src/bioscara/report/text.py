@@ -5,8 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isnan
 
-from bioscara.report.cycles import History
-from bioscara.report.statistics import LoopStatistics, Tracking, loop_statistics, tracking
+from bioscara.report.cycles import History, Phase
+from bioscara.report.statistics import (
+    LOOP,
+    LoopStatistics,
+    Tracking,
+    duration,
+    loop_statistics,
+    tracking,
+)
 from bioscara.report.summary import JointInfo, Outcome, Summary
 
 
@@ -18,7 +25,7 @@ def render(summary: Summary, history: History) -> str:
         f"  trajectory  {summary.source}",
         f"  started     {summary.started:%Y-%m-%d %H:%M:%S %z}",
         f"  outcome     {outcome_line(summary)}",
-        f"  duration    {duration_line(summary)}",
+        f"  duration    {duration_line(summary, history)}",
         "",
         *tracking_table(summary, history),
         "",
@@ -41,11 +48,12 @@ def outcome_line(summary: Summary) -> str:
     return f"{summary.outcome.value.upper()}: {summary.message}"
 
 
-def duration_line(summary: Summary) -> str:
-    """Return the durations in the arm's time."""
+def duration_line(summary: Summary, history: History) -> str:
+    """Return how long the trajectory is and how long the parts of the run took."""
+    homing, motion = duration(history, Phase.HOMING), duration(history, *LOOP)
     return (
-        f"trajectory {seconds(summary.planned_duration)} planned; homing "
-        f"{seconds(summary.homing_duration)}, motion {seconds(summary.motion_duration)} of arm time"
+        f"trajectory {seconds(summary.planned_duration)}; homing took {seconds(homing)}, "
+        f"motion {seconds(motion)} of the arm's time"
     )
 
 

@@ -6,6 +6,14 @@
 
 #include "configuration.h"
 #include "hal.h"
+#include "homing.h"
+#include "motion.h"
+#include "orientation.h"
+#include "speed_filter.h"
+#include "supervisor.h"
+#include "tle5012b.h"
+#include "tracker.h"
+#include "wire.h"
 
 namespace bioscara {
 
@@ -14,7 +22,7 @@ class Joint {
   // Period of the control tick.
   static constexpr uint32_t kTickMicros = 1000;
   // Longest answer: HELLO's payload, flags and trailer.
-  static constexpr size_t kAnswerMax = 13;
+  static constexpr size_t kAnswerMax = Wire::kAnswerMax;
 
   Joint(Hal& hal, const Configuration& configuration);
 
@@ -26,11 +34,91 @@ class Joint {
 
   // I2C interrupt: the controller wrote these bytes. Checks them, queues the command for the next
   // tick and arms the answer.
-  void on_receive(const uint8_t* data, size_t size);
+  void on_receive(const uint8_t* data, size_t size) { wire_.receive(data, size); }
 
   // I2C interrupt: the controller reads. Copies out the armed answer and returns its size; the
   // board sends 0xFF for every byte beyond it. Executes nothing.
-  size_t on_request(uint8_t (&answer)[kAnswerMax]);
+  size_t on_request(uint8_t (&answer)[kAnswerMax]) const { return wire_.request(answer); }
+
+ private:
+  // joint.cpp: the tick.
+  void sense();
+  void supervise();
+  void watch_silence();
+  void act();
+  void publish();
+
+  // joint_commands.cpp: what a command does.
+  void execute(const Command& command);
+  void set_up(const Command& command);
+  void set_current(const Command& command);
+  void move(float target, bool alone);
+  void track(const Command& command);
+  void home(const Command& command);
+  void check_orientation(const Command& command);
+  void stop(bool hard);
+  void disable();
+
+  // joint_sequences.cpp: what takes more than a tick.
+  void run_homing();
+  void finish_homing();
+  void run_orientation();
+  void run_stopping();
+  void correct();
+  void hold();
+  void latch(Fault fault, float data);
+  void cut(Fault fault, float data);
+  void apply_currents();
+  bool sequence() const;
+  bool underway() const;
+
+  Hal& hal_;
+  const Configuration configuration_;
+  Wire wire_;
+  Motion motion_;
+  Tle5012b encoder_;
+  SpeedFilter filter_;
+  Tracker tracker_;
+  Supervisor supervisor_;
+  Homing homing_;
+  Orientation orientation_;
+
+  JointState state_ = JointState::DISABLED;
+  bool enabled_ = false;
+  bool homed_ = false;
+  bool stalled_ = false;
+  bool checked_ = false;
+  // The power stage is closed: the motor has current or its coils are shorted.
+  bool powered_ = false;
+  bool closed_loop_ = true;
+  // The motion runs by itself, with no setpoint to repeat.
+  bool alone_ = false;
+  Fault fault_ = Fault::NONE;
+  float fault_data_ = 0.0F;
+
+  uint8_t drive_percent_ = 0;
+  uint8_t hold_percent_ = 0;
+  BrakeMode brake_ = BrakeMode::FREEWHEEL;
+  float max_velocity_;
+  float acceleration_;
+  float deceleration_;
+  float threshold_ = 15.0F;
+  float stop_deceleration_;
+
+  int32_t zero_counts_ = 0;
+  // Where an earlier homing of this boot found the end stop, and where a refused one did [counts].
+  bool known_zero_ = false;
+  int32_t other_zero_ = 0;
+  bool other_known_ = false;
+  int bad_samples_ = 0;
+  float encoder_steps_ = 0.0F;
+  float error_ = 0.0F;
+
+  float goal_ = 0.0F;
+  float correction_ = 0.0F;
+  float run_velocity_ = 0.0F;
+  int still_ = 0;
+  uint32_t fed_ = 0;
 };
 
 }  // namespace bioscara

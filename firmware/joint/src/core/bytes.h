@@ -1,0 +1,35 @@
+// Little-endian numbers in frames, and the check byte.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+namespace bioscara {
+
+template <typename T>
+T load(const uint8_t* bytes) {
+  uint64_t bits = 0;
+  for (size_t i = 0; i < sizeof(T); ++i) bits |= static_cast<uint64_t>(bytes[i]) << (8 * i);
+  T value;
+  memcpy(&value, &bits, sizeof(T));
+  return value;
+}
+
+template <typename T>
+size_t store(uint8_t* bytes, T value) {
+  memcpy(bytes, &value, sizeof(T));  // The controller is little endian, as is the wire.
+  return sizeof(T);
+}
+
+// CRC-8 of the SMBus packet error check: polynomial 0x07, start 0.
+inline uint8_t crc8(uint8_t crc, const uint8_t* data, size_t size) {
+  for (size_t i = 0; i < size; ++i) {
+    crc = static_cast<uint8_t>(crc ^ data[i]);
+    for (int bit = 0; bit < 8; ++bit)
+      crc = static_cast<uint8_t>(crc & 0x80 ? (crc << 1) ^ 0x07 : crc << 1);
+  }
+  return crc;
+}
+
+}  // namespace bioscara

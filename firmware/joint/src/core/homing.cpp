@@ -1,0 +1,125 @@
+#include "homing.h"
+
+#include <math.h>
+
+namespace bioscara {
+
+namespace {
+
+// 20 rad/s^2 of the motor: the reduced current can do it with every load of the arm.
+constexpr float kAcceleration = 163000.0F;
+constexpr float kBackOffLeast = 30.0F * kStepsPerDegree;
+// The second touch needs this long to come to a steady speed [s].
+constexpr float kRunUp = 0.4F;
+constexpr float kBackOffSpeed = 30.0F * kStepsPerRpm;
+// The two touches may differ by this much; the first is made with the speed of the approach.
+constexpr float kAgreement = 10.0F * kStepsPerDegree;
+constexpr int kPause = 200;
+
+}  // namespace
+
+void Homing::start(const Configuration& configuration, bool positive, float rpm, float threshold,
+                   bool twice) {
+  configuration_ = configuration;
+  direction_ = positive ? 1.0F : -1.0F;
+  slow_ = rpm * kStepsPerRpm;
+  fast_ = (twice ? fmaxf(configuration.homing_rpm, rpm) : rpm) * kStepsPerRpm;
+  back_off_ = fmaxf(kBackOffLeast, slow_ * kRunUp);
+  threshold_ = threshold;
+  twice_ = twice;
+  step_ = Step::BEGIN;
+  wait_ = 0;
+  ticks_ = 0;
+  fault_ = Fault::NONE;
+}
+
+Homing::Result Homing::fail(Fault fault, float data) {
+  fault_ = fault;
+  data_ = data;
+  return Result::FAILED;
+}
+
+Homing::Result Homing::step(Motion& motion, float encoder) {
+  const float seconds = static_cast<float>(++ticks_) * kTickSeconds;
+  const float allowed =
+      kTimeMargin * configuration_.range_deg * kStepsPerDegree / fast_ + kTouchSeconds;
+  if (seconds > allowed) return fail(Fault::HOMING_TIMEOUT, seconds);
+  switch (step_) {
+    case Step::BEGIN:
+      // The changed current moves the rotor a little; wait, then start from where it is.
+      if (!waited(kPause)) return Result::RUNNING;
+      motion.rename(encoder);
+      start_ = encoder;
+      touch_.start(threshold_, direction_, 0.0F);
+      step_ = Step::APPROACH;
+      return Result::RUNNING;
+    case Step::APPROACH:
+      return approach(motion, encoder);
+    case Step::HALT:
+      motion.stop(kHardDeceleration);
+      if (!motion.standing() || !waited(kPause)) return Result::RUNNING;
+      if (!twice_) return Result::TOUCHED;
+      motion.rename(encoder);
+      retreat_ = encoder;
+      wait_ = 0;
+      step_ = Step::BACK_OFF;
+      motion.go(encoder - direction_ * back_off_, fmaxf(slow_, kBackOffSpeed), kAcceleration, kAcceleration);
+      return Result::RUNNING;
+    case Step::BACK_OFF: {
+      if (!motion.arrived()) return Result::RUNNING;
+      const float moved = (retreat_ - encoder) * direction_;
+      if (moved < 0.5F * back_off_) return fail(Fault::HOMING_OBSTRUCTED, moved / kStepsPerDegree);
+      step_ = Step::PAUSE;
+      return Result::RUNNING;
+    }
+    case Step::PAUSE:
+      if (!waited(kPause)) return Result::RUNNING;
+      wait_ = 0;
+      touch_.start(threshold_, direction_, motion.position() - encoder);
+      step_ = Step::TOUCH;
+      return Result::RUNNING;
+    case Step::TOUCH:
+      return touch(motion, encoder);
+    case Step::HALT_AGAIN:
+      motion.stop(kHardDeceleration);
+      if (!motion.standing()) return Result::RUNNING;
+      // The field stands ahead of the rotor and presses; bring it back to where the rotor is.
+      motion.go(motion.position() - pressed_, kBackOffSpeed, kAcceleration, kAcceleration);
+      step_ = Step::RELAX;
+      return Result::RUNNING;
+    case Step::RELAX:
+      if (!motion.arrived() || !waited(kPause)) return Result::RUNNING;
+      return Result::TOUCHED;
+  }
+  return fail(Fault::INTERNAL, static_cast<float>(__LINE__));
+}
+
+Homing::Result Homing::approach(Motion& motion, float encoder) {
+  const float travel = (motion.position() - start_) * direction_ / kStepsPerDegree;
+  if (travel > kTravelMargin * configuration_.range_deg)
+    return fail(Fault::HOMING_TRAVEL, travel);
+  motion.run(direction_ * fast_, kAcceleration, kAcceleration);
+  const bool at_speed = fabsf(motion.velocity()) > 0.98F * fast_;
+  if (!touch_.update(encoder, motion.position() - encoder, at_speed)) return Result::RUNNING;
+  first_ = contact_ = encoder;
+  wait_ = 0;
+  step_ = Step::HALT;
+  return Result::RUNNING;
+}
+
+Homing::Result Homing::touch(Motion& motion, float encoder) {
+  const float beyond = (encoder - first_) * direction_;
+  if (beyond > 2.0F * back_off_) return fail(Fault::HOMING_DISAGREEMENT, beyond / kStepsPerDegree);
+  motion.run(direction_ * slow_, kAcceleration, kAcceleration);
+  const bool at_speed = fabsf(motion.velocity()) > 0.98F * slow_;
+  if (!touch_.update(encoder, motion.position() - encoder, at_speed)) return Result::RUNNING;
+  contact_ = touch_.onset();
+  pressed_ = motion.position() - contact_;
+  const float apart = encoder - first_;
+  if (fabsf(apart) > kAgreement)
+    return fail(Fault::HOMING_DISAGREEMENT, apart / kStepsPerDegree);
+  step_ = Step::HALT_AGAIN;
+  return Result::RUNNING;
+}
+
+}  // namespace bioscara

@@ -1,0 +1,186 @@
+#include "joint.h"
+
+#include <math.h>
+
+namespace bioscara {
+
+namespace {
+
+// Limits until the host sets others: those of the original firmware, in full steps.
+constexpr float kDefaultVelocity = 800.0F * 256.0F;
+constexpr float kDefaultAcceleration = 10000.0F * 256.0F;
+// No rotor turns further within a tick: a slip of a pole, and what the speed limit allows [counts].
+constexpr float kPlausible = 700.0F;
+constexpr int kBadSamples = 2;
+// A version 1 host can do no more than poll, ten times a second.
+constexpr uint32_t kPollMillis = 250;
+// A setpoint may be as far away as the limit brings the joint within this time.
+constexpr float kReachSeconds = 0.1F;
+constexpr float kReachDegrees = 5.0F;
+
+constexpr uint8_t kPositionReached = 0x20;
+constexpr uint8_t kVelocityReached = 0x10;
+constexpr uint8_t kStandstill = 0x08;
+constexpr uint8_t kStall = 0x04;
+
+}  // namespace
+
+Joint::Joint(Hal& hal, const Configuration& configuration)
+    : hal_(hal),
+      configuration_(configuration),
+      wire_(hal, configuration),
+      motion_(hal),
+      encoder_(hal),
+      max_velocity_(kDefaultVelocity),
+      acceleration_(kDefaultAcceleration),
+      deceleration_(kDefaultAcceleration),
+      stop_deceleration_(kDefaultAcceleration) {}
+
+void Joint::boot() {
+  hal_.driver_enable(false);
+  wire_.boot();
+  motion_.driver().setup();
+  if (!encoder_.setup(configuration_.inverted)) bad_samples_ = 1;
+  zero_counts_ = encoder_.counts();
+  filter_.reset(0.0F);
+  publish();
+}
+
+void Joint::tick() {
+  sense();
+  Command command;
+  while (wire_.take(command)) execute(command);
+  supervise();
+  act();
+  publish();
+  hal_.feed_watchdog();
+}
+
+void Joint::sense() {
+  motion_.driver().poll();
+  const float reach = kPlausible + 1.5F * max_velocity_ * kTickSeconds / kStepsPerCount;
+  bool good = encoder_.sample();
+  if (good && fabsf(static_cast<float>(encoder_.change())) > reach) {
+    encoder_.reject();
+    good = false;
+  }
+  bad_samples_ = good ? 0 : bad_samples_ + 1;
+  if (bad_samples_ == kBadSamples) {
+    homed_ = false;
+    latch(Fault::ENCODER, static_cast<float>(encoder_.change()) * kStepsPerCount / kStepsPerDegree);
+  }
+  encoder_steps_ = static_cast<float>(encoder_.counts() - zero_counts_) * kStepsPerCount;
+  filter_.update(encoder_steps_);
+  error_ = powered_ ? motion_.position() - encoder_steps_ : 0.0F;
+}
+
+bool Joint::sequence() const {
+  return state_ == JointState::HOMING || state_ == JointState::ORIENTATION ||
+         state_ == JointState::MOVING_TO_END;
+}
+
+bool Joint::underway() const {
+  return sequence() || state_ == JointState::POSITION || state_ == JointState::VELOCITY ||
+         state_ == JointState::TRACKING;
+}
+
+void Joint::supervise() {
+  const Supervisor::Finding driver =
+      driver_fault(motion_.driver().take_gstat(), motion_.driver().drv_status());
+  if (driver.fault == Fault::DRIVER_RESET) motion_.driver().setup();
+  if (driver.fault != Fault::NONE && powered_) cut(driver.fault, driver.data);
+  if (powered_ && !sequence()) {
+    const Supervisor::Finding finding =
+        supervisor_.check(motion_, error_, bad_samples_ == 0 ? encoder_.change() : 1);
+    if (finding.fault == Fault::RUNAWAY) {
+      cut(finding.fault, finding.data);
+    } else if (finding.fault != Fault::NONE && state_ != JointState::STOPPING &&
+               state_ != JointState::FAULTED) {
+      stalled_ = finding.fault == Fault::STALL;
+      latch(finding.fault, finding.data);
+    }
+  }
+  watch_silence();
+}
+
+void Joint::watch_silence() {
+  if (!underway()) return;
+  const bool polled = alone_ && !wire_.armed();
+  const uint32_t since = polled ? wire_.last_frame() : fed_;
+  const uint32_t silence = (hal_.micros() - since) / 1000U;
+  const uint32_t allowed = polled ? kPollMillis : wire_.watchdog_ms();
+  // A frame may arrive after this tick began.
+  if (silence <= allowed || silence > 0x7FFFFFFFU / 1000U) return;
+  const bool resting = !sequence() && motion_.standing() &&
+                       (state_ != JointState::POSITION || motion_.arrived()) &&
+                       (state_ != JointState::TRACKING || tracker_.velocity() == 0.0F);
+  if (resting)
+    hold();
+  else
+    latch(Fault::SETPOINT_LOST, static_cast<float>(silence));
+}
+
+void Joint::act() {
+  switch (state_) {
+    case JointState::DISABLED:
+      break;
+    case JointState::HOLDING:
+    case JointState::FAULTED:
+      if (powered_) correct();
+      break;
+    case JointState::POSITION:
+      if (alone_ && motion_.arrived() && motion_.position() == roundf(goal_))
+        hold();
+      else
+        correct();
+      break;
+    case JointState::VELOCITY:
+      motion_.run(clamp(run_velocity_, -max_velocity_, max_velocity_), acceleration_,
+                  deceleration_);
+      break;
+    case JointState::TRACKING:
+      tracker_.advance();
+      motion_.follow(tracker_.position(), tracker_.velocity(), max_velocity_, acceleration_);
+      break;
+    case JointState::HOMING:
+    case JointState::MOVING_TO_END:
+      run_homing();
+      break;
+    case JointState::ORIENTATION:
+      run_orientation();
+      break;
+    case JointState::STOPPING:
+      run_stopping();
+      break;
+  }
+}
+
+void Joint::publish() {
+  Status status;
+  const float degrees = encoder_steps_ / kStepsPerDegree;
+  status.position_deg = degrees;
+  status.velocity_rpm = filter_.speed() / kStepsPerRpm;
+  status.driver_rpm = motion_.velocity() / kStepsPerRpm;
+  status.error_steps = error_;
+  status.reference_deg = state_ == JointState::TRACKING ? tracker_.position() / kStepsPerDegree
+                         : powered_                     ? motion_.position() / kStepsPerDegree
+                                                        : degrees;
+  status.max_velocity_rpm = max_velocity_ / kStepsPerRpm;
+  status.reach_deg = max_velocity_ * kReachSeconds / kStepsPerDegree + kReachDegrees;
+  status.load_percent = powered_ ? supervisor_.load_percent(error_) : 0;
+  status.state = state_;
+  status.fault = fault_;
+  status.fault_data = fault_data_;
+  status.slow_setup = !powered_ || !checked_;
+  status.motor_bits = static_cast<uint8_t>(
+      (motion_.arrived() ? kPositionReached : 0) |
+      (fabsf(motion_.velocity() - run_velocity_) < kVelocityLsb * 2.0F ? kVelocityReached : 0) |
+      (motion_.standing() ? kStandstill : 0) | (stalled_ ? kStall : 0));
+  status.flags = static_cast<uint8_t>(
+      (stalled_ ? mask(Flags::STALL) : 0) | (sequence() ? mask(Flags::BUSY) : 0) |
+      (homed_ ? 0 : mask(Flags::NOTHOMED)) | (enabled_ ? 0 : mask(Flags::NOTENABLED)) |
+      (fault_ != Fault::NONE ? mask(Flags::FAULT) : 0));
+  wire_.publish(status);
+}
+
+}  // namespace bioscara

@@ -1,0 +1,225 @@
+// What each command does, in the tick that takes it from the queue. The wire has checked its
+// values and that it is allowed; what may have changed since then is checked again here.
+#include <math.h>
+
+#include "joint.h"
+
+namespace bioscara {
+
+namespace {
+
+constexpr float kOrientationDegrees = 1.0F;
+// Error that counts as contact [steps] per unit of sensitivity, and its bounds: below is noise of
+// the encoder, above the rotor is close to slipping.
+constexpr float kContactPerUnit = 4.0F;
+constexpr float kContactLeast = 100.0F;
+constexpr float kContactMost = 400.0F;
+
+float contact_threshold(float sensitivity) {
+  return clamp(kContactPerUnit * sensitivity, kContactLeast, kContactMost);
+}
+
+}  // namespace
+
+void Joint::execute(const Command& command) {
+  for (const Definition& row : kDefinitions) {
+    if (row.code != command.code) continue;
+    if (row.setpoint) fed_ = command.micros;
+    if (row.motion && (!enabled_ || stalled_ || sequence())) return;
+    break;
+  }
+  switch (command.code) {
+    case Register::SETUP:
+      set_up(command);
+      break;
+    case Register::SETRPM:
+      state_ = JointState::VELOCITY;
+      alone_ = false;
+      run_velocity_ = command.number * kStepsPerRpm;
+      break;
+    case Register::RUNCONTINUOUS:
+      state_ = JointState::VELOCITY;
+      alone_ = false;
+      run_velocity_ = command.bytes[0] != 0 ? max_velocity_ : -max_velocity_;
+      break;
+    case Register::MOVESTEPS:
+      fed_ = command.micros;
+      move(motion_.position() + static_cast<float>(command.whole), true);
+      break;
+    case Register::MOVEANGLE:
+      fed_ = command.micros;
+      move(motion_.position() + command.number * kStepsPerDegree, true);
+      break;
+    case Register::MOVETOANGLE:
+      move(command.number * kStepsPerDegree, false);
+      break;
+    case Register::TRACK:
+      track(command);
+      break;
+    case Register::SETCURRENT:
+    case Register::SETHOLDCURRENT:
+      set_current(command);
+      break;
+    case Register::SETMAXACCELERATION:
+      acceleration_ = deceleration_ =
+          clamp(command.number * kStepsPerDegree, kAccelerationLsb, kHardDeceleration);
+      break;
+    case Register::SETMAXDECELERATION:
+      deceleration_ = clamp(command.number * kStepsPerDegree, kAccelerationLsb, kHardDeceleration);
+      break;
+    case Register::SETMAXVELOCITY:
+      max_velocity_ = clamp(command.number * kStepsPerDegree, kVelocityLsb,
+                            kVelocityLsb * static_cast<float>(kVelocityMax));
+      break;
+    case Register::ENABLESTALLGUARD:
+      supervisor_.enable_stall(command.bytes[0]);
+      stalled_ = false;
+      break;
+    case Register::DISABLESTALLGUARD:
+      supervisor_.disable_stall();
+      break;
+    case Register::CLEARSTALL:
+      stalled_ = false;
+      break;
+    case Register::SETBRAKEMODE:
+      brake_ = static_cast<BrakeMode>(command.bytes[0]);
+      motion_.driver().set_brake(brake_);
+      if (state_ == JointState::DISABLED) apply_currents();
+      break;
+    case Register::ENABLEPID:
+    case Register::ENABLECLOSEDLOOP:
+      closed_loop_ = true;
+      break;
+    case Register::DISABLEPID:
+      closed_loop_ = false;
+      break;
+    case Register::DISABLECLOSEDLOOP:
+      closed_loop_ = false;
+      disable();
+      break;
+    case Register::SETCONTROLTHRESHOLD:
+      threshold_ = command.number;
+      break;
+    case Register::HOME:
+    case Register::MOVETOEND:
+      home(command);
+      break;
+    case Register::CHECKORIENTATION:
+      check_orientation(command);
+      break;
+    case Register::STOP:
+      stop(command.bytes[0] == 0);
+      break;
+    case Register::CLEARFAULT:
+      if (command.bytes[0] == static_cast<uint8_t>(fault_)) {
+        fault_ = Fault::NONE;
+        fault_data_ = 0.0F;
+        stalled_ = false;
+        if (state_ == JointState::FAULTED && powered_)
+          hold();
+        else if (state_ == JointState::FAULTED)
+          state_ = JointState::DISABLED;
+      }
+      break;
+    default:
+      break;
+  }
+}
+
+void Joint::set_up(const Command& command) {
+  if (sequence() || (fault_ != Fault::NONE && wire_.armed())) return;
+  fault_ = Fault::NONE;
+  fault_data_ = 0.0F;
+  stalled_ = false;
+  supervisor_.disable_stall();
+  supervisor_.reset();
+  drive_percent_ = command.bytes[0];
+  hold_percent_ = command.bytes[1];
+  if (drive_percent_ == 0) {
+    disable();
+    return;
+  }
+  enabled_ = true;
+  closed_loop_ = true;
+  fed_ = command.micros;
+  const bool settle = !powered_;
+  apply_currents();
+  motion_.driver().set_brake(brake_);
+  hal_.driver_enable(true);
+  powered_ = true;
+  if (!checked_ || settle) {
+    if (settle) motion_.rename(encoder_steps_);
+    orientation_.start(checked_ ? 0.0F : kOrientationDegrees, settle);
+    state_ = JointState::ORIENTATION;
+    alone_ = true;
+  } else {
+    stop(false);
+  }
+}
+
+void Joint::set_current(const Command& command) {
+  const uint8_t percent = command.bytes[0];
+  (command.code == Register::SETCURRENT ? drive_percent_ : hold_percent_) = percent;
+  if (percent == 0)
+    disable();
+  else
+    apply_currents();
+}
+
+void Joint::move(float target, bool alone) {
+  // A repeated setpoint keeps the correction it has earned.
+  if (state_ != JointState::POSITION || target != goal_) correction_ = 0.0F;
+  goal_ = target;
+  state_ = JointState::POSITION;
+  alone_ = alone;
+}
+
+void Joint::track(const Command& command) {
+  if (state_ != JointState::TRACKING) tracker_.start(motion_.position(), motion_.velocity());
+  tracker_.setpoint(command.number * kStepsPerDegree,
+                    clamp(command.velocity * kStepsPerRpm, -max_velocity_, max_velocity_),
+                    command.micros);
+  state_ = JointState::TRACKING;
+  alone_ = false;
+}
+
+void Joint::home(const Command& command) {
+  const bool twice = command.code == Register::HOME;
+  const float sensitivity =
+      twice ? static_cast<float>(command.bytes[2])
+            : fabsf(static_cast<float>(static_cast<int8_t>(command.bytes[2])));
+  homing_.start(configuration_, command.bytes[0] != 0, static_cast<float>(command.bytes[1]),
+                contact_threshold(sensitivity), twice);
+  if (twice) {
+    homed_ = false;
+    const uint8_t percent = command.bytes[3];
+    motion_.driver().set_currents(percent, percent);
+  }
+  state_ = twice ? JointState::HOMING : JointState::MOVING_TO_END;
+  alone_ = true;
+  fed_ = command.micros;
+}
+
+void Joint::check_orientation(const Command& command) {
+  orientation_.start(command.number, false);
+  state_ = JointState::ORIENTATION;
+  alone_ = true;
+  fed_ = command.micros;
+}
+
+void Joint::stop(bool hard) {
+  if (!powered_) return;
+  if (sequence()) apply_currents();
+  stop_deceleration_ = hard ? kHardDeceleration : deceleration_;
+  state_ = JointState::STOPPING;
+  still_ = 0;
+}
+
+void Joint::disable() {
+  enabled_ = false;
+  if (!powered_) return;
+  // Current goes off at standstill only: a motor without it does not brake.
+  if (state_ != JointState::STOPPING) stop(false);
+}
+
+}  // namespace bioscara

@@ -1,0 +1,136 @@
+// What takes more than one tick, and how it ends.
+#include <math.h>
+
+#include "joint.h"
+
+namespace bioscara {
+
+namespace {
+
+// Ticks of standstill before a stop counts as ended: the rotor has swung out.
+constexpr int kRest = 50;
+// Homings of one boot must find the same end stop [counts]; 20 degrees of the motor.
+constexpr int32_t kSameStop = 1820;
+// Position correction: a share of the error each tick, and never more than this.
+constexpr float kCorrectionGain = 0.01F;
+constexpr float kCorrectionMost = 200.0F;
+
+}  // namespace
+
+void Joint::run_homing() {
+  const Homing::Result result = homing_.step(motion_, encoder_steps_);
+  if (result == Homing::Result::RUNNING) return;
+  apply_currents();
+  if (result == Homing::Result::FAILED)
+    latch(homing_.fault(), homing_.data());
+  else if (state_ == JointState::HOMING)
+    finish_homing();
+  else
+    hold();
+}
+
+void Joint::finish_homing() {
+  const int32_t zero =
+      zero_counts_ + static_cast<int32_t>(lroundf(homing_.contact() / kStepsPerCount));
+  // An obstacle feels like an end stop. What an earlier homing found tells them apart; a second
+  // homing that finds the new place again is believed.
+  const bool moved = known_zero_ && abs(zero - zero_counts_) > kSameStop;
+  const bool again = other_known_ && abs(zero - other_zero_) <= kSameStop;
+  if (moved && !again) {
+    other_zero_ = zero;
+    other_known_ = true;
+    latch(Fault::HOMING_DISAGREEMENT, homing_.contact() / kStepsPerDegree);
+    return;
+  }
+  const float shift = static_cast<float>(zero - zero_counts_) * kStepsPerCount;
+  zero_counts_ = zero;
+  known_zero_ = true;
+  other_known_ = false;
+  homed_ = true;
+  filter_.shift(-shift);
+  encoder_steps_ -= shift;
+  motion_.rename(encoder_steps_);
+  hold();
+}
+
+void Joint::run_orientation() {
+  const Orientation::Result result = orientation_.step(motion_, encoder_steps_);
+  if (result == Orientation::Result::RUNNING) return;
+  if (result == Orientation::Result::PASSED) {
+    checked_ = true;
+    hold();
+  } else {
+    checked_ = false;
+    cut(Fault::ORIENTATION, orientation_.seen_deg());
+  }
+}
+
+void Joint::run_stopping() {
+  motion_.stop(stop_deceleration_);
+  still_ = motion_.standing() ? still_ + 1 : 0;
+  if (still_ < kRest) return;
+  // After a stall field and rotor stand apart; the encoder is right.
+  if (fabsf(error_) > 0.5F * kElectricalPeriod) motion_.rename(encoder_steps_);
+  if (fault_ == Fault::STALL && supervisor_.frozen()) {
+    // Not a stalled rotor: the encoder stands still, so the position is not known either.
+    fault_ = Fault::ENCODER;
+    stalled_ = enabled_ = homed_ = false;
+  }
+  hold();
+  if (!enabled_ && fault_ == Fault::NONE) {
+    state_ = JointState::DISABLED;
+    apply_currents();
+  } else if (fault_ != Fault::NONE) {
+    state_ = JointState::FAULTED;
+    apply_currents();
+  }
+}
+
+void Joint::hold() {
+  goal_ = motion_.position();
+  correction_ = 0.0F;
+  run_velocity_ = 0.0F;
+  alone_ = false;
+  state_ = JointState::HOLDING;
+}
+
+void Joint::correct() {
+  const float off = goal_ - encoder_steps_;
+  if (closed_loop_ && fabsf(off) >= threshold_ && motion_.arrived())
+    correction_ =
+        clamp(correction_ + kCorrectionGain * off, -kCorrectionMost, kCorrectionMost);
+  motion_.go(goal_ + correction_, max_velocity_, acceleration_, deceleration_);
+}
+
+void Joint::latch(Fault fault, float data) {
+  if (fault_ == Fault::NONE) {
+    fault_ = fault;
+    fault_data_ = data;
+  }
+  if (fault != Fault::STALL) enabled_ = false;
+  if (!powered_) return;
+  stop(fault != Fault::SETPOINT_LOST);
+}
+
+void Joint::cut(Fault fault, float data) {
+  hal_.driver_enable(false);
+  powered_ = false;
+  if (fault_ == Fault::NONE) {
+    fault_ = fault;
+    fault_data_ = data;
+  }
+  enabled_ = false;
+  checked_ = checked_ && fault != Fault::RUNAWAY;
+  state_ = JointState::FAULTED;
+  motion_.stop(kHardDeceleration);
+}
+
+void Joint::apply_currents() {
+  motion_.driver().set_currents(drive_percent_, hold_percent_);
+  if (state_ != JointState::DISABLED || enabled_) return;
+  // Shorted coils need a closed power stage, a free rotor an open one.
+  powered_ = hold_percent_ != 0 || brake_ == BrakeMode::COOL_BRAKE;
+  hal_.driver_enable(powered_);
+}
+
+}  // namespace bioscara

@@ -1,0 +1,68 @@
+#include "motion.h"
+
+#include <math.h>
+
+namespace bioscara {
+
+namespace {
+
+// How far ahead a running motor's target is set, beyond its braking distance [s].
+constexpr float kAhead = 0.05F;
+// Following: gain on the position error [1/s], braking margin [s], slowest approach [steps/s].
+constexpr float kGain = 60.0F;
+constexpr float kMargin = 0.003F;
+constexpr float kCreep = 200.0F;
+// The driver may accelerate harder than the reference, so that it can catch up.
+constexpr float kReserve = 2.0F;
+
+}  // namespace
+
+void Motion::aim(float target) {
+  target_ = static_cast<int32_t>(lroundf(target));
+  driver_.set_target(target_);
+}
+
+void Motion::go(float target, float speed, float acceleration, float deceleration) {
+  driver_.set_acceleration(acceleration, deceleration);
+  aim(target);
+  driver_.set_speed(speed);
+}
+
+void Motion::run(float velocity, float acceleration, float deceleration) {
+  if (velocity == 0.0F) {
+    stop(deceleration);
+    return;
+  }
+  driver_.set_acceleration(acceleration, deceleration);
+  const float fastest = fmaxf(fabsf(velocity), fabsf(this->velocity()));
+  const float braking = fastest * fastest / (2.0F * deceleration);
+  aim(position() + copysignf(braking + fastest * kAhead, velocity));
+  driver_.set_speed(velocity);
+}
+
+void Motion::follow(float position, float velocity, float limit, float acceleration) {
+  const float strength = fminf(acceleration * kReserve, kHardDeceleration);
+  driver_.set_acceleration(strength, strength);
+  const float error = position - this->position();
+  const float wanted = velocity + kGain * error;
+  // Where the driver must be sent so that its own braking ramp passes the reference at speed.
+  const float lead = velocity * fabsf(velocity) / (2.0F * strength) + velocity * kMargin;
+  aim(position + lead);
+  driver_.set_speed(clamp(fabsf(wanted), kCreep, limit * 1.1F + kCreep));
+}
+
+void Motion::stop(float deceleration) {
+  driver_.set_acceleration(deceleration, deceleration);
+  driver_.set_speed(0.0F);
+  if (standing()) {
+    target_ = driver_.position();
+    driver_.set_target(target_);
+  }
+}
+
+void Motion::rename(float position) {
+  target_ = static_cast<int32_t>(lroundf(position));
+  driver_.set_position(target_);
+}
+
+}  // namespace bioscara

@@ -1,0 +1,45 @@
+// The motor as the joint's states see it: go there, run, follow, stop.
+//
+// The driver is always in positioning mode with a target at most a fraction of a second ahead of
+// what was asked for, so that a hung controller leaves a motor that comes to rest.
+#pragma once
+
+#include <stdint.h>
+
+#include "hal.h"
+#include "tmc5130.h"
+#include "units.h"
+
+namespace bioscara {
+
+class Motion {
+ public:
+  explicit Motion(Hal& hal) : driver_(hal) {}
+
+  Tmc5130& driver() { return driver_; }
+  const Tmc5130& driver() const { return driver_; }
+
+  float position() const { return static_cast<float>(driver_.position()); }
+  float velocity() const {
+    return static_cast<float>(driver_.velocity_register()) * kVelocityLsb;
+  }
+  bool standing() const { return driver_.velocity_register() == 0; }
+  bool arrived() const { return standing() && driver_.position() == target_; }
+
+  void go(float target, float speed, float acceleration, float deceleration);
+  // Renewed every tick while it runs.
+  void run(float velocity, float acceleration, float deceleration);
+  // Follows a moving reference; renewed every tick.
+  void follow(float position, float velocity, float limit, float acceleration);
+  // Call every tick until it is standing.
+  void stop(float deceleration);
+  // Renames the place where the motor stands.
+  void rename(float position);
+
+ private:
+  Tmc5130 driver_;
+  int32_t target_ = 0;
+  void aim(float target);
+};
+
+}  // namespace bioscara

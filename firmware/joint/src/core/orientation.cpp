@@ -1,0 +1,78 @@
+#include "orientation.h"
+
+#include <math.h>
+
+namespace bioscara {
+
+namespace {
+
+constexpr int kSettle = 150;
+constexpr int kPause = 60;
+constexpr int kTimeout = 2000;
+constexpr float kSpeed = 4000.0F;
+constexpr float kAcceleration = 80000.0F;
+constexpr float kTolerance = 0.3F;
+
+}  // namespace
+
+void Orientation::start(float angle_deg, bool settle) {
+  step_ = Step::SETTLE;
+  angle_ = angle_deg * kStepsPerDegree;
+  seen_ = 0.0F;
+  passed_ = second_ = false;
+  ticks_ = settle ? 0 : kSettle;
+  still_ = 0;
+}
+
+void Orientation::stroke(Motion& motion, float target) {
+  motion.go(target, kSpeed, kAcceleration, kAcceleration);
+  ticks_ = still_ = 0;
+}
+
+bool Orientation::reached(const Motion& motion) {
+  still_ = motion.arrived() ? still_ + 1 : 0;
+  return still_ >= kPause;
+}
+
+Orientation::Result Orientation::step(Motion& motion, float encoder) {
+  if (++ticks_ > kTimeout) return Result::FAILED;
+  switch (step_) {
+    case Step::SETTLE:
+      if (ticks_ < kSettle) return Result::RUNNING;
+      motion.rename(encoder);
+      start_ = encoder;
+      if (angle_ == 0.0F) return Result::PASSED;  // Only the rotor had to settle.
+      step_ = Step::TAKE_UP;
+      stroke(motion, start_ + angle_);
+      return Result::RUNNING;
+    case Step::TAKE_UP:
+      if (!reached(motion)) return Result::RUNNING;
+      before_ = encoder;
+      step_ = Step::MEASURE;
+      stroke(motion, start_ + 2.0F * angle_);
+      return Result::RUNNING;
+    case Step::MEASURE: {
+      if (!reached(motion)) return Result::RUNNING;
+      seen_ = encoder - before_;
+      const float share = seen_ / angle_;
+      passed_ = fabsf(share - 1.0F) <= kTolerance;
+      // Seen the other way round: no second try, every further step only does harm.
+      if (share < -kTolerance) return Result::FAILED;
+      step_ = Step::RETURN;
+      stroke(motion, start_);
+      return Result::RUNNING;
+    }
+    case Step::RETURN:
+      if (!reached(motion)) return Result::RUNNING;
+      if (passed_) return Result::PASSED;
+      if (second_) return Result::FAILED;
+      second_ = true;
+      angle_ = -angle_;
+      step_ = Step::TAKE_UP;
+      stroke(motion, start_ + angle_);
+      return Result::RUNNING;
+  }
+  return Result::FAILED;
+}
+
+}  // namespace bioscara

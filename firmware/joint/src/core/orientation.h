@@ -1,0 +1,36 @@
+// Does the encoder see what the driver does? A stroke to take up the play, one that is measured,
+// each of the angle asked for, and back. Where the first direction is blocked, the other is tried.
+#pragma once
+
+#include "motion.h"
+
+namespace bioscara {
+
+class Orientation {
+ public:
+  enum class Result { RUNNING, PASSED, FAILED };
+
+  // `settle`: the rotor was without current and needs time to find its place.
+  void start(float angle_deg, bool settle);
+  // One tick; `encoder` in steps.
+  Result step(Motion& motion, float encoder);
+  // What the encoder saw of the measured stroke [deg].
+  float seen_deg() const { return seen_ / kStepsPerDegree; }
+
+ private:
+  enum class Step { SETTLE, TAKE_UP, MEASURE, RETURN };
+  bool reached(const Motion& motion);
+  void stroke(Motion& motion, float target);
+
+  Step step_ = Step::SETTLE;
+  float angle_ = 0.0F;
+  float start_ = 0.0F;
+  float before_ = 0.0F;
+  float seen_ = 0.0F;
+  bool passed_ = false;
+  bool second_ = false;
+  int ticks_ = 0;
+  int still_ = 0;
+};
+
+}  // namespace bioscara

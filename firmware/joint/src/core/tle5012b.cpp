@@ -1,0 +1,60 @@
+#include "tle5012b.h"
+
+namespace bioscara {
+
+namespace {
+
+constexpr uint16_t kRead = 0x8000;
+constexpr uint16_t kLockConfiguration = 0x5000;  // lock value 0b1010 for addresses 0x05..0x11
+constexpr uint16_t kAngle = 0x02;
+constexpr uint16_t kMode2 = 0x08;
+// MOD_2: 360 degree range, no prediction; bit 3 inverts the direction.
+constexpr uint16_t kRange = 0x0080;
+constexpr uint16_t kInvert = 0x0008;
+// Safety word: system error (14, low on error), interface error (13), valid angle (12).
+constexpr uint16_t kSound = 0x7000;
+
+// CRC-8 of SAE J1850: polynomial 0x1D, start 0xFF, inverted.
+uint8_t safety_crc(const uint16_t* words, int count) {
+  uint8_t crc = 0xFF;
+  for (int i = 0; i < count; ++i) {
+    for (int shift = 8; shift >= 0; shift -= 8) {
+      crc = static_cast<uint8_t>(crc ^ (words[i] >> shift));
+      for (int bit = 0; bit < 8; ++bit)
+        crc = static_cast<uint8_t>(crc & 0x80 ? (crc << 1) ^ 0x1D : crc << 1);
+    }
+  }
+  return static_cast<uint8_t>(~crc);
+}
+
+}  // namespace
+
+bool Tle5012b::setup(bool inverted) {
+  uint16_t words[2] = {static_cast<uint16_t>(kRange | (inverted ? kInvert : 0)), 0};
+  hal_.encoder_exchange(kLockConfiguration | kMode2 << 4 | 1, words, 1);
+  counts_ = change_ = 0;
+  return read(angle_);
+}
+
+bool Tle5012b::read(uint16_t& angle) {
+  const uint16_t command = kRead | kAngle << 4 | 1;
+  uint16_t words[2] = {};
+  hal_.encoder_exchange(command, words, 2);
+  const uint16_t checked[2] = {command, words[0]};
+  if ((words[1] & 0xFF) != safety_crc(checked, 2) || (words[1] & kSound) != kSound) return false;
+  angle = words[0] & 0x7FFF;
+  return true;
+}
+
+bool Tle5012b::sample() {
+  uint16_t angle = 0;
+  if (!read(angle)) return false;
+  // The shorter way round: at most half a turn per sample.
+  change_ = static_cast<int16_t>(static_cast<uint16_t>((angle - angle_) << 1)) / 2;
+  previous_ = angle_;
+  angle_ = angle;
+  counts_ += change_;
+  return true;
+}
+
+}  // namespace bioscara

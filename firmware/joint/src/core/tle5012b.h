@@ -1,0 +1,39 @@
+// The encoder, with its safety word checked (TLE5012B data sheet, section 6.4).
+#pragma once
+
+#include <stdint.h>
+
+#include "hal.h"
+
+namespace bioscara {
+
+class Tle5012b {
+ public:
+  explicit Tle5012b(Hal& hal) : hal_(hal) {}
+
+  // Sets the counting direction and reads the first angle.
+  bool setup(bool inverted);
+
+  // Reads the angle; false if the answer fails its check. `counts` follows turns.
+  bool sample();
+  // Multi-turn position [counts of 1/32768 turn].
+  int32_t counts() const { return counts_; }
+  // Change in the last good sample [counts].
+  int32_t change() const { return change_; }
+  // Takes the last sample back: it was not believed.
+  void reject() {
+    counts_ -= change_;
+    angle_ = previous_;
+  }
+
+ private:
+  bool read(uint16_t& angle);
+
+  Hal& hal_;
+  uint16_t angle_ = 0;
+  uint16_t previous_ = 0;
+  int32_t counts_ = 0;
+  int32_t change_ = 0;
+};
+
+}  // namespace bioscara

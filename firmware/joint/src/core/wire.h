@@ -1,0 +1,85 @@
+// Frames in, answers out: the whole I2C side. Runs in the interrupt and touches no SPI.
+#pragma once
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "command.h"
+#include "configuration.h"
+#include "hal.h"
+#include "status.h"
+
+namespace bioscara {
+
+class Wire {
+ public:
+  static constexpr size_t kAnswerMax = 13;
+  static constexpr uint16_t kWatchdogDefault = 60;
+
+  Wire(Hal& hal, const Configuration& configuration) : hal_(hal), configuration_(configuration) {}
+
+  // Forgets the session and reads the boot id; call before the bus can reach the joint.
+  void boot();
+
+  // Interrupt side.
+  void receive(const uint8_t* data, size_t size);
+  size_t request(uint8_t (&answer)[kAnswerMax]) const;
+
+  // Tick side.
+  bool take(Command& command);
+  void publish(const Status& status);
+  uint16_t watchdog_ms() const { return watchdog_ms_; }
+  bool armed() const { return armed_; }
+  // When the last intact frame arrived.
+  uint32_t last_frame() const { return last_frame_; }
+
+ private:
+  struct Frame {
+    const Definition* definition = nullptr;
+    const uint8_t* payload = nullptr;
+    size_t size = 0;
+    bool checked = false;
+    bool writes = false;
+    uint8_t sequence = 0;
+  };
+
+  Refusal parse(const uint8_t* data, size_t size, Frame& frame) const;
+  Refusal order(const Frame& frame, bool& repeated);
+  Refusal execute(const Frame& frame);
+  Refusal arm(const Frame& frame);
+  Refusal decode(const Frame& frame, Command& command) const;
+  Refusal permitted(const Frame& frame, const Command& command) const;
+  void foresee(const Command& command);
+  void answer(const Frame& frame);
+  void refuse(const uint8_t* data, size_t size, const Frame& frame, Refusal reason);
+  size_t fill(Register code, uint8_t* bytes) const;
+  void seal(size_t size, uint8_t sequence);
+
+  Hal& hal_;
+  const Configuration configuration_;
+  CommandQueue queue_;
+  Status status_;
+  // The flags as they will be once the queued commands have run.
+  uint8_t flags_ = Flags::NOTHOMED | Flags::NOTENABLED;
+
+  uint8_t answer_[kAnswerMax] = {};
+  size_t answer_size_ = 0;
+
+  uint16_t boot_id_ = 0;
+  uint16_t session_ = 0;
+  bool armed_ = false;
+  bool counting_ = false;
+  uint8_t sequence_ = 0;
+  Register answered_ = Register::NONE;
+  uint8_t kept_[kAnswerMax] = {};
+  size_t kept_size_ = 0;
+
+  uint16_t watchdog_ms_ = kWatchdogDefault;
+  float home_offset_ = 0.0F;
+  uint32_t last_frame_ = 0;
+  Refusal refusal_ = Refusal::NONE;
+  uint16_t crc_errors_ = 0;
+  uint16_t refusals_ = 0;
+};
+
+}  // namespace bioscara

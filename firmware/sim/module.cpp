@@ -1,0 +1,118 @@
+// The simulated arm for Python. src/bioscara/sim is its only user and gives it its manners.
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/string.h>
+
+#include <cmath>
+#include <stdexcept>
+
+#include "src/arm.h"
+
+namespace nb = nanobind;
+using namespace bioscara;
+using namespace bioscara::sim;
+
+namespace {
+
+constexpr Py_ssize_t kMost = 32;
+
+void require_finite(double value, const char* name) {
+  if (!std::isfinite(value)) throw nb::value_error((std::string(name) + " is not finite").c_str());
+}
+
+// One result per transaction: the bytes read, or the outcome as a number.
+nb::list transfer(Arm& arm, nb::sequence transactions) {
+  nb::list results;
+  for (nb::handle item : transactions) {
+    PyObject* parts = item.ptr();
+    if (!PyTuple_Check(parts) || PyTuple_GET_SIZE(parts) != 3)
+      throw nb::type_error("a transaction is (address, bytes, count)");
+    const auto address = nb::cast<int>(nb::handle(PyTuple_GET_ITEM(parts, 0)));
+    const auto written = nb::cast<nb::bytes>(nb::handle(PyTuple_GET_ITEM(parts, 1)));
+    const auto count = nb::cast<Py_ssize_t>(nb::handle(PyTuple_GET_ITEM(parts, 2)));
+    if (count < 0) throw nb::value_error("negative count of bytes to read");
+    std::uint8_t read[kMost] = {};
+    const auto asked = static_cast<std::size_t>(count < kMost ? count : kMost);
+    const Outcome outcome =
+        address < 0 || address > 0x7F
+            ? Outcome::NO_ACKNOWLEDGE
+            : arm.transfer(static_cast<std::uint8_t>(address),
+                           reinterpret_cast<const std::uint8_t*>(written.c_str()),
+                           static_cast<std::size_t>(written.size()), read, asked);
+    if (outcome == Outcome::OK) {
+      std::string answer(reinterpret_cast<const char*>(read), asked);
+      answer.append(static_cast<std::size_t>(count) - asked, '\xFF');
+      results.append(nb::bytes(answer.data(), answer.size()));
+    } else {
+      results.append(static_cast<int>(outcome));
+    }
+  }
+  return results;
+}
+
+}  // namespace
+
+NB_MODULE(_native, module) {
+  nb::class_<Arm>(module, "Arm")
+      .def(
+          "__init__",
+          [](Arm* self, std::uint32_t seed, double frequency, double overhead, bool version_1) {
+            new (self) Arm(seed, Timing{frequency, overhead}, version_1);
+          },
+          nb::arg("seed"), nb::arg("frequency"), nb::arg("overhead"), nb::arg("version_1"))
+      .def("now", &Arm::now)
+      .def("run",
+           [](Arm& arm, double seconds) {
+             require_finite(seconds, "duration");
+             if (seconds < 0) throw nb::value_error("time cannot run backwards");
+             arm.run(seconds);
+           })
+      .def("transfer", &transfer)
+      .def("set_stretch", &Arm::set_stretch)
+      .def("position", [](Arm& arm, int joint) { return arm.board(joint).mechanics().position(); })
+      .def("velocity", [](Arm& arm, int joint) { return arm.board(joint).mechanics().velocity(); })
+      .def("load_angle", [](Arm& arm, int joint) { return arm.board(joint).load_angle(); })
+      .def("field", [](Arm& arm, int joint) { return arm.board(joint).driver().field(); })
+      .def("has_torque", [](Arm& arm, int joint) { return arm.board(joint).has_torque(); })
+      .def("set_position",
+           [](Arm& arm, int joint, double position) {
+             require_finite(position, "position");
+             arm.board(joint).mechanics().set_position(position);
+           })
+      .def("add_obstacle",
+           [](Arm& arm, int joint, double position, double stiffness) {
+             arm.board(joint).mechanics().add_obstacle(position, stiffness);
+           })
+      .def("clear_obstacles",
+           [](Arm& arm, int joint) { arm.board(joint).mechanics().clear_obstacles(); })
+      .def("remove_stops", [](Arm& arm, int joint) { arm.board(joint).mechanics().remove_stops(); })
+      .def("slip",
+           [](Arm& arm, int joint, double distance) { arm.board(joint).mechanics().slip(distance); })
+      .def("push",
+           [](Arm& arm, int joint, double force) { arm.board(joint).mechanics().push(force); })
+      .def("set_friction_factor",
+           [](Arm& arm, int joint, double factor) {
+             arm.board(joint).mechanics().set_friction_factor(factor);
+           })
+      .def("reset",
+           [](Arm& arm, int joint, int cause) {
+             arm.board(joint).reset(static_cast<ResetCause>(cause));
+           })
+      .def("set_power", [](Arm& arm, int joint, bool on) { arm.board(joint).set_power(on); })
+      .def("set_motor_power",
+           [](Arm& arm, int joint, bool on) { arm.board(joint).set_motor_power(on); })
+      .def("hang", [](Arm& arm, int joint, bool on) { arm.board(joint).hang(on); })
+      .def("set_watchdog", [](Arm& arm, int joint, bool on) { arm.board(joint).set_watchdog(on); })
+      .def("overheat",
+           [](Arm& arm, int joint, bool on) { arm.board(joint).driver().raise_overtemperature(on); })
+      .def("reverse_coil",
+           [](Arm& arm, int joint, bool on) { arm.board(joint).driver().reverse_coil(on); })
+      .def("reverse_encoder",
+           [](Arm& arm, int joint, bool on) { arm.board(joint).encoder().reverse(on); })
+      .def("freeze_encoder",
+           [](Arm& arm, int joint, bool on) { arm.board(joint).encoder().freeze(on); })
+      .def("corrupt_encoder",
+           [](Arm& arm, int joint, bool on) { arm.board(joint).encoder().corrupt(on); })
+      .def("jump_encoder", [](Arm& arm, int joint, double turns) {
+        arm.board(joint).encoder().jump(turns);
+      });
+}

@@ -1,0 +1,106 @@
+#include "board.h"
+
+namespace bioscara::sim {
+
+namespace {
+
+constexpr Time kRamp = 512;
+constexpr double kRampSeconds = 51.2e-6;
+constexpr Time kTick = Joint::kTickMicros * 10;
+constexpr Time kWatchdog = kSecond / 10;
+// From reset until the firmware listens.
+constexpr Time kBoot = kSecond / 50;
+// Peak torque at full scale: 0.19 N m/A, 1.48 A rms, two phases (docs/simulation.md).
+constexpr double kFullTorque = 0.19 * 1.48 * 1.41421356;
+
+}  // namespace
+
+Board::Board(int joint, std::uint32_t seed)
+    : configuration_(configuration_of(static_cast<std::uint8_t>(joint))),
+      mechanics_(parameters_of(joint)),
+      random_(seed * 2654435761U + static_cast<std::uint32_t>(joint) * 40503U + 1U),
+      boot_id_(static_cast<std::uint16_t>(random_ >> 16)) {
+  start();
+}
+
+double Board::noise() {
+  random_ = random_ * 1664525U + 1013904223U;
+  return static_cast<double>(random_ >> 8) / 16777216.0 - 0.5;
+}
+
+void Board::start() {
+  running_ = false;
+  enabled_ = false;
+  hung_ = false;
+  starts_ = now_ + kBoot;
+}
+
+void Board::reset(ResetCause cause) {
+  cause_ = cause;
+  ++boot_id_;
+  if (cause == ResetCause::BROWN_OUT || cause == ResetCause::POWER_ON) {
+    driver_.power_up();
+    encoder_.power_up();
+  }
+  start();
+}
+
+void Board::set_power(bool on) {
+  if (on && !powered_) {
+    powered_ = true;
+    reset(ResetCause::POWER_ON);
+  } else if (!on) {
+    powered_ = running_ = enabled_ = false;
+  }
+}
+
+void Board::advance(Time now) {
+  while (next_step_ <= now) {
+    if (powered_ && !running_ && next_step_ >= starts_) {
+      now_ = next_step_;
+      joint_.emplace(static_cast<Hal&>(*this), configuration_);
+      joint_->boot();
+      running_ = true;
+      fed_ = next_tick_ = now_;
+    }
+    if (running_ && next_tick_ <= next_step_) {
+      now_ = next_tick_;
+      if (!hung_) joint_->tick();
+      next_tick_ += kTick;
+      if (watchdog_on_ && now_ - fed_ > kWatchdog) reset(ResetCause::WATCHDOG);
+    }
+    now_ = next_step_;
+    driver_.step();
+    mechanics_.step(kRampSeconds, driver_.field(), driver_.field_speed(),
+                    kFullTorque * driver_.current_share(enabled_),
+                    enabled_ && driver_.brakes());
+    next_step_ += kRamp;
+  }
+  now_ = now;
+}
+
+void Board::receive(const std::uint8_t* data, std::size_t size) {
+  joint_->on_receive(data, size);
+}
+
+std::size_t Board::request(std::uint8_t (&answer)[Joint::kAnswerMax]) {
+  return joint_->on_request(answer);
+}
+
+double Board::load_angle() const {
+  return driver_.field() - mechanics_.rotor_turns() * 51200.0;
+}
+
+std::uint32_t Board::micros() { return static_cast<std::uint32_t>(now_ / 10); }
+
+void Board::driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) {
+  driver_.exchange(sent, received);
+}
+
+void Board::encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) {
+  encoder_.set_noise(noise());
+  encoder_.latch(mechanics_.rotor_turns());
+  encoder_.exchange(command, words, count);
+}
+
+}  // namespace bioscara::sim

@@ -1,0 +1,83 @@
+// One joint's board: the firmware on its controller, both chips, the motor and what it moves.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "../../joint/src/core/joint.h"
+#include "mechanics.h"
+#include "tle5012b_chip.h"
+#include "tmc5130_chip.h"
+
+namespace bioscara::sim {
+
+// Virtual time in tenths of a microsecond: both the ramp period and the tick are whole numbers.
+using Time = std::int64_t;
+constexpr Time kSecond = 10'000'000;
+
+class Board final : private Hal {
+ public:
+  Board(int joint, std::uint32_t seed);
+  Board(const Board&) = delete;
+  Board& operator=(const Board&) = delete;
+
+  // Lets time pass up to `now`.
+  void advance(Time now);
+
+  // The controller's I2C peripheral.
+  bool answers() const { return powered_ && running_; }
+  std::uint8_t address() const { return configuration_.address; }
+  void receive(const std::uint8_t* data, std::size_t size);
+  std::size_t request(std::uint8_t (&answer)[Joint::kAnswerMax]);
+
+  // Faults.
+  void reset(ResetCause cause);
+  void set_power(bool on);
+  void set_motor_power(bool on) { driver_.set_motor_power(on); }
+  // The firmware's loop stands; the I2C interrupt still answers.
+  void hang(bool on) { hung_ = on; }
+  // The controller's own watchdog, which a debugger can switch off.
+  void set_watchdog(bool on) { watchdog_on_ = on; }
+
+  Mechanics& mechanics() { return mechanics_; }
+  const Mechanics& mechanics() const { return mechanics_; }
+  Tmc5130Chip& driver() { return driver_; }
+  Tle5012bChip& encoder() { return encoder_; }
+  bool has_torque() const { return driver_.current_share(enabled_) > 0.0; }
+  double load_angle() const;
+  std::uint16_t boots() const { return boot_id_; }
+
+ private:
+  std::uint32_t micros() override;
+  void driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) override;
+  void encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) override;
+  void driver_enable(bool on) override { enabled_ = on; }
+  ResetCause reset_cause() override { return cause_; }
+  std::uint16_t boot_id() override { return boot_id_; }
+  void feed_watchdog() override { fed_ = now_; }
+  void lock() override {}
+  void unlock() override {}
+  void start();
+  double noise();
+
+  const Configuration configuration_;
+  Mechanics mechanics_;
+  Tmc5130Chip driver_;
+  Tle5012bChip encoder_;
+  std::optional<Joint> joint_;
+  Time now_ = 0;
+  Time next_step_ = 0;
+  Time next_tick_ = 0;
+  Time starts_ = 0;
+  Time fed_ = 0;
+  std::uint32_t random_;
+  std::uint16_t boot_id_;
+  ResetCause cause_ = ResetCause::POWER_ON;
+  bool enabled_ = false;
+  bool powered_ = true;
+  bool running_ = false;
+  bool hung_ = false;
+  bool watchdog_on_ = true;
+};
+
+}  // namespace bioscara::sim

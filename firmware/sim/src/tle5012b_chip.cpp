@@ -1,0 +1,58 @@
+#include "tle5012b_chip.h"
+
+#include <cmath>
+
+namespace bioscara::sim {
+
+namespace {
+
+constexpr std::uint16_t kAngleRegister = 0x02;
+constexpr std::uint16_t kMode2Register = 0x08;
+constexpr std::uint16_t kInvert = 0x0008;
+// Error over a turn from magnet and sensor [turns]: 0.4 degrees, well inside the data sheet's 1.
+constexpr double kAccuracy = 0.4 / 360.0;
+constexpr double kTwoPi = 6.283185307179586;
+
+std::uint8_t crc(const std::uint16_t* words, std::size_t count) {
+  std::uint8_t value = 0xFF;
+  for (std::size_t i = 0; i < count; ++i)
+    for (int byte = 1; byte >= 0; --byte) {
+      value = static_cast<std::uint8_t>(value ^ (words[i] >> (8 * byte) & 0xFF));
+      for (int bit = 0; bit < 8; ++bit)
+        value = static_cast<std::uint8_t>(value & 0x80 ? (value << 1) ^ 0x1D : value << 1);
+    }
+  return static_cast<std::uint8_t>(~value);
+}
+
+}  // namespace
+
+void Tle5012bChip::latch(double turns) {
+  if (frozen_) return;
+  const double seen = sign_ * turns + jump_;
+  const double read = seen + kAccuracy * std::sin(kTwoPi * seen);
+  const double counts = std::floor((read - std::floor(read)) * 32768.0 + noise_);
+  angle_ = static_cast<std::uint16_t>(static_cast<std::int32_t>(counts) & 0x7FFF);
+}
+
+void Tle5012bChip::exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) {
+  const std::uint16_t address = command >> 4 & 0x3F;
+  if ((command & 0x8000) == 0) {
+    if (address == kMode2Register && count > 0) mode2_ = words[0];
+    return;
+  }
+  std::uint16_t data = 0;
+  if (address == kAngleRegister) {
+    const bool inverted = (mode2_ & kInvert) != 0;
+    data = static_cast<std::uint16_t>(0x8000 | (inverted ? (0x8000 - angle_) & 0x7FFF : angle_));
+  } else if (address == kMode2Register) {
+    data = mode2_;
+  }
+  if (count > 0) words[0] = data;
+  if (count > 1) {
+    const std::uint16_t checked[2] = {command, data};
+    const std::uint8_t check = crc(checked, 2);
+    words[1] = static_cast<std::uint16_t>(0xFF00 | (corrupt_ ? check ^ 0x55 : check));
+  }
+}
+
+}  // namespace bioscara::sim

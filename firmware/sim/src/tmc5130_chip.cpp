@@ -1,0 +1,198 @@
+#include "tmc5130_chip.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+namespace bioscara::sim {
+
+namespace {
+
+enum Address : std::uint8_t {
+  GCONF = 0x00,
+  GSTAT = 0x01,
+  IHOLD_IRUN = 0x10,
+  TPOWERDOWN = 0x11,
+  RAMPMODE = 0x20,
+  XACTUAL = 0x21,
+  VACTUAL = 0x22,
+  V1 = 0x25,
+  A1 = 0x24,
+  AMAX = 0x26,
+  VMAX = 0x27,
+  DMAX = 0x28,
+  D1 = 0x2A,
+  VSTOP = 0x2B,
+  XTARGET = 0x2D,
+  RAMP_STAT = 0x35,
+  CHOPCONF = 0x6C,
+  DRV_STATUS = 0x6F,
+  PWMCONF = 0x70,
+};
+
+// Standstill is recognised 2^20 clocks after the last step.
+constexpr double kStandstillSeconds = 1048576.0 / 1e7;
+// TPOWERDOWN counts in 2^18 clocks.
+constexpr double kPowerDownUnit = 262144.0 / 1e7;
+
+}  // namespace
+
+void Tmc5130Chip::power_up() {
+  std::fill(std::begin(registers_), std::end(registers_), 0U);
+  registers_[PWMCONF] = 0x00050480;
+  registers_[TPOWERDOWN] = 10;
+  position_ = velocity_ = standstill_ = 0.0;
+  gstat_ = 0x01;
+  asked_ = 0;
+}
+
+void Tmc5130Chip::set_motor_power(bool on) {
+  motor_power_ = on;
+  if (!on) gstat_ |= 0x04;
+}
+
+std::uint8_t Tmc5130Chip::status() const {
+  const bool reached = static_cast<std::int32_t>(std::lround(position_)) == xtarget();
+  const bool at_speed = std::fabs(std::fabs(velocity_) - registers_[VMAX]) < 1.0;
+  return static_cast<std::uint8_t>((gstat_ & 0x01) | (gstat_ & 0x02) | (standing() ? 0x08 : 0) |
+                                   (at_speed ? 0x10 : 0) | (reached ? 0x20 : 0));
+}
+
+std::uint32_t Tmc5130Chip::read(std::uint8_t address) {
+  switch (address) {
+    case GSTAT:
+      return gstat_;
+    case XACTUAL:
+      return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(position_)));
+    case VACTUAL:
+      return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::lround(velocity_))) &
+             0xFFFFFF;
+    case RAMP_STAT:
+      return static_cast<std::uint32_t>((standing() ? 0x400 : 0) | (status() & 0x20 ? 0x200 : 0) |
+                                        (status() & 0x10 ? 0x100 : 0));
+    case DRV_STATUS:
+      return (standstill_ >= kStandstillSeconds ? 0x80000000U : 0U) |
+             (overtemperature_ ? 3U << 25 : 0U);
+    default:
+      return registers_[address];
+  }
+}
+
+void Tmc5130Chip::write(std::uint8_t address, std::uint32_t value) {
+  switch (address) {
+    case GSTAT:
+      // Undervoltage cannot be cleared while it lasts.
+      gstat_ = static_cast<std::uint8_t>(gstat_ & ~value);
+      if (!motor_power_) gstat_ |= 0x04;
+      break;
+    case XACTUAL:
+      position_ = static_cast<std::int32_t>(value);
+      break;
+    case AMAX:
+    case DMAX:
+    case A1:
+    case D1:
+      registers_[address] = value & 0xFFFF;
+      break;
+    case VMAX:
+    case V1:
+      registers_[address] = value & 0x7FFFFF;
+      break;
+    case VACTUAL:
+    case DRV_STATUS:
+    case RAMP_STAT:
+      break;
+    default:
+      registers_[address] = value;
+  }
+}
+
+void Tmc5130Chip::exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) {
+  received[0] = status();
+  const std::uint32_t answer = read(asked_);
+  for (int i = 0; i < 4; ++i) received[1 + i] = static_cast<std::uint8_t>(answer >> (24 - 8 * i));
+  const auto address = static_cast<std::uint8_t>(sent[0] & 0x7F);
+  if (sent[0] & 0x80) {
+    const std::uint32_t value = static_cast<std::uint32_t>(sent[1]) << 24 |
+                                static_cast<std::uint32_t>(sent[2]) << 16 |
+                                static_cast<std::uint32_t>(sent[3]) << 8 | sent[4];
+    write(address, value);
+  }
+  asked_ = address;
+}
+
+void Tmc5130Chip::ramp_to(double target, double rate) {
+  const double change = rate * kAcceleration * kRampPeriod / kVelocity;
+  velocity_ += std::clamp(target - velocity_, -change, change);
+}
+
+void Tmc5130Chip::position_mode() {
+  const double vmax = registers_[VMAX];
+  const double distance = xtarget() - position_;
+  const double stop = registers_[VSTOP];
+  if (distance == 0.0 && std::fabs(velocity_) <= stop) {
+    velocity_ = 0.0;
+    return;
+  }
+  const double direction = distance >= 0.0 ? 1.0 : -1.0;
+  const double speed = velocity_ * kVelocity;
+  const double dmax = std::max(1U, registers_[DMAX]) * kAcceleration;
+  const double toward = speed * direction;
+  if (toward < 0.0) {
+    ramp_to(0.0, registers_[DMAX]);
+    return;
+  }
+  // The fastest speed from which it still stops in time.
+  const double allowed = std::sqrt(2.0 * dmax * std::fabs(distance)) / kVelocity;
+  const double wanted = std::min(vmax, allowed);
+  if (std::fabs(velocity_) > wanted) {
+    ramp_to(direction * wanted, registers_[DMAX]);
+  } else {
+    ramp_to(direction * wanted, registers_[AMAX]);
+  }
+  if (vmax == 0.0) return;
+  // The last step: the ramp ends on the target exactly.
+  const double reach = std::fabs(velocity_) * kVelocity * kRampPeriod;
+  if (reach >= std::fabs(distance) && std::fabs(velocity_) * kVelocity <=
+                                          dmax * kRampPeriod * 2.0 + stop * kVelocity) {
+    phase_ += direction_ * distance;
+    position_ = xtarget();
+    velocity_ = 0.0;
+  }
+}
+
+void Tmc5130Chip::step() {
+  switch (registers_[RAMPMODE]) {
+    case 0:
+      position_mode();
+      break;
+    case 1:
+      ramp_to(registers_[VMAX], registers_[AMAX]);
+      break;
+    case 2:
+      ramp_to(-static_cast<double>(registers_[VMAX]), registers_[AMAX]);
+      break;
+    default:
+      break;
+  }
+  const double way = velocity_ * kVelocity * kRampPeriod;
+  position_ += way;
+  phase_ += direction_ * way;
+  standstill_ = velocity_ == 0.0 ? standstill_ + kRampPeriod : 0.0;
+}
+
+double Tmc5130Chip::current_share(bool enabled) const {
+  if (!enabled || !motor_power_ || (registers_[CHOPCONF] & 0x0F) == 0) return 0.0;
+  const std::uint32_t hold = registers_[IHOLD_IRUN] & 0x1F;
+  const std::uint32_t run = registers_[IHOLD_IRUN] >> 8 & 0x1F;
+  const double wait = kStandstillSeconds + kPowerDownUnit * registers_[TPOWERDOWN];
+  if (standstill_ < wait) return (run + 1) / 32.0;
+  const bool open = hold == 0 && (registers_[PWMCONF] >> 20 & 3) != 0;
+  return open ? 0.0 : (hold + 1) / 32.0;
+}
+
+bool Tmc5130Chip::brakes() const {
+  return (registers_[IHOLD_IRUN] & 0x1F) == 0 && (registers_[PWMCONF] >> 20 & 3) >= 2;
+}
+
+}  // namespace bioscara::sim

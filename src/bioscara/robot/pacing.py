@@ -1,0 +1,53 @@
+"""Simulated time held back to the pace of the wall clock, for people who watch."""
+
+from __future__ import annotations
+
+from bioscara.clock import Clock, MonotonicClock
+
+_LOST = 0.25
+"""Lag behind the wall clock beyond which it is not caught up any more [s]."""
+
+
+class PacedClock:
+    """A clock that passes no faster than the wall clock while it is paced.
+
+    It can only hold back: a simulation that is slower than real time stays so.
+
+    Args:
+        clock: The simulated time; waiting on it makes it pass.
+        wall: What real time is.
+
+    Attributes:
+        paced: Whether to hold back; may be changed at any time.
+    """
+
+    def __init__(self, clock: Clock, wall: Clock | None = None) -> None:
+        self._clock = clock
+        self._wall: Clock = MonotonicClock() if wall is None else wall
+        self._paced = False
+        self._lead = 0.0
+
+    @property
+    def paced(self) -> bool:
+        """Whether time is held back."""
+        return self._paced
+
+    @paced.setter
+    def paced(self, paced: bool) -> None:
+        self._paced = paced
+        self._lead = self._wall.now() - self._clock.now()
+
+    def now(self) -> float:
+        """Return the simulated time [s]."""
+        return self._clock.now()
+
+    def sleep_until(self, deadline: float) -> None:
+        """Let the simulation run until ``deadline`` [s], and not end before it is due."""
+        self._clock.sleep_until(deadline)
+        if self._paced:
+            due = self._clock.now() + self._lead
+            behind = self._wall.now() - due
+            if behind > _LOST:
+                self._lead += behind
+            else:
+                self._wall.sleep_until(due)

@@ -1,0 +1,206 @@
+"""The simulated arm as one object."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from bioscara.bus import Transaction
+from bioscara.clock import SimulatedClock
+from bioscara.errors import BioscaraError, InvalidArgumentError
+from bioscara.protocol import ResetCause
+
+if TYPE_CHECKING:
+    from bioscara_firmware_sim import Arm
+
+JOINTS = ("j1", "j2", "j3", "j4")
+
+OVERHEAD = {100e3: 105e-6, 400e3: 80e-6}
+"""What a Raspberry Pi 4 adds to each transaction [s], by bus frequency [Hz]; measured on the arm."""
+
+
+def _native(seed: int, frequency: float, overhead: float, version_1: bool) -> Arm:
+    try:
+        from bioscara_firmware_sim import Arm  # noqa: PLC0415
+    except ImportError as error:
+        raise BioscaraError(
+            "the simulated arm is not installed; in a checkout of bioscara run "
+            "'pip install ./firmware/sim' (it needs a C++17 compiler)"
+        ) from error
+    return Arm(seed, frequency, overhead, version_1)
+
+
+class SimulatedArm:
+    """Four joints that run their firmware in virtual time.
+
+    Positions are in the joint's unit, rad or m (``j2``). Nothing happens between two calls: time
+    passes in :meth:`run`, in waits on :attr:`clock`, and during bus transactions.
+
+    Args:
+        seed: Seed of everything random; the same seed gives the same run.
+        v1: Whether the joints speak protocol version 1 only, as on existing arms.
+        frequency: Of the bus [Hz], 100e3 or 400e3; None for a bus that takes no time.
+        positions: Where joints stand at first, by name; the others stand somewhere inside.
+
+    Raises:
+        InvalidArgumentError: An unknown joint or frequency.
+        BioscaraError: The compiled firmware is not installed.
+    """
+
+    def __init__(
+        self,
+        *,
+        seed: int = 0,
+        v1: bool = False,
+        frequency: float | None = 100e3,
+        positions: Mapping[str, float] | None = None,
+    ) -> None:
+        if frequency is not None and frequency not in OVERHEAD:
+            raise InvalidArgumentError(
+                f"bus frequency {frequency:g} Hz: the arm is simulated at 100e3 and 400e3 Hz, "
+                f"or None for no bus time"
+            )
+        if not 0 <= seed < 2**32:
+            raise InvalidArgumentError(f"seed {seed} is outside 0 .. {2**32 - 1}")
+        overhead = 0.0 if frequency is None else OVERHEAD[frequency]
+        self._arm = _native(seed, frequency or 0.0, overhead, v1)
+        self.clock = SimulatedClock(self._arm.now, self._arm.run)
+        for name, position in (positions or {}).items():
+            self._arm.set_position(self._number(name), _finite(position, f"{name} position"))
+
+    def now(self) -> float:
+        """Return the simulated time [s]."""
+        return self._arm.now()
+
+    def run(self, duration: float) -> None:
+        """Let ``duration`` [s] pass."""
+        if not (math.isfinite(duration) and duration >= 0.0):
+            raise InvalidArgumentError(f"duration {duration} s: must be finite and not negative")
+        self._arm.run(duration)
+
+    def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | int]:
+        """Carry out transactions; an int stands for 1 no acknowledge, 2 timeout."""
+        return self._arm.transfer(transactions)
+
+    # What is really so, whatever the firmware believes.
+
+    def position(self, joint: str) -> float:
+        """Return where the joint really is [rad or m]."""
+        return self._arm.position(self._number(joint))
+
+    def velocity(self, joint: str) -> float:
+        """Return how the joint really moves [rad/s or m/s]."""
+        return self._arm.velocity(self._number(joint))
+
+    def field(self, joint: str) -> float:
+        """Return how far the motor's field has turned [microsteps of 1/256 step]."""
+        return self._arm.field(self._number(joint))
+
+    def load_angle(self, joint: str) -> float:
+        """Return how far the field is ahead of the rotor [microsteps]; 512 is the pull-out."""
+        return self._arm.load_angle(self._number(joint))
+
+    def has_torque(self, joint: str) -> bool:
+        """Return whether current flows in the motor."""
+        return self._arm.has_torque(self._number(joint))
+
+    # The world around it.
+
+    def set_position(self, joint: str, position: float) -> None:
+        """Put the joint there, as by hand."""
+        self._arm.set_position(self._number(joint), _finite(position, f"{joint} position"))
+
+    def push(self, joint: str, force: float) -> None:
+        """Push with a torque [N m] or, on ``j2``, a force [N], until told otherwise."""
+        self._arm.push(self._number(joint), _finite(force, f"force on {joint}"))
+
+    def add_obstacle(self, joint: str, position: float, stiffness: float = 1.0) -> None:
+        """Put a wall in the joint's way.
+
+        Args:
+            joint: Which joint.
+            position: Where, on the side on which the joint will meet it.
+            stiffness: As a share of an end stop's.
+        """
+        self._arm.add_obstacle(
+            self._number(joint), _finite(position, f"obstacle for {joint}"), stiffness
+        )
+
+    def clear_obstacles(self, joint: str) -> None:
+        """Take the walls away."""
+        self._arm.clear_obstacles(self._number(joint))
+
+    def remove_stops(self, joint: str) -> None:
+        """Take the joint's end stops away."""
+        self._arm.remove_stops(self._number(joint))
+
+    def slip_belt(self, joint: str, distance: float) -> None:
+        """Move the joint against its motor by this much, as a slipping belt does."""
+        self._arm.slip(self._number(joint), _finite(distance, f"slip of {joint}"))
+
+    def set_friction(self, joint: str, factor: float) -> None:
+        """Multiply the friction of the joint."""
+        self._arm.set_friction_factor(self._number(joint), _finite(factor, "friction factor"))
+
+    # Faults of the board.
+
+    def reset(self, joint: str, cause: ResetCause = ResetCause.BROWN_OUT) -> None:
+        """Restart the joint's controller; a brown-out restarts its chips as well."""
+        self._arm.reset(self._number(joint), cause)
+
+    def set_power(self, joint: str, on: bool) -> None:
+        """Switch the joint off or on, logic and all."""
+        self._arm.set_power(self._number(joint), on)
+
+    def set_motor_power(self, on: bool) -> None:
+        """Switch the motor supply of the whole arm, as an emergency stop does."""
+        for number in range(1, len(JOINTS) + 1):
+            self._arm.set_motor_power(number, on)
+
+    def hang(self, joint: str, on: bool = True) -> None:
+        """Let the firmware's loop stand still while its I2C interrupt answers."""
+        self._arm.hang(self._number(joint), on)
+
+    def set_watchdog(self, joint: str, on: bool) -> None:
+        """Switch the controller's own watchdog."""
+        self._arm.set_watchdog(self._number(joint), on)
+
+    def overheat(self, joint: str, on: bool = True) -> None:
+        """Let the motor driver report overtemperature."""
+        self._arm.overheat(self._number(joint), on)
+
+    def reverse_coil(self, joint: str, on: bool = True) -> None:
+        """Swap the wires of one motor coil."""
+        self._arm.reverse_coil(self._number(joint), on)
+
+    def reverse_encoder(self, joint: str, on: bool = True) -> None:
+        """Let the encoder count the other way."""
+        self._arm.reverse_encoder(self._number(joint), on)
+
+    def freeze_encoder(self, joint: str, on: bool = True) -> None:
+        """Let the encoder repeat its last angle."""
+        self._arm.freeze_encoder(self._number(joint), on)
+
+    def corrupt_encoder(self, joint: str, on: bool = True) -> None:
+        """Let the encoder's answers fail their check."""
+        self._arm.corrupt_encoder(self._number(joint), on)
+
+    def jump_encoder(self, joint: str, turns: float) -> None:
+        """Let the encoder's angle jump by this share of a motor turn."""
+        self._arm.jump_encoder(self._number(joint), _finite(turns, "encoder jump"))
+
+    def set_stretch(self, duration: float) -> None:
+        """Let each transaction's clock be held low for ``duration`` [s]."""
+        self._arm.set_stretch(_finite(duration, "clock stretch"))
+
+    def _number(self, joint: str) -> int:
+        if joint not in JOINTS:
+            raise InvalidArgumentError(f"no joint {joint!r}; the arm has {', '.join(JOINTS)}")
+        return JOINTS.index(joint) + 1
+
+
+def _finite(value: float, name: str) -> float:
+    if not math.isfinite(value):
+        raise InvalidArgumentError(f"{name}: {value} is not a finite number")
+    return value
