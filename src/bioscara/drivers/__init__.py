@@ -6,9 +6,13 @@ one joint's frames, ``cycle`` its part of a control cycle, ``waiting`` keeps a m
 ``Joint`` grows in layers, one file each: connection, settings, motion, joint.
 """
 
+from bioscara.drivers.gripper import Gripper as Gripper
+from bioscara.drivers.gripper import GripperState as GripperState
+from bioscara.drivers.gripper import calibrate as calibrate
 from bioscara.drivers.group import read_states as read_states
 from bioscara.drivers.group import track as track
 from bioscara.drivers.joint import Joint as Joint
+from bioscara.drivers.pwm import Pwm as Pwm
 from bioscara.drivers.reports import FaultReport as FaultReport
 from bioscara.drivers.reports import Hello as Hello
 from bioscara.drivers.sample import JointSample as JointSample
