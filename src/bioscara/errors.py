@@ -11,6 +11,7 @@
     │   ├── BusStuckError             a line is held low
     │   ├── CorruptFrameError         an answer failed its check
     │   ├── RefusedError              the joint understood and refused
+    │   ├── JointLostError            a joint failed several cycles in a row
     │   └── BusUnavailableError       the bus cannot be opened
     ├── JointError                    the state of a joint forbids it
     │   ├── NotInitializedError, NotEnabledError, NotHomedError, StalledError
@@ -116,6 +117,27 @@ class RefusedError(CommunicationError):
         super().__init__(message, address)
 
 
+class JointLostError(CommunicationError):
+    """A joint did not answer usefully for several control cycles in a row.
+
+    Attributes:
+        joint: Name of the joint.
+        bad_cycles: How many cycles in a row failed.
+        reason: What befell the last one.
+    """
+
+    def __init__(
+        self,
+        message: str,
+        address: int | None = None,
+        joint: str = "",
+        bad_cycles: int = 0,
+        reason: CommunicationError | None = None,
+    ) -> None:
+        self.joint, self.bad_cycles, self.reason = joint, bad_cycles, reason
+        super().__init__(message, address)
+
+
 class BusUnavailableError(CommunicationError):
     """The bus cannot be opened; the message names the remedy."""
 
@@ -186,7 +208,16 @@ class WrongJointError(JointError):
 
 
 class HomingError(JointError):
-    """Homing ended without a trustworthy home; the joint is not homed."""
+    """Homing ended without a trustworthy home; the joint is not homed.
+
+    Attributes:
+        fault: Name of the fault that ended it, ``""`` where the joint told none.
+        data: The number that the joint stored with the fault.
+    """
+
+    def __init__(self, message: str, joint: str = "", fault: str = "", data: float = 0.0) -> None:
+        self.fault, self.data = fault, data
+        super().__init__(message, joint)
 
 
 class ReplayError(BioscaraError):

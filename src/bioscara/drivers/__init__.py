@@ -1,0 +1,21 @@
+"""Joints and gripper as objects: SI joint units go in and come out, registers stay below.
+
+``Joint`` is one axis, ``read_states`` and ``track`` (group.py) serve several in one bus call,
+``Gripper`` and ``Pwm`` are the servo. Below them: ``transmission`` converts units, ``session`` is
+one joint's frames, ``cycle`` its part of a control cycle, ``waiting`` keeps a motion alive.
+``Joint`` grows in layers, one file each: connection, settings, motion, joint.
+"""
+
+from bioscara.drivers.gripper import Gripper as Gripper
+from bioscara.drivers.gripper import GripperState as GripperState
+from bioscara.drivers.gripper import calibrate as calibrate
+from bioscara.drivers.group import read_states as read_states
+from bioscara.drivers.group import track as track
+from bioscara.drivers.joint import Joint as Joint
+from bioscara.drivers.pwm import Pwm as Pwm
+from bioscara.drivers.reports import FaultReport as FaultReport
+from bioscara.drivers.reports import Hello as Hello
+from bioscara.drivers.sample import JointSample as JointSample
+from bioscara.drivers.sample import Quality as Quality
+from bioscara.drivers.sample import Setpoint as Setpoint
+from bioscara.drivers.transmission import Transmission as Transmission

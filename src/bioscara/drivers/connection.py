@@ -1,0 +1,289 @@
+"""The base of a joint: who it is, whether it is there, what its flags and faults say."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+from bioscara.bus import Bus
+from bioscara.clock import Clock
+from bioscara.drivers.reports import FaultReport, Hello
+from bioscara.drivers.sample import FLAGS, JointSample, Quality
+from bioscara.drivers.session import Session
+from bioscara.drivers.transmission import Transmission
+from bioscara.errors import (
+    BioscaraError,
+    IncorrectStateError,
+    InvalidArgumentError,
+    JointResetError,
+    LimitError,
+    NotEnabledError,
+    NotHomedError,
+    StalledError,
+)
+from bioscara.model import JointParameters
+from bioscara.protocol import Fault, Flags, JointState, Register
+
+_OBSTACLES = int(Flags.STALL | Flags.NOTENABLED | Flags.NOTHOMED)
+ROUNDING = 1e-9
+"""How far a value may be beyond a limit, in parts of one: less than the wire resolves."""
+
+
+class JointConnection:
+    """One joint on a bus; :class:`~bioscara.drivers.Joint` adds what it can do.
+
+    Args:
+        bus: The bus that the joint is on.
+        clock: Time of that bus.
+        parameters: What the joint is.
+
+    Attributes:
+        bus: The bus.
+        clock: The clock.
+        parameters: The parameters.
+        session: The joint's frames.
+        transmission: Conversion between joint and motor; changes when the joint is homed.
+        last: The newest sample; of quality UNKNOWN before there was one.
+    """
+
+    def __init__(self, bus: Bus, clock: Clock, parameters: JointParameters) -> None:
+        self.bus, self.clock, self.parameters = bus, clock, parameters
+        self.session = Session(bus, clock, parameters.name, parameters.number, parameters.address)
+        self.transmission = Transmission(parameters.reduction)
+        self.last = self._unknown()
+        self._offset_known = False
+        self._blocking = Register.NONE
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name} at {self.parameters.address:#04x}>"
+
+    @property
+    def name(self) -> str:
+        """Name of the joint."""
+        return self.parameters.name
+
+    @property
+    def hello(self) -> Hello | None:
+        """What the joint said about itself; None for a version 1 joint or before ``init``."""
+        return self.session.hello
+
+    @property
+    def version(self) -> int:
+        """Version of the protocol that the joint speaks; 0 before ``init``."""
+        return self.session.version
+
+    @property
+    def current_blocking_command(self) -> Register:
+        """The blocking command that this object started and has not finished."""
+        return self._blocking
+
+    def init(self) -> None:
+        """Greet the joint and open a session; a joint that is still homed stays homed.
+
+        Nothing moves. May be called again at any time, after a :class:`JointResetError` it must.
+
+        Raises:
+            CommunicationError: The joint does not answer.
+            WrongJointError: Another joint answers.
+            NotSupportedError: The joint speaks a newer protocol.
+        """
+        self._blocking = Register.NONE
+        self._offset_known = False
+        self.last = self._unknown()
+        self.session.open()
+        if not self.session.flags & Flags.NOTHOMED:
+            try:
+                self._adopt_offset(self.get_homing_offset())
+            except BioscaraError:
+                self.session.close()
+                raise
+
+    def deinit(self) -> None:
+        """Release the joint; nothing is sent, so disable it first."""
+        self._offset_known = False
+        self._blocking = Register.NONE
+        self.last = self._unknown()
+        self.session.close()
+
+    def check_communication(self) -> None:
+        """Return if the joint answers and is the one that ``init`` met.
+
+        Raises:
+            CommunicationError: It does not answer.
+            JointResetError: It restarted.
+        """
+        before = self.session.hello
+        self.session.read(Register.PING)
+        if before is None:
+            return
+        now = Hello.from_answer(self.session.read(Register.HELLO))
+        if now.boot_id != before.boot_id:
+            raise JointResetError(
+                f"{self.name}: the joint restarted (reset cause {now.reset_cause.name}); init(), "
+                "enable() and home() it again",
+                self.name,
+            )
+
+    def get_flags(self) -> Flags:
+        """Ask for the flags."""
+        return FLAGS[self.session.read(Register.PING).flags]
+
+    def is_homed(self) -> bool:
+        """Ask whether the joint knows its position, and we know what it means."""
+        return not self.get_flags() & Flags.NOTHOMED and self._offset_known
+
+    def is_enabled(self) -> bool:
+        """Ask whether the motor is engaged."""
+        return not self.get_flags() & Flags.NOTENABLED
+
+    def is_stalled(self) -> bool:
+        """Ask whether the joint detected a stall."""
+        return bool(self.get_flags() & Flags.STALL)
+
+    def is_busy(self) -> bool:
+        """Ask whether a blocking command is running."""
+        return bool(self.get_flags() & Flags.BUSY)
+
+    def get_homing_offset(self) -> float:
+        """Ask for the joint position at encoder zero that the joint keeps [rad or m]."""
+        return self.session.read(Register.HOMEOFFSET).values[0]
+
+    def set_homing_offset(self, offset: float) -> None:
+        """Keep the joint position at encoder zero on the joint, read it back and use it.
+
+        Zero is what a joint has after power-up, so a later host takes it for "none".
+
+        Args:
+            offset: Joint position at encoder zero [rad or m].
+
+        Raises:
+            IncorrectStateError: The joint returns another number than it was given.
+        """
+        self._check_finite("homing offset", offset)
+        self.session.write(Register.HOMEOFFSET, offset)
+        kept = self.get_homing_offset()
+        if abs(kept - offset) > 1e-6 * max(1.0, abs(offset)):
+            raise IncorrectStateError(
+                f"{self.name}: homing offset {offset:g} was written, {kept:g} came back", self.name
+            )
+        self._adopt_offset(kept)
+
+    def get_fault(self) -> FaultReport:
+        """Ask why the joint stopped by itself, and for its counters.
+
+        Raises:
+            NotSupportedError: A version 1 joint cannot tell.
+        """
+        self.session.require_v2("get_fault")
+        return FaultReport.from_answer(self.session.read(Register.FAULT))
+
+    def clear_fault(self, fault: str | None = None) -> None:
+        """Acknowledge the latched fault; the joint stays disabled and nothing moves.
+
+        Args:
+            fault: Name of the fault that was seen; None for whichever is latched.
+
+        Raises:
+            NotSupportedError: A version 1 joint latches none; ``enable`` clears its stall.
+            RefusedError: Another fault is latched.
+        """
+        self.session.require_v2("clear_fault")
+        if fault is None:
+            number = int(self.session.read(Register.FAULT).values[0])
+        elif fault in Fault.__members__:
+            number = Fault[fault]
+        else:
+            raise InvalidArgumentError(
+                f"{self.name}: {fault!r} is not a fault; known are {', '.join(Fault.__members__)}"
+            )
+        self.session.write(Register.CLEARFAULT, number)
+
+    def read_state(self) -> JointSample:
+        """Ask for position, velocity, flags and, from a version 2 joint, state and load."""
+        if self.session.version == 2:
+            answer = self.session.read(Register.STATE)
+            angle_deg, velocity_rpm, state, load = answer.values
+            doing = joint_state(state)
+        else:
+            angle_deg = self.session.read(Register.ANGLEMOVED).values[0]
+            answer = self.session.read(Register.GETENCODERRPM)
+            velocity_rpm, doing, load = answer.values[0], None, None
+        self.last = JointSample(
+            self.position_of(angle_deg, answer.flags),
+            self.transmission.velocity_from_rpm(velocity_rpm),
+            FLAGS[answer.flags],
+            doing,
+            load,
+            Quality.FRESH,
+            self.clock.now(),
+        )
+        return self.last
+
+    def position_of(self, angle_deg: float, flags: int) -> float | None:
+        """Return the joint position of an encoder angle [deg]; None if not homed."""
+        if flags & Flags.NOTHOMED or not self._offset_known:
+            return None
+        return self.transmission.position_from_deg(angle_deg)
+
+    def _adopt_offset(self, offset: float) -> None:
+        # Zero is the power-up value: the host that homed died before it wrote the offset.
+        self._offset_known = offset != 0.0
+        self.transmission = replace(self.transmission, offset=offset)
+
+    def _unknown(self) -> JointSample:
+        flags = FLAGS[Flags.NOTHOMED | Flags.NOTENABLED]
+        return JointSample(None, math.nan, flags, None, None, Quality.UNKNOWN, -math.inf)
+
+    def is_ready(self) -> bool:
+        """Return whether :meth:`require_ready` would return; asks nobody."""
+        session = self.session
+        return (
+            session.version != 0
+            and not session.flags & _OBSTACLES
+            and self._offset_known
+            and self._blocking == Register.NONE
+        )
+
+    def require_ready(self, *, homed: bool = True) -> None:
+        """Raise unless the joint was initialised and, by its last flags, can move.
+
+        Raises:
+            NotInitializedError, JointResetError, NotEnabledError, NotHomedError, StalledError,
+            IncorrectStateError: What stands in the way.
+        """
+        self.session.require_open()
+        flags = self.session.flags
+        if self._blocking is not Register.NONE:
+            raise IncorrectStateError(
+                f"{self.name}: {self._blocking.name} is running; let it end or stop() it",
+                self.name,
+            )
+        if flags & Flags.STALL:
+            raise StalledError(
+                f"{self.name}: the joint stalled; remove the obstacle, then "
+                f"{'clear_fault() and ' if self.version == 2 else ''}enable()",
+                self.name,
+            )
+        if flags & Flags.NOTENABLED:
+            raise NotEnabledError(f"{self.name}: it is not enabled; enable() first", self.name)
+        if homed and (flags & Flags.NOTHOMED or not self._offset_known):
+            raise NotHomedError(f"{self.name}: it is not homed; home() first", self.name)
+
+    def _check_limit(
+        self, what: str, value: float, lower: float, upper: float, unit: str, remedy: str = ""
+    ) -> None:
+        if not lower - ROUNDING <= value <= upper + ROUNDING:
+            self._check_finite(what, value)
+            raise LimitError(f"{self.name} {what}", value, lower, upper, unit, remedy)
+
+    def _check_finite(self, what: str, value: float) -> None:
+        if not math.isfinite(value):
+            raise InvalidArgumentError(f"{self.name} {what}: {value} is not a finite number")
+
+
+_STATES = {state.value: state for state in JointState}
+
+
+def joint_state(number: float) -> JointState | None:
+    """Return the state with this number; None for one of newer firmware."""
+    return _STATES.get(int(number))

@@ -1,0 +1,174 @@
+"""One joint's part of a control cycle: few bytes, few microseconds, and a memory for bad cycles.
+
+The arithmetic is plain floats: for one value numpy costs more than the exchange.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TypeGuard
+
+from bioscara.bus import Transaction
+from bioscara.drivers.connection import JointConnection, joint_state
+from bioscara.drivers.refusal import TRANSIENT
+from bioscara.drivers.sample import FLAGS, JointSample, Quality, Setpoint
+from bioscara.errors import BioscaraError, CommunicationError, JointLostError, RefusedError
+from bioscara.protocol import READ, WRITE, Flags, Message, Register
+
+LOST_AFTER = 3
+"""Bad cycles in a row after which a joint counts as lost."""
+
+_TRACK, _STATE = WRITE[Register.TRACK], READ[Register.STATE]
+_MOVE, _ANGLE = WRITE[Register.MOVETOANGLE], READ[Register.ANGLEMOVED]
+_SPEED = READ[Register.GETENCODERRPM]
+_REFUSED = int(Flags.REFUSED)
+
+Outcome = JointSample | BioscaraError
+Frame = tuple[Message, tuple[float, ...]]
+Result = bytes | CommunicationError
+
+
+class Cycle:
+    """Frames of one joint for a cycle, and what became of them.
+
+    Args:
+        joint: The joint.
+
+    Attributes:
+        bad_cycles: Cycles in a row that brought no answer.
+        failures: The same, since the object was made.
+    """
+
+    def __init__(self, joint: JointConnection) -> None:
+        self._joint = joint
+        self._frames: tuple[Frame, ...] = ()
+        self._sent: tuple[Transaction, ...] = ()
+        self.bad_cycles = 0
+        self.failures = 0
+
+    def track(self, setpoint: Setpoint) -> tuple[Transaction, ...]:
+        """Return the transactions that give a checked setpoint and ask for the state."""
+        joint = self._joint
+        transmission = joint.transmission
+        position, velocity = setpoint
+        angle_deg = transmission.position_to_deg(position)
+        if joint.session.version == 2:
+            values = (angle_deg, transmission.velocity_to_rpm(velocity))
+            self._frames = ((_TRACK, values),)
+            self._sent = (joint.session.frame(_TRACK, values),)
+            return self._sent
+        return self._frame((_MOVE, (angle_deg,)), (_ANGLE, ()))
+
+    def state(self) -> tuple[Transaction, ...]:
+        """Return the transactions that ask for the state."""
+        if self._joint.session.version == 2:
+            return self._frame((_STATE, ()))
+        return self._frame((_ANGLE, ()), (_SPEED, ()))
+
+    def again(self) -> tuple[Transaction, ...]:
+        """Return the same transactions once more.
+
+        A joint that executed them answers from memory; one that refused them gets a new sequence
+        number. Every version 1 frame of a cycle is absolute and may be executed twice.
+        """
+        return self._sent or self._frame(*self._frames)
+
+    def take(self, results: Sequence[Result], stamp: float) -> Outcome:
+        """Return what the joint answered, or what went wrong.
+
+        Args:
+            results: The results of this joint's transactions, in order.
+            stamp: When they came [s].
+        """
+        session = self._joint.session
+        try:
+            if len(results) == 1:
+                message = self._frames[0][0]
+                values, flags = session.take(message, results[0])
+                if flags & _REFUSED:
+                    self._sent = ()
+                    return session.refusal(message)
+                sample = self._sample_v2(values, flags, stamp)
+            else:
+                sample = self._sample_v1(results, stamp)
+        except BioscaraError as error:
+            return error
+        self.bad_cycles = 0
+        self._joint.last = sample
+        return sample
+
+    def coast(self, problem: CommunicationError) -> Outcome:
+        """Return what to go on with after a bad cycle.
+
+        That is the last sample, marked STALE; after :data:`LOST_AFTER` bad cycles in a row a
+        :class:`~bioscara.errors.JointLostError`; without any sample, the problem itself.
+        """
+        self.bad_cycles += 1
+        self.failures += 1
+        joint = self._joint
+        if self.bad_cycles >= LOST_AFTER:
+            return JointLostError(
+                f"{joint.name} ({joint.parameters.address:#04x}) is lost: {self.bad_cycles} bad "
+                f"cycles in a row, {self.failures} in all; the last one: {problem}; check its "
+                "power and its wiring",
+                joint.parameters.address,
+                joint.name,
+                self.bad_cycles,
+                problem,
+            )
+        if joint.last.quality is Quality.UNKNOWN:
+            return problem
+        joint.last = joint.last._replace(quality=Quality.STALE)
+        return joint.last
+
+    def _frame(self, *frames: Frame) -> tuple[Transaction, ...]:
+        session = self._joint.session
+        self._frames = frames
+        self._sent = tuple(session.frame(message, values) for message, values in frames)
+        return self._sent
+
+    def _sample_v2(self, values: tuple[float, ...], flags: int, stamp: float) -> JointSample:
+        joint = self._joint
+        if len(values) == 2:
+            state, load = None, None
+        else:
+            state, load = joint_state(values[2]), values[3]
+        return JointSample(
+            joint.position_of(values[0], flags),
+            joint.transmission.velocity_from_rpm(values[1]),
+            FLAGS[flags],
+            state,
+            load,
+            Quality.FRESH,
+            stamp,
+        )
+
+    def _sample_v1(self, results: Sequence[Result], stamp: float) -> JointSample:
+        joint, session = self._joint, self._joint.session
+        first, second = (
+            session.take(message, result)
+            for (message, _), result in zip(self._frames, results, strict=True)
+        )
+        flags = second.flags
+        if self._frames[0][0] is _MOVE:
+            position = joint.position_of(second.values[0], flags)
+            velocity = _slope(joint.last, position, stamp)
+            if flags & (Flags.STALL | Flags.NOTENABLED):
+                joint.require_ready()
+        else:
+            position = joint.position_of(first.values[0], flags)
+            velocity = joint.transmission.velocity_from_rpm(second.values[0])
+        return JointSample(position, velocity, FLAGS[flags], None, None, Quality.FRESH, stamp)
+
+
+def is_bad(outcome: Outcome) -> TypeGuard[CommunicationError]:
+    """Return whether ``outcome`` says that the exchange failed, not that the joint objected."""
+    if isinstance(outcome, RefusedError):
+        return outcome.reason in TRANSIENT
+    return isinstance(outcome, CommunicationError)
+
+
+def _slope(last: JointSample, position: float | None, stamp: float) -> float:
+    if position is None or last.position is None or stamp <= last.stamp:
+        return 0.0
+    return (position - last.position) / (stamp - last.stamp)

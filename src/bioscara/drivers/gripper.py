@@ -1,0 +1,169 @@
+"""The parallel gripper: a width goes to a servo that never answers."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from bioscara.drivers.pwm import Pwm
+from bioscara.drivers.width_file import read_width, write_width
+from bioscara.errors import GripperError, InvalidArgumentError
+from bioscara.model import GripperParameters
+
+
+@dataclass(frozen=True, slots=True)
+class GripperState:
+    """What is known about the gripper.
+
+    Attributes:
+        width: Width between the jaws [m], as the servo was told.
+        enabled: Whether the servo is driven.
+        assumed: True: the servo has no sensor, so nobody knows whether the jaws are there.
+    """
+
+    width: float
+    enabled: bool
+    assumed: bool = True
+
+
+class Gripper:
+    """The gripper on one PWM output.
+
+    Args:
+        pwm: The output.
+        parameters: What the gripper is.
+        state_file: Where the last width is kept, so that enabling does not move the jaws.
+    """
+
+    def __init__(self, pwm: Pwm, parameters: GripperParameters, state_file: Path) -> None:
+        self.parameters = parameters
+        self._pwm, self._file = pwm, state_file
+        self._enabled = False
+        self._width = self._kept()
+
+    @property
+    def state(self) -> GripperState:
+        """What is known about the gripper."""
+        return GripperState(self._width, self._enabled)
+
+    def enable(self) -> None:
+        """Drive the servo to where it is: to the pulse that runs, else to the last width.
+
+        Raises:
+            GripperError: The output cannot be used; names path and remedy.
+        """
+        running = self._pwm.pulse()
+        self._width = self._kept() if running is None else self._width_of(running)
+        self._pwm.start(1.0 / self.parameters.frequency, self._pulse_of(self._width))
+        self._enabled = True
+
+    def disable(self) -> None:
+        """Keep the width and let the servo go.
+
+        Raises:
+            GripperError: The output or the state file cannot be written; the servo is let go
+                in any case that the kernel allows.
+        """
+        if not self._enabled:
+            return
+        self._enabled = False
+        lower, upper = self.parameters.lower, self.parameters.upper
+        try:
+            write_width(self._file, min(max(self._width, lower), upper))
+        finally:
+            self._pwm.stop()
+
+    def set_width(self, width: float) -> float:
+        """Move the jaws and return the width that they are told.
+
+        A width beyond the limits, or beyond what the servo can do, is bounded, as the original
+        driver does. The width is kept in the state file first, which takes some milliseconds on
+        a memory card; the width that is told already costs nothing.
+
+        Args:
+            width: Width between the jaws [m].
+
+        Raises:
+            InvalidArgumentError: Not finite.
+            GripperError: Not enabled, or the output or the state file cannot be written.
+        """
+        if not math.isfinite(width):
+            raise InvalidArgumentError(f"gripper width: {width} is not a finite number")
+        self._require_enabled()
+        pulse = self._pulse_of(width)
+        told = self._width_of(pulse)
+        if told != self._width:
+            write_width(self._file, told)
+            self._pwm.set_pulse(pulse)
+            self._width = told
+        return told
+
+    def set_servo_angle(self, angle_deg: float) -> float:
+        """Turn the servo to an angle, for calibration, and return the angle that it is told.
+
+        Args:
+            angle_deg: Servo angle, bounded to what the servo can do [deg].
+
+        Raises:
+            InvalidArgumentError: Not finite.
+            GripperError: Not enabled, or the output cannot be written.
+        """
+        if not math.isfinite(angle_deg):
+            raise InvalidArgumentError(f"gripper servo angle: {angle_deg} is not a finite number")
+        self._require_enabled()
+        pulse = self._bounded_pulse(angle_deg)
+        self._pwm.set_pulse(pulse)
+        self._width = self._width_of(pulse)
+        return (pulse - self.parameters.pulse_center) / self.parameters.pulse_per_deg
+
+    def _kept(self) -> float:
+        parameters = self.parameters
+        width = read_width(self._file, parameters.lower, parameters.upper, parameters.initial)
+        return self._width_of(self._pulse_of(width))
+
+    def _require_enabled(self) -> None:
+        if not self._enabled:
+            raise GripperError("the gripper is not enabled; enable() it first")
+
+    def _pulse_of(self, width: float) -> float:
+        parameters = self.parameters
+        bounded = min(max(width, parameters.lower), parameters.upper)
+        return self._bounded_pulse(parameters.deg_per_m * (bounded - parameters.zero_width))
+
+    def _bounded_pulse(self, angle_deg: float) -> float:
+        parameters = self.parameters
+        pulse = parameters.pulse_center + angle_deg * parameters.pulse_per_deg
+        return min(max(pulse, parameters.pulse_lower), parameters.pulse_upper)
+
+    def _width_of(self, pulse: float) -> float:
+        parameters = self.parameters
+        angle_deg = (pulse - parameters.pulse_center) / parameters.pulse_per_deg
+        return parameters.zero_width + angle_deg / parameters.deg_per_m
+
+
+def calibrate(
+    parameters: GripperParameters, first: tuple[float, float], second: tuple[float, float]
+) -> GripperParameters:
+    """Return ``parameters`` with the line through two measured points.
+
+    Args:
+        parameters: What the gripper is.
+        first: Servo angle [deg] and the width measured there [m].
+        second: Another such pair.
+
+    Raises:
+        InvalidArgumentError: The points are not finite, or do not make a line with a slope.
+    """
+    (first_deg, first_width), (second_deg, second_width) = first, second
+    if not all(map(math.isfinite, (*first, *second))):
+        raise InvalidArgumentError(f"gripper calibration: {first} and {second} must be finite")
+    if first_deg == second_deg or first_width == second_width:
+        raise InvalidArgumentError(
+            f"gripper calibration: {first} and {second} must differ in angle and in width"
+        )
+    return replace(
+        parameters,
+        deg_per_m=(first_deg - second_deg) / (first_width - second_width),
+        zero_width=(first_deg * second_width - second_deg * first_width) / (first_deg - second_deg),
+    )

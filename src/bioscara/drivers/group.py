@@ -1,0 +1,129 @@
+"""Several joints in one bus call: setpoints out, samples back.
+
+A joint that fails does not hide what the others say: each has its entry in the result, a
+:class:`~bioscara.drivers.JointSample` or the exception that befell it. A single bad cycle is
+coasted over with the last sample, marked STALE; the third in a row is a
+:class:`~bioscara.errors.JointLostError`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bioscara.bus import Bus, Transaction
+from bioscara.drivers.cycle import Outcome, is_bad
+from bioscara.drivers.joint import Joint
+from bioscara.drivers.sample import Setpoint
+from bioscara.errors import BioscaraError, InvalidArgumentError, JointError
+
+Frames = list[tuple[Transaction, ...]]
+_NOT_YET = BioscaraError("not asked yet")
+
+
+def read_states(joints: Sequence[Joint], *, retry: bool = False) -> list[Outcome]:
+    """Ask all joints for their state in one bus call.
+
+    Args:
+        joints: Initialised joints of one bus.
+        retry: Ask those that failed a second time within this cycle, in one more bus call.
+
+    Returns:
+        One entry per joint, in order.
+
+    Raises:
+        BusUnavailableError: The bus as a whole cannot be used.
+    """
+    outcomes: list[Outcome] = [_NOT_YET] * len(joints)
+    frames: Frames = []
+    for index, joint in enumerate(joints):
+        try:
+            joint.session.require_open()
+        except JointError as error:
+            outcomes[index] = error
+            frames.append(())
+        else:
+            frames.append(joint.cycle.state())
+    return _exchange(joints, frames, outcomes, retry)
+
+
+def track(
+    joints: Sequence[Joint], setpoints: Sequence[Setpoint], *, retry: bool = False
+) -> list[Outcome]:
+    """Give all joints their setpoints and ask for their state, in one bus call.
+
+    Each setpoint is where its joint is to be one cycle from now. All are checked before anything
+    is sent. A joint that cannot move gets nothing and its entry is the reason.
+
+    Args:
+        joints: Initialised joints of one bus.
+        setpoints: One per joint, in order.
+        retry: Repeat failed exchanges once within this cycle, in one more bus call; the joint
+            executes no setpoint twice.
+
+    Returns:
+        One entry per joint, in order.
+
+    Raises:
+        LimitError: A setpoint is outside its joint's limits; nothing was sent to any joint.
+        InvalidArgumentError: A setpoint is not finite, or there is not one per joint.
+        BusUnavailableError: The bus as a whole cannot be used.
+    """
+    if len(setpoints) != len(joints):
+        raise InvalidArgumentError(f"{len(setpoints)} setpoints for {len(joints)} joints")
+    for joint, (position, velocity) in zip(joints, setpoints, strict=True):
+        joint.check_setpoint(position, velocity)
+    outcomes: list[Outcome] = [_NOT_YET] * len(joints)
+    frames: Frames = []
+    for index, joint in enumerate(joints):
+        if joint.is_ready():
+            frames.append(joint.cycle.track(setpoints[index]))
+            continue
+        try:
+            joint.require_ready()
+        except JointError as error:
+            outcomes[index] = error
+        frames.append(())
+    return _exchange(joints, frames, outcomes, retry)
+
+
+def _exchange(
+    joints: Sequence[Joint], frames: Frames, outcomes: list[Outcome], retry: bool
+) -> list[Outcome]:
+    if not joints:
+        return []
+    bus = joints[0].bus
+    for joint in joints:
+        if joint.bus is not bus:
+            raise InvalidArgumentError(f"{joint.name} is on another bus than {joints[0].name}")
+    waiting = [index for index in range(len(joints)) if frames[index]]
+    _transfer(bus, joints, frames, waiting, outcomes)
+    bad = [index for index in waiting if is_bad(outcomes[index])]
+    if bad and retry:
+        for index in bad:
+            frames[index] = joints[index].cycle.again()
+        _transfer(bus, joints, frames, bad, outcomes)
+    for index in bad:
+        problem = outcomes[index]
+        if is_bad(problem):
+            outcomes[index] = joints[index].cycle.coast(problem)
+    return outcomes
+
+
+def _transfer(
+    bus: Bus,
+    joints: Sequence[Joint],
+    frames: Frames,
+    chosen: Sequence[int],
+    outcomes: list[Outcome],
+) -> None:
+    """Carry out the frames of the chosen joints in one call and put down what came of them."""
+    requests: list[Transaction] = []
+    for index in chosen:
+        requests.extend(frames[index])
+    results = bus.transfer(requests) if requests else []
+    stamp = joints[0].clock.now()
+    start = 0
+    for index in chosen:
+        end = start + len(frames[index])
+        outcomes[index] = joints[index].cycle.take(results[start:end], stamp)
+        start = end

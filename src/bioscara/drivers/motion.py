@@ -1,0 +1,268 @@
+"""Engaging, moving, stopping and releasing one joint."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from contextlib import suppress
+from functools import partial
+
+from bioscara.bus import Bus
+from bioscara.clock import Clock
+from bioscara.drivers.refusal import fault_error
+from bioscara.drivers.sample import JointSample
+from bioscara.drivers.settings import JointSettings
+from bioscara.drivers.waiting import Cancel, Progress, at_rest, wait_for, wait_for_rest
+from bioscara.errors import (
+    CommunicationError,
+    IncorrectStateError,
+    InvalidArgumentError,
+    JointError,
+    MotionCancelledError,
+    NotEnabledError,
+    NotHomedError,
+)
+from bioscara.model import JointParameters
+from bioscara.protocol import BrakeMode, Fault, Flags, Register
+
+_ORIENTATION_TIMEOUT = 5.0
+_ORIENTATION_MAX_DEG = 10.0
+_STOP_HARD, _STOP_SOFT = 0, 1
+_MOVE_MARGIN = 2.0
+_STEPS_MAX = 2**31 - 1
+
+
+def _idle(sample: JointSample) -> bool:
+    return not sample.flags & Flags.BUSY
+
+
+class JointMotion(JointSettings):
+    """Enable, disable, move and stop."""
+
+    def __init__(self, bus: Bus, clock: Clock, parameters: JointParameters) -> None:
+        super().__init__(bus, clock, parameters)
+        self._lower, self._upper = parameters.lower, parameters.upper
+        self._fastest = parameters.max_velocity
+
+    def enable(self, drive_percent: int | None = None, hold_percent: int | None = None) -> None:
+        """Engage the motor where it stands, with stall detection and the configured limits.
+
+        A version 2 joint checks by a movement of at most 1 degree of the motor that motor and
+        encoder agree, the first time after it booted.
+
+        Args:
+            drive_percent: Motor current in motion; None for the configured one.
+            hold_percent: Motor current at standstill; None for the configured one.
+
+        Raises:
+            JointFaultError: A fault is latched, or the check failed.
+            NotEnabledError: The joint did not engage.
+        """
+        parameters = self.parameters
+        drive = parameters.drive_current_percent if drive_percent is None else drive_percent
+        hold = parameters.hold_current_percent if hold_percent is None else hold_percent
+        self._require_no_blocking()
+        self._check_limit("drive current", drive, 1, 100, "%", "disable() switches it off")
+        self._check_limit("hold current", hold, 1, 100, "%", "disable() switches it off")
+        self.session.write(Register.SETUP, drive, hold)
+        self._supervise(_idle, _ORIENTATION_TIMEOUT, "enabling")
+        if self.session.flags & Flags.NOTENABLED:
+            self._raise_fault()
+            raise NotEnabledError(f"{self.name}: the motor did not engage", self.name)
+        if parameters.stall_threshold:
+            self.enable_stallguard()
+        self.set_max_acceleration(parameters.max_acceleration)
+        self.set_max_velocity(parameters.max_velocity)
+
+    def disable(self) -> None:
+        """Ramp down, wait for standstill and release the motor.
+
+        Every step is tried, whatever befell the one before.
+
+        Raises:
+            CommunicationError, JointError: The first thing that went wrong.
+        """
+        self.session.require_open()
+        steps: tuple[Callable[[], object], ...] = (
+            self.stop,
+            partial(wait_for_rest, self, "disable"),
+            partial(self.set_hold_current, 0),
+            partial(self.set_drive_current, 0),
+            partial(self.set_brake_mode, BrakeMode.FREEWHEEL),
+        )
+        problem: CommunicationError | JointError | None = None
+        for step in steps:
+            try:
+                step()
+            except (CommunicationError, JointError) as error:
+                problem = problem or error
+        if problem is not None:
+            raise problem
+
+    def stop(self, *, hard: bool = False) -> None:
+        """Ramp down and hold; ends a blocking command. Never refused for the joint's state.
+
+        Args:
+            hard: True for the hardest deceleration instead of the configured one.
+        """
+        self._blocking = Register.NONE
+        self.session.write(Register.STOP, _STOP_HARD if hard else _STOP_SOFT)
+
+    def get_position(self) -> float:
+        """Ask for the position [rad or m].
+
+        Raises:
+            NotHomedError: The joint does not know it.
+        """
+        answer = self.session.read(Register.ANGLEMOVED)
+        position = self.position_of(answer.values[0], answer.flags)
+        if position is None:
+            raise NotHomedError(f"{self.name}: no position before home()", self.name)
+        return position
+
+    def get_velocity(self) -> float:
+        """Ask for the filtered velocity [rad/s or m/s]; lags the motion by some 60 ms."""
+        answer = self.session.read(Register.GETENCODERRPM)
+        return self.transmission.velocity_from_rpm(answer.values[0])
+
+    def set_position(self, position: float) -> None:
+        """Start to move to a position with the joint's own speed and acceleration limits.
+
+        The joint stops when it hears no newer setpoint for 60 ms: repeat it until it is there.
+
+        Args:
+            position: Within the joint's limits [rad or m].
+
+        Raises:
+            LimitError: Outside the limits.
+            NotEnabledError, NotHomedError, StalledError: The joint cannot move.
+        """
+        self.require_ready()
+        self.check_position(position)
+        self.session.write(Register.MOVETOANGLE, self.transmission.position_to_deg(position))
+        self.require_ready()
+
+    def set_velocity(self, velocity: float) -> None:
+        """Accelerate to a velocity and keep it for as long as it is repeated, see above.
+
+        Args:
+            velocity: At most the configured one in either direction [rad/s or m/s].
+
+        Raises:
+            LimitError: Too fast.
+            NotEnabledError, NotHomedError, StalledError: The joint cannot move.
+        """
+        self.require_ready()
+        self.check_velocity(velocity)
+        self.session.write(Register.SETRPM, self.transmission.velocity_to_rpm(velocity))
+        self.require_ready()
+
+    def move_steps(
+        self, steps: int, progress: Progress | None = None, cancel: Cancel | None = None
+    ) -> None:
+        """Move by so many microsteps of the motor (1/256 step) and wait for the end.
+
+        Needs no home; with one, the end is checked against the limits. A version 1 frame is
+        never repeated: if its answer is lost, it may have been executed.
+
+        Args:
+            steps: Microsteps; their sign is the motor's, not the joint's.
+            progress: Called with each sample.
+            cancel: Asked with each sample.
+
+        Raises:
+            LimitError: It would end outside the limits.
+            MotionCancelledError: ``cancel`` said so.
+        """
+        self.require_ready(homed=False)
+        if isinstance(steps, bool) or steps != steps // 1:
+            raise InvalidArgumentError(f"{self.name} steps: {steps!r} is not a whole number")
+        self._check_limit("steps", steps, -_STEPS_MAX, _STEPS_MAX, "microsteps")
+        distance = self.transmission.microsteps_to_distance(steps)
+        position = self.read_state().position
+        if position is not None:
+            self.check_position(position + distance)
+        speed, acceleration = self.parameters.max_velocity, self.parameters.max_acceleration
+        timeout = 2.0 * (abs(distance) / speed + speed / acceleration) + _MOVE_MARGIN
+        self.session.write(Register.MOVESTEPS, steps, repeat=False)
+        self._supervise(at_rest(self), timeout, "the move", progress, cancel)
+        self._raise_fault()
+        self.require_ready(homed=False)
+
+    def check_orientation(self, motor_angle: float = math.radians(1.0)) -> None:
+        """Turn the motor a little and back, to see that motor and encoder agree.
+
+        Args:
+            motor_angle: How far the motor turns, at most 10 degrees [rad of the motor].
+
+        Raises:
+            JointFaultError: They do not agree (version 2; a version 1 joint corrects it).
+        """
+        angle_deg = math.degrees(motor_angle)
+        self.require_ready(homed=False)
+        self._check_limit("orientation check angle", angle_deg, 0.0, _ORIENTATION_MAX_DEG, "deg")
+        self._blocking = Register.CHECKORIENTATION
+        try:
+            self.session.write(Register.CHECKORIENTATION, angle_deg, repeat=False)
+            self._supervise(_idle, _ORIENTATION_TIMEOUT, "the orientation check")
+        finally:
+            self._blocking = Register.NONE
+        self._raise_fault()
+
+    def check_setpoint(self, position: float, velocity: float) -> None:
+        """Raise unless both are within the limits; as the two methods below, but fast."""
+        if not self._lower <= position <= self._upper:
+            self.check_position(position)
+        if not -self._fastest <= velocity <= self._fastest:
+            self.check_velocity(velocity)
+
+    def check_position(self, position: float) -> None:
+        """Raise unless ``position`` [rad or m] is within the limits.
+
+        Raises:
+            LimitError, InvalidArgumentError: It is outside, or not finite.
+        """
+        parameters = self.parameters
+        self._check_limit("position", position, parameters.lower, parameters.upper, parameters.unit)
+
+    def check_velocity(self, velocity: float) -> None:
+        """Raise unless ``velocity`` [rad/s or m/s] is within the limits.
+
+        Raises:
+            LimitError, InvalidArgumentError: It is outside, or not finite.
+        """
+        limit = self.parameters.max_velocity
+        self._check_limit("velocity", velocity, -limit, limit, f"{self.parameters.unit}/s")
+
+    def _supervise(
+        self,
+        done: Callable[[JointSample], bool],
+        timeout: float,
+        what: str,
+        progress: Progress | None = None,
+        cancel: Cancel | None = None,
+    ) -> None:
+        """Wait for the end of a motion; whatever ends the waiting early also ends the motion."""
+        try:
+            wait_for(self, done, timeout, what, progress, cancel)
+        except BaseException as reason:
+            with suppress(CommunicationError, JointError):
+                self.stop()
+                if isinstance(reason, MotionCancelledError):
+                    wait_for_rest(self, what)
+            raise
+
+    def _require_no_blocking(self) -> None:
+        self.session.require_open()
+        if self._blocking is not Register.NONE:
+            raise IncorrectStateError(
+                f"{self.name}: {self._blocking.name} is running; let it end or stop() it",
+                self.name,
+            )
+
+    def _raise_fault(self) -> None:
+        """Raise the latched fault, if the joint's last flags show one."""
+        if self.version == 2 and self.session.flags & Flags.FAULT:
+            report = self.get_fault()
+            if report.fault != Fault.NONE.name:
+                raise fault_error(self.name, report)

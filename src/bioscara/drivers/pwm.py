@@ -1,0 +1,146 @@
+"""A PWM output of the computer, through the kernel's /sys/class/pwm."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from bioscara.clock import Clock
+from bioscara.errors import GripperError
+from bioscara.model import PwmOutput
+
+SYSFS = Path("/sys/class/pwm")
+
+_REMEDY = "add dtoverlay=pwm-2chan to /boot/firmware/config.txt and reboot"
+_RIGHTS = "run as a user who may write there (a udev rule for the group gpio)"
+_APPEARS_WITHIN = 2.0
+"""The channel's folder and its rights come some 100 ms after it was asked for [s]."""
+_POLL = 0.01
+_NS = 1e9
+
+
+class Pwm:
+    """One PWM channel.
+
+    The chip is found by the device behind it, since its number differs between kernels. Nothing
+    is written before :meth:`start`.
+
+    Args:
+        outputs: Where the wire may be, the first one that exists is used.
+        clock: Time to wait by.
+        root: The kernel's folder.
+    """
+
+    def __init__(self, outputs: Sequence[PwmOutput], clock: Clock, root: Path = SYSFS) -> None:
+        self._outputs, self._clock, self._root = tuple(outputs), clock, root
+        self._channel: Path | None = None
+
+    def pulse(self) -> float | None:
+        """Return the pulse that comes out now [s]; None while there is none.
+
+        Raises:
+            GripperError: There is no such output, or it cannot be read.
+        """
+        chip, channel = self._find()
+        folder = chip / f"pwm{channel}"
+        if not folder.is_dir() or self._read(folder / "enable") == 0:
+            return None
+        return self._read(folder / "duty_cycle") / _NS
+
+    def start(self, period: float, pulse: float) -> None:
+        """Put out pulses; an output that is running changes without a gap.
+
+        Args:
+            period: Time from pulse to pulse [s].
+            pulse: Length of a pulse [s], below the period.
+
+        Raises:
+            GripperError: There is no such output, or the kernel refuses; names path and remedy.
+        """
+        folder = self._export()
+        period_ns, pulse_ns = round(period * _NS), round(pulse * _NS)
+        # The kernel refuses a period below the pulse, a pulse above the period, and to enable
+        # without a period.
+        if self._read(folder / "duty_cycle") > period_ns:
+            self._write(folder / "duty_cycle", 0)
+        if self._read(folder / "period") != period_ns:
+            self._write(folder / "period", period_ns)
+        self._write(folder / "duty_cycle", pulse_ns)
+        if self._read(folder / "enable") != 1:
+            self._write(folder / "enable", 1)
+        self._channel = folder
+
+    def set_pulse(self, pulse: float) -> None:
+        """Change the length of the pulses [s].
+
+        Raises:
+            GripperError: The output was not started, or the kernel refuses.
+        """
+        if self._channel is None:
+            raise GripperError("the PWM output is not running; start() it first")
+        self._write(self._channel / "duty_cycle", round(pulse * _NS))
+
+    def stop(self) -> None:
+        """Put out no more pulses: the servo lets go.
+
+        Raises:
+            GripperError: The kernel refuses.
+        """
+        if self._channel is not None:
+            channel, self._channel = self._channel, None
+            self._write(channel / "enable", 0)
+
+    def _find(self) -> tuple[Path, int]:
+        devices: dict[str, Path] = {}
+        for chip in sorted(self._root.glob("pwmchip*")):
+            try:
+                devices.setdefault(os.path.basename(os.readlink(chip / "device")), chip)
+            except OSError:
+                continue
+        for output in self._outputs:
+            if output.device in devices:
+                return devices[output.device], output.channel
+        wanted = ", ".join(output.device for output in self._outputs)
+        found = ", ".join(devices) or "none"
+        raise GripperError(
+            f"{self._root}: no PWM chip of the devices {wanted} (found: {found}); {_REMEDY}"
+        )
+
+    def _export(self) -> Path:
+        chip, channel = self._find()
+        folder = chip / f"pwm{channel}"
+        if not folder.is_dir():
+            try:
+                self._write(chip / "export", channel, quiet=errno.EBUSY)
+            except GripperError as error:
+                if isinstance(error.__cause__, OSError) and error.__cause__.errno == errno.ENODEV:
+                    raise GripperError(f"{chip} has no channel {channel}; {_REMEDY}") from error
+                raise
+        deadline = self._clock.now() + _APPEARS_WITHIN
+        while not os.access(folder / "enable", os.W_OK):
+            now = self._clock.now()
+            if now >= deadline:
+                problem = "cannot be written" if folder.is_dir() else "did not appear"
+                remedy = _RIGHTS if folder.is_dir() else _REMEDY
+                raise GripperError(f"{folder} {problem} within {_APPEARS_WITHIN:g} s; {remedy}")
+            self._clock.sleep_until(now + _POLL)
+        return folder
+
+    def _read(self, path: Path) -> int:
+        try:
+            return int(path.read_text())
+        except (OSError, ValueError) as error:
+            raise GripperError(f"{path}: cannot be read ({error}); {_REMEDY}") from error
+
+    def _write(self, path: Path, value: int, quiet: int = 0) -> None:
+        try:
+            path.write_text(str(value))
+        except OSError as error:
+            if error.errno == quiet:
+                return
+            remedy = _RIGHTS if isinstance(error, PermissionError) else _REMEDY
+            raise GripperError(
+                f"{path}: writing {value} failed ({error.strerror}); {remedy}"
+            ) from error

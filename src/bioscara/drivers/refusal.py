@@ -1,0 +1,65 @@
+"""A refusal of the joint as the exception that it is to the caller."""
+
+from __future__ import annotations
+
+from bioscara.drivers.reports import FaultReport
+from bioscara.errors import (
+    BioscaraError,
+    IncorrectStateError,
+    JointFaultError,
+    NotEnabledError,
+    RefusedError,
+    StalledError,
+)
+from bioscara.protocol import Fault, Refusal, Register
+
+TRANSIENT = frozenset(
+    reason.name
+    for reason in (
+        Refusal.LENGTH,
+        Refusal.UNKNOWN_REGISTER,
+        Refusal.CRC,
+        Refusal.TRAILER_REQUIRED,
+        Refusal.DIRECTION,
+        Refusal.QUEUE_FULL,
+    )
+)
+"""Reasons that a broken or untimely frame gives: worth another try, since nothing was executed."""
+
+_STATE = frozenset(
+    reason.name for reason in (Refusal.FAULT_LATCHED, Refusal.NOT_ENABLED, Refusal.STALLED)
+)
+
+
+def fault_error(joint: str, report: FaultReport) -> JointFaultError:
+    """Return the latched fault of ``joint`` as an exception."""
+    return JointFaultError(
+        f"{joint}: stopped by its fault {report.fault} (data {report.data:g}); remove the cause, "
+        "then clear_fault() and enable()",
+        joint,
+        report.fault,
+        report.data,
+    )
+
+
+def refused_error(
+    joint: str, address: int, register: Register, report: FaultReport
+) -> BioscaraError:
+    """Return what a refusal of ``register`` means, by the reason the joint gave.
+
+    A joint that is disabled because of a fault is reported with the fault, which says more.
+    """
+    reason, what = report.refusal, f"{joint}: {register.name} was refused"
+    if reason == Refusal.STALLED.name or (reason in _STATE and report.fault == Fault.STALL.name):
+        return StalledError(
+            f"{what}: the joint stalled (position error {report.data:g} microsteps); remove the "
+            "obstacle, then clear_fault() and enable()",
+            joint,
+        )
+    if reason in _STATE and report.fault != Fault.NONE.name:
+        return fault_error(joint, report)
+    if reason == Refusal.NOT_ENABLED.name:
+        return NotEnabledError(f"{what}: it is not enabled; enable() first", joint)
+    if reason == Refusal.BUSY.name:
+        return IncorrectStateError(f"{what}: another command is running; stop() it first", joint)
+    return RefusedError(f"{what}: {reason}", address, reason)

@@ -1,0 +1,81 @@
+"""What a version 2 joint tells about itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Self
+
+from bioscara.protocol import Answer, Capability, Fault, Refusal, ResetCause
+
+
+@dataclass(frozen=True, slots=True)
+class Hello:
+    """Who a joint is.
+
+    Attributes:
+        protocol: Version of the protocol it speaks.
+        firmware: Version of its firmware, major and minor.
+        joint: Number of the joint, as its firmware was built.
+        boot_id: A number that differs between boots.
+        reset_cause: Why it booted.
+        capabilities: What it can do beyond version 1.
+    """
+
+    protocol: int
+    firmware: tuple[int, int]
+    joint: int
+    boot_id: int
+    reset_cause: ResetCause
+    capabilities: Capability
+
+    @classmethod
+    def from_answer(cls, answer: Answer) -> Self:
+        """Return what HELLO answered."""
+        _, protocol, major, minor, joint, boot_id, cause, capabilities = map(int, answer.values)
+        known = cause in ResetCause.__members__.values()
+        return cls(
+            protocol,
+            (major, minor),
+            joint,
+            boot_id,
+            ResetCause(cause) if known else ResetCause.UNKNOWN,
+            Capability(capabilities),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class FaultReport:
+    """Why a joint stopped by itself, and what it refused.
+
+    Attributes:
+        fault: Name of the first fault since cleared, ``"NONE"`` without one.
+        data: The number stored with it; its meaning: :class:`bioscara.protocol.Fault`.
+        refusal: Name of the reason of the last refusal.
+        crc_errors: Frames that arrived broken, since boot.
+        refusals: Frames that were refused, since boot.
+    """
+
+    fault: str
+    data: float
+    refusal: str
+    crc_errors: int
+    refusals: int
+
+    @classmethod
+    def from_answer(cls, answer: Answer) -> Self:
+        """Return what FAULT answered; a number of newer firmware is named by its digits."""
+        fault, data, refusal, crc_errors, refusals = answer.values
+        return cls(
+            _name(Fault, int(fault)),
+            data,
+            _name(Refusal, int(refusal)),
+            int(crc_errors),
+            int(refusals),
+        )
+
+
+def _name(kind: type[Fault] | type[Refusal], number: int) -> str:
+    try:
+        return kind(number).name
+    except ValueError:
+        return f"number {number}"

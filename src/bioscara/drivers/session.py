@@ -1,0 +1,295 @@
+"""One joint's frames: which version it speaks, sequence numbers, repetitions, refusals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bioscara.bus import Bus, Transaction
+from bioscara.clock import Clock
+from bioscara.drivers.greeting import greet
+from bioscara.drivers.refusal import TRANSIENT, refused_error
+from bioscara.drivers.reports import FaultReport, Hello
+from bioscara.errors import (
+    BioscaraError,
+    CommunicationError,
+    CorruptFrameError,
+    JointError,
+    JointResetError,
+    NotInitializedError,
+    NotSupportedError,
+    RefusedError,
+    WrongJointError,
+)
+from bioscara.protocol import (
+    READ,
+    TRAILER,
+    WRITE,
+    Answer,
+    Flags,
+    Message,
+    Refusal,
+    Register,
+)
+
+TRIES = 3
+"""How often an exchange is tried, as the original driver does."""
+WATCHDOG_MS = 60
+"""Silence after which a moving joint stops [ms]: three lost cycles of 50 Hz."""
+FIRMWARE = "joint firmware 0.1 or newer (protocol 2)"
+
+_PAUSE = 50e-6
+_TICK_PAUSE = 2e-3
+_ACKNOWLEDGE = ord("O")
+_POWER_UP = Flags.NOTHOMED | Flags.NOTENABLED
+_FAULT = READ[Register.FAULT]
+_PING = READ[Register.PING]
+_FORGOTTEN = frozenset((Refusal.NOT_ARMED.name, Refusal.WRONG_BOOT.name))
+
+
+class Session:
+    """The conversation with one joint.
+
+    Repetition is safe: version 2 repeats a frame with the sequence number it had, so that the
+    joint executes it once; version 1 repeats only what may be executed twice.
+
+    Args:
+        bus: The bus that the joint is on.
+        clock: Time of that bus.
+        joint: Name of the joint, for messages.
+        number: Number that the joint must answer with.
+        address: Its 7-bit address.
+
+    Attributes:
+        version: Protocol version in use; 0 before :meth:`open`.
+        hello: What a version 2 joint said about itself.
+        flags: The last flags it answered; as after power-up before it answered any.
+    """
+
+    def __init__(self, bus: Bus, clock: Clock, joint: str, number: int, address: int) -> None:
+        self._bus, self._clock = bus, clock
+        self._joint, self._number, self._address = joint, number, address
+        self.version = 0
+        self.hello: Hello | None = None
+        self.flags: int = int(_POWER_UP)
+        self._sequence = 0
+        self._armed = False
+        self._restarted: JointResetError | None = None
+
+    def open(self) -> None:
+        """Find out who is there and open a session.
+
+        Raises:
+            CommunicationError: Nobody answers, or nothing that can be understood.
+            WrongJointError: Another joint answers.
+            NotSupportedError: The joint speaks a newer protocol.
+        """
+        self.close()
+        try:
+            self.hello = greet(self._bus, self._clock, self._address)
+        except CommunicationError as error:
+            raise self._named(error, READ[Register.HELLO], TRIES) from error
+        if self.hello is None:
+            self._open_v1()
+            return
+        if self.hello.protocol != 2:
+            raise NotSupportedError(
+                f"{self._joint}: firmware {self.hello.firmware[0]}.{self.hello.firmware[1]} speaks "
+                f"protocol {self.hello.protocol}, this host 1 and 2; flash firmware/joint of this "
+                "host's version"
+            )
+        if self.hello.joint != self._number:
+            raise WrongJointError(
+                f"{self._joint}: the joint at {self._address:#04x} says that it is "
+                f"j{self.hello.joint}; flash it with the right configuration.h or correct the "
+                "address",
+                self._joint,
+            )
+        self._arm(self.hello)
+
+    def close(self) -> None:
+        """Forget the joint; nothing is sent."""
+        self.version, self.hello, self._restarted = 0, None, None
+        self.flags, self._armed = int(_POWER_UP), False
+
+    def require_open(self) -> None:
+        """Raise unless the session is open.
+
+        Raises:
+            NotInitializedError: It was never opened, or closed.
+            JointResetError: The joint restarted since.
+        """
+        if self._restarted is not None:
+            raise self._restarted
+        if self.version == 0:
+            raise NotInitializedError(f"{self._joint}: call init() first", self._joint)
+
+    def require_v2(self, what: str) -> None:
+        """Raise unless the joint speaks version 2.
+
+        Raises:
+            NotSupportedError: It does not.
+        """
+        self.require_open()
+        if self.version < 2:
+            raise NotSupportedError(f"{self._joint}: {what} needs {FIRMWARE}")
+
+    def read(self, register: Register) -> Answer:
+        """Read ``register``; raises as :meth:`exchange`."""
+        return self.exchange(READ[register])
+
+    def write(self, register: Register, *values: float, repeat: bool = True) -> Answer:
+        """Write ``register``; raises as :meth:`exchange`."""
+        return self.exchange(WRITE[register], values, repeat=repeat)
+
+    def exchange(
+        self, message: Message, values: Sequence[float] = (), *, repeat: bool = True
+    ) -> Answer:
+        """Carry out one exchange, with repetitions.
+
+        Args:
+            message: What to say.
+            values: Its payload, in the units of the wire.
+            repeat: False for what must not be executed twice; version 2 joints see to that
+                themselves.
+
+        Raises:
+            CommunicationError: The last try failed, or the joint refused the frame.
+            JointError: The joint refused because of its state.
+            NotSupportedError: The joint's firmware does not know the register.
+        """
+        self.require_open()
+        if message.definition.version > self.version:
+            self.require_v2(message.register.name)
+        tries = TRIES if repeat or self.version == 2 else 1
+        transaction = self.frame(message, values)
+        for remaining in reversed(range(tries)):
+            result = self._bus.transfer((transaction,))[0]
+            try:
+                answer = self.take(message, result)
+            except CommunicationError as error:
+                problem: BioscaraError = error
+            else:
+                if not answer.flags & Flags.REFUSED:
+                    return answer
+                problem = self.refusal(message)
+                transaction = self.frame(message, values)
+            if not remaining or not _worth_repeating(problem):
+                raise self._named(problem, message, tries) from problem
+            self._wait(_TICK_PAUSE if isinstance(problem, RefusedError) else _PAUSE)
+        raise AssertionError  # pragma: no cover - the last round returns or raises
+
+    def frame(self, message: Message, values: Sequence[float] = ()) -> Transaction:
+        """Return the next frame, with a sequence number of its own."""
+        if self.version == 1:
+            return Transaction(self._address, message.encode_v1(values), message.answer_size)
+        self._sequence = sequence = (self._sequence + 1) & 0xFF
+        return Transaction(
+            self._address,
+            message.encode_v2(self._address, sequence, values),
+            message.answer_size + TRAILER,
+        )
+
+    def take(self, message: Message, result: bytes | CommunicationError) -> Answer:
+        """Return the answer to the last frame; REFUSED in its flags is the caller's to judge.
+
+        Raises:
+            CommunicationError: There is none, or it is broken.
+            JointResetError: The joint has forgotten the session, so it restarted.
+        """
+        if isinstance(result, CommunicationError):
+            raise result
+        if self.version == 1:
+            answer = message.decode_v1(result)
+        else:
+            answer = message.decode_v2(self._address, self._sequence, result)
+            if self._armed and not answer.flags & Flags.ARMED:
+                raise self._forgotten()
+        self.flags = answer.flags
+        return answer
+
+    def refusal(self, message: Message) -> BioscaraError:
+        """Ask why the last frame was refused; return that, or what kept the joint from saying."""
+        if message is _FAULT:
+            # A read is only refused when it arrived broken.
+            return CorruptFrameError("the question arrived broken", self._address)
+        try:
+            report = FaultReport.from_answer(self.exchange(_FAULT))
+        except (CommunicationError, JointError) as error:
+            return error
+        if report.refusal in _FORGOTTEN:
+            return self._forgotten()
+        return refused_error(self._joint, self._address, message.register, report)
+
+    def _open_v1(self) -> None:
+        self.version = 1
+        try:
+            answer = self.exchange(_PING)
+            if answer.values[0] != _ACKNOWLEDGE:
+                raise CorruptFrameError(
+                    f"{self._joint}: answered PING with {int(answer.values[0]):#04x} instead of O",
+                    self._address,
+                )
+            if answer.flags & Flags.BUSY:
+                # A command of an earlier host; nobody is left to watch it.
+                self.write(Register.STOP, 1)
+        except BioscaraError:
+            self.close()
+            raise
+
+    def _arm(self, hello: Hello) -> None:
+        self.version = 2
+        number = int(self._clock.now() * 1e6) & 0xFFFF
+        try:
+            for remaining in reversed(range(TRIES)):
+                self.write(Register.ARM, hello.boot_id, number)
+                self._wait(_TICK_PAUSE)
+                try:
+                    self._armed = True
+                    self.write(Register.WATCHDOG, WATCHDOG_MS)
+                except RefusedError as error:
+                    # Armed by an earlier host with the same number: its sequence goes on.
+                    if not remaining or error.reason != Refusal.OLD_SEQUENCE.name:
+                        raise
+                    self._armed = False
+                    number = (number + 1) & 0xFFFF
+                else:
+                    return
+        except BioscaraError:
+            self.close()
+            raise
+
+    def _forgotten(self) -> JointResetError:
+        """Return why the joint does not know this session; it stays so until it is opened anew."""
+        before, self._armed = self.hello, False
+        try:
+            now = greet(self._bus, self._clock, self._address)
+        except CommunicationError:
+            now = None
+        cause = f"reset cause {now.reset_cause.name}" if now else "it does not say why"
+        if now and before and now.boot_id == before.boot_id:
+            cause = "its boot id is the same, so another host may have taken it"
+        self.flags = int(_POWER_UP)
+        self._restarted = JointResetError(
+            f"{self._joint}: the joint restarted ({cause}); its home is lost: init(), enable() and "
+            "home() it again",
+            self._joint,
+        )
+        return self._restarted
+
+    def _named(self, error: BioscaraError, message: Message, tries: int) -> BioscaraError:
+        if not isinstance(error, CommunicationError) or isinstance(error, RefusedError):
+            return error
+        return type(error)(
+            f"{self._joint} ({self._address:#04x}), {message.register.name}: {error} "
+            f"({tries} {'tries' if tries > 1 else 'try, not repeated: it may have been executed'})",
+            self._address,
+        )
+
+    def _wait(self, seconds: float) -> None:
+        self._clock.sleep_until(self._clock.now() + seconds)
+
+
+def _worth_repeating(problem: BioscaraError) -> bool:
+    if isinstance(problem, RefusedError):
+        return problem.reason in TRANSIENT
+    return isinstance(problem, CommunicationError)

@@ -1,0 +1,88 @@
+"""What can be set on a joint without moving it."""
+
+from __future__ import annotations
+
+from bioscara.drivers.connection import JointConnection
+from bioscara.errors import InvalidArgumentError
+from bioscara.protocol import BrakeMode, Register
+
+
+class JointSettings(JointConnection):
+    """Currents, limits, stall detection and brake of one joint."""
+
+    def set_drive_current(self, percent: int) -> None:
+        """Set the motor current in motion.
+
+        Args:
+            percent: 0 to 100 of the driver's full scale; 0 disables the joint.
+        """
+        self.session.write(Register.SETCURRENT, self._percent("drive current", percent))
+
+    def set_hold_current(self, percent: int) -> None:
+        """Set the motor current at standstill.
+
+        Args:
+            percent: 0 to 100 of the driver's full scale; 0 disables the joint.
+        """
+        self.session.write(Register.SETHOLDCURRENT, self._percent("hold current", percent))
+
+    def set_brake_mode(self, mode: BrakeMode) -> None:
+        """Set what the motor does at standstill when its hold current is zero."""
+        self.session.write(Register.SETBRAKEMODE, BrakeMode(mode))
+
+    def set_max_acceleration(self, acceleration: float) -> None:
+        """Set the acceleration and deceleration that the joint uses.
+
+        Args:
+            acceleration: Above zero and at most the configured one [rad/s^2 or m/s^2].
+        """
+        limit, unit = self.parameters.max_acceleration, f"{self.parameters.unit}/s^2"
+        self._check_above_zero("acceleration", acceleration)
+        self._check_limit("acceleration", acceleration, 0.0, limit, unit)
+        deg = self.transmission.size_to_deg(acceleration)
+        self.session.write(Register.SETMAXACCELERATION, deg)
+
+    def set_max_velocity(self, velocity: float) -> None:
+        """Set the speed that the joint never passes.
+
+        Existing firmware takes it as the speed to go at while a velocity is commanded: there,
+        set it at standstill.
+
+        Args:
+            velocity: Above zero and at most the configured one [rad/s or m/s].
+        """
+        limit, unit = self.parameters.max_velocity, f"{self.parameters.unit}/s"
+        self._check_above_zero("maximum velocity", velocity)
+        self._check_limit("maximum velocity", velocity, 0.0, limit, unit)
+        self.session.write(Register.SETMAXVELOCITY, self.transmission.size_to_deg(velocity))
+
+    def enable_stallguard(self, threshold: int | None = None) -> None:
+        """Switch stall detection on; an earlier stall is forgotten.
+
+        Args:
+            threshold: Position error that is a stall [10 microsteps of the motor], 1 to 255,
+                lower is more sensitive; None for the configured one.
+        """
+        value = self.parameters.stall_threshold if threshold is None else threshold
+        if isinstance(value, bool) or not isinstance(value, int):
+            raise InvalidArgumentError(f"{self.name} stall threshold: {value!r} is not a number")
+        # Existing firmware would stall at once with a threshold of zero.
+        self._check_limit("stall threshold", value, 1, 255, "x 10 microsteps")
+        self.session.write(Register.ENABLESTALLGUARD, value)
+
+    def disable_closed_loop(self) -> None:
+        """Switch position correction off, which also disables the joint.
+
+        Existing firmware cannot switch it on again until its power is cycled.
+        """
+        self.session.write(Register.DISABLECLOSEDLOOP)
+
+    def _percent(self, what: str, value: int) -> int:
+        if isinstance(value, bool) or value != value // 1:
+            raise InvalidArgumentError(f"{self.name} {what}: {value!r} is not a whole number")
+        self._check_limit(what, value, 0, 100, "%")
+        return value
+
+    def _check_above_zero(self, what: str, value: float) -> None:
+        if value <= 0.0:
+            raise InvalidArgumentError(f"{self.name} {what}: {value:g} must be above zero")

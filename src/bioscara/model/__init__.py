@@ -1,0 +1,12 @@
+"""The arm as data: a file goes in, frozen values in SI units come out.
+
+``parameters.yaml`` holds the values of the existing arms, each with its unit and source;
+``parameters`` is what they are to a program, ``loading`` reads and checks the file.
+"""
+
+from bioscara.model.loading import load_parameters as load_parameters
+from bioscara.model.parameters import ArmParameters as ArmParameters
+from bioscara.model.parameters import GripperParameters as GripperParameters
+from bioscara.model.parameters import HomingParameters as HomingParameters
+from bioscara.model.parameters import JointParameters as JointParameters
+from bioscara.model.parameters import PwmOutput as PwmOutput
