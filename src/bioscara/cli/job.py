@@ -63,11 +63,11 @@ def prepare(
     Raises:
         TrajectoryError: The file cannot be read, or asks for what the arm cannot do.
     """
-    trajectory = read(path)
-    notes: tuple[str, ...] = ()
+    trajectory, notes = read(path)
     if fit:
         trajectory, factor = stretch(trajectory, parameters.joints)
-        notes = (f"stretched in time by {factor:.4f} to fit the limits",) if factor > 1.0 else ()
+        if factor > 1.0:
+            notes += (f"stretched in time by {factor:.4f} to fit the limits",)
     notes += tuple(check(trajectory, parameters.joints))
     return Plan(title, source, trajectory, notes)
 

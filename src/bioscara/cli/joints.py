@@ -25,7 +25,8 @@ def run(options: Options) -> int:
     output = Output()
     robot = open_arm(options, load_parameters())
     output.line(f"arm: {robot.description}")
-    missing, rows = [], [_HEADINGS]
+    missing: list[str] = []
+    rows: list[tuple[str, ...]] = [_HEADINGS]
     with robot.bus:
         for joint in robot.joints:
             try:

@@ -6,7 +6,6 @@ from bioscara.cli.arguments import Options
 from bioscara.cli.interruption import Interruption
 from bioscara.cli.output import Output
 from bioscara.cli.status import Status
-from bioscara.model import load_parameters
 from bioscara.sim import SimulatedArm, serve
 
 
@@ -18,7 +17,7 @@ def run(options: Options) -> int:
         OSError: Standard output cannot be written.
     """
     output = Output()
-    arm = SimulatedArm(load_parameters(), seed=options.seed, v1=options.v1)
+    arm = SimulatedArm(seed=options.seed, v1=options.v1)
     with Interruption() as cancelled:
         version = "1" if options.v1 else "2"
         output.line(

@@ -71,6 +71,7 @@ class Cycle:
         A joint that executed them answers from memory; one that refused them gets a new sequence
         number. Every version 1 frame of a cycle is absolute and may be executed twice.
         """
+        self._joint.session.retries += 1
         return self._sent or self._frame(*self._frames)
 
     def take(self, results: Sequence[Result], stamp: float) -> Outcome:

@@ -63,6 +63,7 @@ class Session:
         version: Protocol version in use; 0 before :meth:`open`.
         hello: What a version 2 joint said about itself.
         flags: The last flags it answered; as after power-up before it answered any.
+        retries: Exchanges that were repeated since this object was made.
     """
 
     def __init__(self, bus: Bus, clock: Clock, joint: str, number: int, address: int) -> None:
@@ -71,6 +72,7 @@ class Session:
         self.version = 0
         self.hello: Hello | None = None
         self.flags: int = int(_POWER_UP)
+        self.retries = 0
         self._sequence = 0
         self._armed = False
         self._restarted: JointResetError | None = None
@@ -175,6 +177,7 @@ class Session:
                 transaction = self.frame(message, values)
             if not remaining or not _worth_repeating(problem):
                 raise self._named(problem, message, tries) from problem
+            self.retries += 1
             self._wait(_TICK_PAUSE if isinstance(problem, RefusedError) else _PAUSE)
         raise AssertionError  # pragma: no cover - the last round returns or raises
 

@@ -62,7 +62,7 @@ class Recorder:
 
     def retries(self) -> int:
         """Return how many exchanges were repeated since the joints were made."""
-        return sum(joint.statistics.retries for joint in self._joints)
+        return sum(joint.session.retries for joint in self._joints)
 
     def hand_on(self, record: CycleRecord) -> None:
         """Hand a record on."""

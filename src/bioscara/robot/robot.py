@@ -101,7 +101,7 @@ class Robot:
         from bioscara.sim import FirmwareBus, SimulatedArm  # noqa: PLC0415
 
         parameters = parameters or load_parameters()
-        arm = SimulatedArm(parameters, seed=seed, v1=v1)
+        arm = SimulatedArm(seed=seed, v1=v1)
         return cls(
             FirmwareBus(arm),
             PacedClock(arm.clock),
@@ -243,12 +243,16 @@ class Robot:
     def _timeline(self, trajectory: Trajectory) -> Timeline:
         """Return approach, trajectory and settling, beginning where the arm stands."""
         here = []
-        for joint, sample in zip(self.joints, read_states(self.joints), strict=True):
+        for joint, sample in zip(self.joints, read_states(self.joints, retry=True), strict=True):
+            if isinstance(sample, BioscaraError):
+                raise sample
             if sample.position is None:
                 raise NotHomedError(
                     f"{joint.name} is not homed: its position is unknown", joint.name
                 )
-            here.append(sample.position)
+            # At an end stop the encoder may read a hair beyond the limit; setpoints never are.
+            limit = joint.parameters
+            here.append(min(max(sample.position, limit.lower), limit.upper))
         follow = self._sampler(trajectory, here)
         begin, end = follow(0.0), follow(trajectory.duration)
         approach = ramp(self._names, here, begin.positions, self._limits)

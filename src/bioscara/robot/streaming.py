@@ -111,11 +111,14 @@ class Streamer:
         samples = track(
             [self._joints[index] for index in chosen],
             [Setpoint(ahead.positions[index], ahead.velocities[index]) for index in chosen],
+            retry=True,
         )
         # One bus call carries all frames, one after the other and all of the same length.
         share = (self._clock.now() - now) / len(chosen)
         records = [self._lost.get(joint.name) for joint in self._joints]
         for place, (index, sample) in enumerate(zip(chosen, samples, strict=True)):
+            if isinstance(sample, BioscaraError):
+                raise sample
             self._arrival[index] = share * (place + 1)
             fresh = sample.quality is Quality.FRESH
             measured = now + self._arrival[index] if fresh else sample.stamp
