@@ -1,0 +1,38 @@
+#!/usr/bin/env bash
+# The firmware's own checks: core and tests under sanitizers, the frame decoder fuzzed, and the
+# core compiled for the board's processor with its size.
+set -euo pipefail
+cd "$(dirname "$0")"
+build=../../build/firmware
+mkdir -p "$build"
+warnings="-Wall -Wextra -Werror"
+core=(../joint/src/core/*.cpp)
+world=(../sim/src/*.cpp)
+host=(${CXX:-c++} -std=c++17 $warnings -O1 -g)
+
+echo "host tests under address and undefined-behaviour sanitizers"
+"${host[@]}" -fsanitize=address,undefined -fno-sanitize-recover=all \
+  main.cpp test_joint.cpp "${core[@]}" "${world[@]}" -o "$build/tests"
+"$build/tests"
+
+echo "fuzzing the frame decoder"
+"${host[@]}" -fsanitize=address,undefined -fno-sanitize-recover=all \
+  fuzz.cpp "${core[@]}" "${world[@]}" -o "$build/fuzz"
+"$build/fuzz" 100000
+
+[ "${1:-}" != host ] || exit 0
+
+echo "building the core for the Cortex-M4"
+if ! command -v arm-none-eabi-g++ >/dev/null; then
+  echo "arm-none-eabi-g++ is missing: apt install gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib" >&2
+  exit 1
+fi
+objects=()
+for source in "${core[@]}"; do
+  object=$build/$(basename "${source%.cpp}").o
+  arm-none-eabi-g++ -std=gnu++17 -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard \
+    -fno-exceptions -fno-rtti -fno-threadsafe-statics -ffunction-sections -Os \
+    $warnings -Wdouble-promotion -c "$source" -o "$object"
+  objects+=("$object")
+done
+arm-none-eabi-size -t "${objects[@]}"
