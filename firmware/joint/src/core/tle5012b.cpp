@@ -50,7 +50,7 @@ bool Tle5012b::sample() {
   uint16_t angle = 0;
   if (!read(angle)) return false;
   // The shorter way round: at most half a turn per sample.
-  change_ = static_cast<int16_t>(static_cast<uint16_t>((angle - angle_) << 1)) / 2;
+  change_ = static_cast<int16_t>(static_cast<uint16_t>(angle - angle_) * 2U) / 2;
   previous_ = angle_;
   angle_ = angle;
   counts_ += change_;
