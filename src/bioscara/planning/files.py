@@ -59,14 +59,14 @@ def write_csv(path: str | Path, trajectory: Trajectory) -> None:
         OSError: The file cannot be written.
     """
     names = trajectory.joint_names
-    columns = [(f"{name}_position" for name in names)]
+    columns = [[f"{name}_position" for name in names]]
     arrays = [trajectory.positions]
     for suffix, array in (
         ("velocity", trajectory.velocities),
         ("acceleration", trajectory.accelerations),
     ):
         if array is not None:
-            columns.append(f"{name}_{suffix}" for name in names)
+            columns.append([f"{name}_{suffix}" for name in names])
             arrays.append(array)
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)

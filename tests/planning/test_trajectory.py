@@ -1,0 +1,177 @@
+"""The curve between the points, the checks on it, stretching and ramps: laws."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bioscara.errors import InvalidArgumentError, TrajectoryError
+from bioscara.planning import Trajectory, check, fit, ramp, stop_ramp
+from planning.limits import LIMITS, NAMES
+
+
+def _pose(share: float) -> list[float]:
+    return [limit.lower + share * (limit.upper - limit.lower) for limit in LIMITS]
+
+
+shares = st.floats(0.0, 1.0)
+poses = st.tuples(*(st.floats(limit.lower, limit.upper) for limit in LIMITS))
+
+
+@st.composite
+def trajectories(draw: st.DrawFn) -> Trajectory:
+    count = draw(st.integers(2, 6))
+    steps = draw(st.lists(st.floats(0.05, 2.0), min_size=count, max_size=count))
+    inner = [
+        tuple(0.25 * limit.lower + 0.5 * limit.upper for limit in LIMITS),
+        tuple(0.5 * limit.lower + 0.25 * limit.upper for limit in LIMITS),
+    ]
+    rows = draw(
+        st.lists(
+            st.tuples(*(st.floats(min(a, b), max(a, b)) for a, b in zip(*inner, strict=True))),
+            min_size=count,
+            max_size=count,
+        )
+    )
+    small = st.tuples(*(st.floats(-0.02, 0.02) for _ in LIMITS))
+    kind = draw(st.integers(0, 2))
+    velocities = [draw(small) for _ in rows] if kind > 0 else None
+    accelerations = [draw(small) for _ in rows] if kind > 1 else None
+    return Trajectory(NAMES, np.cumsum(steps), rows, velocities, accelerations)
+
+
+@given(trajectories())
+def test_the_curve_passes_through_its_points(trajectory: Trajectory) -> None:
+    for time, row in zip(trajectory.times, trajectory.positions, strict=True):
+        assert trajectory.sample(float(time)).positions == pytest.approx(row, abs=1e-9)
+        before = trajectory.sample(float(np.nextafter(time, 0.0)))
+        assert before.positions == pytest.approx(row, abs=1e-6)
+
+
+@given(trajectories(), shares)
+def test_velocities_and_accelerations_are_derivatives(trajectory: Trajectory, share: float) -> None:
+    step = 1e-5
+    segment = int(share * (len(trajectory.times) - 1 - 1e-9))
+    start, end = trajectory.times[segment], trajectory.times[segment + 1]
+    time = float(start + (end - start) * (0.1 + 0.8 * share))
+    (p0, v0, _), (_, v1, a1), (p2, v2, _) = (
+        trajectory.sample(time + offset) for offset in (-step, 0.0, step)
+    )
+    slope = (np.array(p2) - np.array(p0)) / (2 * step)
+    curve = (np.array(v2) - np.array(v0)) / (2 * step)
+    assert np.allclose(slope, v1, atol=1e-3, rtol=1e-3)
+    assert np.allclose(curve, a1, atol=1e-2, rtol=1e-2)
+
+
+@given(trajectories(), st.lists(st.floats(-1.0, 20.0), min_size=1, max_size=20))
+def test_sampling_many_times_is_sampling_each(trajectory: Trajectory, times: list[float]) -> None:
+    many = trajectory.sample_many(times)
+    for index, time in enumerate(times):
+        for array, single in zip(many, trajectory.sample(time), strict=True):
+            assert array[index] == pytest.approx(single, abs=1e-9)
+
+
+def fit_positions(trajectory: Trajectory) -> bool:
+    positions = trajectory.sample_many(np.linspace(0, trajectory.duration, 5000))[0]
+    return all(
+        limit.lower <= column.min() and column.max() <= limit.upper
+        for limit, column in zip(LIMITS, positions.T, strict=True)
+    )
+
+
+@settings(deadline=None)
+@given(trajectories())
+def test_what_fits_stays_within_every_limit(trajectory: Trajectory) -> None:
+    try:
+        fitted, factor = fit(trajectory, LIMITS)
+    except TrajectoryError:
+        # Only a position beyond its limit cannot be helped by taking more time.
+        inside = fit_positions(trajectory)
+        assert not inside
+        return
+    assert factor >= 1.0
+    grid = np.arange(0.0, fitted.duration, max(1e-3, fitted.duration / 20000))
+    positions, velocities, accelerations = fitted.sample_many(grid)
+    for index, limit in enumerate(LIMITS):
+        span = 1e-5 * (limit.upper - limit.lower)
+        assert positions[:, index].min() >= limit.lower - span
+        assert positions[:, index].max() <= limit.upper + span
+        assert np.abs(velocities[:, index]).max() <= limit.max_velocity * (1 + 1e-5)
+        assert np.abs(accelerations[:, index]).max() <= limit.max_acceleration * (1 + 1e-5)
+    if factor > 1.0:
+        with pytest.raises(TrajectoryError, match="exceeds the limit"):
+            check(trajectory, LIMITS)
+
+
+@given(poses, poses, st.floats(0.05, 1.0))
+def test_a_ramp_ends_at_rest_and_within_limits(
+    start: tuple[float, ...], goal: tuple[float, ...], scale: float
+) -> None:
+    motion = ramp(NAMES, start, goal, LIMITS, scale)
+    check(motion, LIMITS)
+    first, last = motion.sample(0.0), motion.sample(motion.duration)
+    assert first.positions == pytest.approx(start)
+    assert last.positions == pytest.approx(goal)
+    assert last.velocities == (0.0,) * len(NAMES)
+    peak = np.abs(motion.sample_many(np.linspace(0, motion.duration, 500))[1]).max(axis=0)
+    assert all(
+        value <= scale * limit.max_velocity * (1 + 1e-6)
+        for value, limit in zip(peak, LIMITS, strict=True)
+    )
+
+
+@given(st.tuples(*(st.floats(-l.max_velocity, l.max_velocity) for l in LIMITS)))  # noqa: E741
+def test_a_stop_decelerates_evenly_and_within_limits(velocities: tuple[float, ...]) -> None:
+    motion = stop_ramp(NAMES, _pose(0.5), velocities, LIMITS)
+    for index, limit in enumerate(LIMITS):
+        accelerations = motion.sample_many(np.linspace(0, motion.duration * 0.999, 50))[2][:, index]
+        assert np.abs(accelerations).max() <= limit.max_acceleration * (1 + 1e-6)
+        assert np.ptp(accelerations) <= 1e-6 * limit.max_acceleration
+    assert motion.sample(motion.duration).velocities == (0.0,) * len(NAMES)
+
+
+@pytest.mark.parametrize("scale", [0.0, -1.0, 1.5, float("nan")])
+def test_a_ramp_refuses_an_odd_speed_scale(scale: float) -> None:
+    with pytest.raises(InvalidArgumentError, match="speed scale"):
+        ramp(NAMES, _pose(0.2), _pose(0.4), LIMITS, scale)
+
+
+def test_a_ramp_refuses_a_goal_beyond_the_limits() -> None:
+    goal = _pose(0.5)
+    goal[2] = 2.7
+    with pytest.raises(TrajectoryError, match=r"j3: goal 2\.7 rad is outside"):
+        ramp(NAMES, _pose(0.5), goal, LIMITS)
+
+
+@pytest.mark.parametrize(
+    ("times", "positions", "words"),
+    [
+        ([0, 1], [[0, 0, 0, 0]], "shape"),
+        ([], [], "no"),
+        ([0, 0], [[0, 0.1, 0, 0]] * 2, "does not come after"),
+        ([1, 0.5], [[0, 0.1, 0, 0]] * 2, "does not come after"),
+        ([-1, 0.5], [[0, 0.1, 0, 0]] * 2, "negative"),
+        ([0, float("nan")], [[0, 0.1, 0, 0]] * 2, "not finite"),
+        ([0, 1], [[0, 0.1, 0, 0], [0, float("inf"), 0, 0]], "point 1: position of j2 is inf"),
+    ],
+)
+def test_what_is_no_trajectory_is_refused(
+    times: list[float], positions: list[list[float]], words: str
+) -> None:
+    with pytest.raises(TrajectoryError, match=words):
+        Trajectory(NAMES, times, positions)
+
+
+def test_unknown_joints_are_named_with_the_nearest() -> None:
+    with pytest.raises(TrajectoryError, match="did you mean"):
+        check(Trajectory(("j11",), [0.0], [[0.0]]), LIMITS)
+    with pytest.raises(TrajectoryError, match="named twice: j1"):
+        Trajectory(("j1", "j1"), [0.0], [[0.0, 0.0]])
+
+
+def test_a_position_between_the_points_is_checked_too() -> None:
+    over = Trajectory(("j2",), [0.0, 10.0], [[0.337], [0.337]], [[0.02], [-0.02]], [[0.0], [0.0]])
+    with pytest.raises(TrajectoryError, match=r"j2 at 5\.000 s: position"):
+        check(over, LIMITS)
