@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers.cycle import Cycle
@@ -11,8 +13,10 @@ from bioscara.drivers.session import WATCHDOG_MS
 from bioscara.drivers.waiting import Cancel, Progress
 from bioscara.errors import (
     BioscaraError,
+    CommunicationError,
     HomingError,
     IncorrectStateError,
+    JointError,
     JointFaultError,
     LimitError,
     StalledError,
@@ -139,7 +143,7 @@ class Joint(JointMotion):
         # the next one must not believe it.
         self._offset_known = False
         self.session.write(Register.HOMEOFFSET, 0.0)
-        if not (self.hello and self.hello.capabilities & Capability.TWO_TOUCH_HOMING):
+        if not self._homes_itself():
             self.set_max_acceleration(homing.acceleration)
         self._homing_velocity = chosen
         self._blocking = Register.HOME
@@ -161,6 +165,14 @@ class Joint(JointMotion):
             return FLAGS[self.session.write(Register.WATCHDOG, WATCHDOG_MS).flags]
         return self.get_flags()
 
+    def stop(self, *, hard: bool = False) -> None:
+        """As for every joint; a homing in progress gets its brisk deceleration back first."""
+        if self._blocking is Register.HOME and not self._homes_itself():
+            # At the homing acceleration the ramp would take seconds. Never in the way of STOP.
+            with suppress(CommunicationError, JointError):
+                self.set_max_acceleration(self.parameters.max_acceleration)
+        super().stop(hard=hard)
+
     def post_homing(self) -> None:
         """Finish a homing that ended: give the joint its offset and its limits back.
 
@@ -179,6 +191,11 @@ class Joint(JointMotion):
         upwards = self._homing_velocity > 0.0
         self.set_homing_offset(self.parameters.upper if upwards else self.parameters.lower)
         self.set_max_acceleration(self.parameters.max_acceleration)
+
+    def _homes_itself(self) -> bool:
+        """Return whether the firmware chooses the approach, and with it the acceleration."""
+        hello = self.hello
+        return hello is not None and bool(hello.capabilities & Capability.TWO_TOUCH_HOMING)
 
     def _homing_error(self) -> HomingError:
         if self.version < 2:

@@ -89,6 +89,7 @@ class JointMotion(JointSettings):
             partial(self.set_hold_current, 0),
             partial(self.set_drive_current, 0),
             partial(self.set_brake_mode, BrakeMode.FREEWHEEL),
+            self._wait_released,
         )
         problem: CommunicationError | JointError | None = None
         for step in steps:
@@ -251,6 +252,11 @@ class JointMotion(JointSettings):
                 if isinstance(reason, MotionCancelledError):
                     wait_for_rest(self, what)
             raise
+
+    def _wait_released(self) -> None:
+        if self.version == 2:
+            # A version 2 joint takes the current away once the rotor has swung out.
+            wait_for_rest(self, "disable")
 
     def _require_no_blocking(self) -> None:
         self.session.require_open()

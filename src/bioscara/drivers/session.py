@@ -249,9 +249,10 @@ class Session:
                 try:
                     self._armed = True
                     self.write(Register.WATCHDOG, WATCHDOG_MS)
-                except RefusedError as error:
-                    # Armed by an earlier host with the same number: its sequence goes on.
-                    if not remaining or error.reason != Refusal.OLD_SEQUENCE.name:
+                except CommunicationError:
+                    # An earlier host may have used this number: its sequence then goes on, and
+                    # all of ours is old.
+                    if not remaining:
                         raise
                     self._armed = False
                     number = (number + 1) & 0xFFFF

@@ -1,0 +1,62 @@
+"""The compiled firmware behind a bus that can be listened to and spoilt."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from bioscara.bus import Bus, FaultyBus, Transaction
+from bioscara.drivers import Joint
+from bioscara.errors import CommunicationError
+from bioscara.model import JointParameters, load_parameters
+from bioscara.protocol import Register
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+ARM = load_parameters()
+NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
+"""Close to the end stops that homing seeks."""
+
+
+class Tap(Bus):
+    """Notes what reaches the joints, and in which calls."""
+
+    def __init__(self, bus: Bus) -> None:
+        self._bus = bus
+        self.calls: list[list[Transaction]] = []
+
+    def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+        self.calls.append(list(transactions))
+        return self._bus.transfer(transactions)
+
+    def close(self) -> None:
+        self._bus.close()
+
+    def count(self, register: Register) -> int:
+        """Return how many frames of ``register`` arrived."""
+        return sum(t.write[:1] == bytes((register,)) for call in self.calls for t in call)
+
+
+class World:
+    """An arm near its end stops, its bus with faults, and four drivers that nobody has used."""
+
+    def __init__(self, *, v1: bool = False, frequency: float | None = 400e3) -> None:
+        self.arm = SimulatedArm(seed=1, v1=v1, frequency=frequency)
+        for name, position in NEAR.items():
+            self.arm.set_position(name, position)
+            self.arm.reset(name)
+        self.arm.run(0.2)
+        self.tap = Tap(FirmwareBus(self.arm))
+        self.bus = FaultyBus(self.tap, seed=1, clock=self.arm.clock)
+        self.joints = [self.joint(parameters) for parameters in ARM.joints]
+
+    def joint(self, parameters: JointParameters, **changes: object) -> Joint:
+        """Return a driver of its own, as another host would have."""
+        return Joint(self.bus, self.arm.clock, replace(parameters, **changes))
+
+    def ready(self, *names: str) -> list[Joint]:
+        """Return these joints, initialised, enabled and homed."""
+        joints = [joint for joint in self.joints if joint.name in (names or NEAR)]
+        for joint in joints:
+            joint.init()
+            joint.home()
+        return joints
