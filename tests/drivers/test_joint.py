@@ -348,19 +348,7 @@ def test_an_interrupted_homing_stops(v1: bool) -> None:
     assert abs(world.arm.velocity("j1")) < 1e-3
 
 
-@pytest.mark.parametrize(
-    "v1",
-    [
-        pytest.param(
-            False,
-            id="v2",
-            marks=pytest.mark.xfail(
-                reason="firmware: correction of the old place keeps a relative move from ending"
-            ),
-        ),
-        pytest.param(True, id="v1"),
-    ],
-)
+@pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 def test_move_steps_moves_once_even_if_its_answer_is_lost(v1: bool) -> None:
     world = World(v1=v1)
     joint = world.joints[0]

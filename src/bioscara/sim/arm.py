@@ -14,6 +14,8 @@ from bioscara.protocol import ResetCause
 if TYPE_CHECKING:
     from bioscara_firmware_sim import Arm
 
+_BOOT = 0.05
+
 JOINTS = ("j1", "j2", "j3", "j4")
 
 OVERHEAD = {100e3: 105e-6, 400e3: 80e-6}
@@ -67,7 +69,10 @@ class SimulatedArm:
         self._arm = _native(seed, frequency or 0.0, overhead, v1)
         self.clock = SimulatedClock(self._arm.now, self._arm.run)
         for name, position in (positions or {}).items():
-            self._arm.set_position(self._number(name), _finite(position, f"{name} position"))
+            self.set_position(name, position)
+            # Moved before it was switched on, not under the eyes of its encoder.
+            self.reset(name, ResetCause.POWER_ON)
+        self._arm.run(_BOOT)
 
     def now(self) -> float:
         """Return the simulated time [s]."""
@@ -108,7 +113,7 @@ class SimulatedArm:
     # The world around it.
 
     def set_position(self, joint: str, position: float) -> None:
-        """Put the joint there, as by hand."""
+        """Put the joint there at once; a running joint takes it for a jump of its encoder."""
         self._arm.set_position(self._number(joint), _finite(position, f"{joint} position"))
 
     def push(self, joint: str, force: float) -> None:

@@ -129,7 +129,7 @@ void Joint::act() {
       if (powered_) correct();
       break;
     case JointState::POSITION:
-      if (alone_ && motion_.arrived() && motion_.position() == roundf(goal_))
+      if (alone_ && there())
         hold();
       else
         correct();

@@ -64,6 +64,7 @@ class Joint {
   void finish_homing();
   void run_orientation();
   void run_stopping();
+  bool there() const;
   void correct();
   void hold();
   void latch(Fault fault, float data);

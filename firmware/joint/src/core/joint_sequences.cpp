@@ -94,9 +94,13 @@ void Joint::hold() {
   state_ = JointState::HOLDING;
 }
 
+bool Joint::there() const {
+  return motion_.arrived() && motion_.position() == roundf(goal_ + correction_);
+}
+
 void Joint::correct() {
   const float off = goal_ - encoder_steps_;
-  if (closed_loop_ && fabsf(off) >= threshold_ && motion_.arrived())
+  if (closed_loop_ && fabsf(off) >= threshold_ && there())
     correction_ =
         clamp(correction_ + kCorrectionGain * off, -kCorrectionMost, kCorrectionMost);
   motion_.go(goal_ + correction_, max_velocity_, acceleration_, deceleration_);
