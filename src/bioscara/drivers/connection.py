@@ -25,6 +25,7 @@ from bioscara.model import JointParameters
 from bioscara.protocol import Fault, Flags, JointState, Register
 
 _OBSTACLES = int(Flags.STALL | Flags.NOTENABLED | Flags.NOTHOMED)
+_NOTHOMED = int(Flags.NOTHOMED)
 ROUNDING = 1e-9
 """How far a value may be beyond a limit, in parts of one: less than the wire resolves."""
 
@@ -221,7 +222,7 @@ class JointConnection:
 
     def position_of(self, angle_deg: float, flags: int) -> float | None:
         """Return the joint position of an encoder angle [deg]; None if not homed."""
-        if flags & Flags.NOTHOMED or not self._offset_known:
+        if flags & _NOTHOMED or not self._offset_known:
             return None
         return self.transmission.position_from_deg(angle_deg)
 

@@ -37,6 +37,8 @@ WATCHDOG_MS = 60
 """Silence after which a moving joint stops [ms]: three lost cycles of 50 Hz."""
 FIRMWARE = "joint firmware 0.1 or newer (protocol 2)"
 
+# Plain integers: an IntFlag's operators cost as much as the rest of decoding.
+_ARMED = int(Flags.ARMED)
 _PAUSE = 50e-6
 _TICK_PAUSE = 2e-3
 _ACKNOWLEDGE = ord("O")
@@ -205,7 +207,7 @@ class Session:
             answer = message.decode_v1(result)
         else:
             answer = message.decode_v2(self._address, self._sequence, result)
-            if self._armed and not answer.flags & Flags.ARMED:
+            if self._armed and not answer.flags & _ARMED:
                 raise self._forgotten()
         self.flags = answer.flags
         return answer

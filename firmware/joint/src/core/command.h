@@ -25,6 +25,14 @@ struct Command {
 class CommandQueue {
  public:
   bool push(const Command& command) {
+    // A setpoint that nobody has taken yet is superseded by the next one.
+    if (command.code == Register::TRACK && size_ > 0) {
+      Command& last = slots_[(first_ + size_ - 1) % kCapacity];
+      if (last.code == Register::TRACK) {
+        last = command;
+        return true;
+      }
+    }
     if (size_ == kCapacity) return false;
     slots_[(first_ + size_++) % kCapacity] = command;
     return true;

@@ -10,7 +10,7 @@ namespace {
 constexpr float kAcceleration = 163000.0F;
 constexpr float kBackOffLeast = 30.0F * kStepsPerDegree;
 // The second touch needs this long to come to a steady speed [s].
-constexpr float kRunUp = 0.4F;
+constexpr float kRunUp = 0.9F;
 constexpr float kBackOffSpeed = 30.0F * kStepsPerRpm;
 // The two touches may differ by this much; the first is made with the speed of the approach.
 constexpr float kAgreement = 10.0F * kStepsPerDegree;
@@ -50,7 +50,7 @@ Homing::Result Homing::step(Motion& motion, float encoder) {
       if (!waited(kPause)) return Result::RUNNING;
       motion.rename(encoder);
       start_ = encoder;
-      touch_.start(threshold_, direction_, 0.0F);
+      touch_.start(threshold_, direction_, 0.0F, !twice_);
       step_ = Step::APPROACH;
       return Result::RUNNING;
     case Step::APPROACH:
@@ -75,7 +75,7 @@ Homing::Result Homing::step(Motion& motion, float encoder) {
     case Step::PAUSE:
       if (!waited(kPause)) return Result::RUNNING;
       wait_ = 0;
-      touch_.start(threshold_, direction_, motion.position() - encoder);
+      touch_.start(threshold_, direction_, motion.position() - encoder, true);
       step_ = Step::TOUCH;
       return Result::RUNNING;
     case Step::TOUCH:

@@ -12,8 +12,10 @@ constexpr float kAhead = 0.05F;
 constexpr float kGain = 60.0F;
 constexpr float kMargin = 0.003F;
 constexpr float kCreep = 200.0F;
-// The driver may accelerate harder than the reference, so that it can catch up.
-constexpr float kReserve = 2.0F;
+// The driver may accelerate a little harder than the reference, so that it can catch up.
+constexpr float kReserve = 1.15F;
+// Share of the acceleration that may go into catching up.
+constexpr float kCatchUp = 0.5F;
 
 }  // namespace
 
@@ -44,7 +46,10 @@ void Motion::follow(float position, float velocity, float limit, float accelerat
   const float strength = fminf(acceleration * kReserve, kHardDeceleration);
   driver_.set_acceleration(strength, strength);
   const float error = position - this->position();
-  const float wanted = velocity + kGain * error;
+  // Far from the reference the speed is what can still be braked in time.
+  const float excess =
+      fminf(kGain * fabsf(error), sqrtf(2.0F * kCatchUp * acceleration * fabsf(error)));
+  const float wanted = velocity + copysignf(excess, error);
   // Where the driver must be sent so that its own braking ramp passes the reference at speed.
   const float lead = velocity * fabsf(velocity) / (2.0F * strength) + velocity * kMargin;
   aim(position + lead);

@@ -10,8 +10,11 @@ namespace bioscara {
 
 class Touch {
  public:
-  // Contact counts from this growth of the error [steps], in this direction of motion.
-  void start(float threshold, float direction, float error) {
+  // Contact counts from this growth of the error [steps], in this direction of motion. A slow
+  // touch measures its baseline once: a soft belt makes the torque rise so gently that a baseline
+  // that follows would swallow it.
+  void start(float threshold, float direction, float error, bool slow) {
+    slow_ = slow;
     begun_ = false;
     threshold_ = threshold;
     direction_ = direction;
@@ -26,11 +29,12 @@ class Touch {
     const float growth = (error - baseline_) * direction_;
     note(encoder, growth);
     ticks_ = at_speed ? ticks_ + 1 : 0;
-    const bool settled = ticks_ > kBlanking;
+    const bool settled = ticks_ > (slow_ ? kMeasured : kBlanking);
     const float limit = settled ? threshold_ : fmaxf(threshold_, kPullOut);
     above_ = growth > limit ? above_ + 1 : 0;
-    if (!settled || fabsf(growth) < 0.5F * threshold_)
-      baseline_ += (settled ? kFollow : kFollowFast) * (error - baseline_);
+    const bool follows = slow_ ? ticks_ > kMeasured / 2 && !settled
+                               : settled && fabsf(growth) < 0.5F * threshold_;
+    if (follows) baseline_ += kFollow * (error - baseline_);
     return above_ >= 2;
   }
 
@@ -59,7 +63,7 @@ class Touch {
   static constexpr int kBlanking = 150;
   // The baseline follows friction and the encoder's error over a turn, not a contact.
   static constexpr float kFollow = 0.02F;
-  static constexpr float kFollowFast = 0.004F;
+  static constexpr int kMeasured = 300;
   static constexpr float kPullOut = 400.0F;
 
   float threshold_ = 0.0F;
@@ -67,6 +71,7 @@ class Touch {
   float baseline_ = 0.0F;
   int ticks_ = 0;
   int above_ = 0;
+  bool slow_ = false;
   bool begun_ = false;
   float first_ = 0.0F, first_torque_ = 0.0F;
   float last_ = 0.0F, last_torque_ = 0.0F;
