@@ -24,6 +24,8 @@ from bioscara.errors import (
 from bioscara.model import JointParameters
 from bioscara.protocol import Fault, Flags, JointState, Register
 
+# Plain numbers: an operation on an IntFlag costs more than the rest of an exchange.
+_NOTHOMED = int(Flags.NOTHOMED)
 _OBSTACLES = int(Flags.STALL | Flags.NOTENABLED | Flags.NOTHOMED)
 ROUNDING = 1e-9
 """How far a value may be beyond a limit, in parts of one: less than the wire resolves."""
@@ -221,7 +223,7 @@ class JointConnection:
 
     def position_of(self, angle_deg: float, flags: int) -> float | None:
         """Return the joint position of an encoder angle [deg]; None if not homed."""
-        if flags & Flags.NOTHOMED or not self._offset_known:
+        if flags & _NOTHOMED or not self._offset_known:
             return None
         return self.transmission.position_from_deg(angle_deg)
 

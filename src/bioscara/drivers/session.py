@@ -40,6 +40,7 @@ FIRMWARE = "joint firmware 0.1 or newer (protocol 2)"
 _PAUSE = 50e-6
 _TICK_PAUSE = 2e-3
 _ACKNOWLEDGE = ord("O")
+_ARMED = int(Flags.ARMED)
 _POWER_UP = Flags.NOTHOMED | Flags.NOTENABLED
 _FAULT = READ[Register.FAULT]
 _PING = READ[Register.PING]
@@ -202,7 +203,7 @@ class Session:
             answer = message.decode_v1(result)
         else:
             answer = message.decode_v2(self._address, self._sequence, result)
-            if self._armed and not answer.flags & Flags.ARMED:
+            if self._armed and not answer.flags & _ARMED:
                 raise self._forgotten()
         self.flags = answer.flags
         return answer
