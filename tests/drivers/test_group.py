@@ -198,6 +198,34 @@ def test_broken_frames_are_dropped_and_counted() -> None:
     assert retried.quality is Quality.FRESH
 
 
+def test_a_noisy_bus_moves_nothing_and_loses_little() -> None:
+    world = World()
+    joints = world.ready()
+    setpoints = here(joints)
+    track(joints, setpoints)
+    world.arm.run(0.04)
+    before = [world.arm.position(joint.name) for joint in joints]
+    flips = [
+        world.bus.flip(direction, When(probability=0.03), bits=bits)
+        for direction in Direction
+        for bits in (1, 2)
+    ]
+    outcomes = []
+    for _ in range(300):
+        outcomes += track(joints, setpoints, retry=True)
+        world.arm.run(PERIOD)
+    world.bus.clear()
+    assert all(flip.hits > 20 for flip in flips)
+    assert all(isinstance(outcome, JointSample) for outcome in outcomes)
+    assert sum(o.quality is Quality.STALE for o in outcomes if isinstance(o, JointSample)) < 60
+    for joint, position in zip(joints, before, strict=True):
+        size = math.radians(10.0) / abs(joint.parameters.reduction)
+        assert world.arm.position(joint.name) == pytest.approx(position, abs=size)
+        report = joint.get_fault()
+        assert report.fault == "NONE"
+        assert report.crc_errors > 0
+
+
 def test_a_restart_in_a_cycle_is_told() -> None:
     world = World()
     joints = world.ready()

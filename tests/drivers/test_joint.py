@@ -54,6 +54,9 @@ def test_init_finds_the_version_and_moves_nothing(v1: bool) -> None:
 
 def test_init_arms_the_session_and_sets_the_watchdog() -> None:
     world = World()
+    earlier = world.joint(ARM.joints[2])
+    earlier.init()
+    earlier.session.write(Register.WATCHDOG, 200)
     joint = world.joints[2]
     joint.init()
     assert joint.hello is not None
@@ -125,9 +128,10 @@ def test_a_new_host_knows_the_position_without_homing(v1: bool) -> None:
 
 
 @BOTH
-def test_a_home_whose_offset_was_never_written_is_none(v1: bool) -> None:
+@pytest.mark.parametrize("homed_before", [False, True])
+def test_a_home_whose_offset_was_never_written_is_none(v1: bool, homed_before: bool) -> None:
     world = World(v1=v1)
-    joint = world.joints[3]
+    joint = world.ready("j4")[0] if homed_before else world.joints[3]
     joint.init()
     joint.start_homing()
     while joint.keep_alive() & Flags.BUSY:

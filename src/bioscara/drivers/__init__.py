@@ -6,6 +6,7 @@ one joint's frames, ``cycle`` its part of a control cycle, ``waiting`` keeps a m
 ``Joint`` grows in layers, one file each: connection, settings, motion, joint.
 """
 
+from bioscara.drivers.cycle import Outcome as Outcome
 from bioscara.drivers.gripper import Gripper as Gripper
 from bioscara.drivers.gripper import GripperState as GripperState
 from bioscara.drivers.gripper import calibrate as calibrate

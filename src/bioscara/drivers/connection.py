@@ -24,6 +24,8 @@ from bioscara.errors import (
 from bioscara.model import JointParameters
 from bioscara.protocol import Fault, Flags, JointState, Register
 
+# Plain numbers: an operation on an IntFlag costs more than the rest of an exchange.
+_NOTHOMED = int(Flags.NOTHOMED)
 _OBSTACLES = int(Flags.STALL | Flags.NOTENABLED | Flags.NOTHOMED)
 _NOTHOMED = int(Flags.NOTHOMED)
 ROUNDING = 1e-9

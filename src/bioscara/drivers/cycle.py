@@ -22,8 +22,10 @@ _TRACK, _STATE = WRITE[Register.TRACK], READ[Register.STATE]
 _MOVE, _ANGLE = WRITE[Register.MOVETOANGLE], READ[Register.ANGLEMOVED]
 _SPEED = READ[Register.GETENCODERRPM]
 _REFUSED = int(Flags.REFUSED)
+_HALTED = int(Flags.STALL | Flags.NOTENABLED)
 
 Outcome = JointSample | BioscaraError
+"""What a cycle brings for one joint."""
 Frame = tuple[Message, tuple[float, ...]]
 Result = bytes | CommunicationError
 
@@ -154,7 +156,7 @@ class Cycle:
         if self._frames[0][0] is _MOVE:
             position = joint.position_of(second.values[0], flags)
             velocity = _slope(joint.last, position, stamp)
-            if flags & (Flags.STALL | Flags.NOTENABLED):
+            if flags & _HALTED:
                 joint.require_ready()
         else:
             position = joint.position_of(first.values[0], flags)

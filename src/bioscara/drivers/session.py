@@ -42,6 +42,7 @@ _ARMED = int(Flags.ARMED)
 _PAUSE = 50e-6
 _TICK_PAUSE = 2e-3
 _ACKNOWLEDGE = ord("O")
+_ARMED = int(Flags.ARMED)
 _POWER_UP = Flags.NOTHOMED | Flags.NOTENABLED
 _FAULT = READ[Register.FAULT]
 _PING = READ[Register.PING]
