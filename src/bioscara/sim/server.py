@@ -56,6 +56,8 @@ def serve(
                         _accept(listener, selector)
                     else:
                         _answer(arm, key.fileobj, selector)
+            for key in list(selector.get_map().values()):
+                _hang_up(key.fileobj)
     finally:
         listener.close()
         with contextlib.suppress(FileNotFoundError):
@@ -112,6 +114,11 @@ def _accept(listener: socket.socket, selector: selectors.BaseSelector) -> None:
     # A client that stops in the middle of a request must not stop the arm.
     connection.settimeout(_CLIENT_TIMEOUT)
     selector.register(connection, selectors.EVENT_READ)
+
+
+def _hang_up(connection: object) -> None:
+    if isinstance(connection, socket.socket):
+        connection.close()
 
 
 def _answer(arm: SimulatedArm, connection: object, selector: selectors.BaseSelector) -> None:
