@@ -220,11 +220,16 @@ class JointMotion(JointSettings):
     def check_position(self, position: float) -> None:
         """Raise unless ``position`` [rad or m] is within the limits.
 
+        A joint that stands beyond a limit, as at its end stop, may stay there or come back.
+
         Raises:
             LimitError, InvalidArgumentError: It is outside, or not finite.
         """
-        parameters = self.parameters
-        self._check_limit("position", position, parameters.lower, parameters.upper, parameters.unit)
+        parameters, here = self.parameters, self.last.position
+        lower, upper = parameters.lower, parameters.upper
+        if here is not None and min(here, lower) <= position <= max(here, upper):
+            return
+        self._check_limit("position", position, lower, upper, parameters.unit)
 
     def check_velocity(self, velocity: float) -> None:
         """Raise unless ``velocity`` [rad/s or m/s] is within the limits.
