@@ -25,8 +25,6 @@ from bioscara.errors import (
 from bioscara.model import JointParameters
 from bioscara.protocol import BrakeMode, Fault, Flags, Register
 
-_NOISE = 1e-4
-"""How far two readings of a joint that stands at its end stop may differ [rad or m]."""
 _ORIENTATION_TIMEOUT = 5.0
 _ORIENTATION_MAX_DEG = 10.0
 _STOP_HARD, _STOP_SOFT = 0, 1
@@ -222,19 +220,11 @@ class JointMotion(JointSettings):
     def check_position(self, position: float) -> None:
         """Raise unless ``position`` [rad or m] is within the limits.
 
-        A joint that stands beyond a limit, as at its end stop, may stay there or come back.
-
         Raises:
             LimitError, InvalidArgumentError: It is outside, or not finite.
         """
-        parameters, here = self.parameters, self.last.position
-        lower, upper = parameters.lower, parameters.upper
-        if here is not None:
-            lower, upper = min(here - _NOISE, lower), max(here + _NOISE, upper)
-            if lower <= position <= upper:
-                return
-        lower, upper = parameters.lower, parameters.upper
-        self._check_limit("position", position, lower, upper, parameters.unit)
+        parameters = self.parameters
+        self._check_limit("position", position, parameters.lower, parameters.upper, parameters.unit)
 
     def check_velocity(self, velocity: float) -> None:
         """Raise unless ``velocity`` [rad/s or m/s] is within the limits.
