@@ -2,7 +2,8 @@
 
 ``Joint`` is one axis, ``read_states`` and ``track`` (group.py) serve several in one bus call,
 ``Gripper`` and ``Pwm`` are the servo. Below them: ``transmission`` converts units, ``session`` is
-one joint's frames, ``cycle`` its part of a control cycle, ``waiting`` keeps a motion alive.
+one joint's frames, ``plausibility`` judges those that carry no
+check byte, ``cycle`` its part of a control cycle, ``waiting`` keeps a motion alive.
 ``Joint`` grows in layers, one file each: connection, settings, motion, joint.
 """
 

@@ -7,9 +7,10 @@ from dataclasses import replace
 
 from bioscara.bus import Bus
 from bioscara.clock import Clock
+from bioscara.drivers.plausibility import Plausibility, insist, said_twice
 from bioscara.drivers.reports import FaultReport, Hello
-from bioscara.drivers.sample import FLAGS, JointSample, Quality
-from bioscara.drivers.session import Session
+from bioscara.drivers.sample import FLAGS, UNKNOWN, JointSample, Quality
+from bioscara.drivers.session import TRIES, Session
 from bioscara.drivers.transmission import Transmission
 from bioscara.errors import (
     BioscaraError,
@@ -25,7 +26,6 @@ from bioscara.model import JointParameters
 from bioscara.protocol import Fault, Flags, JointState, Register
 
 # Plain numbers: an operation on an IntFlag costs more than the rest of an exchange.
-_NOTHOMED = int(Flags.NOTHOMED)
 _OBSTACLES = int(Flags.STALL | Flags.NOTENABLED | Flags.NOTHOMED)
 _NOTHOMED = int(Flags.NOTHOMED)
 ROUNDING = 1e-9
@@ -46,6 +46,7 @@ class JointConnection:
         parameters: The parameters.
         session: The joint's frames.
         transmission: Conversion between joint and motor; changes when the joint is homed.
+        plausibility: Judge of a version 1 joint's answers.
         last: The newest sample; of quality UNKNOWN before there was one.
     """
 
@@ -53,7 +54,8 @@ class JointConnection:
         self.bus, self.clock, self.parameters = bus, clock, parameters
         self.session = Session(bus, clock, parameters.name, parameters.number, parameters.address)
         self.transmission = Transmission(parameters.reduction)
-        self.last = self._unknown()
+        self.plausibility = Plausibility(parameters)
+        self.last = UNKNOWN
         self._offset_known = False
         self._blocking = Register.NONE
 
@@ -92,7 +94,7 @@ class JointConnection:
         """
         self._blocking = Register.NONE
         self._offset_known = False
-        self.last = self._unknown()
+        self.last = UNKNOWN
         self.session.open()
         if not self.session.flags & Flags.NOTHOMED:
             try:
@@ -105,7 +107,7 @@ class JointConnection:
         """Release the joint; nothing is sent, so disable it first."""
         self._offset_known = False
         self._blocking = Register.NONE
-        self.last = self._unknown()
+        self.last = UNKNOWN
         self.session.close()
 
     def check_communication(self) -> None:
@@ -149,7 +151,12 @@ class JointConnection:
 
     def get_homing_offset(self) -> float:
         """Ask for the joint position at encoder zero that the joint keeps [rad or m]."""
-        return self.session.read(Register.HOMEOFFSET).values[0]
+
+        def ask() -> float:
+            return self.session.read(Register.HOMEOFFSET).values[0]
+
+        # Every position depends on it, and version 1 has no check byte.
+        return ask() if self.version == 2 else said_twice(ask, TRIES, f"{self.name} homing offset")
 
     def set_homing_offset(self, offset: float) -> None:
         """Keep the joint position at encoder zero on the joint, read it back and use it.
@@ -203,24 +210,27 @@ class JointConnection:
 
     def read_state(self) -> JointSample:
         """Ask for position, velocity, flags and, from a version 2 joint, state and load."""
-        if self.session.version == 2:
-            answer = self.session.read(Register.STATE)
-            angle_deg, velocity_rpm, state, load = answer.values
-            doing = joint_state(state)
+        session, velocity_of = self.session, self.transmission.velocity_from_rpm
+        if session.version == 2:
+            (angle_deg, rpm, state, load), flags = session.read(Register.STATE)
+            position, velocity = self.position_of(angle_deg, flags), velocity_of(rpm)
+            doing: JointState | None = joint_state(state)
         else:
-            angle_deg = self.session.read(Register.ANGLEMOVED).values[0]
-            answer = self.session.read(Register.GETENCODERRPM)
-            velocity_rpm, doing, load = answer.values[0], None, None
+            position, velocity, flags = insist(self._ask_v1, TRIES)
+            doing, load = None, None
         self.last = JointSample(
-            self.position_of(angle_deg, answer.flags),
-            self.transmission.velocity_from_rpm(velocity_rpm),
-            FLAGS[answer.flags],
-            doing,
-            load,
-            Quality.FRESH,
-            self.clock.now(),
+            position, velocity, FLAGS[flags], doing, load, Quality.FRESH, self.clock.now()
         )
         return self.last
+
+    def _ask_v1(self) -> tuple[float | None, float, int]:
+        angle = self.session.read(Register.ANGLEMOVED)
+        speed = self.session.read(Register.GETENCODERRPM)
+        position = self.position_of(angle.values[0], speed.flags)
+        velocity = self.transmission.velocity_from_rpm(speed.values[0])
+        flags = (angle.flags, speed.flags)
+        self.plausibility.judge(self.last, position, velocity, flags, self.clock.now())
+        return position, velocity, speed.flags
 
     def position_of(self, angle_deg: float, flags: int) -> float | None:
         """Return the joint position of an encoder angle [deg]; None if not homed."""
@@ -232,10 +242,8 @@ class JointConnection:
         # Zero is the power-up value: the host that homed died before it wrote the offset.
         self._offset_known = offset != 0.0
         self.transmission = replace(self.transmission, offset=offset)
-
-    def _unknown(self) -> JointSample:
-        flags = FLAGS[Flags.NOTHOMED | Flags.NOTENABLED]
-        return JointSample(None, math.nan, flags, None, None, Quality.UNKNOWN, -math.inf)
+        # What it said before was said with another meaning of zero.
+        self.last = self.last._replace(position=None)
 
     def is_ready(self) -> bool:
         """Return whether :meth:`require_ready` would return; asks nobody."""

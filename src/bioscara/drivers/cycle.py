@@ -12,7 +12,13 @@ from bioscara.bus import Transaction
 from bioscara.drivers.connection import JointConnection, joint_state
 from bioscara.drivers.refusal import TRANSIENT
 from bioscara.drivers.sample import FLAGS, JointSample, Quality, Setpoint
-from bioscara.errors import BioscaraError, CommunicationError, JointLostError, RefusedError
+from bioscara.errors import (
+    BioscaraError,
+    CommunicationError,
+    CorruptFrameError,
+    JointLostError,
+    RefusedError,
+)
 from bioscara.protocol import READ, WRITE, Flags, Message, Register
 
 LOST_AFTER = 3
@@ -148,19 +154,26 @@ class Cycle:
 
     def _sample_v1(self, results: Sequence[Result], stamp: float) -> JointSample:
         joint, session = self._joint, self._joint.session
+        before = session.flags
         first, second = (
             session.take(message, result)
             for (message, _), result in zip(self._frames, results, strict=True)
         )
         flags = second.flags
+        told = 0.0
         if self._frames[0][0] is _MOVE:
             position = joint.position_of(second.values[0], flags)
             velocity = _slope(joint.last, position, stamp)
-            if flags & _HALTED:
-                joint.require_ready()
         else:
             position = joint.position_of(first.values[0], flags)
-            velocity = joint.transmission.velocity_from_rpm(second.values[0])
+            told = velocity = joint.transmission.velocity_from_rpm(second.values[0])
+        try:
+            joint.plausibility.judge(joint.last, position, told, (first.flags, flags), stamp)
+        except CorruptFrameError:
+            session.flags = before
+            raise
+        if self._frames[0][0] is _MOVE and flags & _HALTED:
+            joint.require_ready()
         return JointSample(position, velocity, FLAGS[flags], None, None, Quality.FRESH, stamp)
 
 

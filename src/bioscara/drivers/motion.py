@@ -9,8 +9,10 @@ from functools import partial
 
 from bioscara.bus import Bus
 from bioscara.clock import Clock
+from bioscara.drivers.plausibility import insist
 from bioscara.drivers.refusal import fault_error
 from bioscara.drivers.sample import JointSample
+from bioscara.drivers.session import TRIES
 from bioscara.drivers.settings import JointSettings
 from bioscara.drivers.waiting import Cancel, Progress, at_rest, wait_for, wait_for_rest
 from bioscara.errors import (
@@ -115,10 +117,17 @@ class JointMotion(JointSettings):
         Raises:
             NotHomedError: The joint does not know it.
         """
-        answer = self.session.read(Register.ANGLEMOVED)
-        position = self.position_of(answer.values[0], answer.flags)
+        position = insist(self._ask_position, TRIES)
         if position is None:
             raise NotHomedError(f"{self.name}: no position before home()", self.name)
+        return position
+
+    def _ask_position(self) -> float | None:
+        answer = self.session.read(Register.ANGLEMOVED)
+        position = self.position_of(answer.values[0], answer.flags)
+        if self.version == 1:
+            flags = (answer.flags, answer.flags)
+            self.plausibility.judge(self.last, position, 0.0, flags, self.clock.now())
         return position
 
     def get_velocity(self) -> float:

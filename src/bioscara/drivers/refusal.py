@@ -1,10 +1,11 @@
-"""A refusal of the joint as the exception that it is to the caller."""
+"""What went wrong in an exchange, as the exception that it is to the caller."""
 
 from __future__ import annotations
 
 from bioscara.drivers.reports import FaultReport
 from bioscara.errors import (
     BioscaraError,
+    CommunicationError,
     IncorrectStateError,
     JointFaultError,
     NotEnabledError,
@@ -19,6 +20,7 @@ TRANSIENT = frozenset(
         Refusal.LENGTH,
         Refusal.UNKNOWN_REGISTER,
         Refusal.CRC,
+        Refusal.OLD_SEQUENCE,
         Refusal.TRAILER_REQUIRED,
         Refusal.DIRECTION,
         Refusal.QUEUE_FULL,
@@ -63,3 +65,23 @@ def refused_error(
     if reason == Refusal.BUSY.name:
         return IncorrectStateError(f"{what}: another command is running; stop() it first", joint)
     return RefusedError(f"{what}: {reason}", address, reason)
+
+
+def worth_repeating(problem: BioscaraError) -> bool:
+    """Return whether nothing was executed and another try may end better."""
+    if isinstance(problem, RefusedError):
+        return problem.reason in TRANSIENT
+    return isinstance(problem, CommunicationError)
+
+
+def named_error(
+    joint: str, address: int, register: Register, error: BioscaraError, tries: int
+) -> BioscaraError:
+    """Return ``error`` of the bus with joint, address and register; of the joint as it is."""
+    if not isinstance(error, CommunicationError) or isinstance(error, RefusedError):
+        return error
+    return type(error)(
+        f"{joint} ({address:#04x}), {register.name}: {error} "
+        f"({tries} {'tries' if tries > 1 else 'try, not repeated: it may have been executed'})",
+        address,
+    )

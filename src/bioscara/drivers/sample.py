@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from enum import Enum
 from typing import NamedTuple
 
@@ -56,3 +57,14 @@ class Setpoint(NamedTuple):
 
 FLAGS = tuple(Flags(value) for value in range(256))
 """Every flags byte, made once: making an IntFlag costs more than an exchange's arithmetic."""
+
+UNKNOWN = JointSample(
+    None,
+    math.nan,
+    FLAGS[Flags.NOTHOMED | Flags.NOTENABLED],
+    None,
+    None,
+    Quality.UNKNOWN,
+    -math.inf,
+)
+"""The sample of a joint that has not said anything yet."""

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from bioscara.bus import Bus, Transaction
 from bioscara.clock import Clock
-from bioscara.drivers.greeting import greet
-from bioscara.drivers.refusal import TRANSIENT, refused_error
+from bioscara.drivers.greeting import greet, require_known
+from bioscara.drivers.refusal import named_error, refused_error, worth_repeating
 from bioscara.drivers.reports import FaultReport, Hello
 from bioscara.errors import (
     BioscaraError,
@@ -47,6 +47,9 @@ _POWER_UP = Flags.NOTHOMED | Flags.NOTENABLED
 _FAULT = READ[Register.FAULT]
 _PING = READ[Register.PING]
 _FORGOTTEN = frozenset((Refusal.NOT_ARMED.name, Refusal.WRONG_BOOT.name))
+_OUT_OF_STEP = 120
+"""Frames in a row without an intact answer after which the session is opened anew: a joint that
+missed 128 takes every newer one, STOP too, for an older one."""
 
 
 class Session:
@@ -76,7 +79,7 @@ class Session:
         self.hello: Hello | None = None
         self.flags: int = int(_POWER_UP)
         self.retries = 0
-        self._sequence = 0
+        self._sequence = self._unanswered = 0
         self._armed = False
         self._restarted: JointResetError | None = None
 
@@ -90,26 +93,18 @@ class Session:
         """
         self.close()
         try:
-            self.hello = greet(self._bus, self._clock, self._address)
+            self.hello = greet(self._bus, self._clock, self._joint, self._address, TRIES)
         except CommunicationError as error:
-            raise self._named(error, READ[Register.HELLO], TRIES) from error
+            raise named_error(self._joint, self._address, Register.HELLO, error, TRIES) from error
         if self.hello is None:
             self._open_v1()
             return
-        if self.hello.protocol != 2:
-            raise NotSupportedError(
-                f"{self._joint}: firmware {self.hello.firmware[0]}.{self.hello.firmware[1]} speaks "
-                f"protocol {self.hello.protocol}, this host 1 and 2; flash firmware/joint of this "
-                "host's version"
-            )
-        if self.hello.joint != self._number:
-            raise WrongJointError(
-                f"{self._joint}: the joint at {self._address:#04x} says that it is "
-                f"j{self.hello.joint}; flash it with the right configuration.h or correct the "
-                "address",
-                self._joint,
-            )
-        self._arm(self.hello)
+        require_known(self.hello, self._joint, self._number, self._address)
+        try:
+            self._arm(self.hello)
+        except BioscaraError:
+            self.close()
+            raise
 
     def close(self) -> None:
         """Forget the joint; nothing is sent."""
@@ -166,20 +161,26 @@ class Session:
         if message.definition.version > self.version:
             self.require_v2(message.register.name)
         tries = TRIES if repeat or self.version == 2 else 1
-        transaction = self.frame(message, values)
+        transaction: Transaction | None = None
         for remaining in reversed(range(tries)):
-            result = self._bus.transfer((transaction,))[0]
             try:
-                answer = self.take(message, result)
+                if transaction is None:
+                    # Not between two tries of one frame: it would be executed under two numbers.
+                    if self._unanswered >= _OUT_OF_STEP:
+                        self._rejoin()
+                    transaction = self.frame(message, values)
+                answer = self.take(message, self._bus.transfer((transaction,))[0])
             except CommunicationError as error:
                 problem: BioscaraError = error
             else:
                 if not answer.flags & Flags.REFUSED:
                     return answer
                 problem = self.refusal(message)
-                transaction = self.frame(message, values)
-            if not remaining or not _worth_repeating(problem):
-                raise self._named(problem, message, tries) from problem
+                transaction = None
+            if not remaining or not worth_repeating(problem):
+                raise named_error(
+                    self._joint, self._address, message.register, problem, tries
+                ) from problem
             self.retries += 1
             self._wait(_TICK_PAUSE if isinstance(problem, RefusedError) else _PAUSE)
         raise AssertionError  # pragma: no cover - the last round returns or raises
@@ -189,6 +190,7 @@ class Session:
         if self.version == 1:
             return Transaction(self._address, message.encode_v1(values), message.answer_size)
         self._sequence = sequence = (self._sequence + 1) & 0xFF
+        self._unanswered += 1
         return Transaction(
             self._address,
             message.encode_v2(self._address, sequence, values),
@@ -210,6 +212,8 @@ class Session:
             answer = message.decode_v2(self._address, self._sequence, result)
             if self._armed and not answer.flags & _ARMED:
                 raise self._forgotten()
+            if not answer.flags & Flags.REFUSED:
+                self._unanswered = 0
         self.flags = answer.flags
         return answer
 
@@ -243,34 +247,41 @@ class Session:
             raise
 
     def _arm(self, hello: Hello) -> None:
-        self.version = 2
+        self.version, self._unanswered = 2, 0
         number = int(self._clock.now() * 1e6) & 0xFFFF
+        for remaining in reversed(range(TRIES)):
+            self.write(Register.ARM, hello.boot_id, number)
+            self._wait(_TICK_PAUSE)
+            try:
+                self._armed = True
+                self.write(Register.WATCHDOG, WATCHDOG_MS)
+            except CommunicationError:
+                # An earlier host may have used this number: its sequence then goes on, and all of
+                # ours is old.
+                if not remaining:
+                    raise
+                self._armed = False
+                number = (number + 1) & 0xFFFF
+            else:
+                return
+
+    def _rejoin(self) -> None:
+        """Open the session anew with a joint that was away for long and did not restart."""
+        before, now = self.hello, greet(self._bus, self._clock, self._joint, self._address, 1)
+        if before is None or now is None or now.boot_id != before.boot_id:
+            raise self._forgotten()
         try:
-            for remaining in reversed(range(TRIES)):
-                self.write(Register.ARM, hello.boot_id, number)
-                self._wait(_TICK_PAUSE)
-                try:
-                    self._armed = True
-                    self.write(Register.WATCHDOG, WATCHDOG_MS)
-                except CommunicationError:
-                    # An earlier host may have used this number: its sequence then goes on, and
-                    # all of ours is old.
-                    if not remaining:
-                        raise
-                    self._armed = False
-                    number = (number + 1) & 0xFFFF
-                else:
-                    return
+            self._arm(now)
         except BioscaraError:
-            self.close()
+            self._unanswered = _OUT_OF_STEP
             raise
 
     def _forgotten(self) -> JointResetError:
         """Return why the joint does not know this session; it stays so until it is opened anew."""
         before, self._armed = self.hello, False
         try:
-            now = greet(self._bus, self._clock, self._address)
-        except CommunicationError:
+            now = greet(self._bus, self._clock, self._joint, self._address, TRIES)
+        except (CommunicationError, WrongJointError):
             now = None
         cause = f"reset cause {now.reset_cause.name}" if now else "it does not say why"
         if now and before and now.boot_id == before.boot_id:
@@ -283,20 +294,5 @@ class Session:
         )
         return self._restarted
 
-    def _named(self, error: BioscaraError, message: Message, tries: int) -> BioscaraError:
-        if not isinstance(error, CommunicationError) or isinstance(error, RefusedError):
-            return error
-        return type(error)(
-            f"{self._joint} ({self._address:#04x}), {message.register.name}: {error} "
-            f"({tries} {'tries' if tries > 1 else 'try, not repeated: it may have been executed'})",
-            self._address,
-        )
-
     def _wait(self, seconds: float) -> None:
         self._clock.sleep_until(self._clock.now() + seconds)
-
-
-def _worth_repeating(problem: BioscaraError) -> bool:
-    if isinstance(problem, RefusedError):
-        return problem.reason in TRANSIENT
-    return isinstance(problem, CommunicationError)

@@ -1,0 +1,185 @@
+"""Answers that must not be taken at their word, and a joint that was away for long."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bioscara.bus import Direction, FaultyBus, When
+from bioscara.drivers import Joint, JointSample, Quality, Setpoint, read_states, track
+from bioscara.drivers.plausibility import Plausibility
+from bioscara.errors import CorruptFrameError, WrongJointError
+from bioscara.protocol import Flags, JointState, Register
+from drivers.world import ARM, World
+
+ADDRESS = 0x11
+ANGLE = When(address=ADDRESS, first=Register.ANGLEMOVED, count=1)
+EXPONENT_BIT = 25
+"""Of an ANGLEMOVED answer, counted from its first bit: doubles or halves the angle."""
+STALL_BIT = 39
+
+
+def still(joint: Joint) -> Setpoint:
+    """Return the setpoint at which the joint stands, inside its limits."""
+    lower, upper = joint.parameters.lower, joint.parameters.upper
+    return Setpoint(min(max(joint.get_position(), lower), upper))
+
+
+@pytest.mark.parametrize("cycles", [119, 126, 127, 128, 129, 200, 255, 256, 300])
+def test_stop_and_disable_reach_a_joint_that_missed_many_frames(cycles: int) -> None:
+    world = World(frequency=None)
+    (joint,) = world.ready("j1")
+    setpoint = still(joint)
+    away = world.bus.off(When(address=ADDRESS))
+    for _ in range(cycles):
+        track([joint], [setpoint])
+    away.cancel()
+    joint.stop()
+    world.arm.run(0.005)
+    assert joint.read_state().state is JointState.STOPPING
+    joint.disable()
+    assert not world.arm.has_torque("j1")
+    assert joint.is_homed()
+
+
+@pytest.mark.parametrize("cycles", [119, 128, 200, 300])
+def test_cycles_go_on_with_a_joint_that_missed_many(cycles: int) -> None:
+    world = World(frequency=None)
+    (joint,) = world.ready("j1")
+    away = world.bus.off(When(address=ADDRESS))
+    for _ in range(cycles):
+        read_states([joint])
+    away.cancel()
+    read_states([joint])
+    [sample] = read_states([joint])
+    assert isinstance(sample, JointSample)
+    assert sample.quality is Quality.FRESH
+
+
+@pytest.mark.parametrize("away", range(115, 128))
+def test_no_relative_move_is_executed_under_two_numbers(away: int) -> None:
+    world = World(frequency=None)
+    joint = world.joints[0]
+    joint.init()
+    joint.enable()
+    nobody = world.bus.off(When(address=ADDRESS))
+    for _ in range(away):
+        read_states([joint])
+    nobody.cancel()
+    world.bus.lose(Direction.BACK, When(first=Register.MOVESTEPS, count=2))
+    world.tap.calls.clear()
+    joint.session.write(Register.MOVESTEPS, 512)
+    moves = [t.write for call in world.tap.calls for t in call if t.write[0] == Register.MOVESTEPS]
+    assert len(moves) == 3
+    assert len(set(moves)) == 1
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_a_version_2_joint_with_broken_answers_is_no_version_1_joint(seed: int) -> None:
+    world = World()
+    bus = FaultyBus(world.tap, seed)
+    bus.flip(Direction.BACK, When(first=Register.HELLO), bits=1 + seed % 4)
+    joint = Joint(bus, world.arm.clock, ARM.joints[0])
+    with pytest.raises(CorruptFrameError, match="neither version's"):
+        joint.init()
+    assert joint.version == 0
+    assert {t.write[0] for call in world.tap.calls for t in call} == {Register.HELLO}
+
+
+@pytest.mark.parametrize("address", [0x11, 0x12])
+def test_swapped_joints_are_told(address: int) -> None:
+    world = World()
+    world.bus.swap(0x11, 0x12)
+    with pytest.raises(WrongJointError, match=f"is the joint of {0x23 - address:#04x}"):
+        world.joints[address - 0x11].init()
+
+
+@pytest.mark.parametrize("bit", [EXPONENT_BIT, STALL_BIT])
+def test_a_broken_version_1_answer_is_coasted_over(bit: int) -> None:
+    world = World(v1=True)
+    (joint,) = world.ready("j1")
+    setpoint = still(joint)
+    for _ in range(3):
+        [before] = track([joint], [setpoint])
+        world.arm.run(0.02)
+    world.bus.flip(Direction.BACK, ANGLE, bit=bit)
+    [during] = track([joint], [setpoint])
+    [after] = track([joint], [setpoint])
+    assert isinstance(before, JointSample)
+    assert isinstance(during, JointSample)
+    assert isinstance(after, JointSample)
+    assert (before.quality, during.quality) == (Quality.FRESH, Quality.STALE)
+    assert during.position == before.position
+    assert after.quality is Quality.FRESH
+    assert after.position == pytest.approx(before.position, abs=1e-3)
+
+
+def test_a_broken_version_1_answer_is_asked_for_again() -> None:
+    world = World(v1=True)
+    (joint,) = world.ready("j1")
+    position = joint.read_state().position
+    for ask in (joint.get_position, lambda: joint.read_state().position):
+        world.bus.clear()
+        world.bus.flip(Direction.BACK, ANGLE, bit=EXPONENT_BIT)
+        assert ask() == pytest.approx(position, abs=1e-3)
+
+
+@pytest.mark.parametrize("bit", range(32))
+def test_a_broken_homing_offset_is_not_believed(bit: int) -> None:
+    world = World(v1=True)
+    (joint,) = world.ready("j1")
+    position = joint.get_position()
+    world.bus.flip(Direction.BACK, When(first=Register.HOMEOFFSET, count=1), bit=bit)
+    another = world.joint(ARM.joints[0])
+    another.init()
+    assert another.get_position() == pytest.approx(position, abs=1e-4)
+
+
+def test_an_offset_that_never_reads_the_same_is_an_error() -> None:
+    world = World(v1=True)
+    world.ready("j1")
+    world.bus.flip(Direction.BACK, When(first=Register.HOMEOFFSET))
+    another = world.joint(ARM.joints[0])
+    with pytest.raises(CorruptFrameError, match="homing offset reads differently each time"):
+        another.init()
+    assert another.version == 0
+
+
+J1 = ARM.joints[0]
+inside = st.floats(J1.lower, J1.upper)
+
+
+def sample(position: float, stamp: float) -> JointSample:
+    return JointSample(position, 0.0, Flags(0), None, None, Quality.FRESH, stamp)
+
+
+@given(inside, st.floats(0.005, 10.0), st.floats(-1.0, 1.0))
+def test_what_the_joint_can_do_is_believed(position: float, time: float, speed: float) -> None:
+    moved = min(max(position + speed * J1.max_velocity * time, J1.lower), J1.upper)
+    Plausibility(J1).judge(sample(position, 0.0), moved, speed, (0, 0), time)
+
+
+@given(inside, inside, st.floats(0.0, 0.1))
+def test_a_leap_is_doubted_once_and_believed_when_said_again(
+    before: float, after: float, time: float
+) -> None:
+    judge, last = Plausibility(J1), sample(before, 0.0)
+    if abs(after - before) <= 1.5 * J1.max_velocity * max(time, 0.005) + 1e-9:
+        return
+    with pytest.raises(CorruptFrameError, match="cannot be"):
+        judge.judge(last, after, 0.0, (0, 0), time)
+    judge.judge(last, after, 0.0, (0, 0), time + 1e-3)
+
+
+@pytest.mark.parametrize("value", [-4.0, 4.0, 1e30, math.nan])
+def test_what_no_joint_can_do_is_never_believed(value: float) -> None:
+    judge, last = Plausibility(J1), sample(0.0, 0.0)
+    for stamp in (1.0, 1.01, 100.0):
+        with pytest.raises(CorruptFrameError):
+            judge.judge(last, value, 0.0, (0, 0), stamp)
+        with pytest.raises(CorruptFrameError):
+            judge.judge(last, 0.0, value, (0, 0), stamp)
+    judge.judge(last, value, value, (int(Flags.NOTENABLED),) * 2, 1.0)
