@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from bioscara.bus import Direction, FaultyBus, When
 from bioscara.drivers import Joint, JointSample, Quality, Setpoint, read_states, track
 from bioscara.drivers.plausibility import Plausibility
-from bioscara.errors import CorruptFrameError, WrongJointError
+from bioscara.errors import CorruptFrameError, RefusedError, WrongJointError
 from bioscara.protocol import Flags, JointState, Register
 from drivers.world import ARM, World
 
@@ -75,6 +75,27 @@ def test_no_relative_move_is_executed_under_two_numbers(away: int) -> None:
     moves = [t.write for call in world.tap.calls for t in call if t.write[0] == Register.MOVESTEPS]
     assert len(moves) == 3
     assert len(set(moves)) == 1
+
+
+def test_a_frame_that_arrived_broken_costs_one_more_exchange() -> None:
+    world = World()
+    joints = world.ready()
+    setpoints = [still(joint) for joint in joints]
+    # The last byte of TRACK: address, register, position, velocity, sequence number, check byte.
+    world.bus.flip(Direction.OUT, When(address=ADDRESS, first=Register.TRACK, count=1), bit=70)
+    world.tap.calls.clear()
+    samples = track(joints, setpoints, retry=True)
+    assert all(isinstance(s, JointSample) and s.quality is Quality.FRESH for s in samples)
+    sent = [(t.address, t.write[0]) for call in world.tap.calls for t in call]
+    assert sent == [(joint.parameters.address, Register.TRACK) for joint in [*joints, joints[0]]]
+
+
+def test_a_frame_that_is_refused_twice_tells_the_reason() -> None:
+    world = World()
+    (joint,) = world.ready("j1")
+    [outcome] = track([joint], [Setpoint(0.0)], retry=True)
+    assert isinstance(outcome, RefusedError)
+    assert outcome.reason == "OUT_OF_RANGE"
 
 
 @pytest.mark.parametrize("seed", range(20))

@@ -28,6 +28,8 @@ _TRACK, _STATE = WRITE[Register.TRACK], READ[Register.STATE]
 _MOVE, _ANGLE = WRITE[Register.MOVETOANGLE], READ[Register.ANGLEMOVED]
 _SPEED = READ[Register.GETENCODERRPM]
 _REFUSED = int(Flags.REFUSED)
+_REASONS = int(Flags.STALL | Flags.BUSY | Flags.NOTENABLED | Flags.FAULT)
+"""Flags that are a reason to refuse a setpoint."""
 _HALTED = int(Flags.STALL | Flags.NOTENABLED)
 
 Outcome = JointSample | BioscaraError
@@ -82,12 +84,15 @@ class Cycle:
         self._joint.session.retries += 1
         return self._sent or self._frame(*self._frames)
 
-    def take(self, results: Sequence[Result], stamp: float) -> Outcome:
+    def take(self, results: Sequence[Result], stamp: float, *, again: bool = False) -> Outcome:
         """Return what the joint answered, or what went wrong.
 
         Args:
             results: The results of this joint's transactions, in order.
             stamp: When they came [s].
+            again: Whether the transactions can still be repeated in this cycle. A refusal for
+                which the flags show no reason is then not asked about: most likely the frame
+                arrived broken, and asking takes longer than repeating.
         """
         session = self._joint.session
         try:
@@ -96,6 +101,10 @@ class Cycle:
                 values, flags = session.take(message, results[0])
                 if flags & _REFUSED:
                     self._sent = ()
+                    if again and not flags & _REASONS:
+                        return CorruptFrameError(
+                            "the joint refused a frame", self._joint.parameters.address
+                        )
                     return session.refusal(message)
                 sample = self._sample_v2(values, flags, stamp)
             else:

@@ -96,12 +96,12 @@ def _exchange(
         if joint.bus is not bus:
             raise InvalidArgumentError(f"{joint.name} is on another bus than {joints[0].name}")
     waiting = [index for index in range(len(joints)) if frames[index]]
-    _transfer(bus, joints, frames, waiting, outcomes)
+    _transfer(bus, joints, frames, waiting, outcomes, again=retry)
     bad = [index for index in waiting if is_bad(outcomes[index])]
     if bad and retry:
         for index in bad:
             frames[index] = joints[index].cycle.again()
-        _transfer(bus, joints, frames, bad, outcomes)
+        _transfer(bus, joints, frames, bad, outcomes, again=False)
     for index in bad:
         problem = outcomes[index]
         if is_bad(problem):
@@ -115,6 +115,8 @@ def _transfer(
     frames: Frames,
     chosen: Sequence[int],
     outcomes: list[Outcome],
+    *,
+    again: bool,
 ) -> None:
     """Carry out the frames of the chosen joints in one call and put down what came of them."""
     requests: list[Transaction] = []
@@ -125,5 +127,5 @@ def _transfer(
     start = 0
     for index in chosen:
         end = start + len(frames[index])
-        outcomes[index] = joints[index].cycle.take(results[start:end], stamp)
+        outcomes[index] = joints[index].cycle.take(results[start:end], stamp, again=again)
         start = end
