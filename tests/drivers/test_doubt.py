@@ -81,8 +81,8 @@ def test_a_frame_that_arrived_broken_costs_one_more_exchange() -> None:
     world = World()
     joints = world.ready()
     setpoints = [still(joint) for joint in joints]
-    # The last byte of TRACK: address, register, position, velocity, sequence number, check byte.
-    world.bus.flip(Direction.OUT, When(address=ADDRESS, first=Register.TRACK, count=1), bit=70)
+    # In the position: 7 bits of address and 8 of the register go before it.
+    world.bus.flip(Direction.OUT, When(address=ADDRESS, first=Register.TRACK, count=1), bit=20)
     world.tap.calls.clear()
     samples = track(joints, setpoints, retry=True)
     assert all(isinstance(s, JointSample) and s.quality is Quality.FRESH for s in samples)
