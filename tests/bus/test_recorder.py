@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 import resource
 from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -155,15 +156,17 @@ def test_a_missing_folder_is_refused(tmp_path: Path) -> None:
         RecordingBus(Wire(), tmp_path / "none" / "bus", Ticks())
 
 
-@pytest.fixture
-def small_disk() -> Iterator[None]:
+@contextmanager
+def disk_of(size: int) -> Iterator[None]:
+    """No file may grow beyond ``size`` bytes; not even that to which the results go."""
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (200, limits[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, limits)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, limits)
 
 
-@pytest.mark.usefixtures("small_disk")
 def test_a_full_disk_ends_the_recording_not_the_run(
     tmp_path: Path, caplog: pytest.LogCaptureFixture
 ) -> None:
@@ -172,8 +175,9 @@ def test_a_full_disk_ends_the_recording_not_the_run(
         caplog.at_level(logging.ERROR),
         RecordingBus(wire, tmp_path / "bus", Ticks()) as bus,
     ):
-        for _ in range(10):
-            assert bus.transfer([POSITION]) == Wire().transfer([POSITION])
+        with disk_of(200):
+            results = [bus.transfer([POSITION]) for _ in range(10)]
+        assert results == [Wire().transfer([POSITION])] * 10
         assert bus.failure is not None
         bus.sync()
     assert len(wire.arrived) == 10

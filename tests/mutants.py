@@ -1,0 +1,181 @@
+"""Takes out one safety guard after the other and requires that a test notices.
+
+``make mutants``. Each mutant is a copy of the sources with one change; the tests that should turn
+red run against it. A mutant that no test notices, or a change that no longer applies, is a failure.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+CORE = "firmware/joint/src/core"
+
+
+@dataclass(frozen=True)
+class Mutant:
+    """One guard taken out: in ``file``, ``old`` becomes ``new``; ``tests`` should notice."""
+
+    guard: str
+    file: str
+    old: str
+    new: str
+    tests: tuple[str, ...]
+
+
+HAZARDS = ("tests/firmware/test_hazards.py",)
+DRIVERS = ("tests/drivers",)
+
+MUTANTS = (
+    Mutant(
+        "CRC of a frame",
+        f"{CORE}/wire.cpp",
+        "size) == 0 ? Refusal::NONE : Refusal::CRC",
+        "size) == 0 ? Refusal::NONE : Refusal::NONE",
+        HAZARDS,
+    ),
+    Mutant(
+        "repeated sequence number",
+        f"{CORE}/wire.cpp",
+        "if (counting_ && ahead == 0 && answered_ == code)",
+        "if (false && ahead == 0 && answered_ == code)",
+        HAZARDS,
+    ),
+    Mutant(
+        "old sequence number",
+        f"{CORE}/wire.cpp",
+        "if (counting_ && ahead <= 0) return",
+        "if (false && ahead <= 0) return",
+        HAZARDS,
+    ),
+    Mutant(
+        "trailer in an armed session",
+        f"{CORE}/wire.cpp",
+        "if (armed_ && !frame.checked && code != Register::STOP)",
+        "if (false)",
+        HAZARDS,
+    ),
+    Mutant(
+        "setpoint watchdog",
+        f"{CORE}/joint.cpp",
+        "  if (!underway()) return;",
+        "  return;",
+        HAZARDS,
+    ),
+    Mutant(
+        "motion needs an enabled joint",
+        f"{CORE}/wire.cpp",
+        "return Refusal::NOT_ENABLED;",
+        "return Refusal::NONE;",
+        (*HAZARDS, *DRIVERS),
+    ),
+    Mutant(
+        "numbers must be finite, in the joint",
+        f"{CORE}/wire.cpp",
+        "if (!isfinite(command.number)) return Refusal::NOT_FINITE;\n      // Beyond this",
+        "// Beyond this",
+        HAZARDS,
+    ),
+    Mutant(
+        "orientation check before a motor is enabled",
+        f"{CORE}/orientation.cpp",
+        "passed_ = fabsf(share - 1.0F) <= kTolerance;",
+        "passed_ = true;",
+        HAZARDS,
+    ),
+    Mutant(
+        "agreement of the two touches",
+        f"{CORE}/homing.cpp",
+        "if (fabsf(apart) > kAgreement)",
+        "if (false)",
+        HAZARDS,
+    ),
+    Mutant(
+        "travel limit of homing",
+        f"{CORE}/homing.cpp",
+        "if (travel > kTravelMargin * configuration_.range_deg)",
+        "if (false)",
+        HAZARDS,
+    ),
+    Mutant(
+        "position limit, on the host",
+        "src/bioscara/drivers/motion.py",
+        "if not self._lower <= position <= self._upper:",
+        "if False:",
+        DRIVERS,
+    ),
+    Mutant(
+        "homed check, on the host",
+        "src/bioscara/drivers/connection.py",
+        "if homed and (flags & Flags.NOTHOMED or not self._offset_known):",
+        "if False:",
+        DRIVERS,
+    ),
+    Mutant(
+        "limits of a trajectory",
+        "src/bioscara/planning/check.py",
+        "    if excesses:",
+        "    if False:",
+        ("tests/planning",),
+    ),
+)
+
+
+def _build(tree: Path, target: Path) -> None:
+    subprocess.run(
+        [sys.executable, "-m", "pip", "install", "--quiet", "--no-deps", "--upgrade"]
+        + ["--target", str(target), str(tree / "firmware/sim")],
+        check=True,
+    )
+
+
+def _noticed(mutant: Mutant) -> bool:
+    with tempfile.TemporaryDirectory() as folder:
+        tree, target = Path(folder) / "tree", Path(folder) / "native"
+        for part in ("src", "tests", "firmware", "docs"):
+            shutil.copytree(
+                ROOT / part, tree / part, ignore=shutil.ignore_patterns("build", "__pycache__")
+            )
+        shutil.copy(ROOT / "pyproject.toml", tree)
+        path = tree / mutant.file
+        text = path.read_text()
+        if text.count(mutant.old) != 1:
+            raise SystemExit(f"{mutant.guard}: {mutant.file} has changed; adapt this mutant")
+        path.write_text(text.replace(mutant.old, mutant.new))
+        search = [str(tree / "src")]
+        if mutant.file.startswith("firmware"):
+            _build(tree, target)
+            search.insert(0, str(target))
+        run = subprocess.run(
+            [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *mutant.tests],
+            cwd=tree,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(search)},
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        if run.returncode not in {0, 1}:
+            raise SystemExit(f"{mutant.guard}: the tests did not run\n{run.stdout}")
+        return run.returncode == 1
+
+
+def main() -> int:
+    """Try every mutant; return 1 if one goes unnoticed."""
+    unnoticed = []
+    for mutant in MUTANTS:
+        noticed = _noticed(mutant)
+        print(f"{'red ' if noticed else 'GREEN'} without: {mutant.guard}", flush=True)  # noqa: T201
+        if not noticed:
+            unnoticed.append(mutant.guard)
+    print(f"{len(MUTANTS) - len(unnoticed)} passed, {len(unnoticed)} failed")  # noqa: T201
+    return 1 if unnoticed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
