@@ -108,7 +108,10 @@ void UstepperS32::receive(Joint& joint) {
 void UstepperS32::request(Joint& joint) {
   uint8_t answer[Joint::kAnswerMax];
   const size_t size = joint.on_request(answer);
-  Wire.write(answer, size);
+  // Asked for more than it was given, the peripheral would hold the clock low for ever.
+  uint8_t padded[kFrameMost];
+  for (size_t i = 0; i < kFrameMost; ++i) padded[i] = i < size ? answer[i] : 0xFF;
+  Wire.write(padded, kFrameMost);
 }
 
 uint32_t UstepperS32::micros() { return ::micros(); }
@@ -142,9 +145,16 @@ void UstepperS32::driver_enable(bool on) { digitalWrite(kDriverEnable, on ? LOW 
 
 void UstepperS32::feed_watchdog() { IWatchdog.reload(); }
 
-void UstepperS32::lock() { NVIC_DisableIRQ(I2C1_EV_IRQn); }
+// Both interrupts of the peripheral end transactions.
+void UstepperS32::lock() {
+  NVIC_DisableIRQ(I2C1_EV_IRQn);
+  NVIC_DisableIRQ(I2C1_ER_IRQn);
+}
 
-void UstepperS32::unlock() { NVIC_EnableIRQ(I2C1_EV_IRQn); }
+void UstepperS32::unlock() {
+  NVIC_EnableIRQ(I2C1_ER_IRQn);
+  NVIC_EnableIRQ(I2C1_EV_IRQn);
+}
 
 }  // namespace bioscara
 

@@ -6,8 +6,7 @@ namespace bioscara {
 
 namespace {
 
-// 20 rad/s^2 of the motor: the reduced current can do it with every load of the arm.
-constexpr float kAcceleration = 163000.0F;
+constexpr float kAcceleration = kBriskDeceleration;
 constexpr float kBackOffLeast = 30.0F * kStepsPerDegree;
 // The second touch needs this long to come to a steady speed [s].
 constexpr float kRunUp = 0.9F;
@@ -63,9 +62,10 @@ Homing::Result Homing::step(Motion& motion, float encoder) {
       retreat_ = encoder;
       wait_ = 0;
       step_ = Step::BACK_OFF;
-      motion.go(encoder - direction_ * back_off_, fmaxf(slow_, kBackOffSpeed), kAcceleration, kAcceleration);
       return Result::RUNNING;
     case Step::BACK_OFF: {
+      motion.go(retreat_ - direction_ * back_off_, fmaxf(slow_, kBackOffSpeed), kAcceleration,
+                kAcceleration);
       if (!motion.arrived()) return Result::RUNNING;
       const float moved = (retreat_ - encoder) * direction_;
       if (moved < 0.5F * back_off_) return fail(Fault::HOMING_OBSTRUCTED, moved / kStepsPerDegree);
@@ -84,10 +84,11 @@ Homing::Result Homing::step(Motion& motion, float encoder) {
       motion.stop(kHardDeceleration);
       if (!motion.standing()) return Result::RUNNING;
       // The field stands ahead of the rotor and presses; bring it back to where the rotor is.
-      motion.go(motion.position() - pressed_, kBackOffSpeed, kAcceleration, kAcceleration);
+      retreat_ = motion.position() - pressed_;
       step_ = Step::RELAX;
       return Result::RUNNING;
     case Step::RELAX:
+      motion.go(retreat_, kBackOffSpeed, kAcceleration, kAcceleration);
       if (!motion.arrived() || !waited(kPause)) return Result::RUNNING;
       return Result::TOUCHED;
   }

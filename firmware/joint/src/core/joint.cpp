@@ -11,7 +11,7 @@ constexpr float kDefaultVelocity = 800.0F * 256.0F;
 constexpr float kDefaultAcceleration = 10000.0F * 256.0F;
 // No rotor turns further within a tick: a slip of a pole, and what the speed limit allows [counts].
 constexpr float kPlausible = 700.0F;
-constexpr int kBadSamples = 2;
+constexpr int kBadMost = 1000;
 // A version 1 host can do no more than poll, ten times a second.
 constexpr uint32_t kPollMillis = 250;
 // A setpoint may be as far away as the limit brings the joint within this time.
@@ -61,12 +61,16 @@ void Joint::sense() {
   const float reach = kPlausible + 1.5F * max_velocity_ * kTickSeconds / kStepsPerCount;
   bool good = encoder_.sample();
   if (good && fabsf(static_cast<float>(encoder_.change())) > reach) {
-    encoder_.reject();
+    // What is read twice is where the encoder stands; how it came there nobody knows.
+    if (bad_samples_ == 0)
+      encoder_.reject();
+    else
+      encoder_.rebase();
     good = false;
   }
-  bad_samples_ = good ? 0 : bad_samples_ + 1;
+  bad_samples_ = good ? 0 : bad_samples_ < kBadMost ? bad_samples_ + 1 : kBadMost;
   if (bad_samples_ == kBadSamples) {
-    homed_ = false;
+    homed_ = checked_ = false;
     latch(Fault::ENCODER, static_cast<float>(encoder_.change()) * kStepsPerCount / kStepsPerDegree);
   }
   encoder_steps_ = static_cast<float>(encoder_.counts() - zero_counts_) * kStepsPerCount;

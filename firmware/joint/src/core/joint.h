@@ -41,6 +41,9 @@ class Joint {
   size_t on_request(uint8_t (&answer)[kAnswerMax]) const { return wire_.request(answer); }
 
  private:
+  // Samples in a row without a sound angle after which the encoder is not believed.
+  static constexpr int kBadSamples = 2;
+
   // joint.cpp: the tick.
   void sense();
   void supervise();

@@ -133,6 +133,10 @@ void Joint::set_up(const Command& command) {
   stalled_ = false;
   supervisor_.disable_stall();
   supervisor_.reset();
+  if (bad_samples_ >= kBadSamples) {
+    latch(Fault::ENCODER, static_cast<float>(bad_samples_));
+    return;
+  }
   drive_percent_ = command.bytes[0];
   hold_percent_ = command.bytes[1];
   if (drive_percent_ == 0) {
@@ -209,8 +213,12 @@ void Joint::check_orientation(const Command& command) {
 
 void Joint::stop(bool hard) {
   if (!powered_) return;
-  if (sequence()) apply_currents();
   stop_deceleration_ = hard ? kHardDeceleration : deceleration_;
+  if (sequence()) {
+    // Such a motion has its own acceleration; a host may have set a limit for it that never ends.
+    stop_deceleration_ = fmaxf(stop_deceleration_, kBriskDeceleration);
+    apply_currents();
+  }
   state_ = JointState::STOPPING;
   still_ = 0;
 }

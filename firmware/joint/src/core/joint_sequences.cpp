@@ -71,10 +71,10 @@ void Joint::run_stopping() {
   if (still_ < kRest) return;
   // After a stall field and rotor stand apart; the encoder is right.
   if (fabsf(error_) > 0.5F * kElectricalPeriod) motion_.rename(encoder_steps_);
-  if (fault_ == Fault::STALL && supervisor_.frozen()) {
+  if ((fault_ == Fault::STALL || fault_ == Fault::FOLLOWING) && supervisor_.frozen()) {
     // Not a stalled rotor: the encoder stands still, so the position is not known either.
     fault_ = Fault::ENCODER;
-    stalled_ = enabled_ = homed_ = false;
+    stalled_ = enabled_ = homed_ = checked_ = false;
   }
   hold();
   if (!enabled_ && fault_ == Fault::NONE) {
@@ -114,6 +114,8 @@ void Joint::latch(Fault fault, float data) {
   if (fault != Fault::STALL) enabled_ = false;
   if (!powered_) return;
   stop(fault != Fault::SETPOINT_LOST);
+  // Nobody listens any more: a deceleration limit near zero must not keep the motor turning.
+  stop_deceleration_ = fmaxf(stop_deceleration_, kBriskDeceleration);
 }
 
 void Joint::cut(Fault fault, float data) {

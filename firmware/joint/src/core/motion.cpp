@@ -16,17 +16,30 @@ constexpr float kCreep = 200.0F;
 constexpr float kReserve = 1.15F;
 // Share of the acceleration that may go into catching up.
 constexpr float kCatchUp = 0.5F;
+// Half of what the driver's counter holds, 20000 turns.
+constexpr float kFarthest = 1e9F;
+
+int32_t rounded(float position) {
+  return static_cast<int32_t>(lroundf(clamp(position, -kFarthest, kFarthest)));
+}
+
+// How far ahead a target must be to hold this speed until it is renewed.
+float reach(float speed, float deceleration) {
+  return speed * speed / (2.0F * deceleration) + speed * kAhead;
+}
 
 }  // namespace
 
 void Motion::aim(float target) {
-  target_ = static_cast<int32_t>(lroundf(target));
+  goal_ = target_ = rounded(target);
   driver_.set_target(target_);
 }
 
 void Motion::go(float target, float speed, float acceleration, float deceleration) {
   driver_.set_acceleration(acceleration, deceleration);
-  aim(target);
+  const float ahead = reach(fmaxf(speed, fabsf(velocity())), deceleration);
+  aim(clamp(target, position() - ahead, position() + ahead));
+  goal_ = rounded(target);
   driver_.set_speed(speed);
 }
 
@@ -37,8 +50,7 @@ void Motion::run(float velocity, float acceleration, float deceleration) {
   }
   driver_.set_acceleration(acceleration, deceleration);
   const float fastest = fmaxf(fabsf(velocity), fabsf(this->velocity()));
-  const float braking = fastest * fastest / (2.0F * deceleration);
-  aim(position() + copysignf(braking + fastest * kAhead, velocity));
+  aim(position() + copysignf(reach(fastest, deceleration), velocity));
   driver_.set_speed(velocity);
 }
 
@@ -60,13 +72,13 @@ void Motion::stop(float deceleration) {
   driver_.set_acceleration(deceleration, deceleration);
   driver_.set_speed(0.0F);
   if (standing()) {
-    target_ = driver_.position();
+    goal_ = target_ = driver_.position();
     driver_.set_target(target_);
   }
 }
 
 void Motion::rename(float position) {
-  target_ = static_cast<int32_t>(lroundf(position));
+  goal_ = target_ = rounded(position);
   driver_.set_position(target_);
 }
 

@@ -24,8 +24,9 @@ class Motion {
     return static_cast<float>(driver_.velocity_register()) * kVelocityLsb;
   }
   bool standing() const { return driver_.velocity_register() == 0; }
-  bool arrived() const { return standing() && driver_.position() == target_; }
+  bool arrived() const { return standing() && driver_.position() == goal_; }
 
+  // To this place and no further; renewed every tick until it has arrived.
   void go(float target, float speed, float acceleration, float deceleration);
   // Renewed every tick while it runs.
   void run(float velocity, float acceleration, float deceleration);
@@ -38,6 +39,8 @@ class Motion {
 
  private:
   Tmc5130 driver_;
+  // Where it is to come to rest, and how far of that the driver knows.
+  int32_t goal_ = 0;
   int32_t target_ = 0;
   void aim(float target);
 };

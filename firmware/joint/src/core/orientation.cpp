@@ -25,11 +25,17 @@ void Orientation::start(float angle_deg, bool settle) {
 }
 
 void Orientation::stroke(Motion& motion, float target) {
-  motion.go(target, kSpeed, kAcceleration, kAcceleration);
+  target_ = target;
+  go(motion);
   ticks_ = still_ = 0;
 }
 
-bool Orientation::reached(const Motion& motion) {
+void Orientation::go(Motion& motion) const {
+  motion.go(target_, kSpeed, kAcceleration, kAcceleration);
+}
+
+bool Orientation::reached(Motion& motion) {
+  go(motion);
   still_ = motion.arrived() ? still_ + 1 : 0;
   return still_ >= kPause;
 }

@@ -19,12 +19,14 @@ class Orientation {
 
  private:
   enum class Step { SETTLE, TAKE_UP, MEASURE, RETURN };
-  bool reached(const Motion& motion);
+  void go(Motion& motion) const;
+  bool reached(Motion& motion);
   void stroke(Motion& motion, float target);
 
   Step step_ = Step::SETTLE;
   float angle_ = 0.0F;
   float start_ = 0.0F;
+  float target_ = 0.0F;
   float before_ = 0.0F;
   float seen_ = 0.0F;
   bool passed_ = false;

@@ -5,12 +5,7 @@ namespace bioscara {
 namespace {
 
 constexpr uint16_t kRead = 0x8000;
-constexpr uint16_t kLockConfiguration = 0x5000;  // lock value 0b1010 for addresses 0x05..0x11
 constexpr uint16_t kAngle = 0x02;
-constexpr uint16_t kMode2 = 0x08;
-// MOD_2: 360 degree range, no prediction; bit 3 inverts the direction.
-constexpr uint16_t kRange = 0x0080;
-constexpr uint16_t kInvert = 0x0008;
 // Safety word: system error (14, low on error), interface error (13), valid angle (12).
 constexpr uint16_t kSound = 0x7000;
 
@@ -30,8 +25,7 @@ uint8_t safety_crc(const uint16_t* words, int count) {
 }  // namespace
 
 bool Tle5012b::setup(bool inverted) {
-  uint16_t words[2] = {static_cast<uint16_t>(kRange | (inverted ? kInvert : 0)), 0};
-  hal_.encoder_exchange(kLockConfiguration | kMode2 << 4 | 1, words, 1);
+  sign_ = inverted ? -1 : 1;
   counts_ = change_ = 0;
   return read(angle_);
 }
@@ -50,7 +44,7 @@ bool Tle5012b::sample() {
   uint16_t angle = 0;
   if (!read(angle)) return false;
   // The shorter way round: at most half a turn per sample.
-  change_ = static_cast<int16_t>(static_cast<uint16_t>(angle - angle_) * 2U) / 2;
+  change_ = sign_ * (static_cast<int16_t>(static_cast<uint16_t>(angle - angle_) * 2U) / 2);
   previous_ = angle_;
   angle_ = angle;
   counts_ += change_;

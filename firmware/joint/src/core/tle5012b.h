@@ -11,7 +11,8 @@ class Tle5012b {
  public:
   explicit Tle5012b(Hal& hal) : hal_(hal) {}
 
-  // Sets the counting direction and reads the first angle.
+  // Reads the first angle. The direction is turned round here and not in the chip: a change of its
+  // settings needs a new checksum over them, and is lost when its supply dips.
   bool setup(bool inverted);
 
   // Reads the angle; false if the answer fails its check. `counts` follows turns.
@@ -25,11 +26,14 @@ class Tle5012b {
     counts_ -= change_;
     angle_ = previous_;
   }
+  // Goes on counting from the angle of the last sample, as if nothing had moved.
+  void rebase() { counts_ -= change_; }
 
  private:
   bool read(uint16_t& angle);
 
   Hal& hal_;
+  int32_t sign_ = 1;
   uint16_t angle_ = 0;
   uint16_t previous_ = 0;
   int32_t counts_ = 0;

@@ -24,6 +24,9 @@ constexpr uint32_t kAccelerationMax = 0xFFFE;
 // The hardest deceleration that the driver can do [steps/s^2].
 constexpr float kHardDeceleration = kAccelerationLsb * 65534.0F;
 
+// 20 rad/s^2 of the motor: even the reduced current of homing can do it with every load of the arm.
+constexpr float kBriskDeceleration = 163000.0F;
+
 inline float clamp(float value, float low, float high) {
   return value < low ? low : value > high ? high : value;
 }
