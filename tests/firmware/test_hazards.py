@@ -10,7 +10,17 @@ import struct
 import pytest
 
 from bioscara.bus import Transaction
-from bioscara.protocol import READ, WRITE, Fault, Flags, JointState, Register, ResetCause, crc8
+from bioscara.protocol import (
+    READ,
+    WRITE,
+    Fault,
+    Flags,
+    JointState,
+    Refusal,
+    Register,
+    ResetCause,
+    crc8,
+)
 from bioscara.sim import SimulatedArm
 from firmware.host import NEAR, Host
 
@@ -79,6 +89,33 @@ def test_hz03_a_repeated_relative_move_is_made_once() -> None:
     host.alive(0.5)
     assert host.field() - before == pytest.approx(1000, abs=STILL)
     assert len(answers) == 1
+
+
+def test_hz03_a_late_copy_of_an_older_move_is_not_made() -> None:
+    host = _ready()
+    before = host.field()
+    old = host.frame(WRITE[Register.MOVESTEPS], 1000)
+    host.raw(old, 4)
+    host.alive(0.5)
+    for _ in range(5):
+        assert host.raw(old, 4)[0] & Flags.REFUSED
+    host.alive(0.5)
+    assert host.field() - before == pytest.approx(1000, abs=STILL)
+
+
+def test_hz04_a_version_1_host_that_dies_while_homing_leaves_a_joint_that_stops() -> None:
+    host = Host("j1", armed=False)
+    host.bare(WRITE[Register.SETUP], 20, 20)
+    while host.bare(READ[Register.PING]).flags & Flags.BUSY:
+        host.arm.run(0.05)
+    host.bare(WRITE[Register.SETMAXACCELERATION], math.degrees(0.01 * 35))
+    host.bare(WRITE[Register.HOME], 1, 10, 30, 15)
+    for _ in range(40):
+        host.bare(READ[Register.PING])
+        host.arm.run(0.05)
+    assert host.arm.velocity("j1") > 0.2
+    host.arm.run(1.5)
+    assert host.field_speed() == 0.0
 
 
 @pytest.mark.parametrize("mode", ["velocity", "position", "track", "homing", "relative"])
@@ -297,4 +334,5 @@ def test_numbers_that_are_not_finite_are_refused_by_the_joint_too() -> None:
         body = bytes((Register.SETRPM,)) + struct.pack("<f", value) + bytes((host.sequence,))
         frame = body + bytes((crc8(bytes((host.address << 1,)) + body),))
         assert host.raw(frame, 3)[0] & Flags.REFUSED
+        assert host.read(Register.FAULT)[2] == Refusal.NOT_FINITE
     assert host.state() is JointState.HOLDING
