@@ -32,8 +32,9 @@ class Touch {
     const bool settled = ticks_ > (slow_ ? kMeasured : kBlanking);
     const float limit = settled ? threshold_ : fmaxf(threshold_, kPullOut);
     above_ = growth > limit ? above_ + 1 : 0;
-    const bool follows = slow_ ? ticks_ > kMeasured / 2 && !settled
-                               : settled && fabsf(growth) < 0.5F * threshold_;
+    // From the moment of full speed until contact counts, whatever it is belongs to running freely.
+    const bool follows = !settled ? ticks_ > (slow_ ? kMeasured / 2 : 0)
+                                  : !slow_ && fabsf(growth) < 0.5F * threshold_;
     if (follows) baseline_ += kFollow * (error - baseline_);
     return above_ >= 2;
   }

@@ -1,0 +1,141 @@
+// One joint on simulated chips with a board that counts: SPI of a tick and of an interrupt, feeds
+// of the watchdog. A transaction takes no time; the chips can be stopped and broken one by one.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <optional>
+
+#include "../joint/src/core/joint.h"
+#include "../sim/src/mechanics.h"
+#include "../sim/src/tle5012b_chip.h"
+#include "../sim/src/tmc5130_chip.h"
+
+namespace bench {
+
+using bioscara::Configuration;
+using bioscara::Joint;
+using bioscara::ResetCause;
+
+constexpr double kRadiansPerStep = 6.283185307179586 / 51200.0;
+
+class Bench final : private bioscara::Hal {
+ public:
+  explicit Bench(int joint, std::uint32_t first_micros = 0)
+      : configuration_(bioscara::configuration_of(static_cast<std::uint8_t>(joint))),
+        mechanics_(bioscara::sim::parameters_of(joint)),
+        first_micros_(first_micros) {
+    boot(ResetCause::POWER_ON);
+  }
+  Bench(const Bench&) = delete;
+  Bench& operator=(const Bench&) = delete;
+
+  // The controller starts anew; the chips go on as they are.
+  void boot(ResetCause cause) {
+    cause_ = cause;
+    ++boot_id_;
+    joint_.emplace(static_cast<bioscara::Hal&>(*this), configuration_);
+    joint_->boot();
+    exchanges_ = 0;
+  }
+
+  double now() const { return static_cast<double>(time_) * 1e-3; }
+
+  // In whole ticks.
+  void run(double seconds) {
+    for (long end = time_ + std::lround(seconds * 1e3); time_ < end;) tick();
+  }
+
+  void tick() {
+    ++time_;
+    if (!hung_) {
+      exchanges_ = 0;
+      joint_->tick();
+      worst_ = std::max(worst_, exchanges_);
+    }
+    while (ramp_ < static_cast<double>(time_) * 1e-3) {
+      ramp_ += bioscara::sim::Tmc5130Chip::kRampPeriod;
+      if (!clock_stopped_) driver_.step();
+      const double share = driver_.current_share(enabled_);
+      mechanics_.step(bioscara::sim::Tmc5130Chip::kRampPeriod, driver_.field(),
+                      driver_.field_speed(), kFullTorque * share, enabled_ && driver_.brakes());
+    }
+  }
+
+  void transfer(std::uint8_t, const std::uint8_t* written, std::size_t size, std::uint8_t* read,
+                std::size_t count) {
+    interrupt_ = true;
+    if (size > 0) joint_->on_receive(written, size);
+    std::uint8_t answer[Joint::kAnswerMax];
+    const std::size_t length = joint_->on_request(answer);
+    interrupt_ = false;
+    std::fill_n(read, count, std::uint8_t{0xFF});
+    std::copy_n(answer, std::min(length, count), read);
+  }
+
+  // Motor and joint as they really are [rad, rad/s of the motor; joint units].
+  double rotor() const { return mechanics_.rotor_turns() * 6.283185307179586; }
+  double field() const { return driver_.field() * kRadiansPerStep; }
+  double field_speed() const { return driver_.field_speed() * kRadiansPerStep; }
+  double position() const { return mechanics_.position(); }
+  bool stage_closed() const { return enabled_; }
+
+  int worst_exchanges() const { return worst_; }
+  int interrupt_exchanges() const { return interrupt_exchanges_; }
+  long feeds() const { return feeds_; }
+  const Configuration& configuration() const { return configuration_; }
+
+  void hang(bool on) { hung_ = on; }
+  void stop_clock(bool on) { clock_stopped_ = on; }
+  bioscara::sim::Mechanics& mechanics() { return mechanics_; }
+  bioscara::sim::Tmc5130Chip& driver() { return driver_; }
+  bioscara::sim::Tle5012bChip& encoder() { return encoder_; }
+
+ private:
+  // As in the simulation: 0.19 N m/A * 1.48 A * sqrt 2.
+  static constexpr double kFullTorque = 0.19 * 1.48 * 1.41421356;
+
+  std::uint32_t micros() override {
+    return first_micros_ + static_cast<std::uint32_t>(time_ * 1000);
+  }
+  void driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) override {
+    ++(interrupt_ ? interrupt_exchanges_ : exchanges_);
+    driver_.exchange(sent, received);
+  }
+  void encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) override {
+    if (interrupt_) ++interrupt_exchanges_;
+    random_ = random_ * 1664525U + 1013904223U;
+    encoder_.set_noise(static_cast<double>(random_ >> 8) / 16777216.0 - 0.5);
+    encoder_.latch(mechanics_.rotor_turns());
+    encoder_.exchange(command, words, count);
+  }
+  void driver_enable(bool on) override { enabled_ = on; }
+  ResetCause reset_cause() override { return cause_; }
+  std::uint16_t boot_id() override { return boot_id_; }
+  void feed_watchdog() override { ++feeds_; }
+  void lock() override {}
+  void unlock() override {}
+
+  const Configuration configuration_;
+  bioscara::sim::Mechanics mechanics_;
+  bioscara::sim::Tmc5130Chip driver_;
+  bioscara::sim::Tle5012bChip encoder_;
+  std::optional<Joint> joint_;
+  std::uint32_t first_micros_;
+  std::uint32_t random_ = 12345;
+  std::uint16_t boot_id_ = 700;
+  ResetCause cause_ = ResetCause::POWER_ON;
+  // After a reset the pin is pulled to "closed" by nothing that we know: assume the worst.
+  bool enabled_ = true;
+  bool hung_ = false;
+  bool clock_stopped_ = false;
+  bool interrupt_ = false;
+  long time_ = 0;
+  double ramp_ = 0.0;
+  int exchanges_ = 0;
+  int worst_ = 0;
+  int interrupt_exchanges_ = 0;
+  long feeds_ = 0;
+};
+
+}  // namespace bench
