@@ -113,6 +113,14 @@ class Host {
     send(Register::SETMAXVELOCITY, packed(static_cast<float>(speed * kDegrees)));
   }
 
+  // As a host of version 1 does it: it can only poll.
+  void enable_bare(int percent = 20) {
+    const auto share = static_cast<std::uint8_t>(percent);
+    bare(Register::SETUP, {share, share, 0, 0});
+    do world_.run(0.02);
+    while (has(bare(Register::PING, {}, 1).back(), Flags::BUSY));
+  }
+
   // Feeds the watchdog meanwhile, as a host does.
   std::uint8_t keep(double seconds) {
     std::uint8_t answer = 0;

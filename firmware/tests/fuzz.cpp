@@ -4,7 +4,9 @@
 #include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 
+#include "../joint/src/core/bytes.h"
 #include "../sim/src/arm.h"
 
 namespace {
@@ -17,11 +19,21 @@ bioscara::sim::Arm& arm() {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  // The first byte says how much time passes, the second how many bytes are read.
-  if (size < 2) return 0;
-  std::uint8_t answer[64];
+  // The first byte says how much time passes and whether the check byte is put right, the second
+  // how many bytes are read.
+  constexpr std::size_t kMost = 64;
+  if (size < 2 || size > kMost + 2) return 0;
+  std::uint8_t frame[kMost];
+  const std::size_t length = size - 2;
+  std::memcpy(frame, data + 2, length);
+  if ((data[0] & 4) != 0 && length > 2) {
+    constexpr std::uint8_t kAddress = 0x11 << 1;
+    frame[length - 1] =
+        bioscara::crc8(bioscara::crc8(0, &kAddress, 1), frame, length - 1);
+  }
+  std::uint8_t answer[kMost];
   arm().run((data[0] & 3) * 1e-3);
-  arm().transfer(0x11, data + 2, size - 2, answer, data[1] & 0x1F);
+  arm().transfer(0x11, frame, length, answer, data[1] & 0x1F);
   return 0;
 }
 

@@ -12,13 +12,23 @@ host=(${CXX:-c++} -std=c++17 $warnings -O1 -g)
 
 echo "host tests under address and undefined-behaviour sanitizers"
 "${host[@]}" -fsanitize=address,undefined -fno-sanitize-recover=all \
-  main.cpp test_joint.cpp "${core[@]}" "${world[@]}" -o "$build/tests"
+  main.cpp test_*.cpp "${core[@]}" "${world[@]}" -o "$build/tests"
 "$build/tests"
 
 echo "fuzzing the frame decoder"
-"${host[@]}" -fsanitize=address,undefined -fno-sanitize-recover=all \
-  fuzz.cpp "${core[@]}" "${world[@]}" -o "$build/fuzz"
-"$build/fuzz" 100000
+fuzzer=(fuzz.cpp "${core[@]}" "${world[@]}" -o "$build/fuzz")
+if clang++ -std=c++17 $warnings -O1 -g -DBIOSCARA_LIBFUZZER -fno-sanitize-recover=all \
+  -fsanitize=fuzzer,address,undefined "${fuzzer[@]}" 2>"$build/clang.log"; then
+  mkdir -p "$build/corpus"
+  "$build/fuzz" -runs=100000 -max_len=66 -seed=1 -verbosity=0 -print_final_stats=1 \
+    -artifact_prefix="$build/" "$build/corpus" >"$build/fuzz.log" 2>&1 ||
+    { cat "$build/fuzz.log" >&2; exit 1; }
+  grep number_of_executed_units "$build/fuzz.log"
+else
+  # Without clang and its fuzzer: random frames, the same ones each time.
+  "${host[@]}" -fsanitize=address,undefined -fno-sanitize-recover=all "${fuzzer[@]}"
+  "$build/fuzz" 100000
+fi
 
 [ "${1:-}" != host ] || exit 0
 

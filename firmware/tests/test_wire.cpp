@@ -1,0 +1,355 @@
+// Frames: what is executed, what is refused, and what is answered.
+#include <limits>
+
+#include "bench.h"
+#include "client.h"
+#include "testing.h"
+
+using namespace bioscara;
+using bench::Bench;
+using client::Bytes;
+using client::has;
+using client::Host;
+using client::packed;
+
+namespace {
+
+
+
+Bytes some_payload(const Definition& row) {
+  Bytes payload(row.written, 0);
+  const float one = 1.0F;
+  if (row.written >= 4 && row.code != Register::SETUP && row.code != Register::HOME &&
+      row.code != Register::ARM)
+    std::memcpy(payload.data(), &one, 4);
+  if (row.code == Register::HOME) payload = {1, 11, 30, 10};
+  if (row.code == Register::MOVETOEND) payload = {1, 11, 30};
+  if (row.code == Register::WATCHDOG) payload = {60, 0};
+  if (row.code == Register::SETUP) payload = {20, 20, 0, 0};
+  if (row.code == Register::SETCURRENT || row.code == Register::SETHOLDCURRENT) payload = {20};
+  return payload;
+}
+
+bool reads(const Definition& row) {
+  return row.direction == Direction::READ || row.direction == Direction::READ_WRITE;
+}
+
+bool writes(const Definition& row) {
+  return row.direction != Direction::READ && row.direction != Direction::NONE;
+}
+
+// Each frame of version 2 in each of its forms.
+template <typename F>
+void for_each_frame(F&& use) {
+  for (const Definition& row : kDefinitions) {
+    if (writes(row)) use(row, some_payload(row));
+    if (reads(row)) use(row, Bytes{});
+  }
+}
+
+}  // namespace
+
+TEST(HZ01_one_and_two_flipped_bits_never_execute) {
+  Bench bench(3);
+  Host host(bench, 3);
+  host.arm_session();
+  host.enable();
+  bench.run(0.3);
+  const double before = bench.driver().field();
+  long frames = 0;
+  host.clear_fault();
+  const unsigned refused_before = host.report().refusals;
+  const auto strike = [&](const Bytes& frame) {
+    Bytes answer = host.exchange(frame, 14);
+    ++frames;
+    if (frames % 64 == 0) bench.tick();
+  };
+  for_each_frame([&](const Definition& row, const Bytes& payload) {
+    const Bytes good = host.frame(row.code, payload,
+                                  static_cast<std::uint8_t>(host.sequence() + 1));
+    const std::size_t bits = good.size() * 8;
+    for (std::size_t one = 0; one < bits; ++one) {
+      for (std::size_t two = one; two < bits; ++two) {
+        Bytes bad = good;
+        bad[one / 8] = static_cast<std::uint8_t>(bad[one / 8] ^ 1U << one % 8);
+        if (two != one) bad[two / 8] = static_cast<std::uint8_t>(bad[two / 8] ^ 1U << two % 8);
+        strike(bad);
+      }
+    }
+    bench.tick();
+    host.send(Register::WATCHDOG, {60, 0});
+  });
+  bench.run(0.3);
+  CHECK(frames > 30000);
+  // Each one was refused: nothing was executed, and no sequence number was used up.
+  CHECK(host.report().refusals == refused_before + frames);
+  CHECK(std::fabs(bench.driver().field() - before) < 1.0);
+  const client::State state = host.state();
+  CHECK(state.state == JointState::HOLDING);
+  CHECK(!has(state.flags, Flags::NOTENABLED) && !has(state.flags, Flags::FAULT));
+  CHECK(host.bare(Register::HOMEOFFSET, {}, 4) == (Bytes{0, 0, 0, 0, 0x04}));
+}
+
+TEST(HZ01_a_bare_read_flipped_into_HOME_starts_nothing) {
+  Bench bench(1);
+  Host host(bench, 1);
+  host.enable_bare();
+  const double before = bench.driver().field();
+  // GETENCODERRPM with its lowest bit flipped; STOP with bit 2.
+  CHECK(!has(host.bare(Register::HOME).back(), Flags::BUSY));
+  CHECK(!has(host.bare(Register::HOME, {0}).back(), Flags::BUSY));
+  bench.run(0.3);
+  CHECK(std::fabs(bench.driver().field() - before) < 1.0);
+  CHECK(host.report().refusal == Refusal::LENGTH);
+}
+
+TEST(HZ02_reading_again_executes_nothing) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.enable_bare();
+  const double before = bench.driver().field();
+  const Bytes first = host.bare(Register::MOVESTEPS, packed(std::int32_t{4000}));
+  for (int time = 0; time < 200; ++time) {
+    CHECK(host.exchange({}, 1) == first);  // A bare read: the same answer.
+    bench.run(0.005);
+    host.bare(Register::PING, {}, 1);
+    host.bare(Register::MOVESTEPS, {});  // Cut short: not a command.
+  }
+  CHECK(std::fabs(bench.driver().field() - before - 4000.0) < 64.0);
+}
+
+TEST(HZ03_a_repeated_relative_move_is_made_once) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable();
+  bench.run(0.2);
+  const double before = bench.driver().field();
+  const Bytes frame = host.frame(Register::MOVESTEPS, packed(std::int32_t{4000}),
+                                 host.next_sequence());
+  const Bytes first = host.exchange(frame, 3);
+  for (int time = 0; time < 5; ++time) {
+    bench.tick();
+    CHECK(host.exchange(frame, 3) == first);
+  }
+  // A late copy, after a newer frame.
+  host.keep(0.3);
+  CHECK(has(host.raw(frame)[0], Flags::REFUSED));
+  CHECK(host.report().refusal == Refusal::OLD_SEQUENCE);
+  host.keep(0.3);
+  CHECK(std::fabs(bench.driver().field() - before - 4000.0) < 64.0);
+}
+
+TEST(a_late_copy_of_ARM_does_not_rewind_the_sequence) {
+  Bench bench(4);
+  Host host(bench, 4);
+  const Bytes hello = host.hello();
+  const Bytes arm = host.frame(Register::ARM, {hello[6], hello[7], 1, 0}, host.next_sequence());
+  CHECK(!has(host.raw(arm)[0], Flags::REFUSED));
+  host.enable();
+  const Bytes move = host.frame(Register::MOVESTEPS, packed(std::int32_t{400}),
+                                host.next_sequence());
+  CHECK(!has(host.raw(move)[0], Flags::REFUSED));
+  host.keep(0.2);
+  CHECK(!has(host.raw(arm)[0], Flags::REFUSED));
+  CHECK(has(host.raw(move)[0], Flags::REFUSED));
+  CHECK(has(host.send(Register::ARM, {0, 0, 2, 0})[0], Flags::REFUSED));
+  CHECK(host.report().refusal == Refusal::WRONG_BOOT);
+}
+
+TEST(HZ07_lengths_of_0_to_64_bytes_are_survived_and_only_whole_frames_executed) {
+  Bench bench(1);
+  Host host(bench, 1);
+  host.arm_session();
+  host.enable();
+  bench.run(0.2);
+  const double before = bench.driver().field();
+  for (int code = 0; code < 256; ++code) {
+    if (static_cast<Register>(code) == Register::STOP) continue;
+    for (std::size_t size = 0; size <= 64; ++size) {
+      Bytes frame(size, 0x5A);
+      if (size > 0) frame[0] = static_cast<std::uint8_t>(code);
+      host.exchange(frame, 14);
+    }
+    bench.tick();
+  }
+  // Whole but for one byte, in both versions: never padded with what was there before.
+  for_each_frame([&](const Definition& row, const Bytes& payload) {
+    if (payload.size() < 2 || row.code == Register::SETUP) return;
+    const Bytes shorter(payload.begin(), payload.end() - 1);
+    Bytes longer = payload;
+    longer.push_back(0);
+    CHECK(has(host.send(row.code, shorter)[0], Flags::REFUSED));
+    CHECK(has(host.send(row.code, longer)[0], Flags::REFUSED));
+  });
+  bench.run(0.2);
+  CHECK(std::fabs(bench.driver().field() - before) < 1.0);
+  CHECK(host.state().state == JointState::HOLDING);
+}
+
+TEST(HZ08_unknown_registers_are_refused_and_counted) {
+  Bench bench(2);
+  Host host(bench, 2);
+  unsigned expected = host.report().refusals;
+  for (int code = 0; code < 256; ++code) {
+    bool known = false;
+    for (const Definition& row : kDefinitions)
+      known = known || (static_cast<int>(row.code) == code && row.direction != Direction::NONE);
+    if (known) continue;
+    // Version 1: the flags alone, with nothing set that was not.
+    CHECK(host.bare(static_cast<Register>(code), {1}) == Bytes{0x0C});
+    CHECK(host.report().refusals == ++expected);
+    CHECK(has(host.send(static_cast<Register>(code), {1, 2, 3, 4})[0], Flags::REFUSED));
+    CHECK(host.report().refusals == ++expected);
+    CHECK(host.report().refusal == Refusal::UNKNOWN_REGISTER);
+    bench.tick();
+    CHECK(!has(host.flags(), Flags::BUSY));
+  }
+}
+
+TEST(HZ09_an_interrupt_talks_to_no_chip_and_the_answer_is_there_at_once) {
+  Bench bench(3);
+  Host host(bench, 3);
+  host.arm_session();
+  host.enable();
+  for_each_frame([&](const Definition& row, const Bytes& payload) {
+    const Bytes bytes = host.frame(row.code, payload, host.next_sequence());
+    const Bytes answer = host.exchange(bytes, 13);
+    // The trailer stands where it belongs before any tick has run.
+    const std::size_t whole = row.read + 3U;
+    const auto start = static_cast<std::uint8_t>(host.address() << 1 | 1);
+    CHECK(crc8(crc8(0, &start, 1), answer.data(), whole) == 0 ||
+          crc8(crc8(0, &start, 1), answer.data(), 3) == 0);
+    bench.tick();
+  });
+  CHECK(bench.interrupt_exchanges() == 0);
+}
+
+TEST(HZ13_HELLO_tells_which_joint_it_is) {
+  for (int joint = 1; joint <= 4; ++joint) {
+    Bench bench(joint);
+    Host host(bench, joint);
+    const Bytes hello = host.hello();
+    CHECK(load<std::uint16_t>(&hello[0]) == kMagic);
+    CHECK(hello[2] == kProtocolVersion);
+    CHECK(hello[5] == joint);
+    CHECK(bench.configuration().address == host.address());
+    CHECK(hello[8] == static_cast<std::uint8_t>(ResetCause::POWER_ON));
+    bench.boot(ResetCause::BROWN_OUT);
+    const Bytes again = host.hello();
+    CHECK(again[8] == static_cast<std::uint8_t>(ResetCause::BROWN_OUT));
+    CHECK(load<std::uint16_t>(&again[6]) != load<std::uint16_t>(&hello[6]));
+    CHECK(has(again[10], Flags::NOTHOMED) && has(again[10], Flags::NOTENABLED));
+    CHECK(!has(again[10], Flags::ARMED));
+  }
+}
+
+TEST(a_frame_for_another_joint_is_refused) {
+  Bench bench(4);
+  Host host(bench, 4);
+  Host neighbour(bench, 3);
+  host.arm_session();
+  host.enable();
+  // The bytes of joint 3 arrive at joint 4: the address is part of the check.
+  const Bytes frame = neighbour.frame(Register::SETRPM, packed(20.0F), host.next_sequence());
+  host.exchange(frame, 3);
+  CHECK(host.report().refusal == Refusal::CRC);
+  CHECK(host.report().crc_errors == 1);
+  CHECK(host.state().state == JointState::HOLDING);
+}
+
+TEST(numbers_that_are_not_finite_or_out_of_range_are_refused) {
+  Bench bench(1);
+  Host host(bench, 1);
+  host.arm_session();
+  host.enable();
+  const double before = bench.driver().field();
+  constexpr float kNever = std::numeric_limits<float>::quiet_NaN();
+  constexpr float kInfinite = std::numeric_limits<float>::infinity();
+  for (float number : {kNever, kInfinite, -kInfinite}) {
+    for (const Definition& row : kDefinitions) {
+      const bool number_register =
+          writes(row) && row.written == 4 && row.code != Register::SETUP &&
+          row.code != Register::HOME && row.code != Register::ARM &&
+          row.code != Register::MOVESTEPS;
+      if (!number_register) continue;
+      CHECK(has(host.send(row.code, packed(number))[0], Flags::REFUSED));
+      CHECK(host.report().refusal == Refusal::NOT_FINITE);
+    }
+    CHECK(has(host.send(Register::TRACK, client::setpoint(number, 0.0F), 6)[0], Flags::REFUSED));
+    CHECK(host.report().refusal == Refusal::NOT_FINITE);
+  }
+  const auto out_of_range = [&](Register code, const Bytes& payload) {
+    CHECK(has(host.send(code, payload)[0], Flags::REFUSED));
+    CHECK(host.report().refusal == Refusal::OUT_OF_RANGE);
+  };
+  out_of_range(Register::SETRPM, packed(1e9F));
+  out_of_range(Register::MOVETOANGLE, packed(-3e38F));
+  out_of_range(Register::SETMAXVELOCITY, packed(-1.0F));
+  out_of_range(Register::SETMAXACCELERATION, packed(-1.0F));
+  out_of_range(Register::SETMAXDECELERATION, packed(-1.0F));
+  out_of_range(Register::SETCONTROLTHRESHOLD, packed(-1.0F));
+  out_of_range(Register::CHECKORIENTATION, packed(11.0F));
+  out_of_range(Register::SETUP, {101, 20, 0, 0});
+  out_of_range(Register::SETUP, {20, 101, 0, 0});
+  out_of_range(Register::SETCURRENT, {101});
+  out_of_range(Register::SETHOLDCURRENT, {101});
+  out_of_range(Register::SETBRAKEMODE, {3});
+  out_of_range(Register::STOP, {2});
+  out_of_range(Register::RUNCONTINUOUS, {2});
+  out_of_range(Register::HOME, {2, 11, 30, 10});
+  out_of_range(Register::HOME, {1, 0, 30, 10});
+  out_of_range(Register::HOME, {1, 251, 30, 10});
+  out_of_range(Register::HOME, {1, 11, 30, 101});
+  out_of_range(Register::MOVETOEND, {2, 11, 30});
+  out_of_range(Register::MOVETOEND, {1, 0, 30});
+  out_of_range(Register::WATCHDOG, packed(std::uint16_t{9}));
+  out_of_range(Register::WATCHDOG, packed(std::uint16_t{201}));
+  out_of_range(Register::CLEARFAULT, {static_cast<std::uint8_t>(Fault::STALL)});
+  bench.run(0.2);
+  CHECK(std::fabs(bench.driver().field() - before) < 1.0);
+}
+
+TEST(several_commands_within_a_tick_are_all_executed_and_too_many_refused) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable();
+  bench.run(0.2);
+  const double before = bench.driver().field();
+  for (int time = 0; time < 8; ++time) host.send(Register::MOVESTEPS, packed(std::int32_t{0}));
+  CHECK(!has(host.send(Register::SETRPM, packed(60.0F))[0], Flags::REFUSED));
+  int refused = 0;
+  for (int time = 0; time < 20; ++time)
+    if (has(host.turn(6.0), Flags::REFUSED)) ++refused;
+  CHECK(refused > 0);
+  CHECK(host.report().refusal == Refusal::QUEUE_FULL);
+  host.keep(0.3);
+  CHECK(bench.driver().field() > before);
+  CHECK(!has(host.turn(6.0), Flags::REFUSED));
+}
+
+TEST(an_armed_session_refuses_writes_without_trailer_but_never_STOP) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable();
+  host.turn(6.0);
+  host.keep(0.1);
+  for_each_frame([&](const Definition& row, const Bytes& payload) {
+    if (payload.empty() || row.version != 1 || row.code == Register::STOP) return;
+    host.bare(row.code, payload);
+    CHECK(host.report().refusal == Refusal::TRAILER_REQUIRED);
+  });
+  CHECK(host.state().state == JointState::VELOCITY);
+  host.bare(Register::STOP, {0});
+  host.keep(0.3);
+  CHECK(bench.field_speed() == 0.0);
+}
+
+TEST(counters_saturate) {
+  Bench bench(4);
+  Host host(bench, 4);
+  for (long time = 0; time < 70000; ++time) host.exchange({0xAA, 1}, 1);
+  CHECK(host.report().refusals == 0xFFFF);
+}
