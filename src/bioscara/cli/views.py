@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 import os
 import sys
 import time
@@ -72,7 +70,7 @@ def cells(record: JointRecord, phase: Phase, unit: str) -> tuple[str, str, str, 
     return (
         state_word(record, phase, unit),
         "unknown" if isnan(record.position) else f"{record.position:+.4f} {unit}",
-        "unknown" if math.isnan(record.velocity) else f"{record.velocity:+.4f} {unit}/s",
+        "unknown" if isnan(record.velocity) else f"{record.velocity:+.4f} {unit}/s",
         "-" if isnan(record.load) else f"{record.load:.0f} %",
     )
 
