@@ -70,7 +70,7 @@ def cells(record: JointRecord, phase: Phase, unit: str) -> tuple[str, str, str, 
     return (
         state_word(record, phase, unit),
         "unknown" if isnan(record.position) else f"{record.position:+.4f} {unit}",
-        f"{record.velocity:+.4f} {unit}/s",
+        "unknown" if isnan(record.velocity) else f"{record.velocity:+.4f} {unit}/s",
         "-" if isnan(record.load) else f"{record.load:.0f} %",
     )
 

@@ -92,7 +92,7 @@ def check(trajectory: Trajectory, limits: Sequence[JointLimits]) -> list[str]:
     ]
     if excesses:
         worst = max(excesses, key=lambda excess: excess.ratio)
-        others = f" ({len(excesses) - 1} more limits are exceeded)" if len(excesses) > 1 else ""
+        others = f" ({len(excesses) - 1} more limits exceeded)" if len(excesses) > 1 else ""
         raise TrajectoryError(worst.text + others)
     return _unrest(trajectory, [by_name[name] for name in trajectory.joint_names])
 
