@@ -39,13 +39,12 @@ def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
         # Only before or after a motion: during one, Ctrl-C is a request (interruption.py).
         complain("interrupted")
         status = Status.INTERRUPTED
-    except BrokenPipeError:
-        # Whoever read the output has gone. Python flushes once more at exit: to nowhere.
+    except OSError as error:
+        if not isinstance(error, BrokenPipeError):
+            complain(f"the output cannot be written: {error.strerror or error}")
+        # Python flushes what is left once more at exit: to nowhere.
         with contextlib.suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        status = Status.FAILED
-    except OSError as error:
-        complain(f"the output cannot be written: {error.strerror or error}")
         status = Status.FAILED
     return int(status)
 
