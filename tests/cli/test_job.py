@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.cli import main
+from bioscara.planning import read
 from bioscara.report import Phase
 
 
@@ -38,6 +39,7 @@ def assert_complete(folder: Path, outcome: str) -> None:
     assert data
     json.loads(data[1])
     assert samples(folder)
+    assert read(folder / "trajectory.csv").trajectory.duration > 0.0
     assert not list(folder.glob("partial-*"))
 
 

@@ -18,12 +18,12 @@ from bioscara.cli.output import Output
 from bioscara.cli.status import Status
 from bioscara.cli.views import make_view
 from bioscara.drivers import Joint
-from bioscara.errors import BioscaraError, MotionCancelledError
+from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
 from bioscara.model import ArmParameters
-from bioscara.planning import Trajectory, check, read
+from bioscara.planning import Trajectory, check, read, write_csv
 from bioscara.planning import fit as stretch
 from bioscara.report import History, JointInfo, Outcome, RunFolder, Summary, png, text
-from bioscara.report.folder import default_path
+from bioscara.report.folder import TRAJECTORY, default_path
 from bioscara.robot import Robot
 
 
@@ -99,6 +99,7 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
             names,
             _HOMING_CYCLES + int(plan.trajectory.duration / robot.period),
         )
+        _keep_trajectory(folder, plan)
         history = History(names)
         view = make_view(output, [(joint.name, joint.parameters.unit) for joint in robot.joints])
         with Observer(view, folder.samples, history) as observer:
@@ -117,6 +118,16 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
             faults=course.faults,
         )
     return _finish(summary, history, folder, observer.problem, output)
+
+
+def _keep_trajectory(folder: RunFolder, plan: Plan) -> None:
+    try:
+        write_csv(folder.path / TRAJECTORY, plan.trajectory)
+    except OSError as error:
+        raise InvalidArgumentError(
+            f"{folder.path / TRAJECTORY} cannot be written: {error.strerror or error}; "
+            f"choose another folder with --out"
+        ) from error
 
 
 def _joint_info(joint: Joint) -> JointInfo:
