@@ -14,6 +14,7 @@ constexpr float kBackOffSpeed = 30.0F * kStepsPerRpm;
 // The two touches may differ by this much; the first is made with the speed of the approach.
 constexpr float kAgreement = 10.0F * kStepsPerDegree;
 constexpr int kPause = 200;
+constexpr float kFollowPerTurn = 0.02F;
 
 }  // namespace
 
@@ -30,6 +31,11 @@ void Homing::start(const Configuration& configuration, bool positive, float rpm,
   wait_ = 0;
   ticks_ = 0;
   fault_ = Fault::NONE;
+}
+
+// Slow enough for a soft belt's rise, fast enough for the encoder's error over a turn.
+float Homing::follow() const {
+  return clamp(kFollowPerTurn * fast_ / kStepsPerTurn, 1e-3F, 0.02F);
 }
 
 Homing::Result Homing::fail(Fault fault, float data) {
@@ -49,7 +55,7 @@ Homing::Result Homing::step(Motion& motion, float encoder) {
       if (!waited(kPause)) return Result::RUNNING;
       motion.rename(encoder);
       start_ = encoder;
-      touch_.start(threshold_, direction_, 0.0F, !twice_);
+      touch_.start(threshold_, direction_, 0.0F, false, follow());
       step_ = Step::APPROACH;
       return Result::RUNNING;
     case Step::APPROACH:

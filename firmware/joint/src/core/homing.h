@@ -26,6 +26,7 @@ class Homing {
 
  private:
   enum class Step { BEGIN, APPROACH, HALT, BACK_OFF, PAUSE, TOUCH, HALT_AGAIN, RELAX };
+  float follow() const;
   Result fail(Fault fault, float data);
   Result approach(Motion& motion, float encoder);
   Result touch(Motion& motion, float encoder);

@@ -78,6 +78,12 @@ void Joint::sense() {
   error_ = powered_ ? motion_.position() - encoder_steps_ : 0.0F;
 }
 
+float Joint::reference() const {
+  if (state_ == JointState::TRACKING) return tracker_.position();
+  if (state_ == JointState::HOLDING) return goal_;
+  return powered_ ? motion_.position() - correction_ : encoder_steps_;
+}
+
 bool Joint::sequence() const {
   return state_ == JointState::HOMING || state_ == JointState::ORIENTATION ||
          state_ == JointState::MOVING_TO_END;
@@ -144,7 +150,8 @@ void Joint::act() {
       break;
     case JointState::TRACKING:
       tracker_.advance();
-      motion_.follow(tracker_.position(), tracker_.velocity(), max_velocity_, acceleration_);
+      if (tracker_.velocity() == 0.0F && motion_.standing()) settle(tracker_.position());
+      motion_.follow(tracker_.position() + correction_, tracker_.velocity(), max_velocity_, acceleration_);
       break;
     case JointState::HOMING:
     case JointState::MOVING_TO_END:
@@ -166,9 +173,7 @@ void Joint::publish() {
   status.velocity_rpm = filter_.speed() / kStepsPerRpm;
   status.driver_rpm = motion_.velocity() / kStepsPerRpm;
   status.error_steps = error_;
-  status.reference_deg = state_ == JointState::TRACKING ? tracker_.position() / kStepsPerDegree
-                         : powered_                     ? motion_.position() / kStepsPerDegree
-                                                        : degrees;
+  status.reference_deg = reference() / kStepsPerDegree;
   status.max_velocity_rpm = max_velocity_ / kStepsPerRpm;
   status.reach_deg = max_velocity_ * kReachSeconds / kStepsPerDegree + kReachDegrees;
   status.load_percent = powered_ ? supervisor_.load_percent(error_) : 0;

@@ -67,8 +67,12 @@ class Joint {
   void finish_homing();
   void run_orientation();
   void run_stopping();
+  // Where the joint is meant to be [steps of the encoder].
+  float reference() const;
   bool there() const;
   void correct();
+  void settle(float goal);
+  void resynchronise();
   void hold();
   void latch(Fault fault, float data);
   void cut(Fault fault, float data);
@@ -118,6 +122,7 @@ class Joint {
   float encoder_steps_ = 0.0F;
   float error_ = 0.0F;
 
+  // Where the encoder is to stand, and by how much the field must lead for that.
   float goal_ = 0.0F;
   float correction_ = 0.0F;
   float run_velocity_ = 0.0F;

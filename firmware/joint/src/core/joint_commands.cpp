@@ -36,19 +36,21 @@ void Joint::execute(const Command& command) {
       state_ = JointState::VELOCITY;
       alone_ = false;
       run_velocity_ = command.number * kStepsPerRpm;
+      correction_ = 0.0F;
       break;
     case Register::RUNCONTINUOUS:
       state_ = JointState::VELOCITY;
       alone_ = false;
       run_velocity_ = command.bytes[0] != 0 ? max_velocity_ : -max_velocity_;
+      correction_ = 0.0F;
       break;
     case Register::MOVESTEPS:
       fed_ = command.micros;
-      move(motion_.position() + static_cast<float>(command.whole), true);
+      move(reference() + static_cast<float>(command.whole), true);
       break;
     case Register::MOVEANGLE:
       fed_ = command.micros;
-      move(motion_.position() + command.number * kStepsPerDegree, true);
+      move(reference() + command.number * kStepsPerDegree, true);
       break;
     case Register::MOVETOANGLE:
       move(command.number * kStepsPerDegree, false);
@@ -153,6 +155,7 @@ void Joint::set_up(const Command& command) {
   powered_ = true;
   if (!checked_ || settle) {
     if (settle) motion_.rename(encoder_steps_);
+    correction_ = 0.0F;
     orientation_.start(checked_ ? 0.0F : kOrientationDegrees, settle);
     state_ = JointState::ORIENTATION;
     alone_ = true;
@@ -171,15 +174,13 @@ void Joint::set_current(const Command& command) {
 }
 
 void Joint::move(float target, bool alone) {
-  // A repeated setpoint keeps the correction it has earned.
-  if (state_ != JointState::POSITION || target != goal_) correction_ = 0.0F;
   goal_ = target;
   state_ = JointState::POSITION;
   alone_ = alone;
 }
 
 void Joint::track(const Command& command) {
-  if (state_ != JointState::TRACKING) tracker_.start(motion_.position(), motion_.velocity());
+  if (state_ != JointState::TRACKING) tracker_.start(reference(), motion_.velocity());
   tracker_.setpoint(command.number * kStepsPerDegree,
                     clamp(command.velocity * kStepsPerRpm, -max_velocity_, max_velocity_),
                     command.micros);
@@ -188,6 +189,7 @@ void Joint::track(const Command& command) {
 }
 
 void Joint::home(const Command& command) {
+  correction_ = 0.0F;
   const bool twice = command.code == Register::HOME;
   const float sensitivity =
       twice ? static_cast<float>(command.bytes[2])
@@ -205,6 +207,7 @@ void Joint::home(const Command& command) {
 }
 
 void Joint::check_orientation(const Command& command) {
+  correction_ = 0.0F;
   orientation_.start(command.number, false);
   state_ = JointState::ORIENTATION;
   alone_ = true;

@@ -11,9 +11,9 @@ namespace {
 constexpr int kRest = 50;
 // Homings of one boot must find the same end stop [counts]; 20 degrees of the motor.
 constexpr int32_t kSameStop = 1820;
-// Position correction: a share of the error each tick, and never more than this.
+// Position correction: a share of the error each tick, and never more than the angle of full torque.
 constexpr float kCorrectionGain = 0.01F;
-constexpr float kCorrectionMost = 200.0F;
+constexpr float kCorrectionMost = 0.25F * kElectricalPeriod;
 
 }  // namespace
 
@@ -69,8 +69,7 @@ void Joint::run_stopping() {
   motion_.stop(stop_deceleration_);
   still_ = motion_.standing() ? still_ + 1 : 0;
   if (still_ < kRest) return;
-  // After a stall field and rotor stand apart; the encoder is right.
-  if (fabsf(error_) > 0.5F * kElectricalPeriod) motion_.rename(encoder_steps_);
+  resynchronise();
   if ((fault_ == Fault::STALL || fault_ == Fault::FOLLOWING) && supervisor_.frozen()) {
     // Not a stalled rotor: the encoder stands still, so the position is not known either.
     fault_ = Fault::ENCODER;
@@ -86,9 +85,23 @@ void Joint::run_stopping() {
   }
 }
 
+// A rotor that lost the field stands whole electrical periods away from it; the encoder is right.
+void Joint::resynchronise() {
+  const float periods = roundf(error_ / kElectricalPeriod);
+  if (periods == 0.0F) return;
+  motion_.rename(motion_.position() - periods * kElectricalPeriod);
+  error_ -= periods * kElectricalPeriod;
+}
+
 void Joint::hold() {
-  goal_ = motion_.position();
-  correction_ = 0.0F;
+  // What stopped the joint may still press against it: the field goes back to the rotor. Otherwise
+  // nothing moves, and the goal of a finished move stays what it was.
+  if (fault_ != Fault::NONE) {
+    goal_ = encoder_steps_;
+    correction_ = 0.0F;
+  } else if (state_ != JointState::POSITION || !there()) {
+    goal_ = motion_.position() - correction_;
+  }
   run_velocity_ = 0.0F;
   alone_ = false;
   state_ = JointState::HOLDING;
@@ -98,11 +111,17 @@ bool Joint::there() const {
   return motion_.arrived() && motion_.position() == roundf(goal_ + correction_);
 }
 
+void Joint::settle(float goal) {
+  const float off = goal - encoder_steps_;
+  if (closed_loop_ && fabsf(off) >= threshold_)
+    correction_ = clamp(correction_ + kCorrectionGain * off, -kCorrectionMost, kCorrectionMost);
+}
+
 void Joint::correct() {
-  const float off = goal_ - encoder_steps_;
-  if (closed_loop_ && fabsf(off) >= threshold_ && there())
-    correction_ =
-        clamp(correction_ + kCorrectionGain * off, -kCorrectionMost, kCorrectionMost);
+  if (there()) {
+    resynchronise();
+    settle(goal_);
+  }
   motion_.go(goal_ + correction_, max_velocity_, acceleration_, deceleration_);
 }
 

@@ -13,8 +13,10 @@ class Touch {
   // Contact counts from this growth of the error [steps], in this direction of motion. A slow
   // touch measures its baseline once: a soft belt makes the torque rise so gently that a baseline
   // that follows would swallow it.
-  void start(float threshold, float direction, float error, bool slow) {
+  // `follow`: share of the error by which the baseline of a fast touch moves each tick.
+  void start(float threshold, float direction, float error, bool slow, float follow = kFollow) {
     slow_ = slow;
+    follow_ = follow;
     begun_ = false;
     threshold_ = threshold;
     direction_ = direction;
@@ -35,7 +37,7 @@ class Touch {
     // From the moment of full speed until contact counts, whatever it is belongs to running freely.
     const bool follows = !settled ? ticks_ > (slow_ ? kMeasured / 2 : 0)
                                   : !slow_ && fabsf(growth) < 0.5F * threshold_;
-    if (follows) baseline_ += kFollow * (error - baseline_);
+    if (follows) baseline_ += (slow_ ? kFollow : follow_) * (error - baseline_);
     return above_ >= 2;
   }
 
@@ -68,6 +70,7 @@ class Touch {
   static constexpr float kPullOut = 400.0F;
 
   float threshold_ = 0.0F;
+  float follow_ = kFollow;
   float direction_ = 1.0F;
   float baseline_ = 0.0F;
   int ticks_ = 0;

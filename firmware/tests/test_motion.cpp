@@ -1,0 +1,394 @@
+// Moving: what is commanded is what happens, within the limits, and ends when the host falls silent.
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "bench.h"
+#include "client.h"
+#include "testing.h"
+
+using namespace bioscara;
+using bench::Bench;
+using client::Bytes;
+using client::has;
+using client::Host;
+using client::packed;
+using client::setpoint;
+
+namespace {
+
+constexpr double kDegrees = 57.29577951308232;
+constexpr double kRpm = 9.549296585513721;
+
+// The fastest and the hardest that the field turned while `body` ran a tick at a time.
+struct Extremes {
+  double speed = 0.0;
+  double acceleration = 0.0;
+};
+
+class Meter {
+ public:
+  explicit Meter(Bench& bench) : bench_(bench), last_(bench.field_speed()) {}
+  void run(double seconds) {
+    for (double end = bench_.now() + seconds; bench_.now() < end - 1e-9;) {
+      bench_.tick();
+      const double speed = bench_.field_speed();
+      extremes.speed = std::max(extremes.speed, std::fabs(speed));
+      // Over ten ticks: a chip that steps every 51.2 us has 19 or 20 steps in one.
+      speeds_[count_ % 10] = speed;
+      ++count_;
+      if (count_ > 10)
+        extremes.acceleration =
+            std::max(extremes.acceleration, std::fabs(speed - speeds_[count_ % 10]) / 9e-3);
+    }
+  }
+  Extremes extremes;
+
+ private:
+  Bench& bench_;
+  double last_;
+  std::array<double, 10> speeds_{};
+  long count_ = 0;
+};
+
+// A ramp as TRACK receives it: samples every `period`, each the place of one period later. Returns
+// the largest distance between rotor and ramp once it is steady [motor rad].
+double follow_ramp(Host<Bench>& host, double speed, double acceleration, double period,
+                   double seconds) {
+  Bench& bench = host.world();
+  const double start = host.degrees() / kDegrees;
+  const double begin = bench.now();
+  const double run_up = speed / acceleration;
+  const auto place = [&](double t) {
+    return t < run_up ? 0.5 * acceleration * t * t : speed * (t - 0.5 * run_up);
+  };
+  const double rotor_at_start = bench.rotor();
+  double worst = 0.0;
+  for (double t = 0.0; t < seconds; t += period) {
+    const double next = t + period;
+    const double rate = next < run_up ? acceleration * next : speed;
+    const Bytes answer =
+        host.send(Register::TRACK, setpoint(static_cast<float>((start + place(next)) * kDegrees),
+                                            static_cast<float>(rate * kRpm)),
+                  6);
+    if (has(answer.back(), Flags::REFUSED)) return 1e9;
+    bench.run(period);
+    if (t > run_up + 0.5)
+      worst = std::max(worst, std::fabs(bench.rotor() - rotor_at_start -
+                                        place(bench.now() - begin)));
+  }
+  return worst;
+}
+
+}  // namespace
+
+TEST(TRACK_follows_the_ramp_of_the_benchmark_within_2_mrad) {
+  Bench bench(1);
+  Host host(bench, 1);
+  host.arm_session();
+  host.enable(20, 35.0, 1.57 * 35.0);
+  const double worst = follow_ramp(host, 0.314 * 35.0, 1.57 * 35.0, 0.02, 2.0) / 35.0;
+  std::printf("     steady error %.3f mrad of the joint\n", worst * 1e3);
+  CHECK(worst < 0.5e-3);
+  CHECK(host.fault() == Fault::NONE);
+}
+
+TEST(TRACK_follows_at_every_rate_and_through_the_resonance) {
+  for (double period : {0.005, 0.01, 0.02, 0.04}) {
+    Bench bench(1);
+    Host host(bench, 1);
+    host.arm_session();
+    host.enable(20, 35.0, 70.0);
+    const double worst = follow_ramp(host, 18.0, 40.0, period, 2.0) / 35.0;
+    std::printf("     every %2.0f ms at 18 rad/s of the motor: %.3f mrad of the joint\n",
+                period * 1e3, worst * 1e3);
+    CHECK(worst < 2e-3);
+    CHECK(host.fault() == Fault::NONE);
+  }
+}
+
+TEST(TRACK_comes_to_rest_where_it_is_told_and_stays) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable();
+  const float start = static_cast<float>(host.degrees());
+  for (int step = 1; step <= 50; ++step) {
+    const float x = static_cast<float>(step) / 50.0F;
+    const float place = start + 400.0F * x * x * (3.0F - 2.0F * x);
+    const float rate = 400.0F * 6.0F * x * (1.0F - x) / 6.0F;  // deg/s, in rpm, over one second
+    CHECK(!has(host.send(Register::TRACK, setpoint(place, rate), 6).back(), Flags::REFUSED));
+    bench.run(0.02);
+  }
+  bench.run(0.5);  // Silence at rest latches nothing.
+  CHECK(host.fault() == Fault::NONE);
+  CHECK(host.state().state == JointState::HOLDING);
+  CHECK(std::fabs(host.degrees() - start - 400.0) < 0.3);
+}
+
+TEST(TRACK_bridges_a_lost_setpoint_and_bears_a_late_one) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable();
+  const float start = static_cast<float>(host.degrees());
+  Meter meter(bench);
+  double worst = 0.0;
+  for (int step = 1; step <= 100; ++step) {
+    const float v = std::min(20.0F, static_cast<float>(step));  // rpm
+    static float place;
+    place = step == 1 ? start : place;
+    place += v * 6.0F * 0.02F;
+    const bool lost = step == 60;
+    const double late = step == 70 ? 0.008 : 0.0;
+    meter.run(late);
+    if (!lost) host.send(Register::TRACK, setpoint(place, v), 6);
+    meter.run(0.02 - late);
+    if (step > 40) worst = std::max(worst, std::fabs(host.degrees() - place));
+  }
+  CHECK(host.fault() == Fault::NONE);
+  CHECK(worst < 3.0);
+  CHECK(meter.extremes.speed < 40.0 / kRpm);
+}
+
+TEST(TRACK_refuses_a_setpoint_out_of_reach_and_moves_within_the_limits_to_one_in_reach) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable(20, 60.0, 100.0);
+  const float start = static_cast<float>(host.degrees());
+  const double before = bench.driver().field();
+  const float reach = static_cast<float>(60.0 * 0.1 * kDegrees) + 5.0F;
+  for (float far : {1.1F * reach, -1.1F * reach, 1e6F}) {
+    CHECK(has(host.send(Register::TRACK, setpoint(start + far, 0.0F), 6)[0], Flags::REFUSED));
+    CHECK(host.report().refusal == Refusal::OUT_OF_RANGE);
+  }
+  bench.run(0.1);
+  CHECK(std::fabs(bench.driver().field() - before) < 1.0);
+  CHECK(has(host.send(Register::TRACK, setpoint(start, 3000.0F), 6)[0], Flags::REFUSED));
+  // A step within reach: refused by no one, but never harder or faster than allowed.
+  Meter meter(bench);
+  for (int time = 0; time < 60; ++time) {
+    host.send(Register::TRACK, setpoint(start + 0.9F * reach, 0.0F), 6);
+    meter.run(0.02);
+  }
+  CHECK(meter.extremes.speed < 60.0 * 1.12);
+  CHECK(meter.extremes.acceleration < 100.0 * 1.2);
+  CHECK(std::fabs(host.degrees() - start - 0.9 * reach) < 0.3);
+}
+
+TEST(limits_hold_in_every_mode) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable(20, 50.0, 200.0);
+  bench.mechanics().remove_stops();
+  Meter meter(bench);
+  const auto feed = [&](Register code, const Bytes& payload, double seconds) {
+    for (int time = 0; time < seconds / 0.02; ++time) {
+      host.send(code, payload);
+      meter.run(0.02);
+    }
+  };
+  feed(Register::SETRPM, packed(5000.0F), 0.5);
+  feed(Register::SETRPM, packed(-5000.0F), 0.5);
+  feed(Register::RUNCONTINUOUS, {1}, 0.5);
+  feed(Register::MOVETOANGLE, packed(3000.0F), 0.5);
+  feed(Register::MOVETOANGLE, packed(-3000.0F), 0.5);
+  CHECK(meter.extremes.speed < 50.0 * 1.01);
+  CHECK(meter.extremes.speed > 50.0 * 0.98);
+  CHECK(meter.extremes.acceleration < 200.0 * 1.03);
+  CHECK(host.fault() == Fault::NONE);
+}
+
+TEST(accelerations_are_clamped_and_do_not_wrap) {
+  // What the original takes for 11637 steps/s^2 and more wraps to almost nothing.
+  for (float degrees : {20946.0F, 21000.0F, 1e6F, 1e30F}) {
+    Bench bench(4);
+    Host host(bench, 4);
+    host.arm_session();
+    host.enable();
+    host.send(Register::SETMAXACCELERATION, packed(degrees));
+    host.turn(10.0);
+    bench.run(0.035);  // 365 rad/s^2 need 27 ms.
+    CHECK(bench.field_speed() > 9.9);
+  }
+}
+
+TEST(a_deceleration_limit_of_its_own) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable(20, 60.0, 300.0);
+  host.send(Register::SETMAXDECELERATION, packed(static_cast<float>(50.0 * kDegrees)));
+  host.turn(30.0);
+  host.keep(0.2);
+  CHECK(std::fabs(bench.field_speed() - 30.0) < 0.1);
+  host.send(Register::STOP, {1});
+  bench.run(0.3);
+  CHECK(std::fabs(bench.field_speed() - 15.0) < 0.5);
+  host.send(Register::STOP, {0});
+  bench.run(0.06);
+  CHECK(bench.field_speed() == 0.0);
+}
+
+TEST(a_speed_limit_starts_and_reverses_nothing) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable();
+  host.turn(-10.0);
+  host.keep(0.2);
+  host.send(Register::STOP, {0});
+  host.keep(0.3);
+  const double before = bench.driver().field();
+  host.send(Register::SETMAXVELOCITY, packed(6000.0F));
+  host.keep(0.2);
+  CHECK(std::fabs(bench.driver().field() - before) < 64.0);
+  host.turn(-40.0);
+  host.keep(0.3);
+  host.send(Register::SETMAXVELOCITY, packed(static_cast<float>(10.0 * kDegrees)));
+  host.keep(0.3);
+  CHECK(std::fabs(bench.field_speed() + 10.0) < 0.1);
+}
+
+TEST(every_register_that_the_original_only_names) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable(20, 40.0, 300.0);
+  bench.run(0.3);
+  const double start = host.degrees();
+  CHECK(host.send(Register::GETMOTORSTATE, {}, 1)[0] == 0x38);  // reached, at speed 0, standing
+  host.send(Register::RUNCONTINUOUS, {0});
+  host.keep(0.3);
+  host.send(Register::RUNCONTINUOUS, {0});
+  CHECK(std::fabs(load<float>(host.send(Register::GETDRIVERRPM, {}, 4).data()) + 40.0 * kRpm) <
+        1.0);
+  CHECK(std::fabs(load<float>(host.send(Register::GETENCODERRPM, {}, 4).data()) + 40.0 * kRpm) <
+        15.0);
+  CHECK(host.send(Register::GETMOTORSTATE, {}, 1)[0] == 0x10);
+  CHECK(std::fabs(load<float>(host.send(Register::GETPIDERROR, {}, 4).data())) < 300.0);
+  host.send(Register::STOP, {0});
+  host.keep(0.4);
+  const double there = host.degrees();
+  CHECK(there < start - 100.0);
+  host.send(Register::MOVEANGLE, packed(90.0F));
+  host.keep(0.8);
+  CHECK(std::fabs(host.degrees() - there - 90.0) < 0.3);
+  host.send(Register::MOVESTEPS, packed(std::int32_t{-12800}));
+  host.keep(0.8);
+  CHECK(std::fabs(host.degrees() - there) < 0.3);
+  for (Register code : {Register::ENABLEPID, Register::DISABLEPID, Register::ENABLECLOSEDLOOP,
+                        Register::DISABLESTALLGUARD, Register::CLEARSTALL})
+    CHECK(!has(host.send(code, {0})[0], Flags::REFUSED));
+  CHECK(!has(host.send(Register::SETCONTROLTHRESHOLD, packed(20.0F))[0], Flags::REFUSED));
+  CHECK(has(host.send(Register::MOVETOEND, {1, 60, 30})[0], Flags::BUSY));
+  const std::uint8_t flags = host.wait_until_idle();
+  CHECK(host.fault() == Fault::NONE);
+  CHECK(has(flags, Flags::NOTHOMED));
+  CHECK(std::fabs(bench.position() - 3.01069) < 0.06);
+  host.send(Register::DISABLECLOSEDLOOP, {0});
+  bench.run(0.3);
+  CHECK(has(host.flags(), Flags::NOTENABLED));
+}
+
+TEST(position_is_corrected_at_rest_and_only_when_asked_for) {
+  for (bool corrected : {true, false}) {
+    Bench bench(4);
+    Host host(bench, 4);
+    host.arm_session();
+    host.enable();
+    if (!corrected) host.send(Register::DISABLEPID, {0});
+    const float start = static_cast<float>(host.degrees());
+    // A load that turns the rotor away from its field.
+    bench.mechanics().push(0.03 * 12.0);
+    for (int time = 0; time < 100; ++time) {
+      host.send(Register::MOVETOANGLE, packed(start + 90.0F));
+      bench.run(0.02);
+    }
+    const double off = std::fabs(host.degrees() - start - 90.0);
+    if (corrected) CHECK(off < 20.0 / 142.2);  // threshold 15 microsteps and some noise
+    if (!corrected) CHECK(off > 20.0 / 142.2);
+  }
+}
+
+TEST(a_disabled_joint_moves_for_nobody) {
+  Bench bench(4);
+  Host host(bench, 4);
+  const double before = bench.driver().field();
+  for (const bool armed : {false, true}) {
+    if (armed) host.arm_session();
+    for (const auto& [code, payload] :
+         {std::pair{Register::SETRPM, packed(60.0F)}, {Register::MOVESTEPS, packed(400)},
+          {Register::MOVEANGLE, packed(10.0F)}, {Register::MOVETOANGLE, packed(10.0F)},
+          {Register::RUNCONTINUOUS, Bytes{1}}, {Register::MOVETOEND, Bytes{1, 20, 30}},
+          {Register::CHECKORIENTATION, packed(5.0F)}, {Register::HOME, Bytes{1, 11, 30, 10}},
+          {Register::TRACK, setpoint(0.0F, 0.0F)}}) {
+      CHECK(has(host.send(code, payload)[0], Flags::REFUSED));
+      CHECK(host.report().refusal == Refusal::NOT_ENABLED);
+      bench.run(0.02);
+    }
+  }
+  CHECK(bench.driver().field() == before);
+  CHECK(!bench.stage_closed());
+}
+
+TEST(current_goes_off_at_standstill_only) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable();
+  host.turn(40.0);
+  host.keep(0.3);
+  CHECK(has(host.send(Register::SETHOLDCURRENT, {0})[0], Flags::NOTENABLED));
+  host.send(Register::SETCURRENT, {0});
+  bench.tick();
+  while (bench.field_speed() != 0.0) {
+    CHECK(bench.stage_closed());
+    CHECK(bench.driver().current_share(true) > 2.0 / 32.0);
+    bench.tick();
+  }
+  bench.run(0.2);
+  CHECK(!bench.stage_closed());
+  CHECK(host.state().state == JointState::DISABLED);
+}
+
+TEST(the_clock_may_wrap) {
+  // The microseconds overflow half a second after the start of the motion.
+  Bench bench(4, 0U - 3000000U);
+  bench.mechanics().remove_stops();
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable();
+  while (bench.now() < 4.0) {
+    host.turn(10.0);
+    bench.run(0.02);
+  }
+  CHECK(host.fault() == Fault::NONE);
+  CHECK(std::fabs(bench.field_speed() - 10.0) < 0.1);
+  CHECK(std::fabs(follow_ramp(host, 10.0, 336.0, 0.02, 0.1)) < 1e8);
+}
+
+TEST(a_tick_needs_no_more_SPI_than_the_README_says) {
+  int worst = 0;
+  for (int joint = 1; joint <= 4; ++joint) {
+    Bench bench(joint);
+    Host host(bench, joint);
+    host.arm_session();
+    host.enable(40);
+    host.turn(10.0);
+    host.keep(0.1);
+    follow_ramp(host, 10.0, 100.0, 0.02, 0.3);
+    host.send(Register::STOP, {0});
+    host.keep(0.2);
+    host.home(joint > 2, 20, 30, 20);
+    host.keep(20.0);
+    host.send(Register::SETBRAKEMODE, {1});
+    host.send(Register::SETHOLDCURRENT, {0});
+    host.keep(0.5);
+    worst = std::max(worst, bench.worst_exchanges());
+  }
+  std::printf("     %d datagrams at most\n", worst);
+  CHECK(worst <= 12);
+}
