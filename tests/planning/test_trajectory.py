@@ -175,3 +175,15 @@ def test_a_position_between_the_points_is_checked_too() -> None:
     over = Trajectory(("j2",), [0.0, 10.0], [[0.337], [0.337]], [[0.02], [-0.02]], [[0.0], [0.0]])
     with pytest.raises(TrajectoryError, match=r"j2 at 5\.000 s: position"):
         check(over, LIMITS)
+
+
+@pytest.mark.parametrize("step", [1e-70, 1e-110, 1e-9])
+def test_points_too_close_for_a_curve_are_refused(step: float) -> None:
+    rest = [[0.0]] * 2
+    with pytest.raises(TrajectoryError, match="apart"):
+        Trajectory(("j1",), [0.0, step], [[0.1]] * 2, rest, rest)
+
+
+def test_values_too_large_for_a_curve_are_refused() -> None:
+    with pytest.raises(TrajectoryError, match="too large"):
+        Trajectory(("j1",), [0.0, 1e-6], [[-1e300], [1e300]], [[0.0]] * 2, [[0.0]] * 2)

@@ -13,6 +13,9 @@ from bioscara.errors import TrajectoryError
 
 Array = npt.NDArray[np.float64]
 
+STEP_MIN = 1e-6
+"""Shortest time between two points [s]; the curve's coefficients divide by its fifth power."""
+
 
 class Sample(NamedTuple):
     """State of all joints at one instant, in the order of ``joint_names``.
@@ -80,7 +83,10 @@ class Trajectory:
         )
         _check_times(self.times)
         self._starts: list[float] = [float(time) for time in self.times]
-        self._coefficients = self._segments()
+        with np.errstate(all="ignore"):
+            self._coefficients = self._segments()
+        if not np.isfinite(self._coefficients).all():
+            raise TrajectoryError("the values are too large for a curve between the points")
         # Plain floats: for four joints they are several times faster than arrays.
         self._plain: list[list[list[float]]] = self._coefficients.tolist()
 
@@ -198,6 +204,13 @@ def _check_times(times: Array) -> None:
     if times[0] < 0.0:
         raise TrajectoryError(f"point 0: time {times[0]:g} s is negative")
     steps = np.diff(times)
+    near = (steps > 0.0) & (steps < STEP_MIN)
+    if near.any():
+        point = int(np.argmax(near)) + 1
+        raise TrajectoryError(
+            f"point {point}: comes {steps[point - 1]:g} s after the one before; points are at "
+            f"least {STEP_MIN:g} s apart"
+        )
     if (steps <= 0.0).any():
         point = int(np.argmax(steps <= 0.0)) + 1
         raise TrajectoryError(
