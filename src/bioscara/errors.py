@@ -23,6 +23,14 @@
     ├── ReplayError                   a replayed run asks for something else than the recorded one
     ├── NotSupportedError             the joint's firmware cannot do it
     ├── GripperError                  the gripper or its PWM channel
+    ├── HardwareError                 a hardware component and its lifecycle
+    │   ├── LifecycleError            ... the transition does not exist in this state, or failed
+    │   └── ModeSwitchError           ... the joints cannot take these command modes now
+    ├── ControllerError               a controller raised, or produced what nobody can use
+    ├── SwitchError                   loading, configuring or switching controllers was refused
+    ├── GoalRejectedError             a goal was refused; nothing moved
+    ├── GoalAbortedError              an accepted goal did not reach its end
+    ├── FaultedError                  the arm is stopped by a fault that nobody acknowledged
     └── MotionCancelledError          a motion was asked to end early
 
 ``code`` is the number that the field already knows (the original driver's); it never changes
@@ -242,3 +250,59 @@ class GripperError(BioscaraError):
 
 class MotionCancelledError(BioscaraError):
     """A motion ended early because it was asked to; the arm ramped down."""
+
+
+class HardwareError(BioscaraError):
+    """A hardware component cannot do what was asked of it.
+
+    Attributes:
+        component: Name of the component.
+    """
+
+    def __init__(self, message: str, component: str = "") -> None:
+        self.component = component
+        super().__init__(message)
+
+
+class LifecycleError(HardwareError):
+    """A lifecycle transition does not exist in the component's state, or it failed."""
+
+
+class ModeSwitchError(HardwareError):
+    """Joints cannot take the command modes that were asked for; nothing was switched."""
+
+
+class ControllerError(BioscaraError):
+    """A controller raised, or produced a command that nobody can use; it was switched off.
+
+    Attributes:
+        controller: Name of the controller.
+    """
+
+    def __init__(self, message: str, controller: str = "") -> None:
+        self.controller = controller
+        super().__init__(message)
+
+
+class SwitchError(BioscaraError):
+    """Controllers cannot be loaded, configured, switched or unloaded as asked."""
+
+
+class GoalRejectedError(InvalidArgumentError):
+    """A goal was refused before anything moved; the message says which rule it breaks."""
+
+
+class GoalAbortedError(BioscaraError):
+    """An accepted goal ended before its end was reached.
+
+    Attributes:
+        result: Numeric result of control_msgs, for example -4 for a violated path tolerance.
+    """
+
+    def __init__(self, message: str, result: int = 0) -> None:
+        self.result = result
+        super().__init__(message)
+
+
+class FaultedError(BioscaraError):
+    """A fault is latched: acknowledge and recover it before the arm moves again."""

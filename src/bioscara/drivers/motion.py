@@ -69,7 +69,7 @@ class JointMotion(JointSettings):
         self.session.write(Register.SETUP, drive, hold)
         self._supervise(_idle, _ORIENTATION_TIMEOUT, "enabling")
         if self.session.flags & Flags.NOTENABLED:
-            self._raise_fault()
+            self.raise_fault()
             raise NotEnabledError(f"{self.name}: the motor did not engage", self.name)
         if parameters.stall_threshold:
             self.enable_stallguard()
@@ -196,7 +196,7 @@ class JointMotion(JointSettings):
         timeout = 2.0 * (abs(distance) / speed + speed / acceleration) + _MOVE_MARGIN
         self.session.write(Register.MOVESTEPS, steps, repeat=False)
         self._supervise(at_rest(self), timeout, "the move", progress, cancel)
-        self._raise_fault()
+        self.raise_fault()
         self.require_ready(homed=False)
 
     def check_orientation(self, motor_angle: float = math.radians(1.0)) -> None:
@@ -217,7 +217,7 @@ class JointMotion(JointSettings):
             self._supervise(_idle, _ORIENTATION_TIMEOUT, "the orientation check")
         finally:
             self._blocking = Register.NONE
-        self._raise_fault()
+        self.raise_fault()
 
     def check_setpoint(self, position: float, velocity: float) -> None:
         """Raise unless both are within the limits; as the two methods below, but fast."""
@@ -275,7 +275,7 @@ class JointMotion(JointSettings):
                 self.name,
             )
 
-    def _raise_fault(self) -> None:
+    def raise_fault(self) -> None:
         """Raise the latched fault, if the joint's last flags show one."""
         if self.version == 2 and self.session.flags & Flags.FAULT:
             report = self.get_fault()

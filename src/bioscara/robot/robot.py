@@ -12,6 +12,7 @@ from bioscara.bus.select import open_bus
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.drivers import Joint, read_states
 from bioscara.errors import BioscaraError, CommunicationError, JointError, NotHomedError
+from bioscara.hardware.stopping import stop_and_disable
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.planning import Trajectory, ramp, stop_ramp
 from bioscara.protocol import Flags
@@ -19,7 +20,6 @@ from bioscara.report import CycleRecord, Phase
 from bioscara.robot.homing import home_in_order
 from bioscara.robot.pacing import PacedClock
 from bioscara.robot.records import Cancelled, Observe, Recorder
-from bioscara.robot.stopping import stop_and_disable
 from bioscara.robot.streaming import Streamer
 from bioscara.robot.timeline import Reference, Segment, Timeline, hold
 

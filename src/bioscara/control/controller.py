@@ -1,0 +1,123 @@
+"""What every controller is."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar, Generic, TypeVar
+
+from bioscara.control.parameters import Parameters
+from bioscara.errors import ControllerError
+from bioscara.hardware import CommandInterface, State, StateInterface
+
+P = TypeVar("P", bound=Parameters)
+
+
+class Controller(ABC, Generic[P]):
+    """Turns measured states into commands, a cycle at a time.
+
+    A subclass names its ``TYPE`` and its ``PARAMETERS``, tells which interfaces it needs once it
+    is configured, and implements :meth:`update`. The manager hands it the handles of those
+    interfaces, in the order in which it named them, before ``on_activate``.
+
+    Args:
+        name: Name of the controller.
+        parameters: Its checked parameters.
+
+    Attributes:
+        name: As given.
+        parameters: As given.
+        state: Where it is in its life; changed by the manager only.
+        command_handles: The claimed command interfaces while it is active.
+        state_handles: The state interfaces while it is active.
+    """
+
+    TYPE: ClassVar[str]
+    PARAMETERS: ClassVar[type[Parameters]]
+
+    def __init__(self, name: str, parameters: P) -> None:
+        self.name, self.parameters = name, parameters
+        self.state = State.UNCONFIGURED
+        self.command_handles: tuple[CommandInterface, ...] = ()
+        self.state_handles: tuple[StateInterface, ...] = ()
+
+    def __repr__(self) -> str:
+        return f"<{self.TYPE} {self.name} {self.state.label}>"
+
+    @property
+    @abstractmethod
+    def command_interfaces(self) -> tuple[str, ...]:
+        """Names of the command interfaces that it claims, valid once configured."""
+
+    @property
+    @abstractmethod
+    def state_interfaces(self) -> tuple[str, ...]:
+        """Names of the state interfaces that it reads, valid once configured."""
+
+    def on_configure(self) -> None:
+        """Check what the parameters mean together.
+
+        Raises:
+            ConfigurationError: They cannot be used.
+        """
+
+    def on_activate(self, time: float) -> None:
+        """Get ready to be updated; the handles are set and hold what was measured.
+
+        Args:
+            time: Now [s].
+
+        Raises:
+            BioscaraError: It cannot be activated now.
+        """
+
+    def on_deactivate(self, time: float) -> None:
+        """Let go; the handles are still set.
+
+        Args:
+            time: Now [s].
+        """
+
+    def on_cleanup(self) -> None:
+        """Forget what ``on_configure`` made."""
+
+    @abstractmethod
+    def update(self, time: float, period: float) -> None:
+        """Write the command handles.
+
+        Args:
+            time: Begin of the cycle [s].
+            period: Time since this controller's last update [s].
+
+        Raises:
+            BioscaraError: It cannot go on; the manager switches it off.
+        """
+
+    def bind(
+        self,
+        commands: Mapping[str, CommandInterface],
+        states: Mapping[str, StateInterface],
+    ) -> None:
+        """Take the handles of the interfaces that it named.
+
+        Args:
+            commands: All command interfaces, by name.
+            states: All state interfaces, by name.
+
+        Raises:
+            ControllerError: One does not exist.
+        """
+        missing = [name for name in self.command_interfaces if name not in commands]
+        missing += [name for name in self.state_interfaces if name not in states]
+        if missing:
+            raise ControllerError(f"{self.name}: no interface {', '.join(missing)}", self.name)
+        self.command_handles = tuple(commands[name] for name in self.command_interfaces)
+        self.state_handles = tuple(states[name] for name in self.state_interfaces)
+
+    def unbind(self) -> None:
+        """Let the handles go."""
+        self.command_handles, self.state_handles = (), ()
+
+
+AnyController = Controller[Any]
+"""A controller, whatever its parameters."""

@@ -1,0 +1,80 @@
+"""Passes commands on to the joints as they come."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Literal
+
+from bioscara.control.controller import Controller
+from bioscara.control.parameters import Parameters
+from bioscara.errors import ConfigurationError, InvalidArgumentError
+
+
+class ForwardCommandParameters(Parameters):
+    """Parameters, named as in ros2_controllers.
+
+    Attributes:
+        joints: Names of the joints.
+        interface_name: Which interface of them is commanded.
+    """
+
+    joints: tuple[str, ...]
+    interface_name: Literal["position", "velocity"]
+
+
+class ForwardCommandController(Controller[ForwardCommandParameters]):
+    """Writes the last command that it was given; until there is one, it changes nothing."""
+
+    TYPE = "forward_command_controller/ForwardCommandController"
+    PARAMETERS = ForwardCommandParameters
+    _command: tuple[float, ...] | None = None
+
+    @property
+    def command_interfaces(self) -> tuple[str, ...]:
+        """The named interface of each joint."""
+        return tuple(
+            f"{joint}/{self.parameters.interface_name}" for joint in self.parameters.joints
+        )
+
+    @property
+    def state_interfaces(self) -> tuple[str, ...]:
+        """None."""
+        return ()
+
+    def on_configure(self) -> None:
+        """Check that there is a joint."""
+        if not self.parameters.joints:
+            raise ConfigurationError(f"{self.name}: parameter joints names none")
+
+    def on_activate(self, time: float) -> None:
+        """Forget commands of before."""
+        self._command = None
+
+    def command(self, values: Sequence[float]) -> None:
+        """Give the command of the next cycle and all that follow.
+
+        Args:
+            values: One for each joint, SI units.
+
+        Raises:
+            InvalidArgumentError: There is not one for each joint, or one is not finite.
+        """
+        joints = self.parameters.joints
+        if len(values) != len(joints):
+            raise InvalidArgumentError(
+                f"{self.name}: {len(values)} values for the joints {', '.join(joints)}"
+            )
+        for joint, value in zip(joints, values, strict=True):
+            if not math.isfinite(value):
+                raise InvalidArgumentError(
+                    f"{self.name}: {joint} {self.parameters.interface_name} {value} is not a "
+                    "finite number"
+                )
+        self._command = tuple(values)
+
+    def update(self, time: float, period: float) -> None:
+        """Write the last command."""
+        if self._command is not None:
+            for handle, value in zip(self.command_handles, self._command, strict=True):
+                handle.value = value

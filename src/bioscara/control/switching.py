@@ -1,0 +1,99 @@
+"""Which controllers change when a switch is asked for, before anything changes."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import IntEnum
+from typing import NamedTuple
+
+from bioscara.control.controller import AnyController
+from bioscara.errors import SwitchError
+from bioscara.hardware import State
+
+
+class Strictness(IntEnum):
+    """What to do with an entry that cannot be switched; the numbers are ROS's."""
+
+    BEST_EFFORT = 1
+    """Leave it out."""
+    STRICT = 2
+    """Refuse the whole switch."""
+
+
+class Switch(NamedTuple):
+    """Controllers that change, in the order in which they do.
+
+    Attributes:
+        activate: To be activated, after all others were deactivated.
+        deactivate: To be deactivated.
+    """
+
+    activate: tuple[AnyController, ...]
+    deactivate: tuple[AnyController, ...]
+
+
+def plan(
+    controllers: Mapping[str, AnyController],
+    activate: Sequence[str],
+    deactivate: Sequence[str],
+    strictness: Strictness,
+) -> Switch:
+    """Return what a request comes to; a name in both lists is a restart.
+
+    Raises:
+        SwitchError: STRICT and an entry cannot be switched, or none of the names of a list
+            exists.
+    """
+    leaving = _select(controllers, deactivate, strictness, _not_active)
+    restarting = {controller.name for controller in leaving}
+    entering = _select(
+        controllers,
+        activate,
+        strictness,
+        lambda controller: "" if controller.name in restarting else _not_inactive(controller),
+    )
+    return Switch(tuple(entering), tuple(leaving))
+
+
+def unknown(name: str, known: Iterable[str], what: str = "controller") -> str:
+    """Return the complaint about a name that nobody has."""
+    names = sorted(known)
+    near = difflib.get_close_matches(name, names, 1)
+    hint = f"did you mean {near[0]}?" if near else f"there are: {', '.join(names) or 'none'}"
+    return f"no {what} is named {name!r}; {hint}"
+
+
+def _select(
+    controllers: Mapping[str, AnyController],
+    names: Sequence[str],
+    strictness: Strictness,
+    objection: Callable[[AnyController], str],
+) -> list[AnyController]:
+    selected: list[AnyController] = []
+    if names and not any(name in controllers for name in names):
+        raise SwitchError(unknown(names[0], controllers))
+    for name in dict.fromkeys(names):
+        controller = controllers.get(name)
+        reason = unknown(name, controllers) if controller is None else objection(controller)
+        if reason and strictness is Strictness.STRICT:
+            raise SwitchError(reason)
+        if controller is not None and not reason:
+            selected.append(controller)
+    return selected
+
+
+def _not_active(controller: AnyController) -> str:
+    if controller.state is State.ACTIVE:
+        return ""
+    return f"{controller.name} cannot be deactivated: it is {controller.state.label}, not active"
+
+
+def _not_inactive(controller: AnyController) -> str:
+    if controller.state is State.INACTIVE:
+        return ""
+    remedy = "; configure it first" if controller.state is State.UNCONFIGURED else ""
+    return (
+        f"{controller.name} cannot be activated: it is {controller.state.label}, not "
+        f"inactive{remedy}"
+    )

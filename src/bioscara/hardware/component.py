@@ -1,0 +1,232 @@
+"""What every hardware component is: a lifecycle around ``read`` and ``write``."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+
+from bioscara.errors import BioscaraError, LifecycleError
+from bioscara.hardware.interfaces import CommandInterface, StateInterface
+from bioscara.hardware.lifecycle import State
+from bioscara.model import JointParameters
+
+
+class HardwareComponent(ABC):
+    """A device with interfaces and a lifecycle, as in ros2_control.
+
+    A subclass implements the ``on_`` hooks, :meth:`read` and :meth:`write`. A hook that raises a
+    :class:`~bioscara.errors.BioscaraError` in ``on_configure`` or ``on_activate`` leaves the
+    component where it was, after the subclass undid what it had begun; one that raises in
+    ``on_deactivate`` or ``on_cleanup`` sends it through :meth:`fail`.
+
+    Args:
+        name: Name of the component.
+        kind: ``"system"``, ``"actuator"`` or ``"sensor"``.
+
+    Attributes:
+        name: As given.
+        kind: As given.
+        state: Where it is in its life.
+        states: Its state interfaces, by name.
+        commands: Its command interfaces, by name.
+        problems: What befell single joints in the last ``read`` or ``write``, while the component
+            as a whole goes on; who stops what because of them is not decided here.
+    """
+
+    def __init__(self, name: str, kind: str = "system") -> None:
+        self.name, self.kind = name, kind
+        self.state = State.UNCONFIGURED
+        self.states: dict[str, StateInterface] = {}
+        self.commands: dict[str, CommandInterface] = {}
+        self.problems: list[BioscaraError] = []
+
+    @property
+    @abstractmethod
+    def limits(self) -> Mapping[str, JointParameters]:
+        """Limits of its joints, by joint name; empty where commands are bounded otherwise."""
+
+    @property
+    def available(self) -> bool:
+        """Whether its interfaces can be used."""
+        return self.state in (State.INACTIVE, State.ACTIVE)
+
+    def configure(self) -> None:
+        """Go from UNCONFIGURED to INACTIVE.
+
+        Raises:
+            LifecycleError: It is in another state.
+            BioscaraError: It could not; it is still UNCONFIGURED.
+        """
+        self._require("configure", State.UNCONFIGURED)
+        self._try(self.on_configure)
+        self.state = State.INACTIVE
+
+    def activate(self) -> None:
+        """Go from INACTIVE to ACTIVE; commands are then NaN or what was measured.
+
+        Raises:
+            LifecycleError: It is in another state.
+            BioscaraError: It could not; it is still INACTIVE.
+        """
+        self._require("activate", State.INACTIVE)
+        self._try(self.on_activate)
+        self.state = State.ACTIVE
+
+    def deactivate(self) -> None:
+        """Go from ACTIVE to INACTIVE.
+
+        Raises:
+            LifecycleError: It is in another state.
+            BioscaraError: Something could not be switched off; it went through :meth:`fail`.
+        """
+        self._require("deactivate", State.ACTIVE)
+        self._leave(self.on_deactivate)
+        self.state = State.INACTIVE
+
+    def cleanup(self) -> None:
+        """Go from INACTIVE to UNCONFIGURED.
+
+        Raises:
+            LifecycleError: It is in another state.
+            BioscaraError: It went through :meth:`fail`.
+        """
+        self._require("clean up", State.INACTIVE)
+        self._leave(self.on_cleanup)
+        self.state = State.UNCONFIGURED
+
+    def shutdown(self) -> None:
+        """Go from any state to FINALIZED, which it never leaves.
+
+        Raises:
+            BioscaraError: Something could not be switched off; it is FINALIZED all the same.
+        """
+        if self.state is State.FINALIZED:
+            return
+        before, self.state = self.state, State.FINALIZED
+        self._forget()
+        self.on_shutdown(before)
+
+    def fail(self) -> None:
+        """Give up after an error: UNCONFIGURED if everything could be let go, else FINALIZED.
+
+        Raises:
+            BioscaraError: Something could not be let go; it is FINALIZED.
+        """
+        before = self.state
+        try:
+            self.on_error(before)
+        except BaseException:
+            self.state = State.FINALIZED
+            raise
+        finally:
+            self._forget()
+        self.state = State.UNCONFIGURED
+
+    def set_state(self, target: State) -> State:
+        """Walk to ``target``, over several transitions where need be, and return the state.
+
+        Raises:
+            LifecycleError: There is no way from here, for example out of FINALIZED.
+            BioscaraError: A transition failed; the component is where it got to.
+        """
+        if target not in (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE, State.FINALIZED):
+            raise LifecycleError(f"{self.name}: no component can be {target.label}", self.name)
+        if target is State.FINALIZED:
+            self.shutdown()
+            return self.state
+        if self.state is State.FINALIZED:
+            raise LifecycleError(
+                f"{self.name} is finalized: it cannot become {target.label}; make it anew",
+                self.name,
+            )
+        up = {State.UNCONFIGURED: self.configure, State.INACTIVE: self.activate}
+        down = {State.ACTIVE: self.deactivate, State.INACTIVE: self.cleanup}
+        while self.state is not target:
+            (up if self.state < target else down)[self.state]()
+        return self.state
+
+    @abstractmethod
+    def on_configure(self) -> None:
+        """Connect; nothing moves."""
+
+    @abstractmethod
+    def on_activate(self) -> None:
+        """Engage; nothing moves."""
+
+    @abstractmethod
+    def on_deactivate(self) -> None:
+        """Bring everything to rest and release it; every part is tried."""
+
+    @abstractmethod
+    def on_cleanup(self) -> None:
+        """Disconnect."""
+
+    @abstractmethod
+    def on_shutdown(self, before: State) -> None:
+        """Release and disconnect, coming from ``before``; every part is tried."""
+
+    @abstractmethod
+    def on_error(self, before: State) -> None:
+        """Release and disconnect after an error in ``before``; every part is tried."""
+
+    @abstractmethod
+    def read(self, time: float, period: float) -> None:
+        """Measure, into the state interfaces.
+
+        Args:
+            time: Now [s].
+            period: Time since the last cycle [s].
+
+        Raises:
+            BioscaraError: The component as a whole failed.
+        """
+
+    @abstractmethod
+    def write(self, time: float, period: float) -> None:
+        """Command, from the claimed command interfaces; arguments and errors as :meth:`read`."""
+
+    def prepare_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
+        """Check a change of claims; changes nothing.
+
+        Args:
+            start: Names of command interfaces that will be claimed.
+            stop: Names of command interfaces that will be let go.
+
+        Raises:
+            ModeSwitchError: It cannot be done now, and why.
+        """
+
+    def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
+        """Change the modes as prepared; arguments as above.
+
+        Raises:
+            BioscaraError: A joint did not take part; modes are as before.
+        """
+
+    def _require(self, what: str, state: State) -> None:
+        if self.state is not state:
+            raise LifecycleError(
+                f"{self.name} is {self.state.label}: only an {state.label} component can {what}",
+                self.name,
+            )
+
+    def _try(self, hook: Callable[[], None]) -> None:
+        try:
+            hook()
+        except BaseException:
+            self._forget()
+            raise
+
+    def _leave(self, hook: Callable[[], None]) -> None:
+        try:
+            hook()
+        except BaseException:
+            self.fail()
+            raise
+        if hook == self.on_cleanup:
+            self._forget()
+
+    def _forget(self) -> None:
+        """What was measured before means nothing any more."""
+        for state in self.states.values():
+            state.forget()

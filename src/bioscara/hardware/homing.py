@@ -1,0 +1,73 @@
+"""Homing one joint a cycle at a time."""
+
+from __future__ import annotations
+
+import math
+
+from bioscara.clock import Clock
+from bioscara.drivers import Joint
+from bioscara.errors import HomingError
+from bioscara.protocol import Flags
+
+_TRAVEL_SHARE = 1.2
+_MARGIN = 10.0
+
+
+class Homing:
+    """The homing of one joint: started by a command, watched by the cycle, ended by either.
+
+    Args:
+        joint: The joint.
+        clock: Time of its bus.
+
+    Attributes:
+        running: Whether the joint is seeking its end stop.
+    """
+
+    __slots__ = ("_clock", "_deadline", "_joint", "running")
+
+    def __init__(self, joint: Joint, clock: Clock) -> None:
+        self._joint, self._clock = joint, clock
+        self._deadline = math.inf
+        self.running = False
+
+    def start(self, direction: float) -> None:
+        """Begin to seek the end stop; the joint is engaged first where need be.
+
+        Args:
+            direction: Its sign is the direction; the speed is the configured one.
+
+        Raises:
+            BioscaraError: As :meth:`bioscara.drivers.Joint.start_homing`.
+        """
+        parameters = self._joint.parameters
+        speed = abs(parameters.homing.velocity)
+        self._joint.start_homing(math.copysign(speed, direction))
+        span = parameters.upper - parameters.lower
+        self._deadline = self._clock.now() + _TRAVEL_SHARE * span / speed + _MARGIN
+        self.running = True
+
+    def watch(self) -> bool:
+        """Keep it alive; return whether it is still running.
+
+        Raises:
+            HomingError: It ended without a home that can be trusted.
+            CommunicationError: The joint does not answer.
+        """
+        if self._joint.keep_alive() & Flags.BUSY:
+            if self._clock.now() < self._deadline:
+                return True
+            self.stop()
+            raise HomingError(
+                f"{self._joint.name}: homing did not end in time and was stopped; look whether "
+                "the joint moves freely and reaches its end stop",
+                self._joint.name,
+            )
+        self.running = False
+        self._joint.post_homing()
+        return False
+
+    def stop(self) -> None:
+        """End it; the joint ramps down and is not homed."""
+        self.running = False
+        self._joint.stop()

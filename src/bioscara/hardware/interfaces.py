@@ -1,0 +1,69 @@
+"""The numbers that hardware and controllers share, one handle each."""
+
+from __future__ import annotations
+
+import math
+
+from bioscara.drivers import Quality
+
+POSITION, VELOCITY, HOME = "position", "velocity", "home"
+
+
+class StateInterface:
+    """A measured number: written by the hardware in ``read``, read by everybody.
+
+    Args:
+        joint: Name of the joint.
+        kind: ``"position"``, ``"velocity"`` or ``"home"``.
+
+    Attributes:
+        joint: As given.
+        kind: As given.
+        name: ``"<joint>/<kind>"``.
+        value: The number, SI units; NaN while nobody knows it.
+        quality: How far it can be believed.
+        stamp: When it was measured [s], on the clock of the hardware.
+    """
+
+    __slots__ = ("joint", "kind", "name", "quality", "stamp", "value")
+
+    def __init__(self, joint: str, kind: str) -> None:
+        self.joint, self.kind = joint, kind
+        self.name = f"{joint}/{kind}"
+        self.value = math.nan
+        self.quality = Quality.UNKNOWN
+        self.stamp = -math.inf
+
+    def __repr__(self) -> str:
+        return f"<{self.name} {self.value:g} {self.quality.value}>"
+
+    def forget(self) -> None:
+        """Know nothing any more."""
+        self.value, self.quality, self.stamp = math.nan, Quality.UNKNOWN, -math.inf
+
+
+class CommandInterface:
+    """A commanded number: written by the one controller that claimed it.
+
+    Args:
+        joint: Name of the joint.
+        kind: ``"position"``, ``"velocity"`` or ``"home"``.
+
+    Attributes:
+        joint: As given.
+        kind: As given.
+        name: ``"<joint>/<kind>"``.
+        value: The number, SI units; NaN is "nothing commanded yet".
+        owner: Name of the controller that claimed it, or None.
+    """
+
+    __slots__ = ("joint", "kind", "name", "owner", "value")
+
+    def __init__(self, joint: str, kind: str) -> None:
+        self.joint, self.kind = joint, kind
+        self.name = f"{joint}/{kind}"
+        self.value = math.nan
+        self.owner: str | None = None
+
+    def __repr__(self) -> str:
+        return f"<{self.name} {self.value:g} of {self.owner or 'nobody'}>"

@@ -1,0 +1,41 @@
+"""Which command interfaces one joint may have claimed together, and what that makes it do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from enum import Enum
+
+from bioscara.errors import ModeSwitchError
+from bioscara.hardware.interfaces import HOME, POSITION, VELOCITY
+
+
+class Mode(Enum):
+    """What a joint does with its command interfaces; the value is the set that is claimed."""
+
+    NONE = frozenset[str]()
+    POSITION = frozenset({POSITION})
+    VELOCITY = frozenset({VELOCITY})
+    TRACK = frozenset({POSITION, VELOCITY})
+    """Position and velocity together, in one exchange."""
+    HOME = frozenset({HOME})
+
+
+MOTION = frozenset({Mode.POSITION, Mode.VELOCITY, Mode.TRACK})
+"""Modes that need a homed joint."""
+
+
+def resolve(component: str, joint: str, claimed: Iterable[str]) -> Mode:
+    """Return the mode that a set of claimed interface kinds stands for.
+
+    Raises:
+        ModeSwitchError: They exclude one another.
+    """
+    kinds = frozenset(claimed)
+    try:
+        return Mode(kinds)
+    except ValueError:
+        raise ModeSwitchError(
+            f"{joint}: {' and '.join(sorted(kinds))} cannot be commanded together; claim "
+            f"position, velocity, both of these, or home",
+            component,
+        ) from None
