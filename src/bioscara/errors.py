@@ -17,6 +17,7 @@
     │   ├── NotInitializedError, NotEnabledError, NotHomedError, StalledError
     │   ├── IncorrectStateError       another blocking command is running
     │   ├── JointFaultError           a latched fault of the joint
+    │   ├── FollowingError            it is too far from where it was told to be
     │   ├── JointResetError           the joint restarted: its home is lost
     │   ├── WrongJointError           another joint answers at this address
     │   └── HomingError               homing ended without a home
@@ -26,6 +27,7 @@
     ├── HardwareError                 a hardware component and its lifecycle
     │   ├── LifecycleError            ... the transition does not exist in this state, or failed
     │   └── ModeSwitchError           ... the joints cannot take these command modes now
+    ├── OverrunError                  the control loop did not keep its deadlines
     ├── ControllerError               a controller raised, or produced what nobody can use
     ├── SwitchError                   loading, configuring or switching controllers was refused
     ├── GoalRejectedError             a goal was refused; nothing moved
@@ -205,6 +207,25 @@ class JointFaultError(JointError):
     def __init__(self, message: str, joint: str = "", fault: str = "", data: float = 0.0) -> None:
         self.fault, self.data = fault, data
         super().__init__(message, joint)
+
+
+class FollowingError(JointError):
+    """A joint is too far from where it was told to be.
+
+    Attributes:
+        error: How far [rad or m].
+        limit: How far it may be at its speed [rad or m].
+    """
+
+    def __init__(
+        self, message: str, joint: str = "", error: float = 0.0, limit: float = 0.0
+    ) -> None:
+        self.error, self.limit = error, limit
+        super().__init__(message, joint)
+
+
+class OverrunError(BioscaraError):
+    """The control loop did not keep its deadlines."""
 
 
 class JointResetError(JointError):

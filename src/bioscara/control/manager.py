@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from math import isfinite
+from time import perf_counter
 from typing import Any, NamedTuple
 
 from bioscara.control.claims import Claims
@@ -50,6 +51,8 @@ class ControllerManager:
         limiter: As given.
         rate: As given.
         failures: What broke in the last cycle.
+        lock: Why nothing may be activated; empty when it may.
+        timing: What reading, updating and writing took in the last cycle [s].
     """
 
     def __init__(
@@ -61,6 +64,8 @@ class ControllerManager:
         self._controllers: dict[str, AnyController] = {}
         self._active: list[tuple[AnyController, Schedule]] = []
         self._moving: set[str] = set()
+        self.lock = ""
+        self.timing = (0.0, 0.0, 0.0)
 
     @property
     def components(self) -> tuple[HardwareComponent, ...]:
@@ -174,6 +179,26 @@ class ControllerManager:
             ModeSwitchError: The hardware refused the command modes; nothing changed.
         """
         switch = plan(self._controllers, activate, deactivate, strictness)
+        if self.lock and any(controller.command_interfaces for controller in switch.activate):
+            raise SwitchError(f"{switch.activate[0].name} cannot be activated: {self.lock}")
+        self._carry_out(switch, time, strictness)
+        return switch
+
+    def take_over(self, name: str, leaving: Sequence[str], time: float) -> None:
+        """Let one controller take the place of others at any speed, also while locked.
+
+        Args:
+            name: The one that is activated.
+            leaving: Those that are deactivated.
+            time: Now [s].
+
+        Raises:
+            SwitchError, ModeSwitchError: As :meth:`switch`.
+        """
+        switch = plan(self._controllers, (name,), leaving, Strictness.STRICT)
+        self._carry_out(switch, time, Strictness.STRICT)
+
+    def _carry_out(self, switch: Switch, time: float, strictness: Strictness) -> None:
         self.claims.check(switch.activate, switch.deactivate)
         for controller in switch.activate:
             self._check_fallbacks(controller)
@@ -186,7 +211,6 @@ class ControllerManager:
         for component, start, stop in modes:
             component.perform_command_mode_switch(start, stop)
         self._activate_all(switch.activate, time, strictness)
-        return switch
 
     def cycle(self, time: float, period: float) -> None:
         """Read, update, limit, write: once.
@@ -199,17 +223,21 @@ class ControllerManager:
             period: Time since the last cycle [s].
         """
         self.failures.clear()
+        start = perf_counter()
         for component in self.components:
             if component.available:
                 self._attempt(component, component.read, time, period)
+        measured = perf_counter()
         for controller, schedule in tuple(self._active):
             elapsed = schedule.due(period)
             if elapsed:
                 self._update(controller, time, elapsed)
         self.limiter.apply(period)
+        updated = perf_counter()
         for component in self.components:
             if component.state is State.ACTIVE:
                 self._attempt(component, component.write, time, period)
+        self.timing = (measured - start, updated - measured, perf_counter() - updated)
 
     def set_hardware_state(self, name: str, state: State, time: float) -> State:
         """Walk a component to a state; on its way down its controllers are deactivated first.

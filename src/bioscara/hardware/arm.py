@@ -122,6 +122,23 @@ class ArmHardware(HardwareComponent):
         finally:
             self.on_cleanup()
 
+    def clear_faults(self) -> list[str]:
+        """Acknowledge what the joints latched; they stay disabled and nothing moves.
+
+        Returns:
+            A sentence for each.
+
+        Raises:
+            CommunicationError: A joint does not answer.
+        """
+        cleared = []
+        for joint in self.joints:
+            if joint.version == 2 and joint.get_flags() & Flags.FAULT:
+                report = joint.get_fault()
+                joint.clear_fault(report.fault)
+                cleared.append(f"{joint.name}: cleared {report.fault} ({report.data:g}) of before")
+        return cleared
+
     def read(self, time: float, period: float) -> None:
         """Measure every joint that did not already say where it is when it was written to."""
         self.problems.clear()

@@ -1,0 +1,136 @@
+"""What can go wrong with the arm as a whole: kinds, what is done about each, and by whom."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+from bioscara.errors import (
+    BioscaraError,
+    BusStuckError,
+    CommunicationError,
+    ControllerError,
+    FollowingError,
+    HardwareError,
+    HomingError,
+    JointError,
+    JointFaultError,
+    JointLostError,
+    JointResetError,
+    NotEnabledError,
+    OverrunError,
+    StalledError,
+)
+from bioscara.protocol import Fault as JointFault
+
+
+class Stop(Enum):
+    """How the arm is brought to rest; the names in brackets are those of IEC 60204-1."""
+
+    POWERLESS = "motor power is gone"
+    """Power was removed by hardware (category 0): targets are dropped."""
+    DISABLE = "ramp down, then release the motors"
+    """Category 1."""
+    HOLD = "ramp down and hold"
+    """Category 2."""
+    SLOW = "go on at half speed"
+    """A warning: motion continues."""
+
+
+class FaultKind(Enum):
+    """What happened; the value is the stop it asks for and what a person has to do."""
+
+    JOINT_LOST = (Stop.HOLD, "check the joint's power and wiring")
+    BUS_STUCK = (Stop.HOLD, "unplug the joints one by one to find who holds the line")
+    BUS_FAILED = (Stop.HOLD, "check the bus adapter")
+    JOINT_RESET = (Stop.HOLD, "check the joint's supply, then home it again")
+    STALL = (Stop.HOLD, "remove the obstacle")
+    FOLLOWING_ERROR = (Stop.HOLD, "look for friction or load on the joint")
+    SETPOINT_LOST = (Stop.HOLD, "look at the flight record for what kept the host from sending")
+    HOMING_FAILED = (Stop.HOLD, "clear the joint's way to its end stop, then home it again")
+    JOINT_FAULT = (Stop.HOLD, "remove the cause that the joint names")
+    OVERTEMPERATURE = (Stop.DISABLE, "let the joint's motor driver cool down")
+    POWER_LOST = (Stop.POWERLESS, "release the emergency stop or restore the motor supply")
+    OVERRUN = (Stop.HOLD, "free the computer of other work, or lower the rate")
+    LATE = (Stop.SLOW, "free the computer of other work, or lower the rate")
+    CONTROLLER_FAILED = (Stop.HOLD, "look at the cause; it is a defect of the controller")
+    HARDWARE_FAILED = (Stop.DISABLE, "look at the cause, then configure the hardware again")
+
+    @property
+    def stop(self) -> Stop:
+        """How the arm is brought to rest."""
+        return self.value[0]
+
+    @property
+    def action(self) -> str:
+        """What a person has to do before the fault can be recovered from."""
+        return self.value[1]
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """One thing that went wrong.
+
+    Attributes:
+        kind: What happened.
+        source: Name of the joint, component or controller.
+        cause: The exception behind it.
+        time: When it was noticed [s].
+        evidence: File with the flight record of the time before it; None until it is written.
+    """
+
+    kind: FaultKind
+    source: str
+    cause: BaseException
+    time: float
+    evidence: Path | None = None
+
+    def __str__(self) -> str:
+        return f"{self.kind.name}: {self.cause}; {self.kind.action}"
+
+
+_JOINT_FAULTS = {
+    JointFault.STALL.name: FaultKind.STALL,
+    JointFault.FOLLOWING.name: FaultKind.FOLLOWING_ERROR,
+    JointFault.SETPOINT_LOST.name: FaultKind.SETPOINT_LOST,
+    JointFault.OVERTEMPERATURE.name: FaultKind.OVERTEMPERATURE,
+}
+_POWER = frozenset({JointFault.DRIVER.name, JointFault.DRIVER_RESET.name})
+
+_KINDS: tuple[tuple[type[BaseException], FaultKind], ...] = (
+    (FollowingError, FaultKind.FOLLOWING_ERROR),
+    (OverrunError, FaultKind.OVERRUN),
+    (HomingError, FaultKind.HOMING_FAILED),
+    (JointLostError, FaultKind.JOINT_LOST),
+    (JointResetError, FaultKind.JOINT_RESET),
+    (StalledError, FaultKind.STALL),
+    (BusStuckError, FaultKind.BUS_STUCK),
+    (CommunicationError, FaultKind.BUS_FAILED),
+    (NotEnabledError, FaultKind.JOINT_FAULT),
+    (JointError, FaultKind.JOINT_FAULT),
+    (ControllerError, FaultKind.CONTROLLER_FAILED),
+    (HardwareError, FaultKind.HARDWARE_FAILED),
+)
+
+
+def classify(cause: BaseException) -> FaultKind:
+    """Return what kind of fault an exception stands for."""
+    if isinstance(cause, JointFaultError) and cause.fault in _JOINT_FAULTS:
+        return _JOINT_FAULTS[cause.fault]
+    for error, kind in _KINDS:
+        if isinstance(cause, error):
+            return kind
+    return FaultKind.CONTROLLER_FAILED
+
+
+def source_of(cause: BaseException, fallback: str) -> str:
+    """Return the joint that an exception is about, or ``fallback``."""
+    return getattr(cause, "joint", "") or fallback
+
+
+def says_power_is_gone(cause: BioscaraError) -> bool:
+    """Return whether this is what a joint says, or does not say, when its motor power goes."""
+    if isinstance(cause, JointFaultError):
+        return cause.fault in _POWER
+    return isinstance(cause, JointLostError)
