@@ -6,18 +6,18 @@ from collections.abc import Iterable
 from enum import Enum
 
 from bioscara.errors import ModeSwitchError
-from bioscara.hardware.interfaces import HOME, POSITION, VELOCITY
+from bioscara.hardware import interfaces
 
 
 class Mode(Enum):
     """What a joint does with its command interfaces; the value is the set that is claimed."""
 
     NONE = frozenset[str]()
-    POSITION = frozenset({POSITION})
-    VELOCITY = frozenset({VELOCITY})
-    TRACK = frozenset({POSITION, VELOCITY})
+    POSITION = frozenset({interfaces.POSITION})
+    VELOCITY = frozenset({interfaces.VELOCITY})
+    TRACK = frozenset({interfaces.POSITION, interfaces.VELOCITY})
     """Position and velocity together, in one exchange."""
-    HOME = frozenset({HOME})
+    HOME = frozenset({interfaces.HOME})
 
 
 MOTION = frozenset({Mode.POSITION, Mode.VELOCITY, Mode.TRACK})

@@ -1,0 +1,186 @@
+"""Whether a trajectory can be followed at all; every rule has its own complaint."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from collections.abc import Sequence
+
+from bioscara.control.joint_trajectory.messages import JointTrajectory, Point
+from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.errors import GoalRejectedError
+
+_EPSILON = 1.19e-7
+"""Speed that still counts as none at the end [rad/s or m/s]: the rounding of a 32 bit float."""
+_FIELDS = ("positions", "velocities", "accelerations")
+
+
+def validate(
+    trajectory: JointTrajectory,
+    parameters: JointTrajectoryParameters,
+    now: float,
+    commanded: Sequence[float],
+) -> tuple[Point, ...]:
+    """Return the points in the order of the controller's joints.
+
+    Args:
+        trajectory: What was sent.
+        parameters: The controller's.
+        now: Now [s].
+        commanded: Position command of each of the controller's joints, for those that a partial
+            goal leaves out [rad or m].
+
+    Raises:
+        GoalRejectedError: It cannot be followed; the message says which point of which joint,
+            the value and what to do.
+    """
+    names = trajectory.joint_names
+    _check_names(names, parameters)
+    if not trajectory.points:
+        raise GoalRejectedError("the trajectory has no points; send at least one, or cancel")
+    _check_stamp(trajectory, now)
+    before = -math.inf
+    for index, point in enumerate(trajectory.points):
+        if not math.isfinite(point.time) or point.time < 0.0:
+            raise GoalRejectedError(
+                f"point {index}: time_from_start {point.time:g} s must be finite and not negative"
+            )
+        if point.time <= before:
+            raise GoalRejectedError(
+                f"point {index}: time_from_start {point.time:g} s does not come after "
+                f"{before:g} s of the point before"
+            )
+        before = point.time
+        _check_fields(index, point, names, parameters)
+    points = trajectory.points
+    if parameters.allow_integration_in_goal_trajectories:
+        points = integrate(points, _in_order(names, parameters.joints, commanded))
+    _check_end(points[-1], names, parameters)
+    return tuple(_local(point, names, parameters.joints, commanded) for point in points)
+
+
+def integrate(points: Sequence[Point], start: Sequence[float]) -> tuple[Point, ...]:
+    """Return points whose missing velocities and positions follow from what they have.
+
+    By the trapezoid rule from the point before; the first point from rest at ``start`` [rad or m].
+    """
+    done: list[Point] = []
+    before = Point(0.0, tuple(start), (0.0,) * len(start), (0.0,) * len(start))
+    for point in points:
+        step = point.time - before.time
+        velocities = point.velocities
+        if not velocities and point.accelerations:
+            accelerations = before.accelerations or (0.0,) * len(start)
+            velocities = tuple(
+                v + (a0 + a1) / 2.0 * step
+                for v, a0, a1 in zip(
+                    before.velocities, accelerations, point.accelerations, strict=True
+                )
+            )
+        positions = point.positions
+        if not positions:
+            positions = tuple(
+                p + (v0 + v1) / 2.0 * step
+                for p, v0, v1 in zip(before.positions, before.velocities, velocities, strict=True)
+            )
+        before = point._replace(positions=positions, velocities=velocities)
+        done.append(before)
+        if not velocities:
+            before = before._replace(velocities=(0.0,) * len(start))
+    return tuple(done)
+
+
+def _check_names(names: Sequence[str], parameters: JointTrajectoryParameters) -> None:
+    joints = parameters.joints
+    if not names:
+        raise GoalRejectedError(f"the trajectory names no joints; name {', '.join(joints)}")
+    for name in names:
+        if name not in joints:
+            near = difflib.get_close_matches(name, joints, 1)
+            raise GoalRejectedError(
+                f"{name} is not a joint of this controller; "
+                + (f"did you mean {near[0]}?" if near else f"it has {', '.join(joints)}")
+            )
+        if names.count(name) > 1:
+            raise GoalRejectedError(f"joint {name} is named twice")
+    if len(names) != len(joints) and not parameters.allow_partial_joints_goal:
+        missing = [joint for joint in joints if joint not in names]
+        raise GoalRejectedError(
+            f"the trajectory leaves out {', '.join(missing)}; name all joints, or set "
+            "allow_partial_joints_goal"
+        )
+
+
+def _check_stamp(trajectory: JointTrajectory, now: float) -> None:
+    if trajectory.stamp == 0.0:
+        return
+    if not math.isfinite(trajectory.stamp):
+        raise GoalRejectedError(f"stamp {trajectory.stamp} is not a finite number")
+    end = trajectory.stamp + trajectory.points[-1].time
+    if end < now:
+        raise GoalRejectedError(
+            f"the trajectory ended {now - end:.3f} s ago; send a stamp of 0 to start at once"
+        )
+
+
+def _check_fields(
+    index: int, point: Point, names: Sequence[str], parameters: JointTrajectoryParameters
+) -> None:
+    if point.effort:
+        raise GoalRejectedError(f"point {index}: effort cannot be commanded; leave it empty")
+    for field in _FIELDS:
+        values: tuple[float, ...] = getattr(point, field)
+        if not values:
+            continue
+        if len(values) != len(names):
+            raise GoalRejectedError(f"point {index}: {len(values)} {field} for {len(names)} joints")
+        for name, value in zip(names, values, strict=True):
+            if not math.isfinite(value):
+                raise GoalRejectedError(
+                    f"point {index}: {field} of {name} is {value}; every value must be finite"
+                )
+    if parameters.allow_integration_in_goal_trajectories:
+        if not (point.positions or point.velocities or point.accelerations):
+            raise GoalRejectedError(f"point {index}: it has no positions nor anything to integrate")
+    elif not point.positions:
+        raise GoalRejectedError(f"point {index}: it has no positions; give one for each joint")
+
+
+def _check_end(last: Point, names: Sequence[str], parameters: JointTrajectoryParameters) -> None:
+    if parameters.allow_nonzero_velocity_at_trajectory_end:
+        return
+    for name, velocity in zip(names, last.velocities, strict=False):
+        if abs(velocity) > _EPSILON:
+            raise GoalRejectedError(
+                f"{name} ends at {velocity:g} rad/s or m/s; end at rest, or set "
+                "allow_nonzero_velocity_at_trajectory_end"
+            )
+
+
+def _in_order(
+    names: Sequence[str], joints: Sequence[str], values: Sequence[float]
+) -> tuple[float, ...]:
+    return tuple(values[joints.index(name)] for name in names)
+
+
+def _local(
+    point: Point, names: Sequence[str], joints: Sequence[str], commanded: Sequence[float]
+) -> Point:
+    """Return the point in the controller's order; joints that it leaves out stay."""
+    place = [names.index(joint) if joint in names else None for joint in joints]
+
+    def arrange(values: tuple[float, ...], otherwise: Sequence[float]) -> tuple[float, ...]:
+        if not values:
+            return ()
+        return tuple(
+            otherwise[index] if where is None else values[where]
+            for index, where in enumerate(place)
+        )
+
+    nothing = (0.0,) * len(joints)
+    return Point(
+        point.time,
+        arrange(point.positions, commanded),
+        arrange(point.velocities, nothing),
+        arrange(point.accelerations, nothing),
+    )
