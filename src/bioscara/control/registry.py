@@ -5,9 +5,17 @@ from __future__ import annotations
 from bioscara.control.controller import AnyController
 from bioscara.control.forward_command_controller import ForwardCommandController
 from bioscara.control.hold_controller import HoldController
+from bioscara.control.homing_controller import HomingController
+from bioscara.control.joint_state_broadcaster import JointStateBroadcaster
 from bioscara.control.joint_trajectory import JointTrajectoryController
 
 TYPES: dict[str, type[AnyController]] = {
     controller.TYPE: controller
-    for controller in (ForwardCommandController, HoldController, JointTrajectoryController)
+    for controller in (
+        ForwardCommandController,
+        HoldController,
+        HomingController,
+        JointStateBroadcaster,
+        JointTrajectoryController,
+    )
 }

@@ -1,14 +1,15 @@
-"""What the drivers measured, as the report keeps it."""
+"""What the arm did in a cycle, as the report keeps it."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
-from bioscara.clock import Clock
-from bioscara.drivers import Joint, JointSample
+from bioscara.control.loop import Cycle
 from bioscara.drivers import Quality as SampleQuality
+from bioscara.hardware.axis import Axis
 from bioscara.report import CycleRecord, JointRecord, Phase, Quality
+from bioscara.robot.stack import Stack
 
 Observe = Callable[[CycleRecord], None]
 """Takes each cycle as it ends; must return at once."""
@@ -20,75 +21,62 @@ _QUALITY = {
     SampleQuality.STALE: Quality.STALE,
     SampleQuality.UNKNOWN: Quality.UNKNOWN,
 }
-_NOTHING_ASKED = (math.nan, math.nan)
 
 
 class Recorder:
-    """Turns samples into records whose times count from the begin of the run.
+    """Turns cycles into records whose times count from the begin of the run.
 
     Args:
-        joints: The joints, in the order of the records.
-        clock: The arm's time.
-        observe: Takes the records.
-        origin: Time on the clock that counts as 0 in the records [s].
-
-    Attributes:
-        origin: As above.
+        stack: What runs the cycles.
+        origin: Time on the arm's clock that counts as 0 in the records [s].
     """
 
-    def __init__(
-        self, joints: Sequence[Joint], clock: Clock, observe: Observe, origin: float
-    ) -> None:
-        self._joints, self._clock, self._observe = tuple(joints), clock, observe
-        self.origin = origin
+    def __init__(self, stack: Stack, origin: float) -> None:
+        self._stack, self._origin = stack, origin
+        self._retries = self._count()
 
-    def record_last(self) -> None:
-        """Hand on what each joint said last, while one of them is homing; asks nobody."""
-        now = self._clock.now() - self.origin
-        self.hand_on(
-            CycleRecord(
-                phase=Phase.HOMING,
-                start=now,
-                trajectory_time=math.nan,
-                bus_time=math.nan,
-                retries=0,
-                late=0.0,
-                joints=tuple(
-                    joint_record(joint.last, max(joint.last.stamp - self.origin, 0.0))
-                    for joint in self._joints
-                ),
-            )
+    def record(self, cycle: Cycle, phase: Phase, zero: float) -> CycleRecord:
+        """Return the record of a cycle.
+
+        Args:
+            cycle: The cycle.
+            phase: Part of the run.
+            zero: Time at which the trajectory began or will begin [s]; NaN if there is none.
+        """
+        stack, retries = self._stack, self._count()
+        feedback = stack.trajectory.feedback
+        following = not math.isnan(zero) and feedback is not None and feedback.time == cycle.time
+        joints = []
+        for index, axis in enumerate(stack.arm.axes):
+            reference = velocity = math.nan
+            if following and feedback is not None and axis.halted is None:
+                reference = feedback.actual.positions[index] + feedback.error.positions[index]
+                velocity = feedback.actual.velocities[index] + feedback.error.velocities[index]
+            joints.append(self._joint(axis, reference, velocity))
+        repeated, self._retries = retries - self._retries, retries
+        return CycleRecord(
+            phase=phase,
+            start=cycle.time - self._origin,
+            trajectory_time=cycle.time - zero,
+            bus_time=stack.arm.bus_time,
+            retries=repeated,
+            late=max(cycle.timing.late, 0.0),
+            joints=tuple(joints),
         )
 
-    def retries(self) -> int:
-        """Return how many exchanges were repeated since the joints were made."""
-        return sum(joint.session.retries for joint in self._joints)
+    def _joint(self, axis: Axis, reference: float, velocity: float) -> JointRecord:
+        sample = axis.sample
+        quality = _QUALITY[axis.position.quality]
+        return JointRecord(
+            time=max(axis.position.stamp - self._origin, 0.0),
+            reference=reference,
+            reference_velocity=velocity,
+            position=axis.position.value,
+            velocity=axis.velocity.value,
+            flags=int(sample.flags),
+            quality=quality,
+            load=math.nan if sample.load_percent is None else sample.load_percent,
+        )
 
-    def hand_on(self, record: CycleRecord) -> None:
-        """Hand a record on."""
-        self._observe(record)
-
-
-def joint_record(
-    sample: JointSample, time: float, reference: tuple[float, float] = _NOTHING_ASKED
-) -> JointRecord:
-    """Return the record of one joint.
-
-    Args:
-        sample: What was measured.
-        time: When [s since the run began].
-        reference: Position and velocity that the joint should have had at that time.
-    """
-    quality = _QUALITY[sample.quality]
-    if sample.position is None and quality is Quality.GOOD:
-        quality = Quality.UNKNOWN
-    return JointRecord(
-        time=time,
-        reference=reference[0],
-        reference_velocity=reference[1],
-        position=math.nan if sample.position is None else sample.position,
-        velocity=sample.velocity,
-        flags=int(sample.flags),
-        quality=quality,
-        load=math.nan if sample.load_percent is None else sample.load_percent,
-    )
+    def _count(self) -> int:
+        return sum(joint.session.retries for joint in self._stack.arm.joints)

@@ -1,0 +1,142 @@
+"""Everything between the bus and the robot, wired: hardware, manager, controllers, loop."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, TypeVar
+
+from bioscara.clock import Clock
+from bioscara.control.flight_record import FlightRecord
+from bioscara.control.hold_controller import HoldController
+from bioscara.control.homing_controller import HomingController
+from bioscara.control.joint_state_broadcaster import JointStateBroadcaster
+from bioscara.control.joint_trajectory import JointTrajectoryController
+from bioscara.control.limiting import Limiter
+from bioscara.control.loop import Loop
+from bioscara.control.manager import ControllerManager
+from bioscara.control.supervisor import Supervisor
+from bioscara.hardware import POSITION, VELOCITY, ArmHardware, State
+from bioscara.model import ArmParameters
+
+C = TypeVar("C")
+
+RATES = {1: 50, 2: 100}
+"""Cycles per second, by protocol [Hz]: as the original driver, and as fits the bus at 100 kHz."""
+
+BROADCASTER, TRAJECTORY, HOMING, HOLD = (
+    "joint_state_broadcaster",
+    "joint_trajectory_controller",
+    "homing_controller",
+    "hold_controller",
+)
+
+
+class Stack:
+    """The control stack of one arm, whose joints have been greeted.
+
+    Args:
+        arm: The joints, INACTIVE.
+        clock: Their time.
+        parameters: The arm as data.
+        rate: Cycles per second [Hz]; None for what suits the joints.
+        evidence: Folder for the flight records of faults.
+
+    Attributes:
+        arm: As given.
+        manager: Runs the controllers.
+        supervisor: Stops the arm on faults.
+        loop: Runs the manager.
+        broadcaster: Tells the joints' states.
+        trajectory: Follows trajectories.
+        homing: Homes joints.
+    """
+
+    def __init__(
+        self,
+        arm: ArmHardware,
+        clock: Clock,
+        parameters: ArmParameters,
+        rate: int | None,
+        evidence: Path,
+    ) -> None:
+        self.arm = arm
+        version = min(joint.version for joint in arm.joints)
+        hertz = RATES[version] if rate is None else rate
+        record = FlightRecord(arm.axes, hertz)
+        self.manager = ControllerManager((arm,), Limiter((arm,)), hertz)
+        for name, kind, values in _controllers(parameters, version):
+            self.manager.load(name, kind, values)
+            self.manager.configure(name)
+        self.broadcaster = self._get(BROADCASTER, JointStateBroadcaster)
+        self.trajectory = self._get(TRAJECTORY, JointTrajectoryController)
+        self.homing = self._get(HOMING, HomingController)
+        self.supervisor = Supervisor(self.manager, arm, HOLD, record, evidence)
+        self.loop = Loop(self.manager, self.supervisor, record, clock, hertz)
+
+    def use(self, name: str, time: float) -> None:
+        """Make one controller the one that commands the joints, if it is not so already.
+
+        Args:
+            name: The controller.
+            time: Now [s].
+
+        Raises:
+            SwitchError, ModeSwitchError: It cannot be; nothing changed.
+        """
+        if self.manager.controller(name).state is State.ACTIVE:
+            return
+        leaving = [
+            other.name
+            for other in self.manager.controllers
+            if other.state is State.ACTIVE and other.command_interfaces
+        ]
+        self.manager.switch(time, (name,), leaving)
+
+    def _get(self, name: str, kind: type[C]) -> C:
+        controller = self.manager.controller(name)
+        if not isinstance(controller, kind):
+            raise TypeError(f"{name} is a {type(controller).__name__}")
+        return controller
+
+
+def _controllers(
+    parameters: ArmParameters, version: int
+) -> list[tuple[str, str, dict[str, Any]]]:
+    """Return name, type and parameters of the controllers of an arm."""
+    joints = tuple(joint.name for joint in parameters.joints)
+    both = (POSITION, VELOCITY)
+    commanded = both if version >= 2 else (POSITION,)
+    braking = {joint.name: joint.max_acceleration for joint in parameters.joints}
+    return [
+        (BROADCASTER, JointStateBroadcaster.TYPE, {"joints": joints}),
+        (HOMING, HomingController.TYPE, {"joints": parameters.homing_order}),
+        (
+            HOLD,
+            HoldController.TYPE,
+            {
+                "joints": joints,
+                "command_interfaces": commanded,
+                "max_deceleration": tuple(braking.values()),
+            },
+        ),
+        (
+            TRAJECTORY,
+            JointTrajectoryController.TYPE,
+            {
+                "joints": joints,
+                "command_interfaces": commanded,
+                "state_interfaces": both,
+                "allow_partial_joints_goal": True,
+                "allow_nonzero_velocity_at_trajectory_end": True,
+                "fallback_controllers": (HOLD,),
+                "constraints": {
+                    "stopped_velocity_tolerance": 0.0,
+                    "decelerate_on_cancel": True,
+                    "joints": {
+                        name: {"max_deceleration_on_cancel": value}
+                        for name, value in braking.items()
+                    },
+                },
+            },
+        ),
+    ]
