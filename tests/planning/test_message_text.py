@@ -28,7 +28,7 @@ words = st.one_of(
 nodes = st.recursive(
     words,
     lambda inner: (
-        st.lists(inner, max_size=4) | st.dictionaries(keys, inner, min_size=1, max_size=4)
+        st.lists(inner, max_size=4) | st.dictionaries(keys, inner, min_size=2, max_size=4)
     ),
     max_leaves=20,
 )
