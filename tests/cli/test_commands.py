@@ -231,6 +231,7 @@ def test_ctrl_c_over_a_bad_wire_ramps_down_disables_and_reports(
     out, err = capsys.readouterr()
     assert len(err.splitlines()) == 1
     assert "interrupted" in err
+    assert ("before the start of the trajectory" in err) == (phase == "approach")
     assert "all joints were stopped and disabled" in out
     arm = arms[0]
     for name in LIMITS:
