@@ -50,8 +50,9 @@ def serve(
             selector.register(listener, selectors.EVENT_READ)
             lead = wall.now() - arm.now()
             while not cancelled():
+                ready = selector.select(_STEP)
                 lead = _catch_up(arm, wall, lead)
-                for key, _ in selector.select(_STEP):
+                for key, _ in ready:
                     if key.fileobj is listener:
                         _accept(listener, selector)
                     else:
