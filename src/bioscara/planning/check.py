@@ -45,8 +45,9 @@ def check(trajectory: Trajectory, limits: Sequence[JointLimits]) -> list[str]:
     ]
     if excesses:
         worst = max(excesses, key=lambda excess: excess.ratio)
-        others = f" ({len(excesses) - 1} more limits exceeded)" if len(excesses) > 1 else ""
-        raise TrajectoryError(worst.text + others)
+        others = len(excesses) - 1
+        more = f" ({others} more limit{'s' if others > 1 else ''} exceeded)" if others else ""
+        raise TrajectoryError(worst.text + more)
     return _unrest(trajectory, [by_name[name] for name in trajectory.joint_names])
 
 

@@ -51,9 +51,9 @@ class Streamer:
         start = deadline = self._clock.now()
         while (now := self._clock.now()) - start < timeline.duration:
             if cancelled():
-                raise MotionCancelledError(
-                    f"interrupted {now - start - timeline.zero:.2f} s into the trajectory"
-                )
+                into = now - start - timeline.zero
+                where = "into" if into >= 0.0 else "before the start of"
+                raise MotionCancelledError(f"interrupted {abs(into):.2f} s {where} the trajectory")
             self._recorder.hand_on(self._cycle(timeline, start, now, now - deadline))
             # Deadlines that have passed are dropped: setpoints never come in a burst.
             missed = int((self._clock.now() - deadline) / self._period)
