@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
@@ -112,7 +112,6 @@ def test_there_is_no_state_at_no_time() -> None:
         motion.sample_many([0.5, float("nan")])
 
 
-@settings(deadline=None)
 @given(trajectories())
 def test_what_fits_stays_within_every_limit(trajectory: Trajectory) -> None:
     try:
