@@ -12,10 +12,10 @@ from bioscara.bus import Bus, FaultyBus, RecordingBus
 from bioscara.clock import MonotonicClock
 from bus.wire import Wire
 from contract.arm_server import ArmServer
-from contract.arms import open_arm
+from contract.arms import open_arm, served_arm
 from contract.preload import PreloadedBus, build_shim
 
-BUSES = ("firmware", "recording", "faulty", "linux", "linux-pi4", "linux-pi5")
+BUSES = ("firmware", "recording", "faulty", "socket", "linux", "linux-pi4", "linux-pi5")
 
 
 @pytest.fixture(scope="session")
@@ -44,6 +44,10 @@ def bus(
 ) -> Iterator[Bus]:
     """Each kind of bus with four joints on it, not yet used."""
     kind, _, rules = str(request.param).partition("-")
+    if kind == "socket":
+        with served_arm(tmp_path / "arm.sock") as arm:
+            yield arm
+        return
     arm = open_arm()
     if kind == "linux":
         arm = open_linux(rules, arm)

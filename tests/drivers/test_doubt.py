@@ -77,6 +77,36 @@ def test_no_relative_move_is_executed_under_two_numbers(away: int) -> None:
     assert len(set(moves)) == 1
 
 
+def test_a_repetition_that_arrived_broken_is_not_executed_under_another_number() -> None:
+    world = World(frequency=None)
+    joint = world.joints[0]
+    joint.init()
+    joint.enable()
+    world.bus.lose(Direction.BACK, When(first=Register.MOVESTEPS, count=1))
+    # In the steps: 7 bits of address and 8 of the register go before them.
+    world.bus.flip(Direction.OUT, When(first=Register.MOVESTEPS, after=1, count=1), bit=20)
+    world.tap.calls.clear()
+    joint.move_steps(512)
+    moves = [t.write for call in world.tap.calls for t in call if t.write[0] == Register.MOVESTEPS]
+    assert len(moves) == 3
+    assert len({frame[-2] for frame in moves}) == 1
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_homing_that_began_unheard_is_not_begun_again(seed: int) -> None:
+    world = World(frequency=None)
+    joint = world.joints[3]
+    joint.init()
+    spoilt = FaultyBus(world.tap, seed)
+    joint = Joint(spoilt, world.arm.clock, joint.parameters)
+    joint.init()
+    joint.enable()
+    spoilt.lose(Direction.BACK, When(first=Register.HOME, count=1))
+    spoilt.flip(Direction.OUT, When(first=Register.HOME, after=1, count=1))
+    joint.home()
+    assert joint.is_homed()
+
+
 def test_a_frame_that_arrived_broken_costs_one_more_exchange() -> None:
     world = World()
     joints = world.ready()

@@ -111,8 +111,8 @@ def test_an_arm_behind_a_socket_answers_the_same_bytes(served: tuple[SimulatedAr
     assert ok == b"O\x0c"
     assert isinstance(nobody, NoAcknowledgeError)
     assert stat.S_IMODE(os.stat(served[1]).st_mode) == 0o600
-    with pytest.raises(InvalidArgumentError, match="at most 64"):
-        bus.transfer([PING] * 65)
+    with pytest.raises(InvalidArgumentError, match="at most 255 bytes"):
+        bus.transfer([PING, PING._replace(write=bytes(256))])
     bus.close()
     with pytest.raises(BusUnavailableError, match="closed"):
         bus.transfer([PING])

@@ -20,16 +20,7 @@ from bioscara.errors import (
     RefusedError,
     WrongJointError,
 )
-from bioscara.protocol import (
-    READ,
-    TRAILER,
-    WRITE,
-    Answer,
-    Flags,
-    Message,
-    Refusal,
-    Register,
-)
+from bioscara.protocol import READ, TRAILER, WRITE, Answer, Flags, Message, Refusal, Register
 
 TRIES = 3
 """How often an exchange is tried, as the original driver does."""
@@ -42,7 +33,6 @@ _ARMED = int(Flags.ARMED)
 _PAUSE = 50e-6
 _TICK_PAUSE = 2e-3
 _ACKNOWLEDGE = ord("O")
-_ARMED = int(Flags.ARMED)
 _POWER_UP = Flags.NOTHOMED | Flags.NOTENABLED
 _FAULT = READ[Register.FAULT]
 _PING = READ[Register.PING]
@@ -162,6 +152,7 @@ class Session:
             self.require_v2(message.register.name)
         tries = TRIES if repeat or self.version == 2 else 1
         transaction: Transaction | None = None
+        unanswered = False
         for remaining in reversed(range(tries)):
             try:
                 if transaction is None:
@@ -172,11 +163,17 @@ class Session:
                 answer = self.take(message, self._bus.transfer((transaction,))[0])
             except CommunicationError as error:
                 problem: BioscaraError = error
+                unanswered = True
             else:
                 if not answer.flags & Flags.REFUSED:
                     return answer
-                problem = self.refusal(message)
-                transaction = None
+                if unanswered and remaining:
+                    # An earlier try may have been executed. The same frame again tells; asking
+                    # why takes a number, and with it the chance.
+                    problem = CorruptFrameError("the repetition was refused", self._address)
+                else:
+                    problem = self.refusal(message)
+                    transaction = None
             if not remaining or not worth_repeating(problem):
                 raise named_error(
                     self._joint, self._address, message.register, problem, tries

@@ -93,3 +93,275 @@ class Robot:
         self._stack: Stack | None = None
         self._stopping = threading.Event()
         self._begin = clock.now()
+
+    @classmethod
+    def simulated(
+        cls,
+        parameters: ArmParameters | None = None,
+        *,
+        v1: bool = False,
+        seed: int = 0,
+        pace_homing: bool = False,
+        pace_motion: bool = False,
+    ) -> Self:
+        """Return an arm that is simulated in this process: its firmware, its physics, its time.
+
+        Args:
+            parameters: The arm as data; the committed ones by default.
+            v1: Whether its joints speak protocol version 1 only, as existing arms do.
+            seed: Seed of everything random in it.
+            pace_homing: Whether homing takes as long as on the arm.
+            pace_motion: Whether motion takes as long as on the arm.
+        """
+        # Here and not above: the compiled firmware is a distribution of its own.
+        from bioscara.sim import FirmwareBus, SimulatedArm  # noqa: PLC0415
+
+        arm = SimulatedArm(seed=seed, v1=v1)
+        return cls(
+            FirmwareBus(arm),
+            PacedClock(arm.clock),
+            parameters or load_parameters(),
+            "simulation, in this process" + (", joints of protocol version 1" if v1 else ""),
+            pace_homing=pace_homing,
+            pace_motion=pace_motion,
+        )
+
+    @classmethod
+    def connect(
+        cls, name: str, parameters: ArmParameters | None = None, *, rate: int | None = None
+    ) -> Self:
+        """Return the arm on the bus of this name.
+
+        Args:
+            name: ``linux:1``, ``linux:/dev/i2c-1``, or ``sim:/path.sock`` for an arm that
+                ``bioscara simulate`` runs.
+            parameters: The arm as data; the committed ones by default.
+            rate: Control cycles per second [Hz]; None for what suits the joints.
+
+        Raises:
+            InvalidArgumentError: No bus has such a name.
+        """
+        kind, _, where = name.partition(":")
+        if kind == "sim" and where:
+            from bioscara.sim import SocketBus  # noqa: PLC0415
+
+            bus: Bus = SocketBus(Path(where))
+            description = f"simulation, in the process behind {where}"
+        else:
+            bus = open_bus(name, ("sim", "sim:/path.sock"))
+            description = f"real arm on {name}"
+        return cls(bus, MonotonicClock(), parameters or load_parameters(), description, rate=rate)
+
+    def __enter__(self) -> Self:
+        try:
+            self._arm.configure()
+            self._stack = Stack(
+                self._arm, self.clock, self.parameters, self._rate, self._evidence
+            )
+            self._stack.manager.switch(self.clock.now(), (BROADCASTER,))
+        except BaseException:
+            self.bus.close()
+            raise
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        try:
+            self.shutdown()
+        finally:
+            self.bus.close()
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """The drivers of the joints."""
+        return self._arm.joints
+
+    @property
+    def state(self) -> JointStates:
+        """What the joints are seen to do; asks them."""
+        stack = self._running()
+        if stack.broadcaster.states is None or stack.arm.state is not State.ACTIVE:
+            self._cycle(Phase.SETTLING)
+        states = stack.broadcaster.states
+        if states is None:
+            raise BioscaraError("the joint states are not told: the broadcaster is not active")
+        return states
+
+    @property
+    def faults(self) -> tuple[Fault, ...]:
+        """What stopped the arm and is not recovered from, first cause first."""
+        return tuple(self._running().supervisor.faults)
+
+    @property
+    def period(self) -> float:
+        """Time between two setpoints [s]."""
+        return self._running().loop.period
+
+    def enable(self) -> None:
+        """Engage all joints where they stand; nothing moves.
+
+        Raises:
+            FaultedError: A fault is latched.
+            BioscaraError: A joint did not engage; all are released.
+        """
+        stack = self._running()
+        stack.supervisor.require_clear()
+        if stack.arm.state is State.UNCONFIGURED:
+            stack.arm.configure()
+        if stack.arm.state is State.INACTIVE:
+            stack.arm.activate()
+            stack.loop.restart()
+
+    def disable(self) -> None:
+        """Bring all joints to rest and release them; they stay homed."""
+        stack = self._running()
+        if stack.arm.state is State.ACTIVE:
+            stack.manager.set_hardware_state(stack.arm.name, State.INACTIVE, self.clock.now())
+
+    def home(self, observe: Observe = _ignore, cancelled: Cancelled = _never) -> None:
+        """Home the joints that are not homed, in the order of the parameters.
+
+        Args:
+            observe: Takes a record of all joints each cycle.
+            cancelled: Asked each cycle; True ends the homing.
+
+        Raises:
+            MotionCancelledError: It was asked to end; the arm is at rest.
+            HomingError: A joint found no home that can be trusted.
+            BioscaraError: As the drivers.
+        """
+        stack = self._running()
+        self._pace(self._pace_homing)
+        self.enable()
+        directions = {
+            axis.name: axis.joint.parameters.homing.velocity
+            for axis in stack.arm.axes
+            if not axis.homed
+        }
+        if not directions:
+            return
+        stack.use(HOMING, self.clock.now())
+        goal = stack.homing.send_goal(directions)
+        recorder = Recorder(stack, self._begin)
+        self._run(lambda: goal.done, cancelled, observe, recorder, Phase.HOMING, math.nan)
+        if goal.status is not Status.SUCCEEDED:
+            raise HomingError(goal.text)
+        stack.manager.switch(self.clock.now(), (), (HOMING,))
+
+    def move_joints(
+        self,
+        positions: Sequence[float],
+        speed: float = 1.0,
+        observe: Observe = _ignore,
+        cancelled: Cancelled = _never,
+    ) -> None:
+        """Move all joints to a place; they start and end together.
+
+        Args:
+            positions: One for each joint [rad or m].
+            speed: Share of the speed limits to use, above 0 and at most 1.
+            observe: Takes a record of all joints each cycle.
+            cancelled: Asked each cycle; True ends the motion.
+
+        Raises:
+            TrajectoryError: A position is outside its limits or not finite; nothing moved.
+            BioscaraError: As :meth:`follow`.
+        """
+        if len(positions) != len(self.joints):
+            raise TrajectoryError(f"{len(positions)} positions for {len(self.joints)} joints")
+        self._prepare()
+        names, here = self._names, self._here()
+        motion = ramp(names, here, positions, self.parameters.joints, speed)
+        recorder = Recorder(self._running(), self._begin)
+        self._execute(motion, observe, cancelled, recorder, Phase.TRAJECTORY)
+
+    def follow(
+        self,
+        trajectory: Trajectory,
+        observe: Observe = _ignore,
+        cancelled: Cancelled = _never,
+        *,
+        approach: bool = False,
+    ) -> None:
+        """Follow a trajectory.
+
+        If anything ends it early, all joints that can still be reached ramp down together within
+        their acceleration limits before this raises.
+
+        Args:
+            trajectory: For some or all of the joints; the others hold.
+            observe: Takes a record of all joints each cycle.
+            cancelled: Asked each cycle; True ends the motion.
+            approach: Whether to go to its start on a planned ramp from wherever the arm is.
+
+        Raises:
+            TrajectoryError: It breaks a limit, or starts too far from where the arm is; nothing
+                moved.
+            MotionCancelledError: It was asked to end; the arm is at rest.
+            NotHomedError: A joint does not know its position.
+            FaultedError: A fault is latched.
+            GoalAbortedError: It was not followed to its end.
+            BioscaraError: What stopped the arm.
+        """
+        check(trajectory, self.parameters.joints)
+        self._prepare()
+        here = self._here()
+        start = dict(zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True))
+        goal = [start.get(name, where) for name, where in zip(self._names, here, strict=True)]
+        if not approach:
+            self._require_near(here, goal)
+        lead = ramp(self._names, here, goal, self.parameters.joints)
+        recorder = Recorder(self._running(), self._begin)
+        self._execute(
+            lead, observe, cancelled, recorder, Phase.APPROACH, self.clock.now() + lead.duration
+        )
+        self._execute(trajectory, observe, cancelled, recorder, Phase.TRAJECTORY)
+
+    def stop(self) -> None:
+        """End whatever moves, from any thread: it raises MotionCancelledError once at rest."""
+        self._stopping.set()
+
+    def clear_faults(self) -> list[str]:
+        """Acknowledge the faults that joints latched before; nothing moves.
+
+        Returns:
+            A sentence for each.
+        """
+        return self._arm.clear_faults()
+
+    def acknowledge(self) -> tuple[Fault, ...]:
+        """Take note of the faults: writes their evidence; nothing moves.
+
+        Raises:
+            FaultedError: There is none.
+            OSError: The evidence cannot be written.
+        """
+        return tuple(self._running().supervisor.acknowledge())
+
+    def recover(self) -> None:
+        """Clear acknowledged faults; nothing moves, and :meth:`enable` comes next.
+
+        Raises:
+            FaultedError: They are not acknowledged.
+            BioscaraError: A joint does not answer.
+        """
+        self._running().supervisor.recover(self.clock.now())
+
+    def shutdown(self) -> list[str]:
+        """Stop and disable all joints; does nothing when that is done already.
+
+        Returns:
+            A sentence for each joint that could not be stopped or disabled.
+        """
+        stack, self._stack = self._stack, None
+        if stack is None:
+            return []
+        if stack.arm.state is State.ACTIVE or any(
+            not axis.joint.session.flags & Flags.NOTENABLED for axis in stack.arm.axes
+        ):
+            return stop_and_disable(self.joints)
+        return []

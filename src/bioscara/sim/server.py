@@ -50,12 +50,13 @@ def serve(
             selector.register(listener, selectors.EVENT_READ)
             lead = wall.now() - arm.now()
             while not cancelled():
+                ready = selector.select(_STEP)
                 lead = _catch_up(arm, wall, lead)
-                for key, _ in selector.select(_STEP):
+                for key, _ in ready:
                     if key.fileobj is listener:
                         _accept(listener, selector)
                     else:
-                        _answer(arm, key.fileobj, selector)
+                        _answer(arm, key.fileobj, selector, wall, lead)
             for key in list(selector.get_map().values()):
                 _hang_up(key.fileobj)
     finally:
@@ -121,11 +122,20 @@ def _hang_up(connection: object) -> None:
         connection.close()
 
 
-def _answer(arm: SimulatedArm, connection: object, selector: selectors.BaseSelector) -> None:
+def _answer(
+    arm: SimulatedArm,
+    connection: object,
+    selector: selectors.BaseSelector,
+    wall: Clock,
+    lead: float,
+) -> None:
     if not isinstance(connection, socket.socket):
         return
     try:
-        connection.sendall(encode_reply(arm.transfer(receive_request(connection))))
+        reply = encode_reply(arm.transfer(receive_request(connection)))
+        # The bus took its time: a client that asks on and on must not make the arm live faster.
+        wall.sleep_until(arm.now() + lead)
+        connection.sendall(reply)
     except (OSError, BusUnavailableError):
         selector.unregister(connection)
         connection.close()

@@ -9,7 +9,7 @@ from pathlib import Path
 from bioscara.bus import Bus, Transaction
 from bioscara.errors import BusUnavailableError, CommunicationError
 from bioscara.sim.firmware_bus import failure
-from bioscara.sim.framing import encode_request, receive_reply
+from bioscara.sim.framing import TRANSACTIONS_MAX, encode_request, receive_reply
 
 _TIMEOUT = 2.0
 
@@ -31,15 +31,20 @@ class SocketBus(Bus):
 
         Raises:
             BusUnavailableError: The bus is closed, or no arm answers behind the socket.
-            InvalidArgumentError: More or larger transactions than a frame carries.
+            InvalidArgumentError: A larger transaction than a frame carries.
         """
         if self._closed:
             raise BusUnavailableError(f"the bus to {self._path} is closed")
-        request = encode_request(transactions)
+        requests = [
+            encode_request(transactions[begin : begin + TRANSACTIONS_MAX])
+            for begin in range(0, len(transactions), TRANSACTIONS_MAX)
+        ]
         connection = self._connection or self._connect()
+        results: list[bytes | int] = []
         try:
-            connection.sendall(request)
-            results = receive_reply(connection)
+            for request in requests:
+                connection.sendall(request)
+                results += receive_reply(connection)
         except (OSError, BusUnavailableError) as error:
             self._release()
             raise BusUnavailableError(

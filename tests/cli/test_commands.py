@@ -1,0 +1,251 @@
+"""What people type, beside the demo: older joints, missing joints, real files, bad wires."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import signal
+from collections.abc import Callable, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+import bioscara.sim
+from bioscara.bus import Bus, Direction, FaultyBus, Transaction, When
+from bioscara.cli import main
+from bioscara.errors import CommunicationError
+from bioscara.model import load_parameters
+from bioscara.planning import read
+from bioscara.protocol import Register
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+DATA = Path(__file__).parents[1] / "data"
+PTP = str(DATA / "planned_pilz_ptp.yaml")
+TOO_FAST = str(DATA / "planned_time_optimal.yaml")
+LIMITS = {joint.name: joint for joint in load_parameters().joints}
+
+Wire = Callable[[Callable[[SimulatedArm], Bus]], None]
+
+
+@pytest.fixture
+def wire(monkeypatch: pytest.MonkeyPatch) -> Wire:
+    """Puts another bus in front of the arm that is simulated in this process."""
+    return lambda make: monkeypatch.setattr(bioscara.sim, "FirmwareBus", make)
+
+
+def rows(folder: Path) -> list[dict[str, str]]:
+    with (folder / "samples.csv").open(newline="") as file:
+        return list(csv.DictReader(file, strict=True))
+
+
+def line(text: str, name: str) -> str:
+    """The line of a table that begins with ``name``."""
+    found = re.search(rf"^ *{name} .*$", text, re.M)
+    assert found, text
+    return found[0]
+
+
+def tracking_errors(folder: Path) -> dict[str, float]:
+    """Largest tracking error of each joint during the trajectory [rad or m]."""
+    return {
+        name: max(
+            abs(float(row[f"{name}_position"]) - float(row[f"{name}_reference"]))
+            for row in rows(folder)
+            if row["phase"] == "trajectory" and row[f"{name}_position"]
+        )
+        for name in LIMITS
+    }
+
+
+def test_joints_lists_all_four(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["joints"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    for name, joint in LIMITS.items():
+        assert f"{joint.address:#04x}" in line(out, name)
+        assert "protocol 2, firmware" in line(out, name)
+        assert "power on" in line(out, name)
+
+
+def test_joints_of_version_1_are_listed_with_what_they_cannot_tell(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    assert main(["joints", "--v1"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "protocol version 1" in out
+    for name in LIMITS:
+        assert re.search(r"protocol 1 +NOTHOMED NOTENABLED +no", line(out, name))
+        assert line(out, name).count("not told") == 3
+
+
+@pytest.mark.parametrize("words", [["joints"], ["joints", "--v1"]])
+def test_a_missing_joint_is_named_and_hides_no_other(
+    words: list[str], wire: Wire, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def without_j3(arm: SimulatedArm) -> Bus:
+        arm.set_power("j3", False)
+        return FirmwareBus(arm)
+
+    wire(without_j3)
+    assert main(words) == 1
+    out, err = capsys.readouterr()
+    assert "missing" in line(out, "j3")
+    assert out.count("missing") == 1
+    assert len(err.splitlines()) == 1
+    assert "j3" in err
+    assert "0x13" in err
+
+
+def test_a_run_with_a_missing_joint_is_refused_before_anything_moves(
+    wire: Wire, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arms: list[SimulatedArm] = []
+
+    def without_j3(arm: SimulatedArm) -> Bus:
+        arms.append(arm)
+        arm.set_power("j3", False)
+        return FirmwareBus(arm)
+
+    wire(without_j3)
+    assert main(["run", PTP, "--out", str(tmp_path / "run")], paced=False) == 2
+    assert "j3" in capsys.readouterr().err
+    assert not (tmp_path / "run").exists()
+    assert not any(arms[0].has_torque(name) for name in LIMITS)
+
+
+@pytest.mark.parametrize("words", [[], ["--v1"]])
+def test_a_planned_trajectory_is_followed(
+    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", PTP, "--out", str(tmp_path), *words], paced=False) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert PTP in out
+    version = "protocol 1" if words else "protocol 2"
+    assert version in line((tmp_path / "report.txt").read_text(), "j1 +0x11")
+    trajectory = [row for row in rows(tmp_path) if row["phase"] == "trajectory"]
+    times = [float(row["time"]) for row in trajectory]
+    assert (times[-1] - times[0]) / (len(times) - 1) == pytest.approx(
+        0.02 if words else 0.01, rel=0.01
+    )
+    goal = read(Path(PTP)).trajectory
+    for index, name in enumerate(goal.joint_names):
+        span = LIMITS[name].upper - LIMITS[name].lower
+        assert float(rows(tmp_path)[-1][f"{name}_position"]) == pytest.approx(
+            goal.positions[-1, index], abs=1e-3 * span
+        )
+        if not words:
+            assert tracking_errors(tmp_path)[name] < 2e-3 * span
+
+
+def test_too_fast_is_refused_with_joint_time_value_and_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["run", TOO_FAST], paced=False) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert re.search(
+        r"j2 at \d\.\d+ s: velocity -?0\.\d+ m/s exceeds the limit of 0\.03 m/s; --fit", err
+    )
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_fit_stretches_it_and_says_by_how_much(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["run", TOO_FAST, "--fit", "--out", str(tmp_path)], paced=False) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    told = re.search(r"stretched in time by (\d+\.\d+) to fit the limits", out)
+    assert told
+    duration = read(Path(TOO_FAST)).trajectory.duration
+    executed = read(tmp_path / "trajectory.csv").trajectory
+    assert executed.duration == pytest.approx(duration * float(told[1]), rel=1e-3)
+    assert "stretched in time" in (tmp_path / "report.txt").read_text()
+    speeds = [
+        abs(float(row["j2_velocity"])) for row in rows(tmp_path) if row["phase"] == "trajectory"
+    ]
+    assert max(speeds) == pytest.approx(LIMITS["j2"].max_velocity, rel=0.15)
+
+
+class CtrlC(Bus):
+    """Another bus, and a person who presses Ctrl-C when so many frames of a register passed."""
+
+    def __init__(self, bus: Bus, register: Register, count: int) -> None:
+        self._bus, self._first, self._count = bus, bytes((register,)), count
+
+    def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+        seen = sum(transaction.write[:1] == self._first for transaction in transactions)
+        if seen and 0 < self._count <= seen:
+            os.kill(os.getpid(), signal.SIGINT)
+        self._count -= seen
+        return self._bus.transfer(transactions)
+
+    def close(self) -> None:
+        self._bus.close()
+
+
+def garble(bus: FaultyBus) -> None:
+    for direction in Direction:
+        bus.flip(direction, When(probability=0.01))
+        bus.lose(direction, When(probability=0.005))
+
+
+def deafen(bus: FaultyBus) -> None:
+    bus.off(When(probability=0.02))
+
+
+@pytest.mark.parametrize("spoil", [garble, deafen])
+@pytest.mark.parametrize(
+    ("register", "count", "phase"),
+    [
+        (Register.HOME, 1, "homing"),
+        (Register.HOME, 3, "homing"),
+        (Register.TRACK, 100, "approach"),
+        (Register.TRACK, 5000, "trajectory"),
+    ],
+)
+def test_ctrl_c_over_a_bad_wire_ramps_down_disables_and_reports(
+    spoil: Callable[[FaultyBus], None],
+    register: Register,
+    count: int,
+    phase: str,
+    wire: Wire,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    arms: list[SimulatedArm] = []
+
+    def make(arm: SimulatedArm) -> Bus:
+        arms.append(arm)
+        faulty = FaultyBus(FirmwareBus(arm), seed=5, clock=arm.clock)
+        spoil(faulty)
+        return CtrlC(faulty, register, count)
+
+    wire(make)
+    assert main(["demo", "--out", str(tmp_path)], paced=False) == 130
+    out, err = capsys.readouterr()
+    assert len(err.splitlines()) == 1
+    assert "interrupted" in err
+    assert ("before the start of the trajectory" in err) == (phase == "approach")
+    assert "all joints were stopped and disabled" in out
+    arm = arms[0]
+    for name in LIMITS:
+        assert not arm.has_torque(name)
+        assert abs(arm.velocity(name)) < 1e-2
+    samples = rows(tmp_path)
+    last = [row for row in samples if row["phase"] != "stopping"][-1]
+    assert last["phase"] == phase
+    assert re.search(r"^  outcome +CANCELLED", (tmp_path / "report.txt").read_text(), re.M)
+    assert (tmp_path / "plot.html").read_text().rstrip().endswith("</html>")
+    assert all(None not in row and None not in row.values() for row in samples)
+    for name, limit in LIMITS.items() if phase != "homing" else ():
+        ramp = [row for row in samples if row["phase"] == "stopping"]
+        speeds = [float(row[f"{name}_reference_velocity"]) for row in (last, *ramp)]
+        steps = [abs(b - a) for a, b in pairwise(speeds)]
+        assert max(steps) <= limit.max_acceleration * 0.02 * 1.5
+        assert abs(speeds[-1]) < 1e-6

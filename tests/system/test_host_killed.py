@@ -1,0 +1,128 @@
+"""The host is killed while a joint moves; the joints live on in a process of their own."""
+
+from __future__ import annotations
+
+import math
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from bioscara.bus import Transaction
+from bioscara.clock import MonotonicClock
+from bioscara.drivers import Joint
+from bioscara.errors import JointFaultError, NotEnabledError
+from bioscara.model import load_parameters
+from bioscara.protocol import READ, Fault, JointState, Register
+from bioscara.sim import SocketBus
+
+SILENCE = 0.060
+SLACK = 0.25
+"""What a busy machine may add: by so much does the server let its time lag behind [s]."""
+MOVING, RESTING = 0.3, 0.02
+"""Speeds above and below which the joint surely moves and rests [rad/s]."""
+MOTOR_STEP_DEG = 1.8
+J4 = load_parameters().joints[3]
+HOST = Path(__file__).parent / "moving_host.py"
+
+
+class Arm:
+    """The arm's process, and a client that only looks."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.bus = SocketBus(path)
+
+    def position(self) -> float:
+        """Position of the motor [degrees], without the joint's offset."""
+        return self._ask(Register.ANGLEMOVED)
+
+    def speed(self) -> float:
+        """Speed of the joint [rad/s]."""
+        rpm = self._ask(Register.GETENCODERRPM)
+        return abs(rpm * 2.0 * math.pi / 60.0 / J4.reduction)
+
+    def _ask(self, register: Register) -> float:
+        # A bare frame takes no part in the host's session, neither its sequence nor its watchdog.
+        message = READ[register]
+        request = Transaction(J4.address, message.encode_v1(), message.answer_size)
+        (answer,) = self.bus.transfer([request])
+        assert isinstance(answer, bytes), answer
+        return message.decode_v1(answer).values[0]
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Arm]:
+    path = tmp_path_factory.mktemp("simulate") / "arm.sock"
+    with subprocess.Popen(
+        [sys.executable, "-u", "-m", "bioscara", "simulate", "--socket", str(path)],
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout
+        assert str(path) in process.stdout.readline()
+        try:
+            served = Arm(path)
+            with served.bus:
+                yield served
+        finally:
+            process.terminate()
+            process.wait(10)
+    assert process.returncode == 0
+
+
+@contextmanager
+def moving_host(arm: Arm, motion: str) -> Iterator[subprocess.Popen[str]]:
+    """A host that begins to move the joint now."""
+    with subprocess.Popen(
+        [sys.executable, "-u", str(HOST), str(arm.path), motion], stdout=subprocess.PIPE, text=True
+    ) as host:
+        try:
+            assert host.stdout
+            assert host.stdout.readline() == "moving\n", "the host did not get that far"
+            yield host
+        finally:
+            host.kill()
+    assert host.returncode == -signal.SIGKILL
+
+
+@pytest.mark.parametrize("motion", ["track", "velocity"])
+def test_the_joint_of_a_killed_host_stops_by_itself_and_the_next_host_learns_why(
+    arm: Arm, motion: str
+) -> None:
+    seed = random.randrange(2**32)
+    print(f"seed {seed}")  # noqa: T201 (pytest shows it when the test fails)
+    phase = random.Random(seed).uniform(0.0, 1.5)
+    with moving_host(arm, motion):
+        begin = time.monotonic()
+        while (speed := arm.speed()) < MOVING or time.monotonic() - begin < phase:
+            assert time.monotonic() - begin < 10.0, "the joint does not move"
+    killed = time.monotonic()
+    while arm.speed() > RESTING:
+        assert time.monotonic() - killed < 5.0, "the joint does not stop"
+    assert time.monotonic() - killed < SILENCE + speed / J4.max_acceleration + SLACK
+
+    with SocketBus(arm.path) as bus:
+        joint = Joint(bus, MonotonicClock(), J4)
+        joint.init()
+        assert joint.is_homed()
+        # The rotor swings out before the joint calls itself at rest.
+        while (state := joint.read_state().state) is not JointState.FAULTED:
+            assert state is JointState.STOPPING
+        rest = arm.position()
+        assert joint.get_fault().fault == Fault.SETPOINT_LOST.name
+        for move in (lambda: joint.set_position(0.0), lambda: joint.set_velocity(1.0)):
+            with pytest.raises(NotEnabledError):
+                move()
+        with pytest.raises(JointFaultError, match="SETPOINT_LOST"):
+            joint.enable()
+        assert arm.position() == pytest.approx(rest, abs=MOTOR_STEP_DEG)
+        joint.clear_fault(Fault.SETPOINT_LOST.name)
+        assert not joint.is_enabled()
+    assert arm.position() == pytest.approx(rest, abs=MOTOR_STEP_DEG)
