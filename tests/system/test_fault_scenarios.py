@@ -69,7 +69,7 @@ class Scene:
                 self.struck = self.arm.now()
                 fault()
 
-        self.robot.follow(self.trajectory(), observe)
+        self.robot.follow(self.trajectory(), observe, approach=True)
 
     def all_at_rest(self) -> bool:
         return all(abs(self.arm.velocity(name)) < 0.02 for name in NAMES)
@@ -333,7 +333,7 @@ def test_ctrl_c_ramps_the_arm_down_within_its_limits() -> None:
             cancelled[0] = record.trajectory_time > 0.6
 
         with pytest.raises(MotionCancelledError):
-            scene.robot.follow(scene.trajectory(), observe, lambda: cancelled[0])
+            scene.robot.follow(scene.trajectory(), observe, lambda: cancelled[0], approach=True)
         assert all(abs(scene.arm.velocity(name)) < 0.1 for name in NAMES)
         assert scene.robot.shutdown() == []
         assert all(joint.read_state().state is JointState.DISABLED for joint in scene.robot.joints)

@@ -144,7 +144,7 @@ def _move(robot: Robot, plan: Plan, cancelled: Interruption, observer: Observer)
         observer.phase("homing " + ", ".join(robot.parameters.homing_order))
         robot.home(observer.cycle, cancelled)
         observer.phase("following the trajectory")
-        robot.follow(plan.trajectory, observer.cycle, cancelled)
+        robot.follow(plan.trajectory, observer.cycle, cancelled, approach=True)
     except MotionCancelledError as error:
         outcome, message = Outcome.CANCELLED, f"{error}; all joints were stopped and disabled"
     except BioscaraError as error:

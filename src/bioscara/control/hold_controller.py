@@ -39,6 +39,11 @@ class HoldController(Controller[HoldParameters]):
     PARAMETERS = HoldParameters
 
     @property
+    def ended(self) -> bool:
+        """Whether the ramp has ended."""
+        return self._elapsed >= self._duration
+
+    @property
     def command_interfaces(self) -> tuple[str, ...]:
         """Position of each joint, then velocity of each where that is commanded too."""
         parameters = self.parameters

@@ -16,6 +16,7 @@ from pathlib import Path
 from bioscara.control.faults import Fault, FaultKind, Stop, classify, says_power_is_gone, source_of
 from bioscara.control.flight_record import FlightRecord
 from bioscara.control.following import Following
+from bioscara.control.hold_controller import HoldController
 from bioscara.control.manager import ControllerManager
 from bioscara.errors import BioscaraError, FaultedError, ModeSwitchError
 from bioscara.hardware import HOME, ArmHardware, State
@@ -103,7 +104,7 @@ class Supervisor:
                 error = following.check(time, period)
                 if error is not None:
                     self.fault(error, error.joint, time)
-        elif self.state is FaultState.STOPPING and self._ended(time):
+        elif self.state is FaultState.STOPPING and self.at_rest(time, self._since):
             self.state = FaultState.LATCHED
             if self.faults[0].kind.stop is Stop.DISABLE:
                 self._release(time)
@@ -212,6 +213,27 @@ class Supervisor:
         self.faults.clear()
         self.state, manager.lock = FaultState.CLEAR, ""
 
+    def at_rest(self, time: float, since: float) -> bool:
+        """Return whether all joints that can be reached stand, or had long enough to do so.
+
+        Args:
+            time: Now [s].
+            since: When they were told to stop [s].
+        """
+        if self._arm.state is not State.ACTIVE or time - since > _REST_TIME:
+            return True
+        hold = self._manager.controller(self._hold)
+        if isinstance(hold, HoldController) and hold.state is State.ACTIVE and not hold.ended:
+            return False
+        return all(
+            axis.halted is not None
+            or (
+                not axis.homing.running
+                and abs(axis.sample.velocity) < REST_SHARE * axis.velocity_limit
+            )
+            for axis in self._arm.axes
+        )
+
     def _name_power_loss(self, time: float) -> None:
         """Make it POWER_LOST where several joints dropped out together as they then do."""
         recent = {
@@ -223,18 +245,6 @@ class Supervisor:
         }
         if len(recent) >= len(self._arm.axes) - 1 and self.faults[0].source in recent:
             self.faults[0] = replace(self.faults[0], kind=FaultKind.POWER_LOST)
-
-    def _ended(self, time: float) -> bool:
-        if self._arm.state is not State.ACTIVE or time - self._since > _REST_TIME:
-            return True
-        return all(
-            axis.halted is not None
-            or (
-                not axis.homing.running
-                and abs(axis.sample.velocity) < REST_SHARE * axis.velocity_limit
-            )
-            for axis in self._arm.axes
-        )
 
     def _release(self, time: float) -> None:
         """Let go of the joints, whatever they say to it."""

@@ -142,6 +142,7 @@ class ArmHardware(HardwareComponent):
     def read(self, time: float, period: float) -> None:
         """Measure every joint that did not already say where it is when it was written to."""
         self.problems.clear()
+        self.bus_time = 0.0
         asked = [axis for axis in self.axes if not axis.answered and not _gone(axis)]
         if asked:
             self._ask(asked)
@@ -235,7 +236,7 @@ class ArmHardware(HardwareComponent):
         start = self._clock.now()
         outcomes = read_states([axis.joint for axis in axes], retry=True)
         self._take(axes, outcomes, start, start, answered=False)
-        self.bus_time = self._clock.now() - start
+        self.bus_time += self._clock.now() - start
 
     def _follow(self, axes: Sequence[Axis], time: float, period: float) -> None:
         start = self._clock.now()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -15,6 +16,7 @@ from bioscara.clock import Clock, MonotonicClock
 from bioscara.control.faults import Fault
 from bioscara.control.joint_state_broadcaster import JointStates
 from bioscara.control.joint_trajectory import Goal, JointTrajectory, Status
+from bioscara.control.supervisor import FaultState
 from bioscara.drivers import Joint
 from bioscara.errors import (
     BioscaraError,
@@ -22,16 +24,18 @@ from bioscara.errors import (
     HomingError,
     MotionCancelledError,
     NotHomedError,
+    NotInitializedError,
     TrajectoryError,
 )
 from bioscara.hardware import ArmHardware, State
 from bioscara.hardware.stopping import stop_and_disable
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.planning import Trajectory, check, ramp
+from bioscara.protocol import Flags
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot.pacing import PacedClock
 from bioscara.robot.records import Cancelled, Observe, Recorder
-from bioscara.robot.stack import BROADCASTER, HOLD, HOMING, TRAJECTORY, Stack
+from bioscara.robot.stack import BROADCASTER, HOMING, TRAJECTORY, Stack
 
 SETTLING = 0.3
 """How long the end of a trajectory is held, so that the arm is seen to rest there [s]."""
@@ -155,9 +159,7 @@ class Robot:
     def __enter__(self) -> Self:
         try:
             self._arm.configure()
-            self._stack = Stack(
-                self._arm, self.clock, self.parameters, self._rate, self._evidence
-            )
+            self._stack = Stack(self._arm, self.clock, self.parameters, self._rate, self._evidence)
             self._stack.manager.switch(self.clock.now(), (BROADCASTER,))
         except BaseException:
             self.bus.close()
@@ -185,7 +187,7 @@ class Robot:
         """What the joints are seen to do; asks them."""
         stack = self._running()
         if stack.broadcaster.states is None or stack.arm.state is not State.ACTIVE:
-            self._cycle(Phase.SETTLING)
+            self._cycle()
         states = stack.broadcaster.states
         if states is None:
             raise BioscaraError("the joint states are not told: the broadcaster is not active")
@@ -365,3 +367,129 @@ class Robot:
         ):
             return stop_and_disable(self.joints)
         return []
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(joint.name for joint in self.parameters.joints)
+
+    def _running(self) -> Stack:
+        if self._stack is None:
+            raise NotInitializedError("the robot is not connected: use it in a with statement")
+        return self._stack
+
+    def _pace(self, paced: bool) -> None:
+        if isinstance(self.clock, PacedClock):
+            self.clock.paced = paced
+
+    def _prepare(self) -> None:
+        """Make the arm ready to follow a trajectory; nothing moves."""
+        stack = self._running()
+        self._stopping.clear()
+        self._pace(self._pace_motion)
+        self.enable()
+        for axis in stack.arm.axes:
+            if not axis.homed:
+                raise NotHomedError(
+                    f"{axis.name} is not homed: its position is unknown; home() first", axis.name
+                )
+        self._cycle()
+        stack.use(TRAJECTORY, self.clock.now())
+
+    def _here(self) -> list[float]:
+        """Return where the joints are; at an end stop they may read a hair beyond the limit."""
+        return [
+            min(max(axis.position.value, axis.lower), axis.upper)
+            for axis in self._running().arm.axes
+        ]
+
+    def _require_near(self, here: Sequence[float], start: Sequence[float]) -> None:
+        for joint, where, there in zip(self.parameters.joints, here, start, strict=True):
+            limit = START_TOLERANCE[joint.unit]
+            if abs(there - where) > limit:
+                raise TrajectoryError(
+                    f"{joint.name} is at {where:.4f} {joint.unit} and the trajectory starts at "
+                    f"{there:.4f}: more than {limit:.4f} {joint.unit} apart; move_joints() there "
+                    "first, or follow(..., approach=True)"
+                )
+
+    def _execute(
+        self,
+        trajectory: Trajectory,
+        observe: Observe,
+        cancelled: Cancelled,
+        recorder: Recorder,
+        phase: Phase,
+        zero: float | None = None,
+    ) -> None:
+        """Follow a checked trajectory that starts where the arm is, and hold its end a moment."""
+        stack, now = self._running(), self.clock.now()
+        goal = stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), now)
+        begin = now if zero is None else zero
+        self._run(lambda: goal.done, cancelled, observe, recorder, phase, begin)
+        if goal.status is not Status.SUCCEEDED:
+            raise GoalAbortedError(goal.text, goal.error_code)
+        if phase is Phase.TRAJECTORY:
+            until = self.clock.now() + SETTLING
+            self._run(
+                lambda: self.clock.now() >= until,
+                cancelled,
+                observe,
+                recorder,
+                Phase.SETTLING,
+                begin,
+            )
+
+    def _run(
+        self,
+        done: Callable[[], bool],
+        cancelled: Cancelled,
+        observe: Observe,
+        recorder: Recorder,
+        phase: Phase,
+        zero: float,
+    ) -> None:
+        """Run cycles until ``done``; whatever ends them early, the arm is at rest afterwards."""
+        stack = self._running()
+        stack.loop.restart()
+        supervisor = stack.supervisor
+        try:
+            while not done():
+                if self._stopping.is_set() or cancelled():
+                    self._stopping.clear()
+                    into = "" if math.isnan(zero) else f" {self.clock.now() - zero:.2f} s into it"
+                    raise MotionCancelledError(f"interrupted while {_DOING[phase]}{into}")
+                cycle = stack.loop.step()
+                observe(recorder.record(cycle, phase, zero))
+                if supervisor.state is not FaultState.CLEAR:
+                    raise _cause(supervisor.faults[0])
+        except BaseException:
+            self._come_to_rest(observe, recorder, zero)
+            raise
+
+    def _come_to_rest(self, observe: Observe, recorder: Recorder, zero: float) -> None:
+        stack = self._running()
+        supervisor, now = stack.supervisor, self.clock.now()
+        supervisor.stop(now)
+        while not supervisor.at_rest(self.clock.now(), now):
+            observe(recorder.record(stack.loop.step(), Phase.STOPPING, zero))
+        if supervisor.faults:
+            with suppress(OSError):
+                supervisor.keep_evidence()
+
+    def _cycle(self) -> None:
+        stack = self._running()
+        stack.loop.restart()
+        stack.loop.step()
+
+
+_DOING = {
+    Phase.HOMING: "homing",
+    Phase.APPROACH: "going to the start of the trajectory",
+    Phase.TRAJECTORY: "following the trajectory",
+    Phase.SETTLING: "settling",
+}
+
+
+def _cause(fault: Fault) -> BaseException:
+    """Return what befell the arm as it is raised."""
+    return fault.cause

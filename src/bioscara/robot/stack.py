@@ -99,9 +99,7 @@ class Stack:
         return controller
 
 
-def _controllers(
-    parameters: ArmParameters, version: int
-) -> list[tuple[str, str, dict[str, Any]]]:
+def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str, dict[str, Any]]]:
     """Return name, type and parameters of the controllers of an arm."""
     joints = tuple(joint.name for joint in parameters.joints)
     both = (POSITION, VELOCITY)
