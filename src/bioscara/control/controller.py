@@ -28,6 +28,7 @@ class Controller(ABC, Generic[P]):
         name: As given.
         parameters: As given.
         state: Where it is in its life; changed by the manager only.
+        nominal_period: Time from update to update as it should be [s]; set before ``on_activate``.
         command_handles: The claimed command interfaces while it is active.
         state_handles: The state interfaces while it is active.
     """
@@ -38,6 +39,7 @@ class Controller(ABC, Generic[P]):
     def __init__(self, name: str, parameters: P) -> None:
         self.name, self.parameters = name, parameters
         self.state = State.UNCONFIGURED
+        self.nominal_period = 0.0
         self.command_handles: tuple[CommandInterface, ...] = ()
         self.state_handles: tuple[StateInterface, ...] = ()
 

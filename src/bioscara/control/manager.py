@@ -335,6 +335,8 @@ class ControllerManager:
                 done.append(controller)
 
     def _activate(self, controller: AnyController, time: float) -> None:
+        schedule = Schedule(self.rate, controller.parameters.update_rate)
+        controller.nominal_period = 1.0 / schedule.rate
         controller.bind(self.claims.commands, self.claims.states)
         joints = {handle.joint for handle in controller.command_handles}
         self.limiter.begin(joints - self._moving)
@@ -347,8 +349,7 @@ class ControllerManager:
         for handle in controller.command_handles:
             handle.owner = controller.name
         controller.state = State.ACTIVE
-        rate = controller.parameters.update_rate
-        self._active.append((controller, Schedule(self.rate, rate)))
+        self._active.append((controller, schedule))
 
     def _deactivate(self, controller: AnyController, time: float) -> None:
         controller.on_deactivate(time)

@@ -200,7 +200,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         if not course.begun:
             course.begin(self._begin_state(), self._time)
         here = course.sample(self._time)
-        step = period * self.scaling
+        step = self.nominal_period * self.scaling
         ahead = course.sample(self._time + step).values
         actual = self._measured()
         error = self._error(here.values, actual, time)
