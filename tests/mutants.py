@@ -118,6 +118,20 @@ MUTANTS = (
         DRIVERS,
     ),
     Mutant(
+        "number of a repeated frame, on the host",
+        "src/bioscara/drivers/session.py",
+        "if unanswered and remaining:",
+        "if False:",
+        ("tests/drivers/test_doubt.py",),
+    ),
+    Mutant(
+        "common ramp of an interrupted arm",
+        "src/bioscara/robot/robot.py",
+        "while streamer.last is not None:",
+        "while False:",
+        ("tests/cli/test_commands.py",),
+    ),
+    Mutant(
         "limits of a trajectory",
         "src/bioscara/planning/check.py",
         "    if excesses:",
