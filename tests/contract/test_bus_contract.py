@@ -121,7 +121,6 @@ def test_many_transactions_in_one_transfer(bus: Bus) -> None:
 
 @settings(
     max_examples=60,
-    deadline=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )
 @given(

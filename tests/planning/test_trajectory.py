@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.planning import Trajectory, check, fit, ramp, stop_ramp
+from bioscara.planning.extrema import extrema
 from planning.limits import LIMITS, NAMES
 
 
@@ -81,7 +82,36 @@ def fit_positions(trajectory: Trajectory) -> bool:
     )
 
 
-@settings(deadline=None)
+@given(trajectories())
+def test_extrema_are_on_the_curve_and_nothing_lies_beyond(trajectory: Trajectory) -> None:
+    grid = np.linspace(0.0, trajectory.duration, 3000)
+    sampled = trajectory.sample_many(grid)
+    for joint, ranges in enumerate(extrema(trajectory)):
+        for order, (low, high) in enumerate(ranges):
+            values = sampled[order][:, joint]
+            room = 1e-9 * max(1.0, float(np.abs(values).max()))
+            assert low.value - room <= values.min()
+            assert values.max() <= high.value + room
+            for extremum in (low, high):
+                near = [
+                    trajectory.sample(float(time))[order][joint]
+                    for time in (
+                        extremum.time,
+                        np.nextafter(extremum.time, -1.0),
+                        np.nextafter(extremum.time, 1e9),
+                    )
+                ]
+                assert min(abs(value - extremum.value) for value in near) <= 1e-6 + room
+
+
+def test_there_is_no_state_at_no_time() -> None:
+    motion = Trajectory(("j1",), [0.0, 1.0], [[0.0], [1.0]])
+    with pytest.raises(TrajectoryError, match="nan"):
+        motion.sample(float("nan"))
+    with pytest.raises(TrajectoryError, match="nan"):
+        motion.sample_many([0.5, float("nan")])
+
+
 @given(trajectories())
 def test_what_fits_stays_within_every_limit(trajectory: Trajectory) -> None:
     try:

@@ -7,9 +7,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from bioscara.errors import TrajectoryError
+from bioscara.planning.extrema import JointRanges, extrema
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.trajectory import Trajectory
 
@@ -17,52 +16,6 @@ TOLERANCE = 1e-6
 """Share of a limit by which rounding may exceed it."""
 
 _REST = 1e-9
-
-
-class Extremum(NamedTuple):
-    """Where a quantity of one joint is largest or smallest.
-
-    Attributes:
-        time: When [s].
-        value: The value there.
-    """
-
-    time: float
-    value: float
-
-
-def extrema(trajectory: Trajectory, joint: int, order: int) -> tuple[Extremum, Extremum]:
-    """Return the smallest and the largest value of a joint's derivative, exactly.
-
-    Args:
-        trajectory: The curve.
-        joint: Index of the joint.
-        order: 0 for position, 1 for velocity, 2 for acceleration.
-    """
-    low = high = Extremum(0.0, float(trajectory.positions[0, joint]) if order == 0 else 0.0)
-    for time, value in _candidates(trajectory, joint, order):
-        if value < low.value:
-            low = Extremum(time, value)
-        if value > high.value:
-            high = Extremum(time, value)
-    return low, high
-
-
-def _candidates(trajectory: Trajectory, joint: int, order: int) -> Iterator[tuple[float, float]]:
-    """Yield time and value at the ends of each segment and where the derivative is zero."""
-    times = trajectory.times
-    if order == 0:
-        yield float(times[-1]), float(trajectory.positions[-1, joint])
-    for index, coefficients in enumerate(trajectory.coefficients[:, joint]):
-        length = float(times[index + 1] - times[index])
-        curve = np.polynomial.Polynomial(coefficients).deriv(order)
-        inner: list[float] = []
-        slope = np.trim_zeros(curve.deriv(1).coef, "b")
-        if slope.size > 1:
-            roots = np.roots(slope[::-1])
-            inner = [float(r.real) for r in roots if abs(r.imag) < 1e-9 and 0 < r.real < length]
-        for t in (0.0, *inner, length):
-            yield float(times[index]) + t, float(curve(t))
 
 
 def check(trajectory: Trajectory, limits: Sequence[JointLimits]) -> list[str]:
@@ -87,8 +40,8 @@ def check(trajectory: Trajectory, limits: Sequence[JointLimits]) -> list[str]:
             raise TrajectoryError(f"no joint {name!r}; the arm has {', '.join(by_name)}{hint}")
     excesses = [
         excess
-        for index, name in enumerate(trajectory.joint_names)
-        for excess in _excesses(trajectory, index, by_name[name])
+        for name, ranges in zip(trajectory.joint_names, extrema(trajectory), strict=True)
+        for excess in _excesses(ranges, by_name[name])
     ]
     if excesses:
         worst = max(excesses, key=lambda excess: excess.ratio)
@@ -103,9 +56,9 @@ class _Excess(NamedTuple):
     text: str
 
 
-def _excesses(trajectory: Trajectory, index: int, limit: JointLimits) -> Iterator[_Excess]:
+def _excesses(ranges: JointRanges, limit: JointLimits) -> Iterator[_Excess]:
     room = TOLERANCE * (limit.upper - limit.lower)
-    for time, value in extrema(trajectory, index, 0):
+    for time, value in ranges.position:
         if not limit.lower - room <= value <= limit.upper + room:
             # No stretching in time helps against this one, so it comes before all others.
             yield _Excess(
@@ -114,12 +67,12 @@ def _excesses(trajectory: Trajectory, index: int, limit: JointLimits) -> Iterato
                 f"{limit.lower:g} .. {limit.upper:g} {limit.unit}; plan another path",
             )
     quantities = (
-        (1, "velocity", f"{limit.unit}/s", limit.max_velocity),
-        (2, "acceleration", f"{limit.unit}/s^2", limit.max_acceleration),
+        ("velocity", ranges.velocity, f"{limit.unit}/s", limit.max_velocity),
+        ("acceleration", ranges.acceleration, f"{limit.unit}/s^2", limit.max_acceleration),
     )
-    for order, quantity, unit, most in quantities:
-        time, value = max(extrema(trajectory, index, order), key=lambda item: abs(item.value))
-        if abs(value) > most * (1.0 + TOLERANCE):
+    for quantity, values, unit, most in quantities:
+        time, value = values.largest
+        if not abs(value) <= most * (1.0 + TOLERANCE):
             yield _Excess(
                 abs(value) / most,
                 f"{limit.name} at {time:.3f} s: {quantity} {value:.4g} {unit} exceeds the limit "

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bioscara.errors import TrajectoryError
+from bioscara.planning.message_text import ITEMS_MAX
+from bioscara.planning.numbers import number
 from bioscara.planning.ros_yaml import trajectory_of_yaml
 from bioscara.planning.trajectory import Trajectory
 
@@ -102,6 +104,12 @@ def _text(path: Path) -> str:
 
 
 def _trajectory_of_csv(text: str) -> Trajectory:
+    if not text.rstrip(" \t").endswith(("\n", "\r")):
+        # Nothing else tells 0.12 from the start of 0.1234.
+        raise TrajectoryError(
+            "the last line has no line end, so the file may be truncated; if it is whole, end the "
+            "line"
+        )
     rows = _rows(text)
     header_line, header = next(rows, (1, []))
     names, columns = _header(header_line, [cell.strip() for cell in header])
@@ -112,7 +120,9 @@ def _trajectory_of_csv(text: str) -> Trajectory:
             raise TrajectoryError(
                 f"line {line}: {len(cells)} values, the header names {len(header)} columns"
             )
-        values = [_number(line, cell) for cell in cells]
+        if len(times) == ITEMS_MAX:
+            raise TrajectoryError(f"line {line}: more than {ITEMS_MAX} points; split the file")
+        values = [number(cell.strip(), f"line {line}") for cell in cells]
         times.append(values[0])
         for table, indices in zip(tables, columns, strict=True):
             table.append([values[index] for index in indices])
@@ -154,10 +164,3 @@ def _header(line: int, header: list[str]) -> tuple[list[str], tuple[list[int], .
         if odd:
             raise TrajectoryError(f"line {line}: {odd[0]} has no position or no {suffix} column")
     return names, tuple([columns[name] for name in names] if columns else [] for columns in found)
-
-
-def _number(line: int, cell: str) -> float:
-    try:
-        return float(cell)
-    except ValueError:
-        raise TrajectoryError(f"line {line}: {cell.strip()!r} is not a number") from None

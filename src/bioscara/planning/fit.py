@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 
 from bioscara.errors import TrajectoryError
-from bioscara.planning.check import check, extrema
+from bioscara.planning.check import check
+from bioscara.planning.extrema import extrema
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.trajectory import Trajectory
 
@@ -41,12 +42,12 @@ def fit(trajectory: Trajectory, limits: Sequence[JointLimits]) -> tuple[Trajecto
     """
     by_name = {limit.name: limit for limit in limits}
     factor = 1.0
-    for index, name in enumerate(trajectory.joint_names):
+    for name, ranges in zip(trajectory.joint_names, extrema(trajectory), strict=True):
         if name not in by_name:
             continue  # check names it
         limit = by_name[name]
-        fastest = max(abs(item.value) for item in extrema(trajectory, index, 1))
-        hardest = max(abs(item.value) for item in extrema(trajectory, index, 2))
+        fastest = abs(ranges.velocity.largest.value)
+        hardest = abs(ranges.acceleration.largest.value)
         factor = max(
             factor,
             fastest / limit.max_velocity,

@@ -1,72 +1,58 @@
 """The messages of ROS 2 that hold a joint trajectory, as YAML.
 
 moveit_msgs/DisplayTrajectory, moveit_msgs/RobotTrajectory and trajectory_msgs/JointTrajectory, in
-the form of ``ros2 topic echo``: comment lines, documents ended by ``---``.
+the form of ``ros2 topic echo``: comment lines, messages ended by ``---``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+import difflib
+from collections.abc import Sequence
+from typing import TypeAlias
 
 from bioscara.errors import TrajectoryError
+from bioscara.planning.message_text import FULL_LENGTH, Document, Node, first_document
+from bioscara.planning.numbers import number
 from bioscara.planning.trajectory import Trajectory
 
-POINTS_MAX = 100_000
+_Fields: TypeAlias = dict[str, Node]
 
-_FIELDS = ("positions", "velocities", "accelerations")
+_QUANTITIES = ("positions", "velocities", "accelerations")
+_POINT = (*_QUANTITIES, "effort", "time_from_start")
+_STAMP = ("sec", "nanosec")
 
 
 def trajectory_of_yaml(text: str) -> tuple[Trajectory, tuple[str, ...]]:
     """Return the trajectory in the first message of ``text``, and notes.
 
     Raises:
-        TrajectoryError: The text is no YAML, or no message with a joint trajectory.
+        TrajectoryError: The text is no message with a joint trajectory, or may have lost its end.
     """
-    document, notes = _first_document(text)
-    message, more = _joint_trajectory(document)
-    return _trajectory(message), (*notes, *more)
-
-
-def _first_document(text: str) -> tuple[Any, list[str]]:
-    # Slow to import, and needed for this kind of file only.
-    from ruamel.yaml import YAML  # noqa: PLC0415
-    from ruamel.yaml.error import YAMLError  # noqa: PLC0415
-    from ruamel.yaml.tokens import AliasToken, DocumentStartToken, TagToken  # noqa: PLC0415
-
-    yaml = YAML(typ="safe", pure=True)
-    contents = documents = 0
-    try:
-        for token in yaml.scan(text):
-            if isinstance(token, AliasToken | TagToken):
-                raise TrajectoryError(
-                    f"line {token.start_mark.line + 1}: aliases and tags have no place in a message"
-                )
-            documents += isinstance(token, DocumentStartToken)
-            contents += 1
-        first = next(iter(yaml.load_all(text)), None)
-    except YAMLError as error:
-        mark = getattr(error, "problem_mark", None)
-        where = f"line {mark.line + 1}: " if mark is not None else ""
-        problem = getattr(error, "problem", None) or str(error).splitlines()[0]
-        raise TrajectoryError(f"{where}not readable as YAML: {problem}") from error
-    except (ValueError, RecursionError) as error:
-        raise TrajectoryError(f"not readable as YAML: {error}") from error
-    if first is None:
+    document = first_document(text)
+    if document.value is None:
         raise TrajectoryError("holds no message")
-    rest = text.split("\n---", 1)
-    more = len(rest) > 1 and any(
-        line.strip() and not line.lstrip().startswith("#") and line.strip() != "---"
-        for line in rest[1].splitlines()[1:]
-    )
-    return first, ["only the first of several messages is used"] if more else []
+    message, notes = _joint_trajectory(document.value)
+    if document.more:
+        notes.append("only the first of several messages is used")
+    trajectory = _trajectory(message)
+    _refuse_open_end(document, message)
+    return trajectory, tuple(notes)
 
 
-def _joint_trajectory(document: Any) -> tuple[Mapping[str, Any], list[str]]:
+def _refuse_open_end(document: Document, message: _Fields) -> None:
+    for name in ("points", "joint_names"):
+        if any(part is message[name] for part in document.unfinished):
+            raise TrajectoryError(
+                f"nothing follows the {name}, so the file may be truncated; if it is whole, end "
+                f"it with a line '---' as ros2 topic echo does"
+            )
+
+
+def _joint_trajectory(document: Node) -> tuple[_Fields, list[str]]:
     notes: list[str] = []
     message = _mapping(document, "the message")
     if "trajectory" in message:
-        parts = _sequence(message["trajectory"], "trajectory")
+        parts = _list(message["trajectory"], "trajectory")
         if not parts:
             raise TrajectoryError("the message's trajectory is empty: nothing was planned")
         if len(parts) > 1:
@@ -86,71 +72,86 @@ def _joint_trajectory(document: Any) -> tuple[Mapping[str, Any], list[str]]:
     return message, notes
 
 
-def _trajectory(message: Mapping[str, Any]) -> Trajectory:
-    names = [str(name) for name in _sequence(message["joint_names"], "joint_names")]
-    points = _sequence(message["points"], "points")
+def _trajectory(message: _Fields) -> Trajectory:
+    names = [_word(name, "joint_names") for name in _list(message["joint_names"], "joint_names")]
+    points = [
+        _mapping(item, f"point {index}")
+        for index, item in enumerate(_list(message["points"], "points"))
+    ]
     if not points:
         raise TrajectoryError("the trajectory has no points: nothing was planned")
-    if len(points) > POINTS_MAX:
-        raise TrajectoryError(f"{len(points)} points; at most {POINTS_MAX} are read")
     times: list[float] = []
-    tables: dict[str, list[list[float]]] = {field: [] for field in _FIELDS}
-    given: set[str] = set()
-    for index, item in enumerate(points):
-        point = _mapping(item, f"point {index}")
+    tables: dict[str, list[list[float]]] = {quantity: [] for quantity in _QUANTITIES}
+    for index, point in enumerate(points):
+        _refuse_unknown(point, _POINT, f"point {index}")
         times.append(_seconds(point, index))
         if point.get("effort"):
             raise TrajectoryError(f"point {index}: effort is given; the joints cannot control it")
-        here = set()
-        for field in _FIELDS:
-            values = _values(point, field, index, len(names))
+        for quantity, table in tables.items():
+            values = _values(point, quantity, index, len(names))
+            if bool(values) != bool(table) and index:
+                without, having = (0, index) if values else (index, 0)
+                raise TrajectoryError(
+                    f"point {without}: no {quantity}, and point {having} has them; give them for "
+                    f"all points or for none"
+                )
             if values:
-                here.add(field)
-                tables[field].append(values)
-        if "positions" not in here:
+                table.append(values)
+        if not tables["positions"]:
             raise TrajectoryError(f"point {index}: no positions")
-        given = given & here if index else here
-    full = [tables[field] if field in given else None for field in _FIELDS]
-    if full[1] is None:
-        full[2] = None
-    return Trajectory(names, times, full[0] or [], full[1], full[2])
+    positions, velocities, accelerations = (table or None for table in tables.values())
+    return Trajectory(names, times, positions or [], velocities, accelerations)
 
 
-def _values(point: Mapping[str, Any], field: str, index: int, count: int) -> list[float]:
-    values = _sequence(point.get(field) or [], f"point {index}: {field}")
+def _refuse_unknown(fields: _Fields, known: Sequence[str], where: str) -> None:
+    for key in fields:
+        if key not in known:
+            close = difflib.get_close_matches(key, known, 1)
+            hint = f"; did you mean {close[0]}?" if close else ""
+            raise TrajectoryError(
+                f"{where}: unknown field {key!r}; it has {', '.join(known)}{hint}"
+            )
+
+
+def _values(point: _Fields, quantity: str, index: int, count: int) -> list[float]:
+    if quantity not in point:
+        return []
+    where = f"point {index}: {quantity}"
+    values = [number(_word(value, where), where) for value in _list(point[quantity], where)]
     if values and len(values) != count:
         raise TrajectoryError(
-            f"point {index}: {len(values)} {field} for {count} joints; truncated?"
+            f"point {index}: {len(values)} {quantity} for {count} joints; is the file truncated?"
         )
-    return [_number(value, f"point {index}: {field}") for value in values]
+    return values
 
 
-def _seconds(point: Mapping[str, Any], index: int) -> float:
-    stamp = _mapping(point.get("time_from_start"), f"point {index}: time_from_start")
-    if "sec" not in stamp or "nanosec" not in stamp:
-        raise TrajectoryError(
-            f"point {index}: time_from_start needs sec and nanosec; is the file truncated?"
-        )
-    seconds = _number(stamp["sec"], f"point {index}: sec")
-    return seconds + 1e-9 * _number(stamp["nanosec"], f"point {index}: nanosec")
+def _seconds(point: _Fields, index: int) -> float:
+    where = f"point {index}: time_from_start"
+    stamp = _mapping(point.get("time_from_start"), where)
+    _refuse_unknown(stamp, _STAMP, where)
+    if len(stamp) != len(_STAMP):
+        raise TrajectoryError(f"{where} needs sec and nanosec; is the file truncated?")
+    seconds, nanoseconds = (number(_word(stamp[key], where), where) for key in _STAMP)
+    return seconds + 1e-9 * nanoseconds
 
 
-def _number(value: Any, what: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TrajectoryError(f"{what}: {value!r} is not a number")
-    try:
-        return float(value)
-    except OverflowError:
-        raise TrajectoryError(f"{what}: {value!r} is too large") from None
-
-
-def _mapping(value: Any, what: str) -> Mapping[str, Any]:
-    if not isinstance(value, Mapping):
-        raise TrajectoryError(f"{what} is not a set of fields; is the file truncated?")
+def _word(value: Node, where: str) -> str:
+    if not isinstance(value, str):
+        raise TrajectoryError(f"{where}: {value!r} is not one word; is the file truncated?")
+    if value == "...":
+        raise TrajectoryError(f"{where}: '...' stands for what was left out; {FULL_LENGTH}")
     return value
 
 
-def _sequence(value: Any, what: str) -> Sequence[Any]:
-    if isinstance(value, str) or not isinstance(value, Sequence):
-        raise TrajectoryError(f"{what} is not a list; is the file truncated?")
+def _mapping(value: Node, where: str) -> _Fields:
+    if isinstance(value, dict):
+        return value
+    if value == "...":
+        raise TrajectoryError(f"{where}: '...' stands for what was left out; {FULL_LENGTH}")
+    raise TrajectoryError(f"{where} is not a set of fields; is the file truncated?")
+
+
+def _list(value: Node, where: str) -> list[Node]:
+    if not isinstance(value, list):
+        raise TrajectoryError(f"{where} is not a list; is the file truncated?")
     return value

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -107,9 +108,15 @@ class Trajectory:
         return self._coefficients
 
     def sample(self, time: float) -> Sample:
-        """Return the state at ``time`` [s]."""
+        """Return the state at ``time`` [s].
+
+        Raises:
+            TrajectoryError: The time is not a number.
+        """
         starts = self._starts
-        if time < starts[0] or time >= starts[-1]:
+        if not starts[0] <= time < starts[-1]:
+            if math.isnan(time):
+                raise TrajectoryError("a trajectory has no state at time nan; give seconds")
             row = self.positions[0 if time < starts[0] else -1].tolist()
             rest = (0.0,) * len(row)
             return Sample(tuple(row), rest, rest)
@@ -123,8 +130,14 @@ class Trajectory:
         return Sample(tuple(positions), tuple(velocities), tuple(accelerations))
 
     def sample_many(self, times: npt.ArrayLike) -> tuple[Array, Array, Array]:
-        """Return positions, velocities and accelerations at ``times`` [s], each (m, joints)."""
+        """Return positions, velocities and accelerations at ``times`` [s], each (m, joints).
+
+        Raises:
+            TrajectoryError: A time is not a number.
+        """
         at = np.asarray(times, dtype=np.float64)
+        if np.isnan(at).any():
+            raise TrajectoryError("a trajectory has no state at time nan; give seconds")
         positions = np.empty((*at.shape, len(self.joint_names)))
         velocities, accelerations = np.zeros_like(positions), np.zeros_like(positions)
         before, after = at < self.times[0], at >= self.times[-1]

@@ -1,0 +1,23 @@
+"""What counts as a number in a trajectory file."""
+
+from __future__ import annotations
+
+import re
+
+from bioscara.errors import TrajectoryError
+
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
+
+
+def number(text: str, where: str) -> float:
+    """Return the decimal number that is written in ``text``.
+
+    ``float`` takes more than what a planner writes: ``1_0.0``, ``infinity``, digits of other
+    scripts.
+
+    Raises:
+        TrajectoryError: It is none; the message begins with ``where``.
+    """
+    if _NUMBER.fullmatch(text) is None:
+        raise TrajectoryError(f"{where}: {text!r} is not a number; write it like -0.25 or 1e-3")
+    return float(text)
