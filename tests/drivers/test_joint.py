@@ -199,6 +199,19 @@ def test_a_velocity_ends_within_the_limits(v1: bool, index: int, share: float) -
     joint.stop()
 
 
+def test_a_joint_that_brakes_gently_needs_more_room() -> None:
+    world = World()
+    joint = world.ready("j4")[0]
+    upper = joint.parameters.upper
+    for _ in range(100):
+        joint.set_position(upper - 0.6)
+        world.arm.run(0.02)
+    joint.set_max_acceleration(1.0)
+    joint.set_velocity(0.5)
+    with pytest.raises(LimitError, match="j4 position where"):
+        joint.set_velocity(1.1)
+
+
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300, 3.1, -3.1])
 def test_nothing_is_sent_for_a_bad_setpoint(value: float) -> None:
     world = World()
