@@ -55,6 +55,13 @@ MUTANTS = (
         HAZARDS,
     ),
     Mutant(
+        "earlier sessions stay closed",
+        f"{CORE}/wire.cpp",
+        "if (was_opened(session)) return",
+        "if (false) return",
+        DRIVERS,
+    ),
+    Mutant(
         "trailer in an armed session",
         f"{CORE}/wire.cpp",
         "if (armed_ && !frame.checked && code != Register::STOP)",
@@ -105,9 +112,16 @@ MUTANTS = (
     ),
     Mutant(
         "position limit, on the host",
-        "src/bioscara/drivers/motion.py",
+        "src/bioscara/drivers/settings.py",
         "if not self._lower <= position <= self._upper:",
         "if False:",
+        DRIVERS,
+    ),
+    Mutant(
+        "room to stop, on the host",
+        "src/bioscara/drivers/motion.py",
+        "            self._check_room(velocity)\n",
+        "            pass\n",
         DRIVERS,
     ),
     Mutant(
