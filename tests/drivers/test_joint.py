@@ -23,6 +23,7 @@ from bioscara.errors import (
     NotHomedError,
     NotInitializedError,
     NotSupportedError,
+    StalledError,
     WrongJointError,
 )
 from bioscara.protocol import BrakeMode, Flags, JointState, Register, ResetCause
@@ -541,3 +542,24 @@ def test_two_hosts_with_the_same_session_number() -> None:
     )()
     second.init()
     assert second.get_flags() & Flags.ARMED
+
+
+def test_a_stall_that_was_cleared_stays_cleared_though_the_joint_is_still_pressed() -> None:
+    world = World()
+    (joint,) = world.ready("j1")
+    world.arm.add_obstacle("j1", -2.9)
+
+    def push() -> None:
+        for step in range(200):
+            joint.track(-3.0 + 0.005 * step, 0.5)
+            world.arm.run(0.01)
+
+    with pytest.raises(StalledError):
+        push()
+    world.arm.run(0.2)
+    joint.disable()
+    joint.clear_fault()
+    world.arm.run(0.2)
+    assert not joint.get_flags() & (Flags.FAULT | Flags.STALL)
+    joint.enable()
+    assert joint.is_homed()
