@@ -55,6 +55,13 @@ MUTANTS = (
         HAZARDS,
     ),
     Mutant(
+        "earlier sessions stay closed",
+        f"{CORE}/wire.cpp",
+        "if (was_opened(session)) return",
+        "if (false) return",
+        DRIVERS,
+    ),
+    Mutant(
         "trailer in an armed session",
         f"{CORE}/wire.cpp",
         "if (armed_ && !frame.checked && code != Register::STOP)",
@@ -105,9 +112,16 @@ MUTANTS = (
     ),
     Mutant(
         "position limit, on the host",
-        "src/bioscara/drivers/motion.py",
+        "src/bioscara/drivers/settings.py",
         "if not self._lower <= position <= self._upper:",
         "if False:",
+        DRIVERS,
+    ),
+    Mutant(
+        "room to stop, on the host",
+        "src/bioscara/drivers/motion.py",
+        "            self._check_room(velocity)\n",
+        "            pass\n",
         DRIVERS,
     ),
     Mutant(
@@ -116,6 +130,20 @@ MUTANTS = (
         "if homed and (flags & Flags.NOTHOMED or not self._offset_known):",
         "if False:",
         DRIVERS,
+    ),
+    Mutant(
+        "number of a repeated frame, on the host",
+        "src/bioscara/drivers/session.py",
+        "if unanswered and remaining:",
+        "if False:",
+        ("tests/drivers/test_doubt.py",),
+    ),
+    Mutant(
+        "common ramp of an interrupted arm",
+        "src/bioscara/robot/robot.py",
+        "while streamer.last is not None:",
+        "while False:",
+        ("tests/cli/test_commands.py",),
     ),
     Mutant(
         "limits of a trajectory",

@@ -117,14 +117,17 @@ class Host {
   void enable_bare(int percent = 20) {
     const auto share = static_cast<std::uint8_t>(percent);
     bare(Register::SETUP, {share, share, 0, 0});
-    do world_.run(0.02);
-    while (has(bare(Register::PING, {}, 1).back(), Flags::BUSY));
+    for (int poll = 0; poll < 200; ++poll) {
+      world_.run(0.02);
+      if (!has(bare(Register::PING, {}, 1).back(), Flags::BUSY)) return;
+    }
   }
 
   // Feeds the watchdog meanwhile, as a host does.
   std::uint8_t keep(double seconds) {
     std::uint8_t answer = 0;
-    for (double end = world_.now() + seconds; world_.now() < end - 1e-9;) {
+    // A bench runs in whole ticks.
+    for (double end = world_.now() + seconds; world_.now() < end - 5e-4;) {
       answer = send(Register::WATCHDOG, {60, 0})[0];
       world_.run(std::min(0.02, end - world_.now()));
     }

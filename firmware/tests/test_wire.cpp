@@ -157,6 +157,30 @@ TEST(a_late_copy_of_ARM_does_not_rewind_the_sequence) {
   CHECK(host.report().refusal == Refusal::WRONG_BOOT);
 }
 
+TEST(a_late_copy_of_an_earlier_ARM_does_not_bring_its_session_back) {
+  Bench bench(4);
+  Host host(bench, 4);
+  const Bytes hello = host.hello();
+  const auto open = [&](int session) {
+    return host.frame(Register::ARM,
+                      {hello[6], hello[7], static_cast<std::uint8_t>(session), 0},
+                      host.next_sequence());
+  };
+  const Bytes first = open(1);
+  host.raw(first);
+  host.enable();
+  const Bytes move = host.frame(Register::MOVESTEPS, packed(std::int32_t{400}),
+                                host.next_sequence());
+  for (int session = 2; session <= 32; ++session) {
+    CHECK(!has(host.raw(open(session))[0], Flags::REFUSED));
+    CHECK(has(host.raw(first)[0], Flags::REFUSED));
+    CHECK(host.report().refusal == Refusal::OLD_SEQUENCE);
+    CHECK(has(host.raw(move)[0], Flags::REFUSED));
+  }
+  // The session that is open goes on, with its own numbers.
+  CHECK(!has(host.turn(1.0), Flags::REFUSED));
+}
+
 TEST(HZ07_lengths_of_0_to_64_bytes_are_survived_and_only_whole_frames_executed) {
   Bench bench(1);
   Host host(bench, 1);

@@ -6,6 +6,8 @@ import csv
 import os
 import re
 import signal
+import subprocess
+import sys
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -249,3 +251,32 @@ def test_ctrl_c_over_a_bad_wire_ramps_down_disables_and_reports(
         steps = [abs(b - a) for a, b in pairwise(speeds)]
         assert max(steps) <= limit.max_acceleration * 0.02 * 1.5
         assert abs(speeds[-1]) < 1e-6
+
+
+@pytest.mark.parametrize("words", [[], ["--v1"]])
+def test_simulate_serves_from_the_moment_it_says_so_until_it_is_told_to_end(
+    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "arm.sock"
+    command = [sys.executable, "-u", "-m", "bioscara", "simulate", "--socket", str(path), *words]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            assert process.stdout
+            assert process.stdout.readline().endswith(f"--bus sim:{path}\n")
+            assert main(["joints", "--bus", f"sim:{path}"]) == 0
+        finally:
+            process.send_signal(signal.SIGINT)
+    assert process.returncode == 0
+    assert not path.exists()
+    version = "protocol 1" if words else "protocol 2"
+    assert version in line(capsys.readouterr().out, "j4")
+
+
+def test_a_socket_that_cannot_be_made_is_refused_before_anybody_is_invited(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "nowhere" / "arm.sock"
+    assert main(["simulate", "--socket", str(path)]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert str(path) in err

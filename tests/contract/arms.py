@@ -25,12 +25,11 @@ def served_arm(path: Path) -> Iterator[Bus]:
 
     ended, listening = threading.Event(), threading.Event()
 
-    def asked() -> bool:
-        # Asked for the first time once the socket is there.
-        listening.set()
-        return ended.is_set()
-
-    thread = threading.Thread(target=serve, args=(SimulatedArm(), path, asked))
+    thread = threading.Thread(
+        target=serve,
+        args=(SimulatedArm(), path, ended.is_set),
+        kwargs={"listening": listening.set},
+    )
     thread.start()
     try:
         assert listening.wait(10)

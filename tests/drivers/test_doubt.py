@@ -28,6 +28,15 @@ def still(joint: Joint) -> Setpoint:
     return Setpoint(min(max(joint.get_position(), lower), upper))
 
 
+def ready_away_from_home(world: World) -> Joint:
+    """Return j1 where an angle that is doubled or halved is far off."""
+    (joint,) = world.ready("j1")
+    for _ in range(30):
+        joint.set_position(-2.9)
+        world.arm.run(0.02)
+    return joint
+
+
 @pytest.mark.parametrize("cycles", [119, 126, 127, 128, 129, 200, 255, 256, 300])
 def test_stop_and_disable_reach_a_joint_that_missed_many_frames(cycles: int) -> None:
     world = World(frequency=None)
@@ -151,7 +160,7 @@ def test_swapped_joints_are_told(address: int) -> None:
 @pytest.mark.parametrize("bit", [EXPONENT_BIT, STALL_BIT])
 def test_a_broken_version_1_answer_is_coasted_over(bit: int) -> None:
     world = World(v1=True)
-    (joint,) = world.ready("j1")
+    joint = ready_away_from_home(world)
     setpoint = still(joint)
     for _ in range(3):
         [before] = track([joint], [setpoint])
@@ -170,7 +179,7 @@ def test_a_broken_version_1_answer_is_coasted_over(bit: int) -> None:
 
 def test_a_broken_version_1_answer_is_asked_for_again() -> None:
     world = World(v1=True)
-    (joint,) = world.ready("j1")
+    joint = ready_away_from_home(world)
     position = joint.read_state().position
     for ask in (joint.get_position, lambda: joint.read_state().position):
         world.bus.clear()

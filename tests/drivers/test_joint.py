@@ -23,6 +23,7 @@ from bioscara.errors import (
     NotHomedError,
     NotInitializedError,
     NotSupportedError,
+    StalledError,
     WrongJointError,
 )
 from bioscara.protocol import BrakeMode, Flags, JointState, Register, ResetCause
@@ -107,9 +108,11 @@ def test_home_and_what_is_left_of_it(v1: bool, index: int, home: tuple[str, floa
     assert any(sample.flags & Flags.BUSY for sample in seen)
     assert all(sample.position is None for sample in seen if sample.flags & Flags.NOTHOMED)
     assert joint.get_homing_offset() == pytest.approx(position, rel=1e-6)
-    # Within 0.5 degrees of the motor of where the joint really is.
-    size = math.radians(3.0) / abs(joint.parameters.reduction)
-    assert joint.get_position() == pytest.approx(world.arm.position(name), abs=size)
+    # Within 3 degrees of the motor of where the joint really is, and clear of the end stop.
+    degree = math.radians(1.0) / abs(joint.parameters.reduction)
+    assert joint.get_position() == pytest.approx(world.arm.position(name), abs=3.0 * degree)
+    assert degree < abs(joint.get_position() - position) < 3.0 * degree + 5e-5
+    assert joint.parameters.lower < joint.get_position() < joint.parameters.upper
     joint.disable()
     assert not joint.is_enabled()
     world.arm.run(0.2 if v1 else 0.0)
@@ -163,6 +166,51 @@ def test_position_and_velocity_are_followed(v1: bool) -> None:
     joint.stop()
     world.arm.run(0.5)
     assert joint.get_velocity() == pytest.approx(0.0, abs=0.02)
+
+
+@BOTH
+@pytest.mark.parametrize(("index", "share"), [(2, 1.0), (2, 0.05), (3, 0.5), (1, -1.0)])
+def test_a_velocity_ends_within_the_limits(v1: bool, index: int, share: float) -> None:
+    parameters = ARM.joints[index]
+    name, velocity = parameters.name, share * parameters.max_velocity
+    near = 0.4 * (parameters.upper - parameters.lower)
+    start = parameters.upper - near if share > 0 else parameters.lower + near
+    world = World(v1=v1)
+    joint = world.ready(name)[0]
+    for _ in range(400):
+        joint.set_position(start)
+        world.arm.run(0.02)
+
+    def run() -> None:
+        for _ in range(2000):
+            joint.set_velocity(velocity)
+            world.arm.run(0.02)
+
+    with pytest.raises(LimitError, match=f"{name} position where.*turn back"):
+        run()
+    world.arm.run(1.0)
+    position = joint.get_position()
+    assert parameters.lower <= position <= parameters.upper
+    room = parameters.upper - position if share > 0 else position - parameters.lower
+    assert room < abs(velocity) * 0.1
+    with pytest.raises(LimitError):
+        joint.set_velocity(velocity)
+    joint.set_velocity(-0.1 * velocity)  # The way back is free.
+    world.arm.run(0.02)
+    joint.stop()
+
+
+def test_a_joint_that_brakes_gently_needs_more_room() -> None:
+    world = World()
+    joint = world.ready("j4")[0]
+    upper = joint.parameters.upper
+    for _ in range(100):
+        joint.set_position(upper - 0.6)
+        world.arm.run(0.02)
+    joint.set_max_acceleration(1.0)
+    joint.set_velocity(0.5)
+    with pytest.raises(LimitError, match="j4 position where"):
+        joint.set_velocity(1.1)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e300, 3.1, -3.1])
@@ -468,6 +516,21 @@ def test_the_orientation_check_passes(v1: bool) -> None:
     assert joint.current_blocking_command is Register.NONE
 
 
+def test_a_late_copy_of_an_earlier_arm_does_not_bring_that_session_back() -> None:
+    world = World(frequency=None)
+    first, second = world.joint(ARM.joints[0]), world.joint(ARM.joints[0])
+    first.init()
+    late = [t for call in world.tap.calls for t in call if t.write[:1] == bytes((Register.ARM,))]
+    world.arm.run(0.1)
+    second.init()
+    for transaction in late:
+        world.bus.transfer([transaction])
+    world.arm.run(0.1)
+    assert second.get_flags() & Flags.ARMED
+    assert second.session.retries == 0
+    assert second.get_fault().refusal == "OLD_SEQUENCE"
+
+
 def test_two_hosts_with_the_same_session_number() -> None:
     world = World(frequency=None)
     first, second = world.joint(ARM.joints[0]), world.joint(ARM.joints[0])
@@ -479,3 +542,24 @@ def test_two_hosts_with_the_same_session_number() -> None:
     )()
     second.init()
     assert second.get_flags() & Flags.ARMED
+
+
+def test_a_stall_that_was_cleared_stays_cleared_though_the_joint_is_still_pressed() -> None:
+    world = World()
+    (joint,) = world.ready("j1")
+    world.arm.add_obstacle("j1", -2.9)
+
+    def push() -> None:
+        for step in range(200):
+            joint.track(-3.0 + 0.005 * step, 0.5)
+            world.arm.run(0.01)
+
+    with pytest.raises(StalledError):
+        push()
+    world.arm.run(0.2)
+    joint.disable()
+    joint.clear_fault()
+    world.arm.run(0.2)
+    assert not joint.get_flags() & (Flags.FAULT | Flags.STALL)
+    joint.enable()
+    assert joint.is_homed()

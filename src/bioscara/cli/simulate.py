@@ -18,11 +18,9 @@ def run(options: Options) -> int:
     """
     output = Output()
     arm = SimulatedArm(seed=options.seed, v1=options.v1)
+    version = "1" if options.v1 else "2"
+    invitation = f"simulated arm, joints of protocol version {version}: --bus sim:{options.socket}"
     with Interruption() as cancelled:
-        version = "1" if options.v1 else "2"
-        output.line(
-            f"simulated arm, joints of protocol version {version}: --bus sim:{options.socket}"
-        )
-        serve(arm, options.socket, cancelled)
+        serve(arm, options.socket, cancelled, listening=lambda: output.line(invitation))
     output.check()
     return Status.OK

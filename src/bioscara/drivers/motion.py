@@ -7,12 +7,10 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 
-from bioscara.bus import Bus
-from bioscara.clock import Clock
 from bioscara.drivers.plausibility import insist
 from bioscara.drivers.refusal import fault_error
 from bioscara.drivers.sample import JointSample
-from bioscara.drivers.session import TRIES
+from bioscara.drivers.session import TRIES, WATCHDOG_MS
 from bioscara.drivers.settings import JointSettings
 from bioscara.drivers.waiting import Cancel, Progress, at_rest, wait_for, wait_for_rest
 from bioscara.errors import (
@@ -20,11 +18,11 @@ from bioscara.errors import (
     IncorrectStateError,
     InvalidArgumentError,
     JointError,
+    LimitError,
     MotionCancelledError,
     NotEnabledError,
     NotHomedError,
 )
-from bioscara.model import JointParameters
 from bioscara.protocol import BrakeMode, Fault, Flags, Register
 
 _ORIENTATION_TIMEOUT = 5.0
@@ -40,11 +38,6 @@ def _idle(sample: JointSample) -> bool:
 
 class JointMotion(JointSettings):
     """Enable, disable, move and stop."""
-
-    def __init__(self, bus: Bus, clock: Clock, parameters: JointParameters) -> None:
-        super().__init__(bus, clock, parameters)
-        self._lower, self._upper = parameters.lower, parameters.upper
-        self._fastest = parameters.max_velocity
 
     def enable(self, drive_percent: int | None = None, hold_percent: int | None = None) -> None:
         """Engage the motor where it stands, with stall detection and the configured limits.
@@ -155,15 +148,20 @@ class JointMotion(JointSettings):
     def set_velocity(self, velocity: float) -> None:
         """Accelerate to a velocity and keep it for as long as it is repeated, see above.
 
+        The joint itself knows no position limits, so each call asks where it is. Towards a limit
+        it must be able to stop before it, if this setpoint were the last.
+
         Args:
             velocity: At most the configured one in either direction [rad/s or m/s].
 
         Raises:
-            LimitError: Too fast.
+            LimitError: Too fast, or the limit is too near; the joint was then stopped.
             NotEnabledError, NotHomedError, StalledError: The joint cannot move.
         """
         self.require_ready()
         self.check_velocity(velocity)
+        if velocity:
+            self._check_room(velocity)
         self.session.write(Register.SETRPM, self.transmission.velocity_to_rpm(velocity))
         self.require_ready()
 
@@ -219,30 +217,29 @@ class JointMotion(JointSettings):
             self._blocking = Register.NONE
         self.raise_fault()
 
-    def check_setpoint(self, position: float, velocity: float) -> None:
-        """Raise unless both are within the limits; as the two methods below, but fast."""
-        if not self._lower <= position <= self._upper:
-            self.check_position(position)
-        if not -self._fastest <= velocity <= self._fastest:
-            self.check_velocity(velocity)
-
-    def check_position(self, position: float) -> None:
-        """Raise unless ``position`` [rad or m] is within the limits.
-
-        Raises:
-            LimitError, InvalidArgumentError: It is outside, or not finite.
-        """
-        parameters = self.parameters
-        self._check_limit("position", position, parameters.lower, parameters.upper, parameters.unit)
-
-    def check_velocity(self, velocity: float) -> None:
-        """Raise unless ``velocity`` [rad/s or m/s] is within the limits.
-
-        Raises:
-            LimitError, InvalidArgumentError: It is outside, or not finite.
-        """
-        limit = self.parameters.max_velocity
-        self._check_limit("velocity", velocity, -limit, limit, f"{self.parameters.unit}/s")
+    def _check_room(self, velocity: float) -> None:
+        """Stop the joint and raise if at ``velocity`` it could not stop within the limits."""
+        state = self.read_state()
+        if state.position is None:
+            self._raise_fault()
+            raise NotHomedError(f"{self.name}: its home was lost; home() again", self.name)
+        if state.flags & (Flags.STALL | Flags.NOTENABLED):
+            return  # The refusal of the setpoint says why.
+        sign = math.copysign(1.0, velocity)
+        speed = max(velocity * sign, state.velocity * sign)
+        distance = speed * WATCHDOG_MS * 1e-3 + speed**2 / (2.0 * self._deceleration)
+        end = state.position + sign * distance
+        if end * sign <= (self._upper if sign > 0.0 else -self._lower):
+            return
+        self.stop()
+        raise LimitError(
+            f"{self.name} position where {velocity:g} {self.parameters.unit}/s would end",
+            end,
+            self._lower,
+            self._upper,
+            self.parameters.unit,
+            "the joint was stopped: turn back, go slower or use set_position()",
+        )
 
     def _supervise(
         self,

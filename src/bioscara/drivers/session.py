@@ -247,14 +247,14 @@ class Session:
         self.version, self._unanswered = 2, 0
         number = int(self._clock.now() * 1e6) & 0xFFFF
         for remaining in reversed(range(TRIES)):
-            self.write(Register.ARM, hello.boot_id, number)
-            self._wait(_TICK_PAUSE)
             try:
+                self.write(Register.ARM, hello.boot_id, number)
+                self._wait(_TICK_PAUSE)
                 self._armed = True
                 self.write(Register.WATCHDOG, WATCHDOG_MS)
             except CommunicationError:
-                # An earlier host may have used this number: its sequence then goes on, and all of
-                # ours is old.
+                # An earlier host may have used this number: the joint opens no session twice, and
+                # in one still open its sequence goes on, so that all of ours is old.
                 if not remaining:
                     raise
                 self._armed = False

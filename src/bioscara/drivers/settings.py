@@ -1,14 +1,23 @@
-"""What can be set on a joint without moving it."""
+"""What can be set on a joint without moving it, and what it may be told."""
 
 from __future__ import annotations
 
+from bioscara.bus import Bus
+from bioscara.clock import Clock
 from bioscara.drivers.connection import JointConnection
 from bioscara.errors import InvalidArgumentError
+from bioscara.model import JointParameters
 from bioscara.protocol import BrakeMode, Register
 
 
 class JointSettings(JointConnection):
-    """Currents, limits, stall detection and brake of one joint."""
+    """Currents, limits, stall detection and brake of one joint; checks of its setpoints."""
+
+    def __init__(self, bus: Bus, clock: Clock, parameters: JointParameters) -> None:
+        super().__init__(bus, clock, parameters)
+        self._lower, self._upper = parameters.lower, parameters.upper
+        self._fastest = parameters.max_velocity
+        self._deceleration = parameters.max_acceleration
 
     def set_drive_current(self, percent: int) -> None:
         """Set the motor current in motion.
@@ -41,6 +50,7 @@ class JointSettings(JointConnection):
         self._check_limit("acceleration", acceleration, 0.0, limit, unit)
         deg = self.transmission.size_to_deg(acceleration)
         self.session.write(Register.SETMAXACCELERATION, deg)
+        self._deceleration = acceleration
 
     def set_max_velocity(self, velocity: float) -> None:
         """Set the speed that the joint never passes.
@@ -76,6 +86,31 @@ class JointSettings(JointConnection):
         Existing firmware cannot switch it on again until its power is cycled.
         """
         self.session.write(Register.DISABLECLOSEDLOOP)
+
+    def check_setpoint(self, position: float, velocity: float) -> None:
+        """Raise unless both are within the limits; as the two methods below, but fast."""
+        if not self._lower <= position <= self._upper:
+            self.check_position(position)
+        if not -self._fastest <= velocity <= self._fastest:
+            self.check_velocity(velocity)
+
+    def check_position(self, position: float) -> None:
+        """Raise unless ``position`` [rad or m] is within the limits.
+
+        Raises:
+            LimitError, InvalidArgumentError: It is outside, or not finite.
+        """
+        parameters = self.parameters
+        self._check_limit("position", position, parameters.lower, parameters.upper, parameters.unit)
+
+    def check_velocity(self, velocity: float) -> None:
+        """Raise unless ``velocity`` [rad/s or m/s] is within the limits.
+
+        Raises:
+            LimitError, InvalidArgumentError: It is outside, or not finite.
+        """
+        limit = self.parameters.max_velocity
+        self._check_limit("velocity", velocity, -limit, limit, f"{self.parameters.unit}/s")
 
     def _percent(self, what: str, value: int) -> int:
         if isinstance(value, bool) or value != value // 1:

@@ -397,7 +397,8 @@ REGISTERS: tuple[Definition, ...] = (
         _W,
         "Opens a session on this boot: from now on sequence numbers count from this frame's and "
         "motion commands need a trailer. The session now armed, if named again, is answered and "
-        "not re-opened, so that a late copy cannot rewind the sequence.",
+        "not re-opened, and one of the 32 before it is refused, so that a late copy can neither "
+        "rewind the sequence nor bring an earlier session back.",
         written=(Field("boot_id", Kind.U16), Field("session", Kind.U16)),
         version=2,
         support=Support.NO,

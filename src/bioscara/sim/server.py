@@ -27,6 +27,7 @@ def serve(
     path: str | Path,
     cancelled: Callable[[], bool],
     clock: Clock | None = None,
+    listening: Callable[[], None] = lambda: None,
 ) -> None:
     """Let the arm live behind a Unix socket until ``cancelled``.
 
@@ -38,6 +39,7 @@ def serve(
         path: Where the socket is made; a socket that nobody listens on is replaced.
         cancelled: Asked every few milliseconds.
         clock: Real time.
+        listening: Called once clients can connect.
 
     Raises:
         BusUnavailableError: The socket cannot be made, or somebody listens there.
@@ -46,6 +48,7 @@ def serve(
     path = str(path)
     listener = _listen(path)
     try:
+        listening()
         with selectors.DefaultSelector() as selector:
             selector.register(listener, selectors.EVENT_READ)
             lead = wall.now() - arm.now()

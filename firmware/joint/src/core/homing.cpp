@@ -13,6 +13,8 @@ constexpr float kRunUp = 0.9F;
 constexpr float kBackOffSpeed = 30.0F * kStepsPerRpm;
 // The two touches may differ by this much; the first is made with the speed of the approach.
 constexpr float kAgreement = 10.0F * kStepsPerDegree;
+// Where it comes to rest: inside the limits by more than the check of the orientation turns.
+constexpr float kClear = 2.0F * kStepsPerDegree;
 constexpr int kPause = 200;
 constexpr float kFollowPerTurn = 0.02F;
 
@@ -89,11 +91,12 @@ Homing::Result Homing::step(Motion& motion, float encoder) {
     case Step::HALT_AGAIN:
       motion.stop(kHardDeceleration);
       if (!motion.standing()) return Result::RUNNING;
-      // The field stands ahead of the rotor and presses; bring it back to where the rotor is.
-      retreat_ = motion.position() - pressed_;
-      step_ = Step::RELAX;
+      // The field stands ahead of the rotor and presses; bring it back to where the rotor is, and
+      // both away from the end stop.
+      retreat_ = motion.position() - pressed_ - direction_ * kClear;
+      step_ = Step::CLEAR;
       return Result::RUNNING;
-    case Step::RELAX:
+    case Step::CLEAR:
       motion.go(retreat_, kBackOffSpeed, kAcceleration, kAcceleration);
       if (!motion.arrived() || !waited(kPause)) return Result::RUNNING;
       return Result::TOUCHED;

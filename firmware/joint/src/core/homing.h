@@ -1,4 +1,4 @@
-// Finds the end stop: fast approach, back off, slow second touch, compare, relax.
+// Finds the end stop: fast approach, back off, slow second touch, compare, move clear.
 #pragma once
 
 #include "../generated/registers.h"
@@ -25,7 +25,7 @@ class Homing {
   float data() const { return data_; }
 
  private:
-  enum class Step { BEGIN, APPROACH, HALT, BACK_OFF, PAUSE, TOUCH, HALT_AGAIN, RELAX };
+  enum class Step { BEGIN, APPROACH, HALT, BACK_OFF, PAUSE, TOUCH, HALT_AGAIN, CLEAR };
   float follow() const;
   Result fail(Fault fault, float data);
   Result approach(Motion& motion, float encoder);

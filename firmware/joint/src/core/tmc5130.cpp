@@ -90,7 +90,8 @@ void Tmc5130::setup() {
   write(TZEROWAIT, 0);
   speed_ = 0;
   write(VMAX, speed_);
-  acceleration_ = deceleration_ = 1;
+  // The power stage is open: a ramp that an earlier boot left running ends at once.
+  acceleration_ = deceleration_ = kAccelerationMax;
   write(AMAX, acceleration_);
   write(DMAX, deceleration_);
   write(RAMPMODE, 0);

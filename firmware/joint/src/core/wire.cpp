@@ -150,11 +150,19 @@ Refusal Wire::arm(const Frame& frame) {
   if (load<uint16_t>(frame.payload) != boot_id_) return Refusal::WRONG_BOOT;
   const auto session = load<uint16_t>(frame.payload + 2);
   if (armed_ && session == session_) return Refusal::NONE;
+  if (was_opened(session)) return Refusal::OLD_SEQUENCE;
+  earlier_[sessions_++ % kSessionsKept] = session;
   armed_ = true;
   session_ = session;
   sequence_ = frame.sequence;
   counting_ = true;
   return Refusal::NONE;
+}
+
+bool Wire::was_opened(uint16_t session) const {
+  for (size_t index = 0; index < sessions_ && index < kSessionsKept; ++index)
+    if (earlier_[index] == session) return true;
+  return false;
 }
 
 Refusal Wire::decode(const Frame& frame, Command& command) const {

@@ -15,6 +15,7 @@ class Wire {
  public:
   static constexpr size_t kAnswerMax = 13;
   static constexpr uint16_t kWatchdogDefault = 60;
+  static constexpr size_t kSessionsKept = 32;
 
   Wire(Hal& hal, const Configuration& configuration) : hal_(hal), configuration_(configuration) {}
 
@@ -47,6 +48,7 @@ class Wire {
   Refusal order(const Frame& frame, bool& repeated);
   Refusal execute(const Frame& frame);
   Refusal arm(const Frame& frame);
+  bool was_opened(uint16_t session) const;
   Refusal decode(const Frame& frame, Command& command) const;
   Refusal permitted(const Frame& frame, const Command& command) const;
   void foresee(const Command& command);
@@ -67,6 +69,9 @@ class Wire {
 
   uint16_t boot_id_ = 0;
   uint16_t session_ = 0;
+  // The last sessions of this boot, a ring: a late copy of their ARM opens nothing.
+  uint16_t earlier_[kSessionsKept] = {};
+  size_t sessions_ = 0;
   bool armed_ = false;
   bool counting_ = false;
   uint8_t sequence_ = 0;

@@ -1,0 +1,312 @@
+// What goes wrong: silence, stalls, a broken encoder, a broken driver, a hung controller.
+#include <algorithm>
+
+#include "bench.h"
+#include "client.h"
+#include "testing.h"
+
+using namespace bioscara;
+using bench::Bench;
+using client::Bytes;
+using client::has;
+using client::Host;
+using client::packed;
+using client::setpoint;
+
+namespace {
+
+constexpr double kDegrees = 57.29577951308232;
+
+// Seconds until the fault is latched, -1 if it is not; the host keeps feeding or not.
+double time_to_fault(Host<Bench>& host, double limit, bool feed) {
+  Bench& bench = host.world();
+  const double begin = bench.now();
+  for (long tick = 0; bench.now() - begin < limit; ++tick) {
+    if (feed && tick % 20 == 0) host.send(Register::WATCHDOG, {60, 0});
+    bench.tick();
+    if (has(host.flags(), Flags::FAULT)) return bench.now() - begin;
+  }
+  return -1.0;
+}
+
+void expect_power_off(Host<Bench>& host, Fault fault) {
+  Bench& bench = host.world();
+  CHECK(host.fault() == fault);
+  CHECK(!bench.stage_closed());
+  CHECK(has(host.flags(), Flags::NOTENABLED));
+}
+
+// Back to work after what broke is whole again.
+void expect_recovery(Host<Bench>& host) {
+  host.clear_fault();
+  host.world().run(0.05);
+  host.enable();
+  CHECK(host.fault() == Fault::NONE);
+  host.turn(5.0);
+  host.keep(0.2);
+  CHECK(std::fabs(host.world().field_speed() - 5.0) < 0.1);
+}
+
+struct Running {
+  explicit Running(int joint, double speed, int percent = 20, std::uint8_t sensitivity = 6)
+      : bench(joint), host(bench, joint) {
+    bench.mechanics().remove_stops();
+    host.arm_session();
+    host.enable(percent, 120.0, 336.0, sensitivity);
+    host.turn(speed);
+    host.keep(0.3 + std::fabs(speed) / 336.0);
+  }
+  Bench bench;
+  Host<Bench> host;
+};
+
+}  // namespace
+
+TEST(HZ04_silence_stops_a_version_1_session) {
+  // Setpoints must be repeated; what runs by itself is kept alive by polling.
+  Bench bench(4);
+  Host host(bench, 4);
+  host.enable_bare();
+  host.bare(Register::SETRPM, packed(100.0F));
+  bench.run(0.03);
+  CHECK(bench.field_speed() > 0.0);
+  bench.run(0.6);
+  CHECK(bench.field_speed() == 0.0);
+  CHECK(host.bare(Register::PING, {}, 1).back() == 0x0C);
+  host.enable_bare();  // A version 1 host acknowledges by enabling.
+  host.bare(Register::HOME, {1, 11, 30, 10});
+  for (int poll = 0; poll < 10; ++poll) {
+    bench.run(0.1);
+    CHECK(has(host.bare(Register::PING, {}, 1).back(), Flags::BUSY));
+  }
+  CHECK(bench.field_speed() > 1.0);
+  bench.run(1.2);
+  CHECK(bench.field_speed() == 0.0);
+  CHECK(!has(host.bare(Register::PING, {}, 1).back(), Flags::BUSY));
+  CHECK(host.fault() == Fault::SETPOINT_LOST);
+}
+
+TEST(HZ05_the_same_setpoint_repeated_with_its_old_number_does_not_feed_it_either) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable();
+  const Bytes frame = host.frame(Register::SETRPM, packed(200.0F), host.next_sequence());
+  for (int time = 0; time < 50; ++time) {
+    host.exchange(frame, 3);
+    bench.run(0.01);
+  }
+  CHECK(bench.field_speed() == 0.0);
+  CHECK(host.fault() == Fault::SETPOINT_LOST);
+}
+
+TEST(the_watchdog_time_can_be_set) {
+  for (int milliseconds : {10, 30, 200}) {
+    Bench bench(4);
+    Host host(bench, 4);
+    host.arm_session();
+    host.enable();
+    host.send(Register::WATCHDOG, {static_cast<std::uint8_t>(milliseconds), 0});
+    CHECK(host.send(Register::WATCHDOG, {}, 2)[0] == milliseconds);
+    host.turn(20.0);
+    const double time = time_to_fault(host, 0.5, false);
+    CHECK(std::fabs(time * 1e3 - milliseconds) <= 3.0);
+  }
+}
+
+TEST(silence_at_rest_latches_nothing) {
+  Bench bench(1);
+  Host host(bench, 1);
+  host.arm_session();
+  host.enable();
+  bench.run(5.0);
+  const float here = static_cast<float>(host.degrees());
+  host.send(Register::MOVETOANGLE, packed(here));
+  bench.run(1.0);
+  host.send(Register::TRACK, setpoint(here, 0.0F), 6);
+  bench.run(1.0);
+  CHECK(host.fault() == Fault::NONE);
+  CHECK(host.state().state == JointState::HOLDING);
+}
+
+TEST(HZ12_the_first_fault_is_kept_with_its_number) {
+  Running run(4, 20.0);
+  run.bench.encoder().corrupt(true);
+  run.bench.run(0.01);
+  run.bench.driver().raise_overtemperature(true);
+  run.bench.run(0.1);
+  CHECK(run.host.fault() == Fault::ENCODER);
+  CHECK(!run.bench.stage_closed());
+}
+
+TEST(HZ14_a_motor_that_runs_the_wrong_way_is_switched_off) {
+  for (double speed : {3.0, 20.0}) {
+    Running run(4, speed);
+    run.host.send(Register::DISABLESTALLGUARD, {0});
+    run.host.send(Register::STOP, {0});
+    run.host.keep(0.4);
+    run.bench.driver().reverse_coil(true);
+    const double before = run.bench.rotor();
+    run.host.turn(speed);
+    const double time = time_to_fault(run.host, 0.5, true);
+    CHECK(time > 0.0 && time < 0.06 + speed / 336.0);
+    const Fault fault = run.host.fault();
+    CHECK(fault == Fault::RUNAWAY || fault == Fault::FOLLOWING);
+    if (fault == Fault::RUNAWAY) CHECK(!run.bench.stage_closed());
+    run.bench.run(0.5);
+    CHECK(std::fabs(run.bench.rotor() - before) < 2.0);
+  }
+}
+
+TEST(HZ16_a_controller_that_restarts_in_motion_leaves_no_motion) {
+  Running run(4, 40.0);
+  run.bench.boot(ResetCause::WATCHDOG);
+  CHECK(!run.bench.stage_closed());
+  run.bench.run(0.05);
+  CHECK(run.bench.field_speed() == 0.0 || !run.bench.stage_closed());
+  CHECK(run.host.hello()[8] == static_cast<std::uint8_t>(ResetCause::WATCHDOG));
+  run.bench.run(1.0);
+  CHECK(run.bench.field_speed() == 0.0);
+  run.host.arm_session();
+  run.host.enable();
+  CHECK(run.host.fault() == Fault::NONE);
+}
+
+TEST(no_stall_is_seen_in_the_hardest_accelerations_that_are_allowed) {
+  constexpr double kSpeed[] = {0.0, 35.0, 47.1, 120.0, 120.0};
+  constexpr double kAcceleration[] = {0.0, 70.0, 314.0, 336.0, 360.0};
+  for (int joint = 1; joint <= 4; ++joint) {
+    Bench bench(joint);
+    bench.mechanics().remove_stops();
+    Host host(bench, joint);
+    host.arm_session();
+    host.enable(joint == 2 ? 40 : 20, kSpeed[joint], kAcceleration[joint], 0);
+    for (int turn = 0; turn < 6; ++turn) {
+      for (int cycle = 0; cycle < 60; ++cycle) {
+        host.turn(turn % 2 == 0 ? kSpeed[joint] : -kSpeed[joint]);
+        bench.run(0.02);
+      }
+    }
+    CHECK(host.fault() == Fault::NONE);
+  }
+}
+
+TEST(without_stall_detection_the_following_error_stops_the_joint) {
+  Running run(4, 20.0);
+  run.host.send(Register::DISABLESTALLGUARD, {0});
+  run.bench.mechanics().add_obstacle(run.bench.position() + 0.3, 1.0);
+  const double time = time_to_fault(run.host, 2.0, true);
+  CHECK(time > 0.0);
+  CHECK(run.host.fault() == Fault::FOLLOWING);
+  run.host.keep(0.5);
+  CHECK(run.bench.field_speed() == 0.0);
+  CHECK(has(run.host.flags(), Flags::NOTENABLED));
+}
+
+TEST(one_bad_sample_of_the_encoder_is_dropped_two_stop_the_joint) {
+  for (bool jump : {false, true}) {
+    Running run(4, 20.0);
+    const auto bad = [&](int ticks) {
+      run.host.turn(20.0);
+      if (!jump) run.bench.encoder().corrupt(true);
+      if (jump) run.bench.encoder().jump(0.2);
+      for (int tick = 0; tick < ticks; ++tick) run.bench.tick();
+      if (!jump) run.bench.encoder().corrupt(false);
+      if (jump && ticks == 1) run.bench.encoder().jump(-0.2);
+      run.bench.tick();
+    };
+    bad(1);
+    run.host.keep(0.1);
+    CHECK(run.host.fault() == Fault::NONE);
+    bad(2);
+    CHECK(run.host.fault() == Fault::ENCODER);
+    CHECK(has(run.host.flags(), Flags::NOTHOMED));
+    CHECK(has(run.host.flags(), Flags::NOTENABLED));
+    run.bench.run(0.5);
+    CHECK(run.bench.field_speed() == 0.0);
+    expect_recovery(run.host);
+  }
+}
+
+TEST(an_encoder_that_stays_broken_cannot_be_enabled) {
+  Running run(4, 20.0);
+  run.bench.encoder().corrupt(true);
+  run.bench.run(0.5);
+  CHECK(run.host.fault() == Fault::ENCODER);
+  run.host.clear_fault();
+  run.bench.run(0.05);
+  run.host.send(Register::SETUP, {20, 20, 0, 0});
+  run.bench.run(0.05);
+  CHECK(run.host.fault() == Fault::ENCODER);
+  CHECK(has(run.host.flags(), Flags::NOTENABLED));
+  run.bench.encoder().corrupt(false);
+  run.bench.run(0.01);
+  expect_recovery(run.host);
+}
+
+TEST(an_encoder_frozen_under_command_is_told_from_a_stall) {
+  for (double speed : {1.0, 6.0, 20.0, 60.0}) {
+    for (bool watched : {true, false}) {
+      Running run(4, speed);
+      if (!watched) run.host.send(Register::DISABLESTALLGUARD, {0});
+      run.bench.encoder().freeze(true);
+      CHECK(time_to_fault(run.host, 4.0, true) > 0.0);
+      run.host.keep(0.6);
+      CHECK(run.host.fault() == Fault::ENCODER);
+      CHECK(has(run.host.flags(), Flags::NOTHOMED));
+      CHECK(has(run.host.flags(), Flags::NOTENABLED));
+      CHECK(run.bench.field_speed() == 0.0);
+      run.bench.encoder().freeze(false);
+      run.bench.run(0.1);
+      expect_recovery(run.host);
+    }
+  }
+}
+
+TEST(a_cut_of_the_motor_supply_is_a_fault_and_not_a_silent_recovery) {
+  Running run(4, 20.0);
+  run.bench.driver().set_motor_power(false);
+  const double time = time_to_fault(run.host, 0.5, true);
+  CHECK(time > 0.0 && time < 0.04);
+  expect_power_off(run.host, Fault::DRIVER);
+  // Still off: it cannot be enabled. On again: nothing moves by itself.
+  run.host.clear_fault();
+  run.host.enable();
+  expect_power_off(run.host, Fault::DRIVER);
+  run.host.keep(0.2);  // The field of the open stage runs down.
+  run.bench.driver().set_motor_power(true);
+  const double place = run.bench.field();
+  run.host.keep(0.5);
+  CHECK(run.bench.field() == place);
+  CHECK(!run.bench.stage_closed());
+  expect_recovery(run.host);
+}
+
+TEST(a_cut_of_the_motor_supply_is_noticed_at_rest_too) {
+  Running run(4, 0.0);
+  run.bench.driver().set_motor_power(false);
+  run.host.keep(0.1);
+  run.bench.driver().set_motor_power(true);
+  run.host.keep(0.1);
+  expect_power_off(run.host, Fault::DRIVER);
+}
+
+TEST(a_driver_that_restarts_or_overheats_is_switched_off) {
+  for (bool heat : {false, true}) {
+    Running run(4, 20.0);
+    if (heat)
+      run.bench.driver().raise_overtemperature(true);
+    else
+      run.bench.driver().power_up();
+    CHECK(time_to_fault(run.host, 0.5, true) < 0.04);
+    const Fault fault = run.host.fault();
+    // Its registers are gone, so a following error may be the first that is seen.
+    if (heat) CHECK(fault == Fault::OVERTEMPERATURE);
+    if (!heat) CHECK(fault == Fault::DRIVER_RESET || fault == Fault::STALL);
+    run.bench.run(0.05);
+    CHECK(!run.bench.stage_closed());
+    run.bench.driver().raise_overtemperature(false);
+    run.bench.run(0.05);
+    expect_recovery(run.host);
+  }
+}
