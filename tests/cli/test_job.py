@@ -82,7 +82,7 @@ def test_the_demo_homes_follows_and_reports(
 @pytest.mark.parametrize(
     ("words", "marker", "phase"),
     [
-        (("--realtime",), "homing j2", "homing"),
+        (("--realtime",), "homing j2", "stopping"),
         ((), "  approach", "stopping"),
         ((), "  trajectory", "stopping"),
     ],

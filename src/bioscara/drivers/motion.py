@@ -221,7 +221,7 @@ class JointMotion(JointSettings):
         """Stop the joint and raise if at ``velocity`` it could not stop within the limits."""
         state = self.read_state()
         if state.position is None:
-            self._raise_fault()
+            self.raise_fault()
             raise NotHomedError(f"{self.name}: its home was lost; home() again", self.name)
         if state.flags & (Flags.STALL | Flags.NOTENABLED):
             return  # The refusal of the setpoint says why.

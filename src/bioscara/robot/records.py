@@ -45,13 +45,20 @@ class Recorder:
         """
         stack, retries = self._stack, self._count()
         feedback = stack.trajectory.feedback
-        following = not math.isnan(zero) and feedback is not None and feedback.time == cycle.time
+        following = feedback is not None and feedback.time == cycle.time
         joints = []
         for index, axis in enumerate(stack.arm.axes):
             reference = velocity = math.nan
-            if following and feedback is not None and axis.halted is None:
+            if math.isnan(zero) or axis.halted is not None:
+                pass
+            elif following and feedback is not None:
                 reference = feedback.actual.positions[index] + feedback.error.positions[index]
                 velocity = feedback.actual.velocities[index] + feedback.error.velocities[index]
+            else:
+                guard = stack.manager.limiter.guards[axis.name]
+                velocity = guard.speed
+                ahead = cycle.time + stack.loop.period - axis.position.stamp
+                reference = guard.reference - velocity * ahead
             joints.append(self._joint(axis, reference, velocity))
         repeated, self._retries = retries - self._retries, retries
         return CycleRecord(

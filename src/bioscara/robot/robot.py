@@ -456,8 +456,7 @@ class Robot:
             while not done():
                 if self._stopping.is_set() or cancelled():
                     self._stopping.clear()
-                    into = "" if math.isnan(zero) else f" {self.clock.now() - zero:.2f} s into it"
-                    raise MotionCancelledError(f"interrupted while {_DOING[phase]}{into}")
+                    raise MotionCancelledError(self._interrupted(zero))
                 cycle = stack.loop.step()
                 observe(recorder.record(cycle, phase, zero))
                 if supervisor.state is not FaultState.CLEAR:
@@ -466,12 +465,23 @@ class Robot:
             self._come_to_rest(observe, recorder, zero)
             raise
 
+    def _interrupted(self, zero: float) -> str:
+        """Return when the motion was interrupted, in words."""
+        if math.isnan(zero):
+            goal = self._running().homing.goal
+            return f"interrupted while homing {(goal and goal.current) or 'the arm'}"
+        into = self.clock.now() - zero
+        where = "into" if into >= 0.0 else "before the start of"
+        return f"interrupted {abs(into):.2f} s {where} the trajectory"
+
     def _come_to_rest(self, observe: Observe, recorder: Recorder, zero: float) -> None:
         stack = self._running()
         supervisor, now = stack.supervisor, self.clock.now()
         supervisor.stop(now)
-        while not supervisor.at_rest(self.clock.now(), now):
+        while True:
             observe(recorder.record(stack.loop.step(), Phase.STOPPING, zero))
+            if supervisor.at_rest(self.clock.now(), now):
+                break
         if supervisor.faults:
             with suppress(OSError):
                 supervisor.keep_evidence()
@@ -480,14 +490,6 @@ class Robot:
         stack = self._running()
         stack.loop.restart()
         stack.loop.step()
-
-
-_DOING = {
-    Phase.HOMING: "homing",
-    Phase.APPROACH: "going to the start of the trajectory",
-    Phase.TRAJECTORY: "following the trajectory",
-    Phase.SETTLING: "settling",
-}
 
 
 def _cause(fault: Fault) -> BaseException:
