@@ -11,9 +11,10 @@ from bioscara.hardware.modes import Mode
 
 FLOOR_SHARE = 0.005
 """Error that is always allowed, as a share of the joint's range: backlash, load, friction."""
-LAG = {1: 0.25, 2: 0.05}
-"""Error that is allowed for each unit of speed [s], by protocol: a version 1 joint ramps to each
-setpoint anew and trails by 0.12 s, a version 2 joint by a fraction of a cycle."""
+LAG = 0.05
+"""Error that is allowed for each unit of speed [s]: a few cycles."""
+_MARGIN = 1.3
+"""Share by which a version 1 joint may exceed what its law says."""
 _MEMORY = 0.5
 """Time constant with which a speed of before still counts [s]: the error of a fast motion
 outlasts it."""
@@ -51,7 +52,10 @@ class Following:
         # The last command is for one period after this cycle; the measurement is older.
         then = guard.reference - speed * (time + period - axis.position.stamp)
         error = abs(then - measured)
-        limit = self._floor + LAG[axis.joint.version] * self._peak
+        limit = self._floor + LAG * self._peak
+        if axis.joint.version == 1:
+            # It goes to each setpoint as if to rest there, so it trails by its way to brake.
+            limit += _MARGIN * self._peak**2 / (2.0 * axis.joint.parameters.max_acceleration)
         # Not written as error > limit: an unknown position is no reason to complain here.
         if not error > limit:
             return None
