@@ -15,7 +15,7 @@ LAG = 0.05
 """Error that is allowed for each unit of speed [s]: a few cycles."""
 _MARGIN = 1.3
 """Share by which a version 1 joint may exceed what its law says."""
-_MEMORY = 0.5
+_MEMORY = 2.0
 """Time constant with which a speed of before still counts [s]: the error of a fast motion
 outlasts it."""
 

@@ -1,0 +1,120 @@
+"""A homed arm under the control stack, on the compiled firmware, in virtual time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from bioscara.bus import FaultyBus
+from bioscara.control.controller import AnyController
+from bioscara.control.flight_record import FlightRecord
+from bioscara.control.limiting import Limiter
+from bioscara.control.loop import Cycle, Loop
+from bioscara.control.manager import ControllerManager
+from bioscara.control.supervisor import Supervisor
+from bioscara.hardware import ArmHardware
+from bioscara.model import load_parameters
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+PARAMETERS = load_parameters()
+NAMES = tuple(joint.name for joint in PARAMETERS.joints)
+LIMITS = {joint.name: joint for joint in PARAMETERS.joints}
+NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
+"""Close to the end stops that homing seeks."""
+BOTH = ("position", "velocity")
+
+
+class World:
+    """An arm, its hardware component ACTIVE, a manager without controllers but the hold.
+
+    Args:
+        v1: Whether its joints speak version 1 only.
+        home: Whether the joints are homed and brought to ``at``.
+        at: Where the joints are then [rad or m]; None leaves them near their end stops.
+        folder: For evidence of faults.
+    """
+
+    def __init__(
+        self,
+        *,
+        v1: bool = False,
+        home: bool = True,
+        at: Mapping[str, float] | None = None,
+        folder: Path = Path("/nonexistent"),
+    ) -> None:
+        self.arm = SimulatedArm(seed=1, v1=v1, positions=NEAR, frequency=400e3)
+        self.bus = FaultyBus(FirmwareBus(self.arm), seed=1, clock=self.arm.clock)
+        self.clock = self.arm.clock
+        self.rate = 50 if v1 else 100
+        self.hardware = ArmHardware("bioscara_arm", self.bus, self.clock, PARAMETERS.joints)
+        self.hardware.configure()
+        self.hardware.activate()
+        if home:
+            for name in PARAMETERS.homing_order:
+                self.joint(name).home()
+        self.manager = ControllerManager((self.hardware,), Limiter((self.hardware,)), self.rate)
+        self.record = FlightRecord(self.hardware.axes, self.rate)
+        self.commanded = ("position",) if v1 else BOTH
+        self.load(
+            "hold",
+            "bioscara_controllers/HoldController",
+            joints=NAMES,
+            command_interfaces=self.commanded,
+            max_deceleration=tuple(joint.max_acceleration for joint in PARAMETERS.joints),
+        )
+        self.supervisor = Supervisor(self.manager, self.hardware, "hold", self.record, folder)
+        self.loop = Loop(self.manager, self.supervisor, self.record, self.clock, self.rate)
+        self.loop.step()
+        if at is not None:
+            self._go(at)
+
+    def joint(self, name: str):  # type: ignore[no-untyped-def]  # noqa: ANN201
+        """Return the driver of a joint."""
+        return self.hardware.joints[NAMES.index(name)]
+
+    def axis(self, name: str):  # type: ignore[no-untyped-def]  # noqa: ANN201
+        """Return the axis of a joint."""
+        return self.hardware.axes[NAMES.index(name)]
+
+    def load(self, name: str, kind: str, **values: Any) -> AnyController:
+        """Load and configure a controller."""
+        self.manager.load(name, kind, values)
+        self.manager.configure(name)
+        return self.manager.controller(name)
+
+    def switch(self, *activate: str, off: tuple[str, ...] = ()) -> None:
+        """Switch controllers, strictly."""
+        self.manager.switch(self.clock.now(), activate, off)
+
+    def run(self, seconds: float) -> list[Cycle]:
+        """Run the loop for some arm time."""
+        return [self.loop.step() for _ in range(round(seconds * self.rate))]
+
+    def run_until(self, done: Callable[[], bool], seconds: float = 60.0) -> int:
+        """Run the loop until ``done``; returns the number of cycles."""
+        for cycle in range(round(seconds * self.rate)):
+            if done():
+                return cycle
+            self.loop.step()
+        raise AssertionError(f"not done within {seconds} s of arm time")
+
+    def _go(self, at: Mapping[str, float]) -> None:
+        forward = self.load(
+            "go",
+            "forward_command_controller/ForwardCommandController",
+            joints=NAMES,
+            interface_name="position",
+        )
+        self.switch("go")
+        goal = [at.get(name, NEAR[name]) for name in NAMES]
+        forward.command(goal)
+        self.run_until(
+            lambda: all(
+                abs(axis.position.value - value) < 2e-3
+                for axis, value in zip(self.hardware.axes, goal, strict=True)
+            )
+        )
+        self.run(0.3)
+        self.switch(off=("go",))
+        self.manager.unload("go")
