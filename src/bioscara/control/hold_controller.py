@@ -11,6 +11,9 @@ from bioscara.control.parameters import Parameters
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY
 
+_ARRIVAL = 0.1
+"""Time that a joint may take to come to rest at its last setpoint [s]."""
+
 Positive = Annotated[float, Field(gt=0.0)]
 
 
@@ -40,8 +43,8 @@ class HoldController(Controller[HoldParameters]):
 
     @property
     def ended(self) -> bool:
-        """Whether the ramp has ended."""
-        return self._elapsed >= self._duration
+        """Whether the ramp has ended, and the joints had time to come to its end."""
+        return self._elapsed >= self._duration + _ARRIVAL
 
     @property
     def command_interfaces(self) -> tuple[str, ...]:

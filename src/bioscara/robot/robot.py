@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Sequence
-from contextlib import suppress
+from collections.abc import Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -15,14 +14,11 @@ from bioscara.bus.select import open_bus
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.control.faults import Fault
 from bioscara.control.joint_state_broadcaster import JointStates
-from bioscara.control.joint_trajectory import Goal, JointTrajectory, Status
-from bioscara.control.supervisor import FaultState
+from bioscara.control.joint_trajectory import Status
 from bioscara.drivers import Joint
 from bioscara.errors import (
     BioscaraError,
-    GoalAbortedError,
     HomingError,
-    MotionCancelledError,
     NotHomedError,
     NotInitializedError,
     TrajectoryError,
@@ -34,15 +30,12 @@ from bioscara.planning import Trajectory, check, ramp
 from bioscara.protocol import Flags
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot.pacing import PacedClock
-from bioscara.robot.records import Cancelled, Observe, Recorder
+from bioscara.robot.records import Cancelled, Observe
+from bioscara.robot.running import Motion
 from bioscara.robot.stack import BROADCASTER, HOMING, TRAJECTORY, Stack
 
-SETTLING = 0.3
-"""How long the end of a trajectory is held, so that the arm is seen to rest there [s]."""
 START_TOLERANCE = {"rad": math.radians(1.0), "m": 2e-3}
 """How far from its start a trajectory may find the arm: from there it is joined by a ramp."""
-_REST_TIME = 10.0
-"""Longest time for coming to rest [s]."""
 
 
 def _ignore(record: CycleRecord) -> None:
@@ -160,7 +153,7 @@ class Robot:
         try:
             self._arm.configure()
             self._stack = Stack(self._arm, self.clock, self.parameters, self._rate, self._evidence)
-            self._stack.manager.switch(self.clock.now(), (BROADCASTER,))
+            self._tell_states()
         except BaseException:
             self.bus.close()
             raise
@@ -217,6 +210,7 @@ class Robot:
         if stack.arm.state is State.INACTIVE:
             stack.arm.activate()
             stack.loop.restart()
+        self._tell_states()
 
     def disable(self) -> None:
         """Bring all joints to rest and release them; they stay homed."""
@@ -238,6 +232,7 @@ class Robot:
         """
         stack = self._running()
         self._pace(self._pace_homing)
+        self._stopping.clear()
         self.enable()
         directions = {
             axis.name: axis.joint.parameters.homing.velocity
@@ -248,8 +243,7 @@ class Robot:
             return
         stack.use(HOMING, self.clock.now())
         goal = stack.homing.send_goal(directions)
-        recorder = Recorder(stack, self._begin)
-        self._run(lambda: goal.done, cancelled, observe, recorder, Phase.HOMING, math.nan)
+        self._motion(observe, cancelled).run(lambda: goal.done, Phase.HOMING)
         if goal.status is not Status.SUCCEEDED:
             raise HomingError(goal.text)
         stack.manager.switch(self.clock.now(), (), (HOMING,))
@@ -278,8 +272,7 @@ class Robot:
         self._prepare()
         names, here = self._names, self._here()
         motion = ramp(names, here, positions, self.parameters.joints, speed)
-        recorder = Recorder(self._running(), self._begin)
-        self._execute(motion, observe, cancelled, recorder, Phase.TRAJECTORY)
+        self._motion(observe, cancelled).follow(motion, Phase.TRAJECTORY)
 
     def follow(
         self,
@@ -317,11 +310,9 @@ class Robot:
         if not approach:
             self._require_near(here, goal)
         lead = ramp(self._names, here, goal, self.parameters.joints)
-        recorder = Recorder(self._running(), self._begin)
-        self._execute(
-            lead, observe, cancelled, recorder, Phase.APPROACH, self.clock.now() + lead.duration
-        )
-        self._execute(trajectory, observe, cancelled, recorder, Phase.TRAJECTORY)
+        motion = self._motion(observe, cancelled)
+        motion.follow(lead, Phase.APPROACH, lead.duration)
+        motion.follow(trajectory, Phase.TRAJECTORY)
 
     def stop(self) -> None:
         """End whatever moves, from any thread: it raises MotionCancelledError once at rest."""
@@ -352,6 +343,7 @@ class Robot:
             BioscaraError: A joint does not answer.
         """
         self._running().supervisor.recover(self.clock.now())
+        self._tell_states()
 
     def shutdown(self) -> list[str]:
         """Stop and disable all joints; does nothing when that is done already.
@@ -377,6 +369,11 @@ class Robot:
             raise NotInitializedError("the robot is not connected: use it in a with statement")
         return self._stack
 
+    def _tell_states(self) -> None:
+        stack = self._running()
+        if stack.broadcaster.state is not State.ACTIVE:
+            stack.manager.switch(self.clock.now(), (BROADCASTER,))
+
     def _pace(self, paced: bool) -> None:
         if isinstance(self.clock, PacedClock):
             self.clock.paced = paced
@@ -384,8 +381,8 @@ class Robot:
     def _prepare(self) -> None:
         """Make the arm ready to follow a trajectory; nothing moves."""
         stack = self._running()
-        self._stopping.clear()
         self._pace(self._pace_motion)
+        self._stopping.clear()
         self.enable()
         for axis in stack.arm.axes:
             if not axis.homed:
@@ -412,86 +409,11 @@ class Robot:
                     "first, or follow(..., approach=True)"
                 )
 
-    def _execute(
-        self,
-        trajectory: Trajectory,
-        observe: Observe,
-        cancelled: Cancelled,
-        recorder: Recorder,
-        phase: Phase,
-        zero: float | None = None,
-    ) -> None:
-        """Follow a checked trajectory that starts where the arm is, and hold its end a moment."""
-        stack, now = self._running(), self.clock.now()
-        goal = stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), now)
-        begin = now if zero is None else zero
-        self._run(lambda: goal.done, cancelled, observe, recorder, phase, begin)
-        if goal.status is not Status.SUCCEEDED:
-            raise GoalAbortedError(goal.text, goal.error_code)
-        if phase is Phase.TRAJECTORY:
-            until = self.clock.now() + SETTLING
-            self._run(
-                lambda: self.clock.now() >= until,
-                cancelled,
-                observe,
-                recorder,
-                Phase.SETTLING,
-                begin,
-            )
-
-    def _run(
-        self,
-        done: Callable[[], bool],
-        cancelled: Cancelled,
-        observe: Observe,
-        recorder: Recorder,
-        phase: Phase,
-        zero: float,
-    ) -> None:
-        """Run cycles until ``done``; whatever ends them early, the arm is at rest afterwards."""
+    def _motion(self, observe: Observe, cancelled: Cancelled) -> Motion:
         stack = self._running()
-        stack.loop.restart()
-        supervisor = stack.supervisor
-        try:
-            while not done():
-                if self._stopping.is_set() or cancelled():
-                    self._stopping.clear()
-                    raise MotionCancelledError(self._interrupted(zero))
-                cycle = stack.loop.step()
-                observe(recorder.record(cycle, phase, zero))
-                if supervisor.state is not FaultState.CLEAR:
-                    raise _cause(supervisor.faults[0])
-        except BaseException:
-            self._come_to_rest(observe, recorder, zero)
-            raise
-
-    def _interrupted(self, zero: float) -> str:
-        """Return when the motion was interrupted, in words."""
-        if math.isnan(zero):
-            goal = self._running().homing.goal
-            return f"interrupted while homing {(goal and goal.current) or 'the arm'}"
-        into = self.clock.now() - zero
-        where = "into" if into >= 0.0 else "before the start of"
-        return f"interrupted {abs(into):.2f} s {where} the trajectory"
-
-    def _come_to_rest(self, observe: Observe, recorder: Recorder, zero: float) -> None:
-        stack = self._running()
-        supervisor, now = stack.supervisor, self.clock.now()
-        supervisor.stop(now)
-        while True:
-            observe(recorder.record(stack.loop.step(), Phase.STOPPING, zero))
-            if supervisor.at_rest(self.clock.now(), now):
-                break
-        if supervisor.faults:
-            with suppress(OSError):
-                supervisor.keep_evidence()
+        return Motion(stack, self.clock, self._begin, observe, cancelled, self._stopping)
 
     def _cycle(self) -> None:
         stack = self._running()
         stack.loop.restart()
         stack.loop.step()
-
-
-def _cause(fault: Fault) -> BaseException:
-    """Return what befell the arm as it is raised."""
-    return fault.cause

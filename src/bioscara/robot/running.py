@@ -1,0 +1,116 @@
+"""Runs the control loop while something moves, and brings the arm to rest whatever ends it."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+
+from bioscara.clock import Clock
+from bioscara.control.joint_trajectory import Goal, JointTrajectory, Status
+from bioscara.control.supervisor import FaultState
+from bioscara.errors import GoalAbortedError, MotionCancelledError
+from bioscara.planning import Trajectory
+from bioscara.report import Phase
+from bioscara.robot.records import Cancelled, Observe, Recorder
+from bioscara.robot.stack import Stack
+
+SETTLING = 0.3
+"""How long the end of a trajectory is held, so that the arm is seen to rest there [s]."""
+
+
+class Motion:
+    """One call that moves the arm, from its first cycle to rest.
+
+    Args:
+        stack: The arm.
+        clock: Its time.
+        origin: Time that counts as 0 in the records [s].
+        observe: Takes a record each cycle.
+        cancelled: Asked each cycle; True ends the motion.
+        stopping: Set from another thread to end the motion.
+    """
+
+    def __init__(
+        self,
+        stack: Stack,
+        clock: Clock,
+        origin: float,
+        observe: Observe,
+        cancelled: Cancelled,
+        stopping: threading.Event,
+    ) -> None:
+        self._stack, self._clock = stack, clock
+        self._observe, self._cancelled, self._stopping = observe, cancelled, stopping
+        self._recorder = Recorder(stack, origin)
+        stack.loop.restart()
+
+    def follow(self, trajectory: Trajectory, phase: Phase, until_start: float = 0.0) -> None:
+        """Follow a checked trajectory that starts where the arm is, and hold its end a moment.
+
+        Args:
+            trajectory: What to follow.
+            phase: What it is reported as.
+            until_start: Time from now to the start of the trajectory proper [s].
+
+        Raises:
+            MotionCancelledError: It was asked to end; the arm is at rest.
+            GoalAbortedError: It was not followed to its end; the arm is at rest.
+            BioscaraError: What stopped the arm.
+        """
+        now = self._clock.now()
+        goal = self._stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), now)
+        zero = now + until_start
+        self.run(lambda: goal.done, phase, zero)
+        if goal.status is not Status.SUCCEEDED:
+            raise GoalAbortedError(goal.text, goal.error_code)
+        if phase is Phase.TRAJECTORY:
+            until = self._clock.now() + SETTLING
+            self.run(lambda: self._clock.now() >= until, Phase.SETTLING, zero)
+
+    def run(self, done: Callable[[], bool], phase: Phase, zero: float = math.nan) -> None:
+        """Run cycles until ``done``.
+
+        Args:
+            done: Asked each cycle.
+            phase: What it is reported as.
+            zero: Time at which the trajectory began or will begin [s]; NaN if there is none.
+
+        Raises:
+            MotionCancelledError: It was asked to end; the arm is at rest.
+            BioscaraError: What stopped the arm.
+        """
+        loop, supervisor = self._stack.loop, self._stack.supervisor
+        try:
+            while not done():
+                if self._stopping.is_set() or self._cancelled():
+                    raise MotionCancelledError(self._interrupted(zero))
+                self._observe(self._recorder.record(loop.step(), phase, zero))
+                if supervisor.state is not FaultState.CLEAR:
+                    raise supervisor.faults[0].cause
+        except BaseException:
+            self._come_to_rest(zero)
+            raise
+
+    def _come_to_rest(self, zero: float) -> None:
+        loop, supervisor = self._stack.loop, self._stack.supervisor
+        since = self._clock.now()
+        supervisor.stop(since)
+        while True:
+            self._observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
+            if supervisor.at_rest(self._clock.now(), since):
+                break
+        if supervisor.faults:
+            # A full disk does not undo a stop; acknowledging will ask for the evidence again.
+            with suppress(OSError):
+                supervisor.keep_evidence()
+
+    def _interrupted(self, zero: float) -> str:
+        """Return when the motion was interrupted, in words."""
+        if math.isnan(zero):
+            goal = self._stack.homing.goal
+            return f"interrupted while homing {(goal and goal.current) or 'the arm'}"
+        into = self._clock.now() - zero
+        where = "into" if into >= 0.0 else "before the start of"
+        return f"interrupted {abs(into):.2f} s {where} the trajectory"

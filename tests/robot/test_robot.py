@@ -1,0 +1,251 @@
+"""The arm as one object, on the compiled firmware, in virtual time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bioscara.control.faults import FaultKind
+from bioscara.errors import (
+    FaultedError,
+    GoalRejectedError,
+    HomingError,
+    MotionCancelledError,
+    NotHomedError,
+    NotInitializedError,
+    StalledError,
+    TrajectoryError,
+)
+from bioscara.model import load_parameters
+from bioscara.planning import Trajectory, ramp
+from bioscara.report import CycleRecord, Phase
+from bioscara.robot import Robot
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+ARM = load_parameters()
+NAMES = tuple(joint.name for joint in ARM.joints)
+NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
+START = (-2.0, 0.30, 2.0, 2.0)
+
+
+class Scene:
+    """A robot, and the simulated arm behind it."""
+
+    def __init__(self, evidence: Path) -> None:
+        self.arm = SimulatedArm(seed=2, positions=NEAR)
+        self.robot = Robot(FirmwareBus(self.arm), self.arm.clock, ARM, "scene", evidence=evidence)
+
+    def speeds(self) -> list[float]:
+        """Speeds once the belts have swung out."""
+        self.arm.run(0.5)
+        return [abs(self.arm.velocity(name)) for name in NAMES]
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Iterator[Scene]:
+    made = Scene(tmp_path)
+    with made.robot:
+        yield made
+
+
+@pytest.fixture
+def homed(scene: Scene) -> Scene:
+    scene.robot.home()
+    scene.robot.move_joints(START)
+    return scene
+
+
+def test_connecting_moves_nothing_and_tells_that_nothing_is_known(scene: Scene) -> None:
+    before = [scene.arm.position(name) for name in NAMES]
+    state = scene.robot.state
+    assert state.names == NAMES
+    assert all(math.isnan(position) for position in state.positions)
+    assert [scene.arm.position(name) for name in NAMES] == pytest.approx(before, abs=1e-6)
+
+
+def test_homed_it_knows_where_it_is_and_goes_where_it_is_told(homed: Scene) -> None:
+    assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
+    for name, position in zip(NAMES, START, strict=True):
+        assert homed.arm.position(name) == pytest.approx(position, abs=5e-3)
+    homed.robot.move_joints([-1.9, 0.29, 1.9, 1.9], speed=0.5)
+    assert homed.robot.state.positions == pytest.approx([-1.9, 0.29, 1.9, 1.9], abs=2e-3)
+
+
+def test_homing_twice_homes_once(homed: Scene) -> None:
+    before = homed.arm.now()
+    homed.robot.home()
+    assert homed.arm.now() - before < 0.1
+
+
+def test_motion_before_homing_is_refused(scene: Scene) -> None:
+    with pytest.raises(NotHomedError, match="j1"):
+        scene.robot.move_joints(START)
+    assert max(scene.speeds()) < 1e-3
+
+
+@pytest.mark.parametrize(
+    ("positions", "complaint"),
+    [
+        ((0.0, 0.1, 0.0), "3 positions for 4 joints"),
+        ((4.0, 0.1, 0.0, 0.0), "j1: goal 4 rad is outside"),
+        ((0.0, 100.0, 0.0, 0.0), "j2: goal 100 m is outside"),
+        ((0.0, 0.1, math.nan, 0.0), "j3"),
+    ],
+)
+def test_a_place_it_cannot_reach_is_refused_before_anything_moves(
+    homed: Scene, positions: tuple[float, ...], complaint: str
+) -> None:
+    before = homed.robot.state.positions
+    with pytest.raises(TrajectoryError, match=complaint):
+        homed.robot.move_joints(positions)
+    assert homed.robot.state.positions == pytest.approx(before, abs=1e-4)
+
+
+def test_pln2_a_trajectory_that_starts_elsewhere_is_refused_with_numbers(homed: Scene) -> None:
+    far = ramp(NAMES, (-1.9, 0.30, 2.0, 2.0), (-1.5, 0.30, 2.0, 2.0), ARM.joints)
+    with pytest.raises(TrajectoryError, match=r"j1 is at -2\.0\d* rad .* starts at -1\.9"):
+        homed.robot.follow(far)
+    homed.robot.follow(far, approach=True)
+    assert homed.robot.state.positions[0] == pytest.approx(-1.5, abs=2e-3)
+
+
+def test_pln2_a_small_gap_is_joined_by_a_ramp(homed: Scene) -> None:
+    near = ramp(NAMES, (-1.99, 0.301, 2.01, 2.01), (-1.8, 0.30, 2.0, 2.0), ARM.joints)
+    records: list[CycleRecord] = []
+    homed.robot.follow(near, records.append)
+    assert {record.phase for record in records} >= {Phase.APPROACH, Phase.TRAJECTORY}
+    speeds = [record.joints[0].reference_velocity for record in records]
+    steps = [abs(b - a) for a, b in pairwise(speeds)]
+    assert max(steps) <= ARM.joints[0].max_acceleration * 0.01 * 1.1
+
+
+def test_a_trajectory_beyond_a_limit_is_refused(homed: Scene) -> None:
+    fast = Trajectory(("j2",), (0.0, 1.0), ((0.30,), (0.20,)))
+    with pytest.raises(TrajectoryError, match=r"j2.*0\.03"):
+        homed.robot.follow(fast)
+
+
+def stop_after(homed: Scene, cycles: int, end: object) -> list[CycleRecord]:
+    records: list[CycleRecord] = []
+
+    def observe(record: CycleRecord) -> None:
+        records.append(record)
+        if len(records) == cycles:
+            if isinstance(end, BaseException):
+                raise end
+            homed.robot.stop()
+
+    with pytest.raises((MotionCancelledError, KeyboardInterrupt)):
+        homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0), observe=observe)
+    return records
+
+
+@pytest.mark.parametrize("end", [None, KeyboardInterrupt()])
+@pytest.mark.parametrize("cycles", [1, 30, 80, 150])
+def test_pln5_whatever_ends_a_motion_ends_it_at_rest_on_a_ramp(
+    homed: Scene, cycles: int, end: object
+) -> None:
+    records = stop_after(homed, cycles, end)
+    assert max(homed.speeds()) < 0.02
+    stopping = [record for record in records if record.phase is Phase.STOPPING]
+    assert stopping
+    for index, joint in enumerate(ARM.joints):
+        speeds = [record.joints[index].reference_velocity for record in records[cycles - 1 :]]
+        steps = [abs(b - a) for a, b in pairwise(speeds)]
+        assert max(steps) <= joint.max_acceleration * 0.01 * 1.5
+    homed.robot.move_joints(START)
+    assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
+
+
+def test_a_stop_that_comes_before_a_motion_does_not_end_it(homed: Scene) -> None:
+    homed.robot.stop()
+    homed.robot.move_joints([-1.95, 0.30, 2.0, 2.0])
+    assert homed.robot.state.positions[0] == pytest.approx(-1.95, abs=2e-3)
+
+
+def test_released_and_engaged_again_it_is_still_homed(homed: Scene) -> None:
+    homed.robot.disable()
+    assert not any(homed.arm.has_torque(name) for name in ("j1", "j3", "j4"))
+    homed.robot.enable()
+    assert homed.robot.state.positions[0] == pytest.approx(START[0], abs=0.02)
+    homed.robot.move_joints(START)
+
+
+def test_homing_can_be_stopped(scene: Scene) -> None:
+    count = 0
+
+    def observe(_: CycleRecord) -> None:
+        nonlocal count
+        count += 1
+        if count == 30:
+            scene.robot.stop()
+
+    with pytest.raises(MotionCancelledError, match="interrupted while homing j2"):
+        scene.robot.home(observe)
+    assert max(scene.speeds()) < 0.02
+    scene.robot.home()
+    assert all(math.isfinite(position) for position in scene.robot.state.positions)
+
+
+def test_homing_without_an_end_stop_is_no_home(scene: Scene) -> None:
+    scene.arm.remove_stops("j2")
+    with pytest.raises(HomingError, match="j2"):
+        scene.robot.home()
+    assert scene.robot.faults[0].kind is FaultKind.HOMING_FAILED
+
+
+def test_a_stall_stops_the_arm_and_takes_three_steps_to_leave(homed: Scene, tmp_path: Path) -> None:
+    homed.arm.add_obstacle("j1", -1.7)
+    with pytest.raises(StalledError, match="j1"):
+        homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0))
+    assert max(homed.speeds()) < 0.05
+    (evidence,) = tmp_path.glob("fault-stall-*.csv")
+    assert evidence.read_text().startswith("# STALL")
+    with pytest.raises(FaultedError, match="STALL"):
+        homed.robot.move_joints(START)
+    with pytest.raises(FaultedError, match="acknowledge"):
+        homed.robot.recover()
+    (fault,) = homed.robot.acknowledge()
+    assert fault.kind is FaultKind.STALL
+    assert fault.evidence == evidence
+    homed.robot.recover()
+    homed.arm.clear_obstacles("j1")
+    assert homed.robot.faults == ()
+    homed.robot.move_joints(START)
+    assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
+
+
+def test_outside_a_with_statement_it_says_so(tmp_path: Path) -> None:
+    with pytest.raises(NotInitializedError, match="with"):
+        Scene(tmp_path).robot.home()
+
+
+@given(st.tuples(*(st.floats(joint.lower, joint.upper, allow_nan=False) for joint in ARM.joints)))
+def test_pln1_limits_hold_for_random_targets(goal: tuple[float, ...]) -> None:
+    trajectory = ramp(NAMES, START, goal, ARM.joints)
+    for joint, velocity, acceleration in zip(
+        ARM.joints,
+        *(abs(x).max(axis=0) for x in trajectory.sample_many([*_grid(trajectory)])[1:]),
+        strict=True,
+    ):
+        assert velocity <= joint.max_velocity * (1 + 1e-9)
+        assert acceleration <= joint.max_acceleration * (1 + 1e-9)
+
+
+def _grid(trajectory: Trajectory) -> Iterator[float]:
+    return (trajectory.duration * step / 200 for step in range(201))
+
+
+def test_a_goal_is_refused_by_a_controller_that_is_not_active(scene: Scene) -> None:
+    from bioscara.control.joint_trajectory import Goal, JointTrajectory  # noqa: PLC0415
+
+    stack = scene.robot._running()
+    trajectory = ramp(NAMES, START, START, ARM.joints)
+    with pytest.raises(GoalRejectedError, match="inactive"):
+        stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), 0.0)
