@@ -29,6 +29,8 @@ class Controller(ABC, Generic[P]):
         parameters: As given.
         state: Where it is in its life; changed by the manager only.
         nominal_period: Time from update to update as it should be [s]; set before ``on_activate``.
+        commanded_speeds: Velocity at which each claimed joint was commanded when the controller
+            was activated [rad/s or m/s], by joint; 0 for one that was at rest.
         command_handles: The claimed command interfaces while it is active.
         state_handles: The state interfaces while it is active.
     """
@@ -40,6 +42,7 @@ class Controller(ABC, Generic[P]):
         self.name, self.parameters = name, parameters
         self.state = State.UNCONFIGURED
         self.nominal_period = 0.0
+        self.commanded_speeds: dict[str, float] = {}
         self.command_handles: tuple[CommandInterface, ...] = ()
         self.state_handles: tuple[StateInterface, ...] = ()
 

@@ -58,10 +58,8 @@ class HoldController(Controller[HoldParameters]):
 
     @property
     def state_interfaces(self) -> tuple[str, ...]:
-        """Position, then velocity of each joint."""
-        return tuple(
-            f"{joint}/{kind}" for kind in (POSITION, VELOCITY) for joint in self.parameters.joints
-        )
+        """None."""
+        return ()
 
     def on_configure(self) -> None:
         """Check that the parameters fit one another."""
@@ -78,11 +76,10 @@ class HoldController(Controller[HoldParameters]):
             )
 
     def on_activate(self, time: float) -> None:
-        """Start from the last commands, at the measured speed."""
-        count = len(self.parameters.joints)
-        self._start = [handle.value for handle in self.command_handles[:count]]
-        speeds = self.state_handles[count:]
-        self._speed = [handle.value if handle.value == handle.value else 0.0 for handle in speeds]
+        """Start from the last commands, at the speed at which they moved."""
+        joints = self.parameters.joints
+        self._start = [handle.value for handle in self.command_handles[: len(joints)]]
+        self._speed = [self.commanded_speeds.get(joint, 0.0) for joint in joints]
         self._duration = max(
             abs(speed) / limit
             for speed, limit in zip(self._speed, self.parameters.max_deceleration, strict=True)

@@ -341,6 +341,11 @@ class ControllerManager:
         joints = {handle.joint for handle in controller.command_handles}
         self.limiter.begin(joints - self._moving)
         self.limiter.resume(joints & self._moving)
+        controller.commanded_speeds = {
+            joint: self.limiter.guards[joint].speed if joint in self._moving else 0.0
+            for joint in joints
+            if joint in self.limiter.guards
+        }
         try:
             controller.on_activate(time)
         except BaseException:

@@ -17,6 +17,8 @@ constexpr uint32_t kPollMillis = 250;
 // A setpoint may be as far away as the limit brings the joint within this time.
 constexpr float kReachSeconds = 0.1F;
 constexpr float kReachDegrees = 5.0F;
+// Slower than this the motor only corrects its place [microsteps/s].
+constexpr float kCreep = 2.0F * kStepsPerRpm;
 
 constexpr uint8_t kPositionReached = 0x20;
 constexpr uint8_t kVelocityReached = 0x10;
@@ -121,9 +123,12 @@ void Joint::watch_silence() {
   const uint32_t allowed = polled ? kPollMillis : wire_.watchdog_ms();
   // A frame may arrive after this tick began.
   if (silence <= allowed || silence > 0x7FFFFFFFU / 1000U) return;
-  const bool resting = !sequence() && motion_.standing() &&
-                       (state_ != JointState::POSITION || motion_.arrived()) &&
-                       (state_ != JointState::TRACKING || tracker_.velocity() == 0.0F);
+  // A joint that is led to rest still makes the small corrections that keep it at its place.
+  const bool led = state_ == JointState::TRACKING && tracker_.velocity() == 0.0F &&
+                   fabsf(motion_.velocity()) < kCreep;
+  const bool resting = led || (!sequence() && state_ != JointState::TRACKING &&
+                               motion_.standing() &&
+                               (state_ != JointState::POSITION || motion_.arrived()));
   if (resting)
     hold();
   else
