@@ -3,6 +3,7 @@
     BioscaraError
     ├── InvalidArgumentError          a caller's value (also a ValueError)
     │   ├── LimitError                ... outside a limit
+    │   ├── UnreachableError          ... a pose that the arm cannot take
     │   ├── TrajectoryError           ... a trajectory that cannot be executed
     │   └── ConfigurationError        ... a configuration value or file
     ├── CommunicationError            the exchange with a device failed
@@ -79,6 +80,10 @@ class LimitError(InvalidArgumentError):
 
 class TrajectoryError(InvalidArgumentError):
     """A trajectory, or the file that holds it, cannot be executed."""
+
+
+class UnreachableError(InvalidArgumentError):
+    """The arm cannot take a pose; the message says which joint or length is short by how much."""
 
 
 class ConfigurationError(InvalidArgumentError):

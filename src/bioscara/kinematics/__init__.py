@@ -1,0 +1,11 @@
+"""Where the tool is, given the joints, and the other way round: closed forms, no iteration.
+
+``pose`` is a place and a turn about the vertical, ``scara`` the arm for single poses in plain
+floats, ``batch`` the same for whole arrays.
+"""
+
+from bioscara.kinematics.pose import IDENTITY as IDENTITY
+from bioscara.kinematics.pose import Pose as Pose
+from bioscara.kinematics.scara import Geometry as Geometry
+from bioscara.kinematics.scara import Joints as Joints
+from bioscara.kinematics.scara import Scara as Scara

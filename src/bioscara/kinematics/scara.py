@@ -1,0 +1,274 @@
+"""Closed-form kinematics of the arm: j1 turns the column, j2 lifts, j3 is the elbow, j4 the wrist.
+
+With q13 = q1 + q3 and q134 = q1 + q3 + q4, the flange is at
+
+    x = L1 cos q1 + L2 cos q13,   y = L1 sin q1 + L2 sin q13,   z = h + q2,   yaw = q134
+
+and the tool is a fixed upright frame in it. Single poses are plain floats, which are several times
+faster than arrays of four; whole batches are in :mod:`bioscara.kinematics.batch`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+from bioscara.errors import UnreachableError
+from bioscara.kinematics.pose import IDENTITY, Pose, wrapped
+
+_SINGULAR = 1e-9
+"""Sine of the elbow angle below which the arm counts as stretched or folded."""
+
+
+class Range(Protocol):
+    """Limits of one joint; :class:`bioscara.model.JointParameters` is one."""
+
+    @property
+    def name(self) -> str:
+        """Name of the joint."""
+        ...
+
+    @property
+    def unit(self) -> str:
+        """``"rad"`` or ``"m"``."""
+        ...
+
+    @property
+    def lower(self) -> float:
+        """Lowest position [unit]."""
+        ...
+
+    @property
+    def upper(self) -> float:
+        """Highest position [unit]."""
+        ...
+
+
+class Geometry(NamedTuple):
+    """Lengths of the arm, from the robot description.
+
+    Attributes:
+        upper_arm: From the column's axis to the elbow's, L1 [m].
+        forearm: From the elbow's axis to the wrist's, L2 [m].
+        height: Of the flange above the base when j2 is 0 [m].
+    """
+
+    upper_arm: float
+    forearm: float
+    height: float
+
+
+class Joints(NamedTuple):
+    """Positions of the four joints.
+
+    Attributes:
+        j1: Column [rad].
+        j2: Lift [m].
+        j3: Elbow [rad].
+        j4: Wrist [rad].
+    """
+
+    j1: float
+    j2: float
+    j3: float
+    j4: float
+
+
+class Scara:
+    """The kinematics of one arm with one tool.
+
+    Args:
+        geometry: Lengths of the arm.
+        limits: Of its joints, j1 to j4.
+        tool: Pose of the tool in the flange.
+        base: Pose of the arm's base in the frame that poses are given in.
+
+    Attributes:
+        geometry: As given.
+        tool: As given.
+        base: As given.
+    """
+
+    def __init__(
+        self,
+        geometry: Geometry,
+        limits: Sequence[Range],
+        tool: Pose = IDENTITY,
+        base: Pose = IDENTITY,
+    ) -> None:
+        self.geometry, self.limits = geometry, tuple(limits)
+        self.tool, self.base = tool, base
+        self._l1, self._l2, self._height = geometry
+        self._to_base = base.inverse()
+        self._bounds = tuple((limit.lower, limit.upper) for limit in limits)
+        self._plain_base = base == IDENTITY
+
+    def forward(self, joints: Sequence[float]) -> Pose:
+        """Return the pose of the tool; yaw is not wrapped.
+
+        Args:
+            joints: j1 to j4 [rad, m, rad, rad].
+        """
+        q1, q2, q3, q4 = joints
+        q13 = q1 + q3
+        yaw = q13 + q4
+        tx, ty, tz, tyaw = self.tool
+        c, s = math.cos(yaw), math.sin(yaw)
+        pose = Pose(
+            self._l1 * math.cos(q1) + self._l2 * math.cos(q13) + c * tx - s * ty,
+            self._l1 * math.sin(q1) + self._l2 * math.sin(q13) + s * tx + c * ty,
+            self._height + q2 + tz,
+            yaw + tyaw,
+        )
+        return pose if self._plain_base else self.base.compose(pose)
+
+    def inverse(self, pose: Pose) -> tuple[Joints, Joints]:
+        """Return both ways to reach a pose: elbow positive first, then elbow negative.
+
+        Angles are wrapped, except where only another turn of it is within a joint's limits.
+        Limits are not checked; :meth:`solve` does.
+
+        Args:
+            pose: Of the tool.
+
+        Raises:
+            UnreachableError: It is too far out or too close in; says by how much.
+        """
+        if not self._plain_base:
+            pose = self._to_base.compose(pose)
+        x, y, z, yaw = pose
+        tx, ty, tz, tyaw = self.tool
+        turn = yaw - tyaw
+        c, s = math.cos(turn), math.sin(turn)
+        x, y = x - c * tx + s * ty, y - s * tx - c * ty
+        l1, l2 = self._l1, self._l2
+        cosine = (x * x + y * y - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
+        if not -1.0 <= cosine <= 1.0:
+            cosine = self._stretch(pose, x, y, cosine)
+        q3 = math.acos(cosine)
+        sine = math.sin(q3)
+        bearing, inside = math.atan2(y, x), math.atan2(l2 * sine, l1 + l2 * cosine)
+        q2 = z - tz - self._height
+        first, second = self._wrap(0, bearing - inside), self._wrap(0, bearing + inside)
+        return (
+            Joints(first, q2, q3, self._wrap(3, turn - first - q3)),
+            Joints(second, q2, -q3, self._wrap(3, turn - second + q3)),
+        )
+
+    def solve(self, pose: Pose, near: Sequence[float]) -> Joints:
+        """Return the way to reach a pose that is within limits and closest to ``near``.
+
+        Args:
+            pose: Of the tool.
+            near: Joints from which the arm comes [rad, m, rad, rad].
+
+        Raises:
+            UnreachableError: No way is within the limits; says for each which joint is beyond
+                its limit, and by how much.
+        """
+        both = self.inverse(pose)
+        good = [joints for joints in both if not self.beyond(joints)]
+        if not good:
+            reasons = " or ".join(", ".join(self.beyond(joints)) for joints in dict.fromkeys(both))
+            raise UnreachableError(f"{_told(pose)} cannot be reached: it would take {reasons}")
+        return min(good, key=lambda joints: _distance(joints, near))
+
+    def beyond(self, joints: Sequence[float]) -> list[str]:
+        """Return a sentence for each joint that is outside its limits, or not finite."""
+        sentences = []
+        for limit, value in zip(self.limits, joints, strict=True):
+            if limit.lower - 1e-9 <= value <= limit.upper + 1e-9:
+                continue
+            over = value - limit.upper if value > limit.upper else limit.lower - value
+            sentences.append(
+                f"{limit.name} at {value:.4f} {limit.unit}, {over:.4f} {limit.unit} beyond its "
+                f"range {limit.lower:g} .. {limit.upper:g}"
+            )
+        return sentences
+
+    def jacobian(self, joints: Sequence[float]) -> tuple[tuple[float, ...], ...]:
+        """Return the derivative of the pose by the joints: rows x, y, z, yaw; columns j1 to j4."""
+        q1, _, q3, q4 = joints
+        q13 = q1 + q3
+        yaw = q13 + q4 + self.base.yaw
+        q1, q13 = q1 + self.base.yaw, q13 + self.base.yaw
+        tx, ty, _, _ = self.tool
+        c, s = math.cos(yaw), math.sin(yaw)
+        x4, y4 = -s * tx - c * ty, c * tx - s * ty
+        x3, y3 = x4 - self._l2 * math.sin(q13), y4 + self._l2 * math.cos(q13)
+        x1, y1 = x3 - self._l1 * math.sin(q1), y3 + self._l1 * math.cos(q1)
+        return ((x1, 0.0, x3, x4), (y1, 0.0, y3, y4), (0.0, 1.0, 0.0, 0.0), (1.0, 0.0, 1.0, 1.0))
+
+    def rates(self, joints: Sequence[float], velocity: Sequence[float]) -> Joints:
+        """Return the joint velocities that move the tool as asked.
+
+        Args:
+            joints: Where the arm is [rad, m, rad, rad].
+            velocity: Of the tool: x, y, z [m/s] and yaw [rad/s].
+
+        Raises:
+            UnreachableError: The arm is stretched or folded: there it cannot move so.
+        """
+        (x1, _, x3, x4), (y1, _, y3, y4), _, _ = self.jacobian(joints)
+        vx, vy, vz, w = velocity
+        # Of the wrist's axis, which j1 and j3 alone move.
+        wx, wy = vx - w * x4, vy - w * y4
+        a, b, c, d = x1 - x4, x3 - x4, y1 - y4, y3 - y4
+        determinant = a * d - b * c
+        if abs(determinant) < _SINGULAR * self._l1 * self._l2:
+            raise UnreachableError(
+                f"j3 is at {joints[2]:.4f} rad: stretched or folded, the arm cannot move so; go "
+                "through it with a joint motion"
+            )
+        r1 = (wx * d - b * wy) / determinant
+        r3 = (a * wy - wx * c) / determinant
+        return Joints(r1, vz, r3, w - r1 - r3)
+
+    def tool_speed(self, joints: Sequence[float], rates: Sequence[float]) -> float:
+        """Return how fast the tool moves through space [m/s].
+
+        Args:
+            joints: Where the arm is [rad, m, rad, rad].
+            rates: Velocities of the joints [rad/s, m/s, rad/s, rad/s].
+        """
+        (x1, _, x3, x4), (y1, _, y3, y4), _, _ = self.jacobian(joints)
+        r1, r2, r3, r4 = rates
+        vx, vy = x1 * r1 + x3 * r3 + x4 * r4, y1 * r1 + y3 * r3 + y4 * r4
+        return math.sqrt(vx * vx + vy * vy + r2 * r2)
+
+    def _wrap(self, joint: int, angle: float) -> float:
+        angle = wrapped(angle)
+        lower, upper = self._bounds[joint]
+        if angle < lower and angle + 2.0 * math.pi <= upper:
+            return angle + 2.0 * math.pi
+        if angle > upper and angle - 2.0 * math.pi >= lower:
+            return angle - 2.0 * math.pi
+        return angle
+
+    def _stretch(self, pose: Pose, x: float, y: float, cosine: float) -> float:
+        """Return the cosine bounded where only rounding is beyond it, else complain."""
+        if abs(cosine) <= 1.0 + 1e-12:
+            return math.copysign(1.0, cosine)
+        distance = math.hypot(x, y)
+        if not math.isfinite(distance):
+            raise UnreachableError(f"{_told(pose)} is not a finite pose")
+        reach, least = self._l1 + self._l2, abs(self._l1 - self._l2)
+        hint = ""
+        if distance > 50.0 * reach:
+            hint = "; are these millimetres? lengths are metres"
+        if distance > reach:
+            text = f"{distance - reach:.4f} m beyond the reach of {reach:.4f} m"
+        else:
+            text = f"{least - distance:.4f} m inside the least distance of {least:.4f} m"
+        raise UnreachableError(
+            f"{_told(pose)} cannot be reached: the wrist would be {text} from the column{hint}"
+        )
+
+
+def _told(pose: Pose) -> str:
+    return f"({pose.x:.4g}, {pose.y:.4g}, {pose.z:.4g}) m, yaw {pose.yaw:.4g} rad"
+
+
+def _distance(joints: Sequence[float], near: Sequence[float]) -> float:
+    return max(abs(a - b) for a, b in zip(joints, near, strict=True))
