@@ -1,0 +1,130 @@
+"""The same kinematics for whole arrays; the last axis is x, y, z, yaw or j1 to j4."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import numpy.typing as npt
+
+from bioscara.kinematics.scara import Scara
+
+Array = npt.NDArray[np.float64]
+
+
+def forward(arm: Scara, joints: npt.ArrayLike) -> Array:
+    """Return the poses of the tool; yaw is not wrapped.
+
+    Args:
+        arm: The arm.
+        joints: j1 to j4 [rad, m, rad, rad], shape (..., 4).
+
+    Returns:
+        x, y, z [m] and yaw [rad], shape (..., 4).
+    """
+    q = np.asarray(joints, dtype=np.float64)
+    l1, l2, height = arm.geometry
+    tx, ty, tz, tyaw = arm.tool
+    q1, q13 = q[..., 0], q[..., 0] + q[..., 2]
+    yaw = q13 + q[..., 3]
+    c, s = np.cos(yaw), np.sin(yaw)
+    x = l1 * np.cos(q1) + l2 * np.cos(q13) + c * tx - s * ty
+    y = l1 * np.sin(q1) + l2 * np.sin(q13) + s * tx + c * ty
+    bx, by, bz, byaw = arm.base
+    cb, sb = math.cos(byaw), math.sin(byaw)
+    return np.stack(
+        (
+            bx + cb * x - sb * y,
+            by + sb * x + cb * y,
+            bz + height + q[..., 1] + tz,
+            byaw + yaw + tyaw,
+        ),
+        axis=-1,
+    )
+
+
+def inverse(arm: Scara, poses: npt.ArrayLike) -> Array:
+    """Return both ways to reach each pose: elbow positive first, then elbow negative.
+
+    Args:
+        arm: The arm.
+        poses: x, y, z [m] and yaw [rad] of the tool, shape (..., 4).
+
+    Returns:
+        j1 to j4 [rad, m, rad, rad], shape (..., 2, 4), wrapped as
+        :meth:`~bioscara.kinematics.Scara.inverse` does; NaN where a pose is out of reach. Limits
+        are not checked.
+    """
+    p = np.asarray(poses, dtype=np.float64)
+    to_base = arm.base.inverse()
+    l1, l2, height = arm.geometry
+    tx, ty, tz, tyaw = arm.tool
+    turn = p[..., 3] + (to_base.yaw - tyaw)
+    cb, sb = math.cos(to_base.yaw), math.sin(to_base.yaw)
+    c, s = np.cos(turn), np.sin(turn)
+    x = to_base.x + cb * p[..., 0] - sb * p[..., 1] - c * tx + s * ty
+    y = to_base.y + sb * p[..., 0] + cb * p[..., 1] - s * tx - c * ty
+    cosine = (x * x + y * y - (l1 * l1 + l2 * l2)) / (2.0 * l1 * l2)
+    rounding = np.abs(cosine) <= 1.0 + 1e-12
+    with np.errstate(invalid="ignore"):
+        q3 = np.arccos(np.where(rounding, np.clip(cosine, -1.0, 1.0), np.nan))
+    bearing = np.arctan2(y, x)
+    inside = np.arctan2(l2 * np.sin(q3), l1 + l2 * np.cos(q3))
+    result = np.empty((*p.shape[:-1], 2, 4))
+    result[..., 1] = (p[..., 2] + (to_base.z - tz - height))[..., None]
+    for branch, sign in enumerate((1.0, -1.0)):
+        q1 = _wrap(bearing - sign * inside, arm, 0)
+        result[..., branch, 0] = q1
+        result[..., branch, 2] = sign * q3
+        result[..., branch, 3] = _wrap(turn - q1 - sign * q3, arm, 3)
+    result[~rounding] = np.nan
+    return result
+
+
+def jacobian(arm: Scara, joints: npt.ArrayLike) -> Array:
+    """Return the derivatives of the poses by the joints.
+
+    Args:
+        arm: The arm.
+        joints: j1 to j4 [rad, m, rad, rad], shape (..., 4).
+
+    Returns:
+        Rows x, y, z, yaw; columns j1 to j4; shape (..., 4, 4).
+    """
+    q = np.asarray(joints, dtype=np.float64)
+    l1, l2, _ = arm.geometry
+    tx, ty, _, _ = arm.tool
+    q1 = q[..., 0] + arm.base.yaw
+    q13 = q1 + q[..., 2]
+    yaw = q13 + q[..., 3]
+    c, s = np.cos(yaw), np.sin(yaw)
+    result = np.zeros((*q.shape[:-1], 4, 4))
+    result[..., 0, 3], result[..., 1, 3] = -s * tx - c * ty, c * tx - s * ty
+    result[..., 0, 2] = result[..., 0, 3] - l2 * np.sin(q13)
+    result[..., 1, 2] = result[..., 1, 3] + l2 * np.cos(q13)
+    result[..., 0, 0] = result[..., 0, 2] - l1 * np.sin(q1)
+    result[..., 1, 0] = result[..., 1, 2] + l1 * np.cos(q1)
+    result[..., 2, 1] = 1.0
+    result[..., 3, (0, 2, 3)] = 1.0
+    return result
+
+
+def tool_speeds(arm: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike) -> Array:
+    """Return how fast the tool moves through space [m/s], shape (...).
+
+    Args:
+        arm: The arm.
+        joints: Where it is [rad, m, rad, rad], shape (..., 4).
+        rates: Velocities of the joints [rad/s, m/s, rad/s, rad/s], shape (..., 4).
+    """
+    columns = np.asarray(rates, dtype=np.float64)[..., None]
+    velocities: Array = (jacobian(arm, joints)[..., :3, :] @ columns)[..., 0]
+    return np.asarray(np.linalg.norm(velocities, axis=-1), dtype=np.float64)
+
+
+def _wrap(angles: Array, arm: Scara, joint: int) -> Array:
+    turn = 2.0 * math.pi
+    angles = angles - turn * np.round(angles / turn)
+    lower, upper = arm.limits[joint].lower, arm.limits[joint].upper
+    angles = np.where((angles < lower) & (angles + turn <= upper), angles + turn, angles)
+    return np.where((angles > upper) & (angles - turn >= lower), angles - turn, angles)
