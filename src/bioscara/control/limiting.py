@@ -10,16 +10,23 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
+from bioscara.drivers.session import WATCHDOG_MS
 from bioscara.hardware import HardwareComponent
 from bioscara.hardware.interfaces import CommandInterface, StateInterface
 from bioscara.model import JointParameters
 
-_ROUNDING = 1.0 + 1e-6
-"""Share by which a command may pass a limit of speed or acceleration: differences of samples."""
+_ROUNDING = 1e-6
+"""Share by which a command may pass what it is bounded by: it is a difference of samples."""
+_REACTION = 2.0 * WATCHDOG_MS * 1e-3
+"""Time that a joint under velocity control may go on before it brakes [s]: it stops by itself
+when it hears nothing for its watchdog time, and its driver asks for room for that."""
 
 
 class Guard:
     """Bounds the commands of one joint.
+
+    Velocities of positions are means over the time between two of them, which belong to the
+    middle of that time; so an acceleration is their difference over the mean of two periods.
 
     Args:
         limits: Of the joint.
@@ -32,12 +39,12 @@ class Guard:
         name: Name of the joint.
         reference: Position that was commanded last [rad or m]; NaN before the first.
         speed: Velocity that was commanded last [rad/s or m/s].
-        interventions: How many commands were changed.
+        interventions: In how many cycles a command was changed.
     """
 
     __slots__ = (
-        "_acceleration", "_fastest", "_lower", "_position", "_position_command", "_raw",
-        "_raw_speed", "_upper", "_velocity", "_velocity_command", "interventions", "name",
+        "_acceleration", "_before", "_fastest", "_lower", "_position", "_position_command",
+        "_raw", "_raw_speed", "_upper", "_velocity", "_velocity_command", "interventions", "name",
         "reference", "speed",
     )  # fmt: skip
 
@@ -57,6 +64,7 @@ class Guard:
         self.interventions = 0
         self.reference = self._raw = math.nan
         self.speed = self._raw_speed = 0.0
+        self._before = 0.0
 
     @property
     def commanded(self) -> bool:
@@ -66,8 +74,13 @@ class Guard:
     def begin(self) -> None:
         """Start from what is measured: nobody commanded the joint before."""
         measured, speed = self._position.value, self._velocity.value
+        # An unknown position stays NaN, which max and min would not leave it.
+        if math.isfinite(measured):
+            measured = min(max(measured, self._lower), self._upper)
         self.reference = self._raw = measured
-        self.speed = self._raw_speed = speed if math.isfinite(speed) else 0.0
+        speed = speed if math.isfinite(speed) else 0.0
+        self.speed = self._raw_speed = min(max(speed, -self._fastest), self._fastest)
+        self._before = 0.0
 
     def resume(self) -> None:
         """Let the next controller go on from where the one before left off."""
@@ -81,73 +94,118 @@ class Guard:
             self._bound_position(period)
         elif self._velocity_command.owner:
             self._bound_velocity(period)
+        self._before = period
 
     def _bound_position(self, period: float) -> None:
-        wanted = min(max(self._position_command.value, self._lower), self._upper)
-        if wanted != wanted:  # noqa: PLR0124  nothing was commanded yet, or not a number
-            return
-        step = self._acceleration * period
-        towards = (wanted - self._raw) / period
+        command, lower, upper = self._position_command, self._lower, self._upper
+        asked = command.value
+        if not math.isfinite(self.reference):
+            self.begin()
+            if not math.isfinite(self.reference):
+                command.value = math.nan
+                return
+        # What is no number commands nothing: the joint goes on to where it was told to go.
+        wanted = min(max(asked, lower), upper) if math.isfinite(asked) else self._raw
+        step = self._acceleration * 0.5 * (period + (self._before or period))
+        towards, behind = (wanted - self._raw) / period, self.reference != self._raw
         self._raw = wanted
         self._raw_speed = min(
             max(towards, self._raw_speed - step, -self._fastest),
             self._raw_speed + step,
             self._fastest,
         )
-        speed = (wanted - self.reference) / period
-        fine = step * _ROUNDING
-        if abs(speed - self.speed) > fine or abs(speed) > self._fastest * _ROUNDING:
-            speed = self._approach(wanted, period, step)
-            wanted = min(max(self.reference + speed * period, self._lower), self._upper)
-            self._position_command.value = wanted
-            self._velocity_command.value = speed
-            self.interventions += 1
-        elif wanted != self._position_command.value:
-            self._position_command.value = wanted
-            self.interventions += 1
+        reference, last = self.reference, self.speed
+        speed, fine = (wanted - reference) / period, step * _ROUNDING
+        if (
+            behind
+            or abs(speed - last) > step + fine
+            or abs(speed) > self._fastest + fine
+            or not -self._within(reference - lower, period) - fine
+            <= speed
+            <= self._within(upper - reference, period) + fine
+        ):
+            bounded = self._approach(wanted, period, step)
+            if abs(bounded - speed) > fine:
+                wanted = min(max(reference + bounded * period, lower), upper)
+                speed = (wanted - reference) / period
         self.reference, self.speed = wanted, speed
-        velocity = self._velocity_command.value
-        bounded = min(max(velocity, -self._fastest), self._fastest)
-        if velocity != bounded:
-            self._velocity_command.value = bounded if math.isfinite(velocity) else speed
+        kept = wanted == asked
+        command.value = wanted
+        if self._velocity_command.owner and not self._velocity_fits(period, last, kept=kept):
+            kept = False
+        if not kept:
+            self.interventions += 1
+
+    def _velocity_fits(self, period: float, last: float, *, kept: bool) -> bool:
+        """Make the velocity that goes with a position one that the position can have there.
+
+        Args:
+            period: Time since the last cycle [s].
+            last: Mean velocity of the cycle before [rad/s or m/s].
+            kept: Whether the position is the one that the controller gave.
+        """
+        asked, speed = self._velocity_command.value, self.speed
+        reach = self._acceleration * period * (0.5 + _ROUNDING)
+        if kept and abs(asked - speed) <= reach and abs(asked) <= self._fastest:
+            return True
+        # The mean belongs to the middle of the cycle, the velocity to its end.
+        end = speed + (speed - last) * period / (period + (self._before or period))
+        end = max(end, 0.0) if speed > 0.0 else min(end, 0.0) if speed < 0.0 else 0.0
+        if kept and math.isfinite(asked):
+            end = min(max(asked, speed - reach), speed + reach)
+        self._velocity_command.value = min(max(end, -self._fastest), self._fastest)
+        return False
 
     def _approach(self, wanted: float, period: float, step: float) -> float:
         """Return the speed that brings the joint to a moving target soon and without overshoot."""
         ahead = self._raw_speed
         gap = wanted - self.reference - ahead * period
-        speed = ahead + math.copysign(self._brakeable(abs(gap), period), gap)
+        speed = ahead + math.copysign(self._within(abs(gap), period), gap)
         speed = min(
-            max(speed, -self._brakeable(self.reference - self._lower, period)),
-            self._brakeable(self._upper - self.reference, period),
+            max(speed, -self._within(self.reference - self._lower, period)),
+            self._within(self._upper - self.reference, period),
         )
         speed = min(max(speed, self.speed - step), self.speed + step)
         return min(max(speed, -self._fastest), self._fastest)
 
     def _bound_velocity(self, period: float) -> None:
-        wanted = self._velocity_command.value
-        if not math.isfinite(wanted):
-            wanted = self.speed
-        step, here = self._acceleration * period, self._position.value
-        speed = min(max(wanted, self.speed - step), self.speed + step)
+        wanted, here = self._velocity_command.value, self._position.value
+        step = self._acceleration * period
+        if math.isfinite(here):
+            goal = wanted if math.isfinite(wanted) else self.speed
+        else:
+            goal = 0.0
+        speed = min(max(goal, self.speed - step), self.speed + step)
         speed = min(max(speed, -self._fastest), self._fastest)
         if math.isfinite(here):
+            reaction = _REACTION + 2.0 * period
             speed = min(
-                max(speed, -self._brakeable(here - self._lower, period)),
-                self._brakeable(self._upper - here, period),
+                max(speed, -self._brakeable(here - self._lower, reaction)),
+                self._brakeable(self._upper - here, reaction),
             )
-        if speed != self._velocity_command.value:
+            here = min(max(here + speed * period, self._lower), self._upper)
+        if speed != wanted:
             self._velocity_command.value = speed
             self.interventions += 1
-        self.speed = speed
+        self.speed = self._raw_speed = speed
         self.reference = self._raw = here
-        self._raw_speed = speed
 
-    def _brakeable(self, way: float, period: float) -> float:
-        """Return the speed from which one can come to rest within ``way``, after this cycle."""
+    def _within(self, way: float, period: float) -> float:
+        """Return the mean speed of a cycle after which one can still come to rest in ``way``.
+
+        Braking began in the middle of that cycle; the last of the way takes one cycle.
+        """
+        acceleration = self._acceleration
+        if way <= 0.5 * acceleration * period * period:
+            return max(way, 0.0) / period
+        return math.sqrt(2.0 * acceleration * way) - 0.5 * acceleration * period
+
+    def _brakeable(self, way: float, reaction: float) -> float:
+        """Return the speed from which one comes to rest in ``way``, braking after ``reaction``."""
         if way <= 0.0:
             return 0.0
         acceleration = self._acceleration
-        return acceleration * (math.sqrt(period * period + 2.0 * way / acceleration) - period)
+        return acceleration * (math.sqrt(reaction**2 + 2.0 * way / acceleration) - reaction)
 
 
 class Limiter:
