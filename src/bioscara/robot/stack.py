@@ -130,7 +130,7 @@ def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str
                 "constraints": {
                     "stopped_velocity_tolerance": 0.0,
                     "decelerate_on_cancel": True,
-                    "joints": {
+                    **{
                         name: {"max_deceleration_on_cancel": value}
                         for name, value in braking.items()
                     },

@@ -145,6 +145,30 @@ class Feedback(NamedTuple):
     error: JointValues
 
 
+class ControllerState(NamedTuple):
+    """What a controller did in its last cycle; a field without interfaces of its kind is empty.
+
+    Attributes:
+        time: Begin of the cycle [s].
+        joint_names: The joints.
+        trajectory_time: Time since the trajectory's start, or since it holds [s].
+        reference: Where the joints should be.
+        feedback: Where they are.
+        error: ``reference`` minus ``feedback``.
+        output: Value of each command interface, by name.
+        speed_scaling_factor: Share of the planned speed.
+    """
+
+    time: float
+    joint_names: tuple[str, ...]
+    trajectory_time: float
+    reference: JointValues
+    feedback: JointValues
+    error: JointValues
+    output: dict[str, float]
+    speed_scaling_factor: float
+
+
 @dataclass(slots=True)
 class GoalHandle:
     """An accepted goal; changed by the controller until it ends.

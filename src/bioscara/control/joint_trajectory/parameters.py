@@ -8,7 +8,10 @@ from pydantic import BaseModel, ConfigDict, Field
 
 from bioscara.control.joint_trajectory.pid import Gains
 from bioscara.control.parameters import Parameters
+from bioscara.errors import ConfigurationError
+from bioscara.hardware import POSITION, VELOCITY
 
+Kind = Literal["position", "velocity"]
 NotNegative = Annotated[float, Field(ge=0.0)]
 
 
@@ -29,31 +32,70 @@ class JointConstraints(BaseModel):
 
 
 class Constraints(BaseModel):
-    """What makes a goal fail.
+    """What makes a goal fail; every other key is the name of a joint, with its constraints.
 
     Attributes:
         stopped_velocity_tolerance: Speed of every joint that counts as standing [rad/s or m/s].
         goal_time: How much later than planned the goal may be reached [s]; 0 waits for ever.
         decelerate_on_cancel: Whether a cancelled goal ends on a ramp.
-        joints: Of single joints, by name.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
+    model_config = ConfigDict(extra="allow", frozen=True)
+    __pydantic_extra__: dict[str, JointConstraints] = Field(init=False)
 
     stopped_velocity_tolerance: NotNegative = 0.01
     goal_time: NotNegative = 0.0
     decelerate_on_cancel: bool = False
-    joints: dict[str, JointConstraints] = Field(default_factory=dict)
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Joints that have constraints of their own."""
+        return tuple(self.__pydantic_extra__)
+
+    def of(self, joint: str) -> JointConstraints:
+        """Return the constraints of one joint, by default none."""
+        return self.__pydantic_extra__.get(joint, JointConstraints())
+
+
+class SpeedScaling(BaseModel):
+    """How the trajectory's time may be scaled.
+
+    Attributes:
+        initial_scaling_factor: Scaling at the begin; 0 pauses.
+        state_interface: None of the arm's hardware tells a factor; must stay empty.
+        command_interface: Nor does any take one; must stay empty.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    initial_scaling_factor: NotNegative = 1.0
+    state_interface: Literal[""] = ""
+    command_interface: Literal[""] = ""
+
+
+class PositionsUpsampling(BaseModel):
+    """What becomes of trajectories without goal that have positions only.
+
+    Attributes:
+        enable: Whether they are passed on a smooth spline.
+        policy_frequency: Of points without times [Hz]; 0 refuses them.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    enable: bool = False
+    policy_frequency: NotNegative = 0.0
 
 
 class JointTrajectoryParameters(Parameters):
-    """Parameters of the joint trajectory controller.
+    """Parameters of the joint trajectory controller; none changes after it is made, but the gains.
 
     Attributes:
         joints: Names of the joints.
         command_interfaces: What is commanded: position, velocity, or both.
         state_interfaces: What is measured: position, or position and velocity.
-        action_monitor_rate: How often results and feedback are told [Hz].
+        action_monitor_rate: How often a gateway tells results and feedback [Hz]; here they are
+            known at once.
         allow_partial_joints_goal: Whether a goal may leave joints out.
         allow_nonzero_velocity_at_trajectory_end: Whether the last point may be in motion.
         allow_integration_in_goal_trajectories: Whether missing positions and velocities are
@@ -65,14 +107,15 @@ class JointTrajectoryParameters(Parameters):
         set_last_command_interface_value_as_state_on_activation: Whether the last commands are
             held after activation, not the measured state.
         cmd_timeout: How long after its end a trajectory is given up [s]; 0 for never.
-        initial_scaling_factor: Speed scaling at the begin.
+        speed_scaling: How the trajectory's time may be scaled.
+        positions_upsampling: What becomes of points that have positions only.
         gains: Of the velocity PID, by joint.
         constraints: What makes a goal fail.
     """
 
     joints: tuple[str, ...]
-    command_interfaces: tuple[Literal["position", "velocity"], ...] = ("position",)
-    state_interfaces: tuple[Literal["position", "velocity"], ...] = ("position", "velocity")
+    command_interfaces: tuple[Kind, ...] = ("position",)
+    state_interfaces: tuple[Kind, ...] = ("position", "velocity")
     action_monitor_rate: Annotated[float, Field(gt=0.0)] = 20.0
     allow_partial_joints_goal: bool = False
     allow_nonzero_velocity_at_trajectory_end: bool = False
@@ -82,6 +125,44 @@ class JointTrajectoryParameters(Parameters):
     interpolate_from_desired_state: bool = False
     set_last_command_interface_value_as_state_on_activation: bool = True
     cmd_timeout: NotNegative = 0.0
-    initial_scaling_factor: NotNegative = 1.0
+    speed_scaling: SpeedScaling = SpeedScaling()
+    positions_upsampling: PositionsUpsampling = PositionsUpsampling()
     gains: dict[str, Gains] = Field(default_factory=dict)
     constraints: Constraints = Constraints()
+
+    def check(self, controller: str) -> None:
+        """Check that the parameters fit one another.
+
+        Args:
+            controller: Name of the controller, for messages.
+
+        Raises:
+            ConfigurationError: They do not.
+        """
+        joints, kinds, measured = self.joints, self.command_interfaces, self.state_interfaces
+        if not joints or len(set(joints)) != len(joints):
+            raise ConfigurationError(
+                f"{controller}: parameter joints must name at least one joint, none of them twice; "
+                f"it is {list(joints)}"
+            )
+        if kinds not in ((POSITION,), (VELOCITY,), (POSITION, VELOCITY)):
+            raise ConfigurationError(
+                f"{controller}: command_interfaces {list(kinds)}: it is position, velocity, or "
+                "position and velocity"
+            )
+        if measured not in ((POSITION,), (POSITION, VELOCITY)):
+            raise ConfigurationError(
+                f"{controller}: state_interfaces {list(measured)}: it is position, or position "
+                "and velocity"
+            )
+        if kinds == (VELOCITY,) and measured != (POSITION, VELOCITY):
+            raise ConfigurationError(
+                f"{controller}: to command velocity alone, position and velocity must be measured"
+            )
+        for what, named in (("gains", self.gains), ("constraints", self.constraints.joints)):
+            for joint in named:
+                if joint not in joints:
+                    raise ConfigurationError(
+                        f"{controller}: {what}.{joint} is for no joint of it; it has "
+                        + ", ".join(joints)
+                    )

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
 
 AntiWindup = Literal["none", "conditional_integration", "back_calculation"]
 
@@ -29,17 +29,27 @@ class Gains(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
-    p: float = 0.0
-    i: float = 0.0
-    d: float = 0.0
-    ff_velocity_scale: float = 0.0
+    p: FiniteFloat = 0.0
+    i: FiniteFloat = 0.0
+    d: FiniteFloat = 0.0
+    ff_velocity_scale: FiniteFloat = 0.0
     u_clamp_max: float = math.inf
     u_clamp_min: float = -math.inf
     i_clamp_max: float = math.inf
     i_clamp_min: float = -math.inf
     antiwindup_strategy: AntiWindup = "none"
-    tracking_time_constant: float = Field(default=0.0, ge=0.0)
-    error_deadband: float = Field(default=0.0, ge=0.0)
+    tracking_time_constant: float = Field(default=0.0, ge=0.0, allow_inf_nan=False)
+    error_deadband: float = Field(default=0.0, ge=0.0, allow_inf_nan=False)
+
+    @model_validator(mode="after")
+    def _check_clamps(self) -> Self:
+        for what, low, high in (
+            ("u_clamp", self.u_clamp_min, self.u_clamp_max),
+            ("i_clamp", self.i_clamp_min, self.i_clamp_max),
+        ):
+            if not low <= high:
+                raise ValueError(f"{what}_min {low:g} must not be above {what}_max {high:g}")
+        return self
 
 
 class Pid:

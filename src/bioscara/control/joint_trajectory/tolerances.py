@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from bioscara.control.joint_trajectory.messages import Goal, JointValues, Tolerance
-from bioscara.control.joint_trajectory.parameters import Constraints, JointConstraints
+from bioscara.control.joint_trajectory.parameters import Constraints
 
 ERASE = -1.0
 
@@ -25,9 +25,25 @@ class Tolerances(NamedTuple):
     goal_time: float
 
 
+class Violation(NamedTuple):
+    """A joint that is too far off.
+
+    Attributes:
+        joint: Its index.
+        quantity: ``"position"`` or ``"velocity"``.
+        error: Desired minus measured [rad or m, or per s].
+        limit: What is allowed, likewise.
+    """
+
+    joint: int
+    quantity: str
+    error: float
+    limit: float
+
+
 def defaults(joints: Sequence[str], constraints: Constraints) -> Tolerances:
     """Return what the parameters say."""
-    of = [constraints.joints.get(joint, JointConstraints()) for joint in joints]
+    of = [constraints.of(joint) for joint in joints]
     stopped = constraints.stopped_velocity_tolerance
     return Tolerances(
         tuple((each.trajectory, 0.0, 0.0) for each in of),
@@ -61,8 +77,8 @@ def violated(
     error: JointValues,
     *,
     velocity: bool,
-) -> tuple[int, float, float] | None:
-    """Return joint, error and limit of the first violation, or None.
+) -> Violation | None:
+    """Return the first violation, or None.
 
     Args:
         tolerances: One triple for each joint.
@@ -72,11 +88,11 @@ def violated(
     for joint, (position_limit, velocity_limit, _) in enumerate(tolerances):
         off = error.positions[joint]
         if position_limit > 0.0 and not abs(off) <= position_limit:
-            return joint, off, position_limit
+            return Violation(joint, "position", off, position_limit)
         if velocity and velocity_limit > 0.0:
             off = error.velocities[joint]
             if not abs(off) <= velocity_limit:
-                return joint, off, velocity_limit
+                return Violation(joint, "velocity", off, velocity_limit)
     return None
 
 

@@ -152,8 +152,8 @@ def _check_end(last: Point, names: Sequence[str], parameters: JointTrajectoryPar
     for name, velocity in zip(names, last.velocities, strict=False):
         if abs(velocity) > _EPSILON:
             raise GoalRejectedError(
-                f"{name} ends at {velocity:g} rad/s or m/s; end at rest, or set "
-                "allow_nonzero_velocity_at_trajectory_end"
+                f"{name} ends at {velocity:g} rad/s or m/s, {_EPSILON:g} is the most; end at rest, "
+                "or set allow_nonzero_velocity_at_trajectory_end"
             )
 
 

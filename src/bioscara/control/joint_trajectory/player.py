@@ -1,0 +1,152 @@
+"""Which curve the joints are to be on, and where on it: the trajectory's own time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from bioscara.control.joint_trajectory.course import Course, Place
+from bioscara.control.joint_trajectory.messages import JointValues
+from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.joint_trajectory.splicing import completed
+from bioscara.control.joint_trajectory.stopping import deceleration, standstill
+from bioscara.errors import GoalRejectedError, LimitError
+
+_SCALING_RATE = 1.0
+"""How fast the speed scaling changes [1/s]: a step of it would be a step of velocity."""
+
+
+class Request(NamedTuple):
+    """A checked trajectory that waits for its first cycle.
+
+    Attributes:
+        course: Through its points.
+        stamp: When it starts [s]; 0 for its first cycle.
+        missing: Indices of the joints that it leaves out.
+    """
+
+    course: Course
+    stamp: float
+    missing: frozenset[int]
+
+
+class Player:
+    """Goes along one course at a time; after it was stopped or has ended it holds.
+
+    Args:
+        parameters: Of the controller.
+        period: Time from cycle to cycle [s].
+        positions: What is held at first [rad or m].
+        time: Now [s].
+
+    Attributes:
+        course: What is followed or held.
+        time: Time on the course [s].
+        holding: Whether it follows nothing.
+        waiting: What is followed next; None for nothing.
+        scaling: Share of the planned speed that is gone at now.
+    """
+
+    def __init__(
+        self,
+        parameters: JointTrajectoryParameters,
+        period: float,
+        positions: Sequence[float],
+        time: float,
+    ) -> None:
+        self._desired_start = parameters.interpolate_from_desired_state
+        self._splices = parameters.allow_trajectory_replacement
+        self._interpolate = parameters.interpolation_method == "splines"
+        self._period, self._now = period, time
+        self.scaling = self._wanted_scaling = parameters.speed_scaling.initial_scaling_factor
+        self.waiting: Request | None = None
+        self.hold(positions, time)
+
+    @property
+    def pace(self) -> float:
+        """Time on the course per time; holding is not scaled."""
+        return 1.0 if self.holding else self.scaling
+
+    def scale(self, factor: float) -> None:
+        """Choose the share of the planned speed; it is gone over to gradually.
+
+        Args:
+            factor: 0 pauses; above 1 is faster than planned.
+
+        Raises:
+            GoalRejectedError: It is negative or not finite; the factor stays.
+        """
+        if not (math.isfinite(factor) and factor >= 0.0):
+            raise GoalRejectedError(f"speed scaling {factor} must be finite and not negative")
+        self._wanted_scaling = factor
+
+    def advance(self, time: float, period: float, measured: JointValues) -> Place:
+        """Go on, and return where the joints should be.
+
+        Args:
+            time: Now [s].
+            period: Time since the last cycle [s].
+            measured: Where the joints are.
+        """
+        change = _SCALING_RATE * period
+        self.scaling += min(max(self._wanted_scaling - self.scaling, -change), change)
+        self.time += (time - self._now) * self.pace
+        self._now = time
+        if self.waiting is not None:
+            self._take(self.waiting, measured)
+        return self.course.sample(self.time)
+
+    def ahead(self) -> JointValues:
+        """Return where the joints should be one cycle from now: what is commanded now."""
+        pace = self.pace
+        values = self.course.sample(self.time + self._period * pace).values
+        self._commanded, self._commanded_pace = values, pace
+        self._commanded_time = self._now + self._period
+        return values
+
+    def hold(self, positions: Sequence[float], time: float) -> None:
+        """Stay at ``positions`` [rad or m] from ``time`` [s] on."""
+        self.course, self.holding, self.waiting = standstill(positions), True, None
+        self.time, self._now = 0.0, time
+        self._commanded, self._commanded_pace = self.course.sample(0.0).values, 1.0
+        self._commanded_time = time
+
+    def brake(self, limits: Sequence[float]) -> None:
+        """Come to rest from what was commanded last, at these decelerations [rad/s^2 or m/s^2]."""
+        pace = self._commanded_pace
+        speeds = tuple([velocity * pace for velocity in self._commanded.velocities])
+        self.course = deceleration(self._commanded._replace(velocities=speeds), limits)
+        self.holding, self.waiting = True, None
+        self.time = self._now - self._commanded_time
+
+    def query(self, time: float, controller: str) -> JointValues:
+        """Return where the joints should be at ``time`` [s].
+
+        Raises:
+            LimitError: The trajectory does not reach there.
+        """
+        at, course = self.time + (time - self._now) * self.pace, self.course
+        if not course.begins <= at <= course.duration:
+            what = f"time in the trajectory of {controller}"
+            raise LimitError(what, at, course.begins, course.duration, "s")
+        return course.sample(at).values
+
+    def _take(self, request: Request, measured: JointValues) -> None:
+        """Begin what waits, unless the running trajectory is kept up to its start."""
+        course, stamp, missing = request
+        running = self.course
+        begin = self._now - stamp if stamp else 0.0
+        bridge = self._splices and not self.holding and len(running.points) > 1
+        if bridge:
+            if begin <= -self._period / 2.0:
+                return
+            begin = max(begin, 0.0)
+            state = running.sample(self.time).values
+            if missing:
+                points = completed(course.points, missing, running, self.time - begin)
+                course = Course(points, interpolate=self._interpolate)
+        else:
+            state = self._commanded if self._desired_start else measured
+        course.begin(state, begin, bridge=bridge)
+        self.course, self.time, self.waiting, self.holding = course, begin, None, False
