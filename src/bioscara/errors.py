@@ -29,6 +29,7 @@
     │   ├── LifecycleError            ... the transition does not exist in this state, or failed
     │   └── ModeSwitchError           ... the joints cannot take these command modes now
     ├── OverrunError                  the control loop did not keep its deadlines
+    ├── RealtimeError                 the system does not let the loop run before all else
     ├── ControllerError               a controller raised, or produced what nobody can use
     ├── SwitchError                   loading, configuring or switching controllers was refused
     ├── GoalRejectedError             a goal was refused; nothing moved
@@ -231,6 +232,10 @@ class FollowingError(JointError):
 
 class OverrunError(BioscaraError):
     """The control loop did not keep its deadlines."""
+
+
+class RealtimeError(BioscaraError):
+    """The system does not let a loop run before everything else; the message names the remedy."""
 
 
 class JointResetError(JointError):

@@ -33,6 +33,7 @@ class World:
         home: Whether the joints are homed and brought to ``at``.
         at: Where the joints are then [rad or m]; None leaves them near their end stops.
         folder: For evidence of faults.
+        frequency: Of the bus [Hz]; None for a bus that takes no time.
     """
 
     def __init__(
@@ -42,8 +43,9 @@ class World:
         home: bool = True,
         at: Mapping[str, float] | None = None,
         folder: Path = Path("/nonexistent"),
+        frequency: float | None = 400e3,
     ) -> None:
-        self.arm = SimulatedArm(seed=1, v1=v1, positions=NEAR, frequency=400e3)
+        self.arm = SimulatedArm(seed=1, v1=v1, positions=NEAR, frequency=frequency)
         self.bus = FaultyBus(FirmwareBus(self.arm), seed=1, clock=self.arm.clock)
         self.clock = self.arm.clock
         self.rate = 50 if v1 else 100

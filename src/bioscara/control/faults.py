@@ -55,6 +55,7 @@ class FaultKind(Enum):
     OVERRUN = (Stop.HOLD, "free the computer of other work, or lower the rate")
     LATE = (Stop.SLOW, "free the computer of other work, or lower the rate")
     CONTROLLER_FAILED = (Stop.HOLD, "look at the cause; it is a defect of the controller")
+    LOOP_FAILED = (Stop.DISABLE, "look at the cause; it is a defect of this software")
     HARDWARE_FAILED = (Stop.DISABLE, "look at the cause, then configure the hardware again")
 
     @property

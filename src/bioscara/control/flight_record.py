@@ -6,6 +6,7 @@ import csv
 import os
 from collections import deque
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
 
@@ -65,27 +66,9 @@ class FlightRecord:
             )
         self._rows.append(tuple(row))
 
-    def write(self, path: Path, remarks: Sequence[str]) -> None:
-        """Write the ring as CSV; the file is whole or does not exist.
-
-        Args:
-            path: The file, replaced if it exists.
-            remarks: Sentences for its head, as comment lines.
-
-        Raises:
-            OSError: It cannot be written.
-        """
-        partial = path.with_name(path.name + ".part")
-        with partial.open("w", encoding="utf-8", newline="") as file:
-            for remark in remarks:
-                file.write("# " + " ".join(remark.split()) + "\n")
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(self._header())
-            for row in tuple(self._rows):
-                writer.writerow(f"{value:.9g}" for value in row)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
+    def freeze(self) -> Evidence:
+        """Return what is kept now; it does not change any more."""
+        return Evidence(tuple(self._header()), tuple(self._rows))
 
     def _header(self) -> list[str]:
         columns = ["time", *Timing._fields]
@@ -102,3 +85,48 @@ class FlightRecord:
                 )
             ]
         return columns
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """A flight record that ended.
+
+    Attributes:
+        columns: Their names.
+        rows: The cycles, oldest first.
+    """
+
+    columns: tuple[str, ...]
+    rows: tuple[tuple[float, ...], ...]
+
+    def write(self, folder: Path, name: str, remarks: Sequence[str]) -> Path:
+        """Write it as CSV; the file is whole or does not exist, and no other is replaced.
+
+        Args:
+            folder: Where to; made if need be.
+            name: Of the file, without extension; a number is added where it is taken.
+            remarks: Sentences for its head, as comment lines.
+
+        Returns:
+            The file.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+        folder.mkdir(parents=True, exist_ok=True)
+        path, number = folder / f"{name}.csv", 1
+        while path.exists():
+            number += 1
+            path = folder / f"{name}-{number}.csv"
+        partial = path.with_name(path.name + ".part")
+        with partial.open("w", encoding="utf-8", newline="") as file:
+            for remark in remarks:
+                file.write("# " + " ".join(remark.split()) + "\n")
+            writer = csv.writer(file, lineterminator="\n")
+            writer.writerow(self.columns)
+            for row in self.rows:
+                writer.writerow(f"{value:.9g}" for value in row)
+            file.flush()
+            os.fsync(file.fileno())
+        partial.replace(path)
+        return path

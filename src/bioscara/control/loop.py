@@ -4,20 +4,27 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Callable
 from typing import NamedTuple
 
 from bioscara.clock import Clock
 from bioscara.control.faults import FaultKind
 from bioscara.control.flight_record import FlightRecord, Timing
 from bioscara.control.manager import ControllerManager
+from bioscara.control.realtime import conditions
+from bioscara.control.statistics import Statistics
 from bioscara.control.supervisor import Supervisor
+from bioscara.control.watchdog import Watchdog
 from bioscara.errors import ConfigurationError, OverrunError
+from bioscara.hardware import State
 
-STUCK = 2.0
-"""A cycle that takes this long [s] counts as stuck: the joints have long stopped by themselves."""
+SILENCE = 0.060
+"""Time without a setpoint after which a joint stops by itself [s]."""
+LOWEST, HIGHEST = 20, 10_000
+"""Rates that make sense [Hz]: a setpoint must come before a joint misses it."""
+_BUS_SHARE = 0.85
+"""Share of a period that the bus may take: a repetition must fit in now and then."""
 _IN_A_ROW = 3
-_WARN_SHARE, _STOP_SHARE = 0.05, 0.2
+_SLOW_SHARE, _STOP_SHARE = 0.05, 0.2
 
 
 class Cycle(NamedTuple):
@@ -34,10 +41,24 @@ class Cycle(NamedTuple):
     timing: Timing
 
 
+def highest_rate(bus_time: float) -> int:
+    """Return the highest rate [Hz] at which a cycle's exchanges leave the bus some room.
+
+    Args:
+        bus_time: What they take [s]; 0 for a bus that takes no time.
+    """
+    if bus_time * HIGHEST <= _BUS_SHARE:
+        return HIGHEST
+    return int(_BUS_SHARE / bus_time)
+
+
 class Loop:
     """Runs a manager at a fixed rate.
 
-    Deadlines that have passed are dropped: setpoints never come in a burst.
+    Deadlines are absolute, so that lateness does not add up; those that have passed are dropped,
+    so that setpoints never come in a burst. Whatever a cycle raises ends in the supervisor's stop;
+    only what is no error but the wish to end the program, such as KeyboardInterrupt, is raised
+    once the joints have been told to stop.
 
     Args:
         manager: What is run.
@@ -45,10 +66,16 @@ class Loop:
         record: Keeps it.
         clock: Time; simulated or not.
         rate: Cycles per second [Hz].
-        alive: Called after every good cycle: feeds a watchdog.
+        bus_time: What the exchanges of a cycle take [s].
+        watchdog: Fed after every good cycle.
+
+    Attributes:
+        rate: As given.
+        period: Time from cycle to cycle [s].
+        statistics: What the cycles were like.
 
     Raises:
-        ConfigurationError: The rate is not above zero.
+        ConfigurationError: The rate makes no sense, or the bus cannot carry it.
     """
 
     def __init__(
@@ -58,18 +85,28 @@ class Loop:
         record: FlightRecord,
         clock: Clock,
         rate: int,
-        alive: Callable[[], None] | None = None,
+        bus_time: float = 0.0,
+        watchdog: Watchdog | None = None,
     ) -> None:
-        if not 0 < rate <= 10_000:
-            raise ConfigurationError(f"rate {rate} Hz is outside 1 .. 10000 Hz")
+        if not LOWEST <= rate <= HIGHEST:
+            raise ConfigurationError(
+                f"rate {rate} Hz is outside {LOWEST} .. {HIGHEST} Hz; a joint that hears nothing "
+                f"for {1e3 * SILENCE:.0f} ms stops"
+            )
+        highest = highest_rate(bus_time)
+        if rate > highest:
+            raise ConfigurationError(
+                f"rate {rate} Hz: the exchanges of a cycle take {1e3 * bus_time:.2f} ms on this "
+                f"bus; it can carry {highest} Hz"
+            )
         self._manager, self._supervisor, self._record = manager, supervisor, record
-        self._clock, self._alive = clock, alive
+        self._clock, self._watchdog = clock, watchdog
         self.rate, self.period = rate, 1.0 / rate
-        self._deadline = math.nan
-        self._last = math.nan
-        self._window: deque[bool] = deque(maxlen=rate)
-        self._in_a_row = 0
-        self.cycles = self.overruns = 0
+        self.statistics = Statistics()
+        self._deadline = self._last = math.nan
+        self._window: deque[bool] = deque([False] * rate, rate)
+        self._missed = self._in_a_row = 0
+        self._slowed = False
 
     def restart(self) -> None:
         """Begin anew after a pause in which nothing ran: that is no overrun."""
@@ -78,47 +115,78 @@ class Loop:
 
     def step(self) -> Cycle:
         """Wait for the next deadline and run one cycle."""
-        clock = self._clock
+        clock, manager, supervisor = self._clock, self._manager, self._supervisor
         if math.isnan(self._deadline):
             self._deadline = clock.now()
         else:
             clock.sleep_until(self._deadline)
         time = clock.now()
+        late = time - self._deadline
         period = self.period if math.isnan(self._last) else time - self._last
         self._last = time
-        manager = self._manager
-        manager.cycle(time, period)
-        self._supervisor.check(time, self.period)
-        timing = Timing(time - self._deadline, *manager.timing)
+        good = False
+        try:
+            manager.cycle(time, period)
+            self._judge(time)
+            supervisor.check(time, self.period)
+            good = not manager.failures
+        except Exception as error:  # noqa: BLE001  whatever broke, the arm is brought to rest
+            supervisor.crash(error, time)
+            self._deadline = clock.now() + self.period
+        except BaseException:
+            supervisor.stop(time)
+            raise
+        timing = Timing(late, *manager.timing)
         self._record.append(time, timing)
-        self._count(time)
-        if self._alive is not None and not manager.failures:
-            self._alive()
+        self._count(period, timing)
+        if good and self._watchdog is not None:
+            self._watchdog.feed(time)
         return Cycle(time, period, timing)
 
-    def _count(self, time: float) -> None:
-        """Set the next deadline and judge whether this one was kept."""
-        now = self._clock.now()
-        missed = int((now - self._deadline) / self.period)
-        self._deadline += (missed + 1) * self.period
-        self.cycles += 1
-        self._window.append(missed > 0)
-        self._in_a_row = self._in_a_row + 1 if missed else 0
+    def _count(self, period: float, timing: Timing) -> None:
+        statistics = self.statistics
+        statistics.cycles += 1
+        statistics.periods.add(period)
+        statistics.late.add(timing.late)
+        statistics.read.add(timing.read)
+        statistics.update.add(timing.update)
+        statistics.write.add(timing.write)
+
+    def _judge(self, time: float) -> None:
+        """Set the next deadline, and react if it has passed already."""
+        behind = self._clock.now() - self._deadline
+        periods = int(behind / self.period)
+        self._deadline += (periods + 1) * self.period
+        missed = periods > 0
+        self._missed += missed - self._window[0]
+        self._window.append(missed)
         if not missed:
+            self._in_a_row = 0
+            if self._slowed and not self._missed:
+                self._slowed = False
+                self._supervisor.full_speed()
             return
-        self.overruns += 1
-        share = sum(self._window) / len(self._window)
-        if now - time >= STUCK:
-            text = f"a cycle took {now - time:.2f} s"
+        self.statistics.overruns += 1
+        if not any(component.state is State.ACTIVE for component in self._manager.components):
+            # Nothing is driven: releasing or greeting joints takes its time and harms nobody.
+            return
+        self._in_a_row += 1
+        share = self._missed / self.rate
+        if behind > SILENCE + self.period:
+            self._overrun(f"a cycle ended {behind:.2f} s after its begin was due", time)
         elif self._in_a_row >= _IN_A_ROW:
-            text = f"{self._in_a_row} cycles in a row missed their deadline"
-        elif share > _STOP_SHARE and len(self._window) == self._window.maxlen:
-            text = f"{share:.0%} of the cycles of the last second missed their deadline"
-        else:
-            return
-        self._supervisor.fault(
-            OverrunError(f"the loop does not keep {self.rate} Hz: {text}"),
-            "loop",
-            time,
-            FaultKind.OVERRUN,
-        )
+            self._overrun(f"{self._in_a_row} cycles in a row missed their deadline", time)
+        elif share > _STOP_SHARE:
+            self._overrun(f"{share:.0%} of the last second's cycles missed their deadline", time)
+        elif share > _SLOW_SHARE and not self._slowed:
+            self._slowed = True
+            text = f"{share:.0%} of the last second's cycles missed their deadline"
+            self._overrun(text, time, FaultKind.LATE)
+
+    def _overrun(self, text: str, time: float, kind: FaultKind = FaultKind.OVERRUN) -> None:
+        late = 1e3 * self.statistics.late.percentile(99.0)
+        text = f"the loop does not keep {self.rate} Hz: {text} (p99 {late:.1f} ms late)"
+        slow = conditions()
+        if slow:
+            text += f"; the computer reports {slow}"
+        self._supervisor.fault(OverrunError(text), "loop", time, kind)

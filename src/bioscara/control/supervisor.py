@@ -7,16 +7,19 @@ joints latched, and ``enable`` engages them again. None of these moves anything.
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from datetime import UTC, datetime
 from enum import Enum
 from pathlib import Path
 
 from bioscara.control.faults import Fault, FaultKind, Stop, classify, says_power_is_gone, source_of
-from bioscara.control.flight_record import FlightRecord
+from bioscara.control.flight_record import Evidence, FlightRecord
 from bioscara.control.following import Following
 from bioscara.control.hold_controller import HoldController
+from bioscara.control.joint_trajectory import JointTrajectoryController
 from bioscara.control.manager import ControllerManager
 from bioscara.errors import BioscaraError, FaultedError, ModeSwitchError
 from bioscara.hardware import HOME, ArmHardware, State
@@ -27,6 +30,9 @@ _REST_TIME = 5.0
 """Time after which a stop counts as ended whatever the joints say [s]."""
 _AT_ONCE = 0.1
 """Joints that drop out within this time dropped out together [s]."""
+_SLOW = 0.5
+_WARNINGS = 100
+"""How many warnings are kept: the latest."""
 
 
 class FaultState(Enum):
@@ -68,9 +74,11 @@ class Supervisor:
         self._record, self._folder = record, folder
         self._following = [Following(axis, manager.limiter.guards[axis.name]) for axis in arm.axes]
         self._since = 0.0
+        self._slowed: dict[JointTrajectoryController, tuple[float, float]] = {}
+        self._evidence: Evidence | None = None
         self.state = FaultState.CLEAR
         self.faults: list[Fault] = []
-        self.warnings: list[str] = []
+        self.warnings: deque[str] = deque(maxlen=_WARNINGS)
 
     def require_clear(self) -> None:
         """Raise unless no fault is in the way of motion.
@@ -97,6 +105,8 @@ class Supervisor:
                 self.warnings.append(str(problem))
             else:
                 self.fault(problem, arm.name, time)
+        # A component that gave up is not read any more and tells the same for ever.
+        arm.problems.clear()
         for failure in manager.failures:
             self.fault(failure.cause, failure.source, failure.time)
         if self.state is FaultState.CLEAR:
@@ -106,13 +116,16 @@ class Supervisor:
                     self.fault(error, error.joint, time)
         elif self.state is FaultState.STOPPING and self.at_rest(time, self._since):
             self.state = FaultState.LATCHED
+            self._evidence = self._record.freeze()
             if self.faults[0].kind.stop is Stop.DISABLE:
                 self._release(time)
 
     def fault(
         self, cause: BaseException, source: str, time: float, kind: FaultKind | None = None
     ) -> None:
-        """Take a fault and stop the arm.
+        """Take a fault and stop the arm; this raises nothing.
+
+        A fault of the same kind from the same source is not taken twice.
 
         Args:
             cause: The exception behind it.
@@ -121,22 +134,56 @@ class Supervisor:
             kind: What it is; by default what the cause stands for.
         """
         fault = Fault(kind or classify(cause), source_of(cause, source), cause, time)
+        if fault.kind.stop is Stop.SLOW:
+            self._slow_down(fault)
+            return
+        if any((old.kind, old.source) == (fault.kind, fault.source) for old in self.faults):
+            return
         self.faults.append(fault)
         self._name_power_loss(time)
         if self.state is FaultState.CLEAR:
-            self.state, self._since = FaultState.STOPPING, time
             self._manager.lock = f"a fault is latched: {fault}"
+        if self.state is not FaultState.STOPPING:
+            # Also a fault that comes after others were acknowledged has to be.
+            self.state, self._since = FaultState.STOPPING, time
         if self.faults[0].kind.stop is Stop.POWERLESS:
             self._release(time)
         else:
             self.stop(time)
 
+    def crash(self, cause: Exception, time: float) -> None:
+        """Take it that a cycle broke off; this raises nothing.
+
+        A second time the arm is released: cycles that break off cannot ramp it down.
+
+        Args:
+            cause: What the cycle raised.
+            time: Now [s].
+        """
+        again = self.state is not FaultState.CLEAR
+        self.fault(cause, "loop", time, FaultKind.LOOP_FAILED)
+        if again:
+            self._release(time)
+
+    def full_speed(self) -> None:
+        """Take back what was slowed down, unless somebody chose another speed meanwhile."""
+        for controller, (before, slow) in self._slowed.items():
+            if controller.scaling == slow:
+                controller.set_scaling(before)
+        self._slowed.clear()
+
     def stop(self, time: float) -> None:
-        """Bring all joints to rest and hold them; a homing is ended.
+        """Bring all joints to rest and hold them; a homing is ended. This raises nothing.
 
         Args:
             time: Now [s].
         """
+        try:
+            self._let_hold(time)
+        except Exception:  # noqa: BLE001  what cannot be ramped down is let go
+            self._release(time)
+
+    def _let_hold(self, time: float) -> None:
         for command in self._arm.commands.values():
             if command.kind == HOME:
                 command.value = 0.0
@@ -152,10 +199,7 @@ class Supervisor:
             and wanted.intersection(controller.command_interfaces)
         ]
         if leaving:
-            try:
-                self._manager.take_over(self._hold, leaving, time)
-            except BioscaraError:
-                self._release(time)
+            self._manager.take_over(self._hold, leaving, time)
 
     def acknowledge(self) -> Sequence[Fault]:
         """Take note of the faults: their evidence is written; nothing moves or is switched.
@@ -177,17 +221,19 @@ class Supervisor:
         return tuple(self.faults)
 
     def keep_evidence(self) -> None:
-        """Write the flight record beside the faults, unless it is there already.
+        """Write the flight record as it was when the arm had come to rest, and the faults.
+
+        Does nothing if all of it is written already; what was written before is never replaced.
 
         Raises:
             OSError: It cannot be written.
         """
-        first = self.faults[0]
-        if first.evidence is not None:
+        if all(fault.evidence is not None for fault in self.faults):
             return
-        self._folder.mkdir(parents=True, exist_ok=True)
-        path = self._folder / f"fault-{first.kind.name.lower()}-{first.time:.3f}.csv"
-        self._record.write(path, [str(fault) for fault in self.faults])
+        evidence = self._evidence or self._record.freeze()
+        first = self.faults[0]
+        name = f"fault-{first.kind.name.lower()}-{datetime.now(UTC):%Y%m%dT%H%M%S}"
+        path = evidence.write(self._folder, name, [str(fault) for fault in self.faults])
         self.faults[:] = [replace(fault, evidence=path) for fault in self.faults]
 
     def recover(self, time: float) -> None:
@@ -211,6 +257,7 @@ class Supervisor:
         arm.configure()
         arm.clear_faults()
         self.faults.clear()
+        self._evidence = None
         self.state, manager.lock = FaultState.CLEAR, ""
 
     def at_rest(self, time: float, since: float) -> bool:
@@ -247,7 +294,18 @@ class Supervisor:
             self.faults[0] = replace(self.faults[0], kind=FaultKind.POWER_LOST)
 
     def _release(self, time: float) -> None:
-        """Let go of the joints, whatever they say to it."""
-        with suppress(BioscaraError):
+        """Let go of the joints, whatever they say to it; this raises nothing."""
+        with suppress(Exception):
             if self._arm.state is State.ACTIVE:
                 self._manager.set_hardware_state(self._arm.name, State.INACTIVE, time)
+
+    def _slow_down(self, fault: Fault) -> None:
+        """Halve the speed of trajectories."""
+        self.warnings.append(str(fault))
+        for controller in self._manager.controllers:
+            if isinstance(controller, JointTrajectoryController) and (
+                controller.state is State.ACTIVE
+            ):
+                before = controller.scaling
+                self._slowed[controller] = before, _SLOW * before
+                controller.set_scaling(_SLOW * before)

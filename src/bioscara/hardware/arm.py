@@ -99,8 +99,7 @@ class ArmHardware(HardwareComponent):
     def on_deactivate(self) -> None:
         """Stop and release every joint."""
         problems = stop_and_disable(self.joints)
-        for axis in self.axes:
-            axis.mode, axis.homing.running = Mode.NONE, False
+        self._end_modes()
         if problems:
             raise HardwareError("; ".join(problems), self.name)
 
@@ -112,13 +111,22 @@ class ArmHardware(HardwareComponent):
 
     def on_shutdown(self, before: State) -> None:
         """Release and let go."""
-        self.on_error(before)
-
-    def on_error(self, before: State) -> None:
-        """Release and let go, from wherever it was."""
         try:
             if before is State.ACTIVE:
                 self.on_deactivate()
+        finally:
+            self.on_cleanup()
+
+    def on_error(self, before: State) -> None:
+        """Release and let go, from wherever it was.
+
+        A joint that cannot be told to is no reason to give the arm up for good: it stops by
+        itself, and nothing can be done with it before it was greeted anew.
+        """
+        try:
+            if before is State.ACTIVE:
+                stop_and_disable(self.joints)
+                self._end_modes()
         finally:
             self.on_cleanup()
 
@@ -208,6 +216,10 @@ class ArmHardware(HardwareComponent):
                 axis.home_command.value = 0.0
             elif before not in MOTION:
                 axis.rest_here()
+
+    def _end_modes(self) -> None:
+        for axis in self.axes:
+            axis.mode, axis.homing.running = Mode.NONE, False
 
     def _plan(self, start: Sequence[str], stop: Sequence[str]) -> list[tuple[Axis, Mode]]:
         for name in (*start, *stop):

@@ -12,10 +12,12 @@ from bioscara.control.homing_controller import HomingController
 from bioscara.control.joint_state_broadcaster import JointStateBroadcaster
 from bioscara.control.joint_trajectory import JointTrajectoryController
 from bioscara.control.limiting import Limiter
-from bioscara.control.loop import Loop
+from bioscara.control.loop import Loop, highest_rate
 from bioscara.control.manager import ControllerManager
 from bioscara.control.supervisor import Supervisor
+from bioscara.control.watchdog import Watchdog
 from bioscara.hardware import POSITION, VELOCITY, ArmHardware, State
+from bioscara.hardware.capacity import exchange_time
 from bioscara.model import ArmParameters
 
 C = TypeVar("C")
@@ -61,7 +63,8 @@ class Stack:
     ) -> None:
         self.arm = arm
         version = min(joint.version for joint in arm.joints)
-        hertz = RATES[version] if rate is None else rate
+        bus_time = exchange_time(arm.joints, clock)
+        hertz = min(RATES[version], highest_rate(bus_time)) if rate is None else rate
         record = FlightRecord(arm.axes, hertz)
         self.manager = ControllerManager((arm,), Limiter((arm,)), hertz)
         for name, kind, values in _controllers(parameters, version):
@@ -71,7 +74,15 @@ class Stack:
         self.trajectory = self._get(TRAJECTORY, JointTrajectoryController)
         self.homing = self._get(HOMING, HomingController)
         self.supervisor = Supervisor(self.manager, arm, HOLD, record, evidence)
-        self.loop = Loop(self.manager, self.supervisor, record, clock, hertz)
+        self.loop = Loop(
+            self.manager,
+            self.supervisor,
+            record,
+            clock,
+            hertz,
+            bus_time,
+            Watchdog.from_environment(),
+        )
 
     def use(self, name: str, time: float) -> None:
         """Make one controller the one that commands the joints, if it is not so already.

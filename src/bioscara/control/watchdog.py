@@ -1,0 +1,83 @@
+"""Tells systemd that the loop lives: its protocol is a line of text in a datagram."""
+
+from __future__ import annotations
+
+import faulthandler
+import os
+import socket
+from collections.abc import Mapping
+from contextlib import suppress
+from typing import Self
+
+from bioscara.errors import ConfigurationError
+
+_SHARE = 0.25
+"""Share of systemd's patience after which it is told again."""
+
+
+class Watchdog:
+    """Feeds the watchdog of the service that this process is the main one of.
+
+    A service of ``Type=notify`` counts as started with the first feeding; with ``WatchdogSec`` it
+    is restarted when no other follows in time. Sending never waits and never fails: systemd that
+    does not hear of the loop does what it is there for.
+
+    Args:
+        address: Of systemd's socket, as in NOTIFY_SOCKET.
+        patience: How long systemd waits [s]; None if it does not watch.
+
+    Attributes:
+        interval: Time between feedings [s].
+    """
+
+    def __init__(self, address: str, patience: float | None) -> None:
+        # A leading @ stands for the NUL of Linux's abstract addresses.
+        self._address = "\0" + address[1:] if address.startswith("@") else address
+        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
+        self.interval = None if patience is None else _SHARE * patience
+        self._ready = False
+        self._due = 0.0
+
+    @classmethod
+    def from_environment(cls, environment: Mapping[str, str] = os.environ) -> Self | None:
+        """Return the watchdog of the service that this is, or None if systemd expects nothing.
+
+        systemd ends a service that falls silent with SIGABRT: the stacks of all threads are then
+        written to the standard error stream.
+
+        Raises:
+            ConfigurationError: WATCHDOG_USEC is no number above zero.
+        """
+        address = environment.get("NOTIFY_SOCKET", "")
+        if not address.startswith(("/", "@")):
+            return None
+        patience = None
+        text = environment.get("WATCHDOG_USEC", "")
+        if text and environment.get("WATCHDOG_PID", str(os.getpid())) == str(os.getpid()):
+            if not text.isascii() or not text.isdigit() or int(text) == 0:
+                raise ConfigurationError(f"WATCHDOG_USEC={text} is no number above zero")
+            patience = int(text) * 1e-6
+            faulthandler.enable()
+        return cls(address, patience)
+
+    def feed(self, time: float) -> None:
+        """Say that a good cycle has ended; passes on no more than is needed.
+
+        Args:
+            time: Now, on any monotonic clock [s].
+        """
+        if not self._ready:
+            self._ready = True
+            self._send("READY=1")
+            self._due = time
+        if self.interval is not None and time >= self._due:
+            self._due = time + self.interval
+            self._send("WATCHDOG=1")
+
+    def close(self) -> None:
+        """Tell nothing any more."""
+        self._socket.close()
+
+    def _send(self, text: str) -> None:
+        with suppress(OSError):
+            self._socket.sendto(text.encode(), self._address)

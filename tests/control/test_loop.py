@@ -1,0 +1,329 @@
+"""The loop: its rate, its deadlines, what it counts, and that nothing gets past the stop."""
+
+from __future__ import annotations
+
+import sys
+import tracemalloc
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bioscara.clock import Clock
+from bioscara.control.faults import FaultKind
+from bioscara.control.loop import HIGHEST, LOWEST, Loop, highest_rate
+from bioscara.control.statistics import Histogram
+from bioscara.control.supervisor import FaultState
+from bioscara.drivers import track
+from bioscara.errors import ConfigurationError
+from bioscara.hardware import State
+from bioscara.hardware.capacity import exchange_time
+from bioscara.robot import Robot
+from bioscara.sim import FirmwareBus, SimulatedArm
+from tests.control.world import LIMITS, NAMES, PARAMETERS, World
+
+AT = {"j1": -2.5, "j2": 0.30, "j3": 2.0, "j4": 2.0}
+AWAY = [-1.5, 0.25, 1.0, 1.0]
+
+
+def moving(folder: Path = Path("/nonexistent")) -> World:
+    """An arm on its way from AT to AWAY."""
+    world = World(at=AT, folder=folder)
+    forward = world.load(
+        "forward",
+        "forward_command_controller/ForwardCommandController",
+        joints=NAMES,
+        interface_name="position",
+    )
+    world.switch("forward")
+    forward.command(AWAY)
+    world.run(0.5)
+    assert world.supervisor.state is FaultState.CLEAR
+    return world
+
+
+def come_to_rest(world: World) -> None:
+    world.run_until(lambda: world.supervisor.state is FaultState.LATCHED, 8.0)
+    world.arm.run(0.3)
+    for name in NAMES:
+        assert abs(world.arm.velocity(name)) < 0.02 * LIMITS[name].max_velocity + 1e-3
+
+
+class LateClock:
+    """Simulated time on which some waits end late."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self.delays: list[float] = []
+
+    def now(self) -> float:
+        return self._clock.now()
+
+    def sleep_until(self, deadline: float) -> None:
+        self._clock.sleep_until(deadline)
+        if self.delays:
+            self._clock.sleep_until(deadline + self.delays.pop(0))
+
+
+def late(world: World) -> LateClock:
+    clock = LateClock(world.clock)
+    world.loop = Loop(world.manager, world.supervisor, world.record, clock, world.rate)
+    return clock
+
+
+@pytest.mark.parametrize("rate", [0, -50, 1_000_000, LOWEST - 1, HIGHEST + 1])
+def test_a_rate_that_makes_no_sense_is_refused(rate: int) -> None:
+    world = World(home=False)
+    with pytest.raises(ConfigurationError, match=f"rate {rate} Hz"):
+        Loop(world.manager, world.supervisor, world.record, world.clock, rate)
+
+
+@pytest.mark.parametrize("v1", [False, True])
+def test_a_rate_that_the_bus_cannot_carry_is_refused_with_the_one_that_it_can(v1: bool) -> None:
+    def robot(rate: int | None) -> Robot:
+        arm = SimulatedArm(v1=v1)
+        return Robot(FirmwareBus(arm), arm.clock, PARAMETERS, "rates", rate=rate)
+
+    with pytest.raises(ConfigurationError, match=r"can carry (\d+) Hz") as caught:
+        robot(500).__enter__()
+    carried = int(str(caught.value).split("can carry ")[1].split()[0])
+    assert 90 <= carried <= 130
+    with robot(carried) as at_most:
+        assert at_most.period == pytest.approx(1.0 / carried)
+    with robot(None) as usual:
+        assert usual.period == (0.02 if v1 else 0.01)
+
+
+@pytest.mark.parametrize("frequency", [100e3, 400e3])
+def test_the_bus_time_of_a_cycle_is_foretold_within_five_percent(frequency: float) -> None:
+    world = World(frequency=frequency)
+    foretold = exchange_time(world.hardware.joints, world.clock)
+    start = world.clock.now()
+    track(world.hardware.joints, [axis.setpoint(0.01) for axis in world.hardware.axes])
+    assert foretold == pytest.approx(world.clock.now() - start, rel=0.05)
+
+
+@given(st.floats(1e-6, 0.04))
+def test_a_cycle_at_the_highest_rate_leaves_the_bus_room_for_a_repetition(bus_time: float) -> None:
+    assert highest_rate(bus_time) * bus_time <= 0.85
+
+
+def test_deadlines_are_absolute() -> None:
+    world = World(home=False)
+    world.loop.restart()
+    cycles = world.run(0.5)
+    first = cycles[0].time
+    for number, cycle in enumerate(cycles):
+        assert cycle.time == pytest.approx(first + number * world.loop.period, abs=1e-5)
+
+
+def test_host1_a_late_cycle_is_counted_and_not_caught_up_with_a_burst() -> None:
+    world = moving()
+    clock = late(world)
+    world.run(0.1)
+    clock.delays = [1.5 * world.loop.period]
+    cycles = world.run(0.2)
+    begins = [cycle.time for cycle in cycles]
+    gaps = [after - before for before, after in zip(begins, begins[1:], strict=False)]
+    assert min(gaps) > 0.45 * world.loop.period
+    assert max(cycle.period for cycle in cycles) == pytest.approx(2.5 * world.loop.period, rel=0.01)
+    assert world.loop.statistics.overruns == 1
+    assert world.supervisor.state is FaultState.CLEAR
+    assert world.loop.statistics.late.maximum == pytest.approx(1.5 * world.loop.period, rel=0.01)
+
+
+def test_host2_three_late_cycles_in_a_row_stop_the_arm(tmp_path: Path) -> None:
+    world = moving(tmp_path)
+    clock = late(world)
+    world.run(0.1)
+    clock.delays = [1.2 * world.loop.period] * 2
+    world.run(0.2)
+    assert world.supervisor.state is FaultState.CLEAR
+    clock.delays = [1.2 * world.loop.period] * 3
+    world.run(0.1)
+    assert world.supervisor.faults[0].kind is FaultKind.OVERRUN
+    assert "p99" in str(world.supervisor.faults[0])
+    come_to_rest(world)
+
+
+def delays(share: int, period: float) -> list[float]:
+    """One late cycle in so many, for two seconds."""
+    return ([1.2 * period] + [0.0] * (share - 1)) * (200 // share)
+
+
+def test_host2_more_than_a_twentieth_late_halves_the_speed_until_a_second_was_good() -> None:
+    arm = SimulatedArm(seed=2, frequency=400e3, positions={"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9})
+    clock = LateClock(arm.clock)
+    with Robot(FirmwareBus(arm), clock, PARAMETERS, "late") as robot:
+        robot.home()
+        stack = robot._running()
+        slowest = [1.0]
+
+        def observe(_: object) -> None:
+            slowest.append(stack.trajectory.scaling)
+
+        clock.delays = [0.0] * 60 + delays(12, robot.period)
+        robot.move_joints([1.5, 0.1, -1.0, -1.0], 0.2, observe)
+        assert min(slowest) == pytest.approx(0.5)
+        assert slowest[-1] == pytest.approx(1.0)
+        assert any("LATE" in warning for warning in stack.supervisor.warnings)
+        assert robot.faults == ()
+
+
+def test_host2_more_than_a_fifth_late_stops_the_arm() -> None:
+    world = moving()
+    clock = late(world)
+    clock.delays = delays(3, world.loop.period)
+    world.run_until(lambda: bool(world.supervisor.faults), 3.0)
+    assert world.supervisor.faults[0].kind is FaultKind.OVERRUN
+    assert "last second" in str(world.supervisor.faults[0])
+    come_to_rest(world)
+
+
+def test_host4_a_controller_that_is_stuck_leaves_joints_at_rest_and_a_named_fault() -> None:
+    world = moving()
+    controller = world.manager.controller("forward")
+    update = type(controller).update
+
+    def stuck(time: float, period: float) -> None:
+        begin = world.clock.now()
+        world.clock.sleep_until(begin + 0.06 + 0.5)
+        for name in NAMES:
+            assert abs(world.arm.velocity(name)) < 0.02 * LIMITS[name].max_velocity + 1e-3
+        world.clock.sleep_until(begin + 2.0)
+        controller.update = update.__get__(controller)
+        controller.update(time, period)
+
+    controller.update = stuck  # the fault: code that blocks
+    before = [world.arm.position(name) for name in NAMES]
+    world.loop.step()
+    after = [world.arm.position(name) for name in NAMES]
+    assert world.supervisor.faults[0].kind is FaultKind.OVERRUN
+    come_to_rest(world)
+    way = [abs(b - a) for a, b in zip(before, after, strict=True)]
+    for name, each in zip(NAMES, way, strict=True):
+        limit = LIMITS[name]
+        assert each < limit.max_velocity * 0.1 + limit.max_velocity**2 / limit.max_acceleration
+
+
+def test_what_a_cycle_raises_ends_in_the_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    world = moving()
+    apply = world.manager.limiter.apply
+    calls = [0]
+
+    def once(period: float) -> None:
+        calls[0] += 1
+        if calls[0] == 1:
+            raise ZeroDivisionError
+        apply(period)
+
+    monkeypatch.setattr(world.manager.limiter, "apply", once)
+    world.loop.step()
+    assert world.supervisor.faults[0].kind is FaultKind.LOOP_FAILED
+    come_to_rest(world)
+    assert world.hardware.state is State.INACTIVE
+
+
+def test_cycles_that_keep_breaking_off_release_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
+    world = moving()
+
+    def always(period: float) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(world.manager.limiter, "apply", always)
+    world.run(0.03)
+    assert world.hardware.state is State.INACTIVE
+    for name in NAMES:
+        assert not world.arm.has_torque(name) or name == "j2"
+
+
+LINES = 40
+
+
+@pytest.mark.parametrize("share", [number / LINES for number in range(LINES)])
+def test_an_interrupt_in_any_line_of_a_cycle_leaves_an_arm_that_comes_to_rest(
+    share: float, interrupted: World, lines: int
+) -> None:
+    world = interrupted
+    left = [int(share * lines)]
+
+    def trace(frame: object, event: str, _: object) -> object:
+        if "bioscara" not in frame.f_code.co_filename:  # type: ignore[attr-defined]
+            return None
+        if event == "line":
+            left[0] -= 1
+            if left[0] < 0:
+                sys.settrace(None)
+                raise KeyboardInterrupt
+        return trace
+
+    sys.settrace(trace)  # type: ignore[arg-type]
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            world.loop.step()
+    finally:
+        sys.settrace(None)
+    world.loop.restart()
+    now = world.clock.now()
+    world.supervisor.stop(now)
+    world.run_until(lambda: world.supervisor.at_rest(world.clock.now(), now), 6.0)
+    world.arm.run(0.3)
+    for name in NAMES:
+        assert abs(world.arm.velocity(name)) < 0.02 * LIMITS[name].max_velocity + 1e-3
+
+
+@pytest.fixture
+def interrupted() -> World:
+    return moving()
+
+
+@pytest.fixture(scope="module")
+def lines() -> int:
+    """Lines of Python in one cycle."""
+    world, count = moving(), [0]
+
+    def trace(frame: object, event: str, _: object) -> object:
+        if "bioscara" not in frame.f_code.co_filename:  # type: ignore[attr-defined]
+            return None
+        count[0] += event == "line"
+        return trace
+
+    sys.settrace(trace)  # type: ignore[arg-type]
+    world.loop.step()
+    sys.settrace(None)
+    assert count[0] > 300
+    return count[0]
+
+
+def test_memory_is_flat() -> None:
+    world = World(home=False)
+    world.run(11.0)
+    tracemalloc.start()
+    world.run(1.0)
+    before = tracemalloc.take_snapshot()
+    world.run(20.0)
+    grown = sum(each.size_diff for each in tracemalloc.take_snapshot().compare_to(before, "lineno"))
+    tracemalloc.stop()
+    # The record's ring replaces rows that were made before tracing began.
+    record = 1000 * sys.getsizeof((0.0,) * 29) * 4
+    assert grown < record
+
+
+@given(st.lists(st.floats(2e-6, 10.0), min_size=1, max_size=200), st.floats(1.0, 100.0))
+def test_percentiles_are_right_to_a_sixteenth(durations: list[float], percent: float) -> None:
+    histogram = Histogram()
+    for each in durations:
+        histogram.add(each)
+    exact = sorted(durations)[max(-(-len(durations) * percent // 100.0), 1).__int__() - 1]
+    found = histogram.percentile(percent)
+    assert exact * (1 - 1e-9) <= found <= exact * 1.07 or found == histogram.maximum
+
+
+def test_durations_outside_the_bins_are_still_counted() -> None:
+    histogram = Histogram()
+    for each in (0.0, 1e-9, 1e3):
+        histogram.add(each)
+    assert histogram.count == 3
+    assert histogram.percentile(100.0) == 1e3 or histogram.percentile(100.0) <= 1e3
+    assert histogram.maximum == 1e3
