@@ -211,8 +211,11 @@ class ArmHardware(HardwareComponent):
         for axis, mode in self._plan(start, stop):
             before, axis.mode = axis.mode, mode
             if mode not in MOTION:
-                if before in MOTION and axis.halted is None:
-                    axis.joint.stop()
+                if axis.halted is None:
+                    if before in MOTION:
+                        axis.joint.stop()
+                    elif axis.homing.running:
+                        axis.homing.stop()
                 axis.home_command.value = 0.0
             elif before not in MOTION:
                 axis.rest_here()
@@ -297,6 +300,8 @@ class ArmHardware(HardwareComponent):
         axis.halted = reason
         self.problems.append(reason)
         axis.homing.running = False
+        if axis.mode is Mode.HOME:
+            axis.home_command.value, axis.home_command.problem = 0.0, reason
         if not isinstance(reason, JointError) or not axis.joint.session.version:
             axis.forget()
 
@@ -312,7 +317,7 @@ class ArmHardware(HardwareComponent):
                 self._require_rest(axis)
                 homing.start(command.value)
         except BioscaraError as error:
-            homing.running, command.value = False, 0.0
+            homing.running, command.value, command.problem = False, 0.0, error
             self.problems.append(error)
 
     def _require_rest(self, axis: Axis) -> None:

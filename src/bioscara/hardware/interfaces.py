@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from bioscara.drivers import Quality
+from bioscara.errors import BioscaraError
 
 POSITION, VELOCITY, HOME = "position", "velocity", "home"
 
@@ -55,15 +56,18 @@ class CommandInterface:
         name: ``"<joint>/<kind>"``.
         value: The number, SI units; NaN is "nothing commanded yet".
         owner: Name of the controller that claimed it, or None.
+        problem: Why the hardware gave the last command up; None while it did not. Whoever gives a
+            command clears it.
     """
 
-    __slots__ = ("joint", "kind", "name", "owner", "value")
+    __slots__ = ("joint", "kind", "name", "owner", "problem", "value")
 
     def __init__(self, joint: str, kind: str) -> None:
         self.joint, self.kind = joint, kind
         self.name = f"{joint}/{kind}"
         self.value = math.nan
         self.owner: str | None = None
+        self.problem: BioscaraError | None = None
 
     def __repr__(self) -> str:
         return f"<{self.name} {self.value:g} of {self.owner or 'nobody'}>"

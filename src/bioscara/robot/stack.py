@@ -25,6 +25,10 @@ C = TypeVar("C")
 RATES = {1: 50, 2: 100}
 """Cycles per second, by protocol [Hz]: as the original driver, and as fits the bus at 100 kHz."""
 
+_HOMING_SHARE = 1.15
+"""Travel in homing, as a share of the joint's range, after which there is no end stop; a little
+more than the joint itself allows (1.1), whose word says more."""
+
 BROADCASTER, TRAJECTORY, HOMING, HOLD = (
     "joint_state_broadcaster",
     "joint_trajectory_controller",
@@ -115,10 +119,18 @@ def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str
     joints = tuple(joint.name for joint in parameters.joints)
     both = (POSITION, VELOCITY)
     commanded = both if version >= 2 else (POSITION,)
+    spans = {joint.name: joint.upper - joint.lower for joint in parameters.joints}
     braking = {joint.name: joint.max_acceleration for joint in parameters.joints}
     return [
         (BROADCASTER, JointStateBroadcaster.TYPE, {"joints": joints}),
-        (HOMING, HomingController.TYPE, {"joints": parameters.homing_order}),
+        (
+            HOMING,
+            HomingController.TYPE,
+            {
+                "joints": parameters.homing_order,
+                "max_travel": tuple(_HOMING_SHARE * spans[name] for name in parameters.homing_order),
+            },
+        ),
         (
             HOLD,
             HoldController.TYPE,
