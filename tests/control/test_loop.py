@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.control.world import LIMITS, NAMES, PARAMETERS, World
 
 from bioscara.clock import Clock
 from bioscara.control.faults import FaultKind
@@ -21,7 +22,6 @@ from bioscara.hardware import State
 from bioscara.hardware.capacity import exchange_time
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
-from tests.control.world import LIMITS, NAMES, PARAMETERS, World
 
 AT = {"j1": -2.5, "j2": 0.30, "j3": 2.0, "j4": 2.0}
 AWAY = [-1.5, 0.25, 1.0, 1.0]
@@ -153,7 +153,9 @@ def delays(share: int, period: float) -> list[float]:
 
 
 def test_host2_more_than_a_twentieth_late_halves_the_speed_until_a_second_was_good() -> None:
-    arm = SimulatedArm(seed=2, frequency=400e3, positions={"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9})
+    arm = SimulatedArm(
+        seed=2, frequency=400e3, positions={"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
+    )
     clock = LateClock(arm.clock)
     with Robot(FirmwareBus(arm), clock, PARAMETERS, "late") as robot:
         robot.home()
