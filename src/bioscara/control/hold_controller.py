@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import isfinite
 from typing import Annotated
 
 from pydantic import Field
@@ -75,11 +76,11 @@ class HoldController(Controller[HoldParameters]):
             )
 
     def on_activate(self, time: float) -> None:
-        """Start from the last commands, at the measured speed."""
+        """Start from the last commands, at the commanded speed or, without one, the measured."""
         count = len(self.parameters.joints)
         self._start = [handle.value for handle in self.command_handles[:count]]
-        speeds = self.state_handles[count:]
-        self._speed = [handle.value if handle.value == handle.value else 0.0 for handle in speeds]
+        speeds = self.command_handles[count:] or self.state_handles[count:]
+        self._speed = [handle.value if isfinite(handle.value) else 0.0 for handle in speeds]
         self._duration = max(
             abs(speed) / limit
             for speed, limit in zip(self._speed, self.parameters.max_deceleration, strict=True)
