@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from bioscara.control.controller import Controller
 from bioscara.control.parameters import Parameters
 from bioscara.drivers import Quality
 from bioscara.errors import ConfigurationError
-from bioscara.hardware import POSITION, VELOCITY, StateInterface
+from bioscara.hardware import POSITION, VELOCITY, CommandInterface, StateInterface
 
 
 class JointStates(NamedTuple):
@@ -32,17 +32,29 @@ class JointStates(NamedTuple):
     stamps: tuple[float, ...]
 
 
+class DynamicJointState(NamedTuple):
+    """Every interface of one joint.
+
+    Attributes:
+        joint: Its name.
+        interfaces: What is measured of it, for example ``"home"``.
+        values: One for each, SI units; NaN where unknown.
+    """
+
+    joint: str
+    interfaces: tuple[str, ...]
+    values: tuple[float, ...]
+
+
 class JointStateParameters(Parameters):
     """Parameters, named as in ros2_controllers.
 
     Attributes:
         joints: Names of the joints.
-        interfaces: What is told of each joint that has it.
         extra_joints: Joints that no hardware has; they are told to be at 0.
     """
 
     joints: tuple[str, ...]
-    interfaces: tuple[str, ...] = (POSITION, VELOCITY)
     extra_joints: tuple[str, ...] = ()
 
 
@@ -60,6 +72,7 @@ class JointStateBroadcaster(Controller[JointStateParameters]):
         super().__init__(name, parameters)
         self.states: JointStates | None = None
         self._names = (*parameters.joints, *parameters.extra_joints)
+        self._handles: dict[str, StateInterface] = {}
         self._positions: tuple[StateInterface, ...] = ()
         self._velocities: tuple[StateInterface, ...] = ()
 
@@ -70,39 +83,60 @@ class JointStateBroadcaster(Controller[JointStateParameters]):
 
     @property
     def state_interfaces(self) -> tuple[str, ...]:
-        """Each kind of all joints, one kind after the other."""
-        parameters = self.parameters
+        """Position of each joint; what else a joint has is told without being required."""
+        return tuple(f"{joint}/{POSITION}" for joint in self.parameters.joints)
+
+    @property
+    def dynamic_states(self) -> tuple[DynamicJointState, ...]:
+        """Every interface of every joint, as it is now; none while it is inactive."""
+        found: dict[str, list[StateInterface]] = {joint: [] for joint in self.parameters.joints}
+        for handle in self._handles.values():
+            if handle.joint in found:
+                found[handle.joint].append(handle)
         return tuple(
-            f"{joint}/{kind}" for kind in parameters.interfaces for joint in parameters.joints
+            DynamicJointState(joint, tuple(h.kind for h in hs), tuple(h.value for h in hs))
+            for joint, hs in found.items()
+            if hs
         )
 
     def on_configure(self) -> None:
-        """Check that there is something to tell."""
+        """Check that there is something to tell, and nothing twice."""
         if not self.parameters.joints:
             raise ConfigurationError(f"{self.name}: parameter joints names none")
-        if POSITION not in self.parameters.interfaces:
-            raise ConfigurationError(f"{self.name}: parameter interfaces must have position")
+        for name in self._names:
+            if self._names.count(name) > 1:
+                raise ConfigurationError(f"{self.name}: {name} is named twice")
 
-    def on_activate(self, time: float) -> None:
-        """Sort the handles by kind."""
-        handles = self.state_handles
-        self._positions = tuple(handle for handle in handles if handle.kind == POSITION)
-        self._velocities = tuple(handle for handle in handles if handle.kind == VELOCITY)
+    def bind(
+        self,
+        commands: Mapping[str, CommandInterface],
+        states: Mapping[str, StateInterface],
+    ) -> None:
+        """Take also the handles that not every joint has."""
+        super().bind(commands, states)
+        self._handles = dict(states)
+        self._positions = self.state_handles
+        self._velocities = tuple(
+            # A joint without this interface: its handle is one that nobody ever writes.
+            states.get(f"{joint}/{VELOCITY}") or StateInterface(joint, VELOCITY)
+            for joint in self.parameters.joints
+        )
 
-    def on_deactivate(self, time: float) -> None:
-        """Tell nothing any more."""
+    def unbind(self) -> None:
+        """Let the handles go, and tell nothing any more."""
+        super().unbind()
+        self._handles, self._positions, self._velocities = {}, (), ()
         self.states = None
 
     def update(self, time: float, period: float) -> None:
         """Take what was measured."""
         extra = len(self.parameters.extra_joints)
         zeros, positions = (0.0,) * extra, self._positions
-        velocities = [handle.value for handle in self._velocities] or [math.nan] * len(positions)
         self.states = JointStates(
             time,
             self._names,
-            (*(handle.value for handle in positions), *zeros),
-            (*velocities, *zeros),
-            (*(handle.quality for handle in positions), *(Quality.FRESH,) * extra),
-            (*(handle.stamp for handle in positions), *(time,) * extra),
+            (*[handle.value for handle in positions], *zeros),
+            (*[handle.value for handle in self._velocities], *zeros),
+            (*[handle.quality for handle in positions], *(Quality.FRESH,) * extra),
+            (*[handle.stamp for handle in positions], *(time,) * extra),
         )

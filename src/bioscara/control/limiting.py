@@ -8,7 +8,7 @@ ramp and a limit is reached at rest.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 
 from bioscara.drivers.session import WATCHDOG_MS
 from bioscara.hardware import HardwareComponent
@@ -83,7 +83,7 @@ class Guard:
         self._before = 0.0
 
     def resume(self) -> None:
-        """Let the next controller go on from where the one before left off."""
+        """Let a controller go on from there: its commands are what was commanded last."""
         if math.isfinite(self.reference):
             self._position_command.value = self.reference
         self._velocity_command.value = self.speed
@@ -171,9 +171,8 @@ class Guard:
     def _bound_velocity(self, period: float) -> None:
         wanted, here = self._velocity_command.value, self._position.value
         step = self._acceleration * period
-        if math.isfinite(here):
-            goal = wanted if math.isfinite(wanted) else self.speed
-        else:
+        goal = wanted if math.isfinite(wanted) else self.speed
+        if not math.isfinite(here):
             goal = 0.0
         speed = min(max(goal, self.speed - step), self.speed + step)
         speed = min(max(speed, -self._fastest), self._fastest)
@@ -231,27 +230,28 @@ class Limiter:
                 )
         self._all = tuple(self.guards.values())
 
-    def begin(self, joints: Iterable[str]) -> None:
-        """Start joints that nobody commanded before from what is measured.
+    def moving(self) -> set[str]:
+        """Return the joints whose position or velocity somebody commands."""
+        return {guard.name for guard in self._all if guard.commanded}
+
+    def begin(self, joints: Iterable[str], moving: Collection[str]) -> None:
+        """Let a controller take joints over; their commands are then where they are heading.
 
         Args:
             joints: Their names; those without limits are passed over.
+            moving: Those that were under command until now: they go on from their last commands,
+                the others start from what is measured.
         """
         for name in joints:
             guard = self.guards.get(name)
             if guard is not None:
-                guard.begin()
-
-    def resume(self, joints: Iterable[str]) -> None:
-        """Hand joints that are under command to another controller, without a jump.
-
-        Args:
-            joints: Their names; those without limits are passed over.
-        """
-        for name in joints:
-            guard = self.guards.get(name)
-            if guard is not None:
+                if name not in moving:
+                    guard.begin()
                 guard.resume()
+
+    def speeds(self, joints: Collection[str]) -> dict[str, float]:
+        """Return the velocity that was commanded last, of those joints that have limits."""
+        return {name: guard.speed for name, guard in self.guards.items() if name in joints}
 
     def apply(self, period: float) -> None:
         """Bound every command.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
-from typing import Annotated, Any, Self
+from typing import Annotated, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -27,7 +27,7 @@ class Parameters(BaseModel):
     fallback_controllers: tuple[str, ...] = ()
 
     @classmethod
-    def read(cls, controller: str, values: Mapping[str, Any]) -> Self:
+    def read(cls, controller: str, values: Mapping[str, object]) -> Self:
         """Return the checked parameters.
 
         Args:

@@ -4,9 +4,22 @@ from __future__ import annotations
 
 from bioscara.errors import ConfigurationError
 
+FASTEST = 10_000
+"""Most cycles per second that anybody may ask for [Hz]."""
+
+
+def require_rate(rate: int) -> None:
+    """Check a rate of cycles [Hz].
+
+    Raises:
+        ConfigurationError: It is not within 1 .. :data:`FASTEST`.
+    """
+    if not 0 < rate <= FASTEST:
+        raise ConfigurationError(f"rate {rate} Hz is outside 1 .. {FASTEST} Hz")
+
 
 class Schedule:
-    """Counts cycles for one controller.
+    """Measures the time since the last update of one controller.
 
     A rate that does not divide that of the cycle becomes the nearest one that does; a higher one
     becomes that of the cycle.
@@ -22,28 +35,34 @@ class Schedule:
         ConfigurationError: A rate is not above zero.
     """
 
+    __slots__ = ("_elapsed", "_first", "_nominal", "_soonest", "rate")
+
     def __init__(self, cycle_rate: int, rate: int) -> None:
-        if cycle_rate <= 0 or rate < 0:
-            raise ConfigurationError(f"rates {cycle_rate} and {rate} Hz must be above zero")
-        self._factor = max(round(cycle_rate / rate), 1) if rate else 1
-        self.rate = cycle_rate / self._factor
+        require_rate(cycle_rate)
+        if rate < 0:
+            raise ConfigurationError(f"update rate {rate} Hz is negative; 0 is every cycle")
+        factor = max(round(cycle_rate / rate), 1) if rate else 1
+        self.rate = cycle_rate / factor
         self._nominal = 1.0 / self.rate
-        self._count = self._factor
+        # Half a cycle before it is due, now is nearer to that than the next cycle would be.
+        self._soonest = self._nominal - 0.5 / cycle_rate if factor > 1 else 0.0
         self._elapsed = 0.0
         self._first = True
 
     def due(self, period: float) -> float:
         """Count a cycle; return the time since the last update [s], or 0 if none is due.
 
-        The first update after activation is told the nominal period.
+        The first update after activation is told the nominal period. A controller without a rate
+        of its own is due in every cycle, however soon that comes.
 
         Args:
             period: Time since the last cycle [s].
         """
-        self._count += 1
+        if self._first:
+            self._first = False
+            return self._nominal
         self._elapsed += period
-        if self._count < self._factor:
+        if self._elapsed < self._soonest:
             return 0.0
-        elapsed = self._nominal if self._first else self._elapsed
-        self._count, self._elapsed, self._first = 0, 0.0, False
+        elapsed, self._elapsed = self._elapsed, 0.0
         return elapsed

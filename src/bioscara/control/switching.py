@@ -13,12 +13,21 @@ from bioscara.hardware import State
 
 
 class Strictness(IntEnum):
-    """What to do with an entry that cannot be switched; the numbers are ROS's."""
+    """What to do with an entry that cannot be switched; the numbers are ROS's.
+
+    ROS's 0 is the default, STRICT; its 3 and 4, AUTO and FORCE_AUTO, act as BEST_EFFORT.
+    """
 
     BEST_EFFORT = 1
     """Leave it out."""
     STRICT = 2
     """Refuse the whole switch."""
+
+    @classmethod
+    def _missing_(cls, value: object) -> Strictness | None:
+        if value == 0:
+            return cls.STRICT
+        return cls.BEST_EFFORT if value in (3, 4) else None
 
 
 class Switch(NamedTuple):
@@ -27,10 +36,29 @@ class Switch(NamedTuple):
     Attributes:
         activate: To be activated, after all others were deactivated.
         deactivate: To be deactivated.
+        strictness: What becomes of those that cannot be activated.
     """
 
     activate: tuple[AnyController, ...]
     deactivate: tuple[AnyController, ...]
+    strictness: Strictness = Strictness.STRICT
+
+    @property
+    def text(self) -> str:
+        """What ROS says about a switch that succeeded."""
+        if not self.activate and not self.deactivate:
+            return (
+                "After checking the controllers, no controllers need to be activated or "
+                "deactivated."
+            )
+        done = "Successfully switched controllers!"
+        return done if self.strictness is Strictness.STRICT else f"{done} {self.lists()}"
+
+    def lists(self) -> str:
+        """Return whom it concerns, and who of them is active now."""
+        active = [each.name for each in self.activate if each.state is State.ACTIVE]
+        left = [each.name for each in self.deactivate if each.state is not State.ACTIVE]
+        return f"Activated: [{', '.join(active)}]; deactivated: [{', '.join(left)}]"
 
 
 def plan(
@@ -53,7 +81,7 @@ def plan(
         strictness,
         lambda controller: "" if controller.name in restarting else _not_inactive(controller),
     )
-    return Switch(tuple(entering), tuple(leaving))
+    return Switch(tuple(entering), tuple(leaving), strictness)
 
 
 def unknown(name: str, known: Iterable[str], what: str = "controller") -> str:
