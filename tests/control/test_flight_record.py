@@ -5,8 +5,9 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-from bioscara.control.flight_record import SECONDS
 from tests.control.world import NAMES, World
+
+from bioscara.control.flight_record import SECONDS
 
 
 def test_it_keeps_the_last_seconds_and_no_more() -> None:

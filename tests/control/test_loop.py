@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import sys
 import tracemalloc
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from tests.control.world import LIMITS, NAMES, NEAR, PARAMETERS, World
 
 from bioscara.clock import Clock
 from bioscara.control.faults import FaultKind
@@ -21,7 +23,6 @@ from bioscara.hardware import State
 from bioscara.hardware.capacity import exchange_time
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
-from tests.control.world import LIMITS, NAMES, NEAR, PARAMETERS, World
 
 AT = {"j1": -2.5, "j2": 0.30, "j3": 2.0, "j4": 2.0}
 AWAY = [-1.5, 0.25, 1.0, 1.0]
@@ -45,7 +46,7 @@ def moving(folder: Path = Path("/nonexistent")) -> World:
 
 def come_to_rest(world: World) -> None:
     world.run_until(lambda: world.supervisor.state is FaultState.LATCHED, 8.0)
-    world.run(0.3)
+    world.run(0.5)
     for name in NAMES:
         assert abs(world.arm.velocity(name)) < 0.02 * LIMITS[name].max_velocity + 1e-3
 
@@ -126,7 +127,7 @@ def test_host1_a_late_cycle_is_counted_and_not_caught_up_with_a_burst() -> None:
     clock.delays = [1.5 * world.loop.period]
     cycles = world.run(0.2)
     begins = [cycle.time for cycle in cycles]
-    gaps = [after - before for before, after in zip(begins, begins[1:], strict=False)]
+    gaps = [after - before for before, after in pairwise(begins)]
     assert min(gaps) > 0.45 * world.loop.period
     assert max(cycle.period for cycle in cycles) == pytest.approx(2.5 * world.loop.period, rel=0.01)
     assert world.loop.statistics.overruns == 1
@@ -269,7 +270,7 @@ def test_an_interrupt_in_any_line_of_a_cycle_leaves_an_arm_that_comes_to_rest(
     now = world.clock.now()
     world.supervisor.stop(now)
     world.run_until(lambda: world.supervisor.at_rest(world.clock.now(), now), 6.0)
-    world.arm.run(0.3)
+    world.arm.run(0.5)
     for name in NAMES:
         assert abs(world.arm.velocity(name)) < 0.02 * LIMITS[name].max_velocity + 1e-3
 

@@ -11,17 +11,17 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.control.world import World
 
 from bioscara.control.loop import Loop
 from bioscara.control.realtime import conditions, realtime, sharpen_timers
 from bioscara.control.watchdog import Watchdog
 from bioscara.errors import ConfigurationError
-from tests.control.world import World
 
 
 @pytest.mark.parametrize("priority", [0, -1, 100])
 def test_a_priority_that_does_not_exist_is_refused(priority: int) -> None:
-    with pytest.raises(ConfigurationError, match="1 .. 99"), realtime(priority):
+    with pytest.raises(ConfigurationError, match=r"outside 1 \.\. 99"), realtime(priority):
         pass
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from tests.control.test_loop import come_to_rest, moving
+from tests.control.world import NAMES, World
 
 from bioscara.control.faults import Fault, FaultKind, classify
 from bioscara.control.supervisor import FaultState
@@ -19,8 +21,6 @@ from bioscara.errors import (
     SwitchError,
 )
 from bioscara.hardware import State
-from tests.control.test_loop import come_to_rest, moving
-from tests.control.world import NAMES, World
 
 
 def field(world: World) -> list[float]:
@@ -154,7 +154,7 @@ def test_a_recovery_that_fails_keeps_the_fault_and_can_be_repeated(tmp_path: Pat
     come_to_rest(world)
     world.supervisor.acknowledge()
     world.bus.off()
-    with pytest.raises(Exception, match="0x11|j1"):
+    with pytest.raises(Exception, match=r"0x11|j1"):
         world.supervisor.recover(world.clock.now())
     assert world.supervisor.state is FaultState.ACKNOWLEDGED
     world.bus.clear()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterator
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from bioscara.control.supervisor import FaultState
 from bioscara.errors import (
     BioscaraError,
     FaultedError,
+    GoalAbortedError,
     GoalRejectedError,
     InvalidArgumentError,
     MotionCancelledError,
@@ -86,6 +88,8 @@ class Scene:
 
 
 SLOWEST = max(joint.max_velocity / joint.max_acceleration for joint in ARM.joints)
+STANDSTILL = 60.0
+"""What a joint at rest does to stay there [microsteps]: a quarter of a full step."""
 SWING = 0.25
 """Time in which the belts swing out [s]."""
 
@@ -138,13 +142,13 @@ def test_host3_the_joints_of_a_host_that_died_stop_and_the_next_comes_up_faulted
     scene.arm.run(0.2)
     before = scene.fields()
     with scene.host() as again:
-        assert scene.fields() == before
+        assert scene.fields() == pytest.approx(before, abs=STANDSTILL)
         with pytest.raises(BioscaraError, match="SETPOINT_LOST"):
             again.enable()
-        assert scene.fields() == pytest.approx(before, abs=2.0)
+        assert scene.fields() == pytest.approx(before, abs=STANDSTILL)
         assert all("SETPOINT_LOST" in told for told in again.clear_faults())
         scene.arm.run(0.2)
-        assert scene.fields() == pytest.approx(before, abs=60.0)
+        assert scene.fields() == pytest.approx(before, abs=STANDSTILL)
         again.enable()
         assert [axis.homed for axis in again._arm.axes] == [True] * 4
         again.move_joints(GOAL)
@@ -166,27 +170,26 @@ def test_host5_an_arm_whose_computer_froze_waits_at_rest_for_as_long_as_it_takes
 
 
 def test_host7_a_controller_that_takes_over_at_speed_makes_no_step(scene: Scene) -> None:
-    stack = scene.robot._running()
-
-    def take_over() -> None:
-        stack.manager.take_over("hold_controller", ("joint_trajectory_controller",), 0.0)
-
+    robot, stack = scene.robot, scene.robot._running()
     guards = stack.manager.limiter.guards
-    last = {name: math.nan for name in NAMES}
-    with pytest.raises(BioscaraError):
-        scene.robot.move_joints(START)
+    last = dict.fromkeys(NAMES, math.nan)
 
-        def observe(record: CycleRecord) -> None:
-            period = stack.loop.period
-            for name in NAMES:
-                step = abs(guards[name].reference - last[name])
-                assert not step > LIMITS[name].max_velocity * period * 1.001
-                last[name] = guards[name].reference
-            if record.trajectory_time >= 0.5 and math.isnan(scene.struck):
-                scene.struck = record.start
-                take_over()
+    def observe(record: CycleRecord) -> None:
+        for name in NAMES:
+            step = abs(guards[name].reference - last[name])
+            assert not step > LIMITS[name].max_velocity * robot.period * 1.001
+            last[name] = guards[name].reference
+        if record.trajectory_time >= 0.5 and math.isnan(scene.struck):
+            scene.struck = scene.arm.now()
+            assert scene.moves()
+            stack.manager.take_over(
+                "hold_controller", ("joint_trajectory_controller",), scene.arm.now()
+            )
 
-        scene.robot.move_joints(GOAL, 1.0, observe)
+    robot.move_joints(START)
+    with pytest.raises(GoalAbortedError):
+        robot.move_joints(GOAL, 1.0, observe)
+    scene.arm.run(2 * SWING)
     assert not scene.moves()
 
 
@@ -203,6 +206,7 @@ def test_mec2_friction_stops_the_arm_and_the_joint_is_named_with_its_error(
     scene.arm.run(SWING)
     assert not scene.moves()
     scene.arm.set_friction("j1", 1.0)
+    scene.arm.run(SWING)
     recover(scene)
 
 
@@ -263,18 +267,23 @@ def test_usr1_an_emergency_stop_that_takes_the_joints_along_is_no_dead_end(scene
     assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
 
 
+def push(scene: Scene, until: float) -> None:
+    """Push the wrist by hand, no faster than a person would."""
+    begin = scene.arm.now()
+    while scene.arm.position("j4") < until:
+        scene.arm.push("j4", 0.4 if scene.arm.velocity("j4") < 1.0 else 0.0)
+        scene.arm.run(0.005)
+        assert scene.arm.now() - begin < 60.0, "the hand is too weak"
+    scene.arm.push("j4", 0.0)
+
+
 def test_usr3_a_joint_that_was_pushed_by_hand_is_followed_and_held_where_it_is(
     scene: Scene,
 ) -> None:
     scene.move()
     robot = scene.robot
     robot.disable()
-    scene.arm.push("j4", 0.4)
-    begin = scene.arm.position("j4")
-    while abs(scene.arm.position("j4") - begin) < 0.2:
-        scene.arm.run(0.01)
-        assert scene.arm.now() < 300.0, "the hand is too weak"
-    scene.arm.push("j4", 0.0)
+    push(scene, GOAL[3] + 0.3)
     scene.arm.run(0.5)
     there = scene.arm.position("j4")
     assert robot.state.positions[3] == pytest.approx(there, abs=5e-3)
@@ -288,10 +297,8 @@ def test_usr3_a_joint_that_was_pushed_beyond_its_limit_moves_only_back(scene: Sc
     scene.move()
     robot, limit = scene.robot, LIMITS["j4"]
     robot.disable()
-    # The stop is a little beyond the limit: no hand gets further.
-    scene.arm.push("j4", 0.6)
-    scene.arm.run(3.0)
-    scene.arm.push("j4", 0.0)
+    scene.arm.remove_stops("j4")
+    push(scene, limit.upper + 0.01)
     scene.arm.run(0.5)
     beyond = scene.arm.position("j4")
     assert beyond > limit.upper
@@ -316,7 +323,7 @@ def test_pln1_targets_that_make_no_sense_are_refused_and_nothing_moves(
     with pytest.raises(InvalidArgumentError, match=NAMES[joint]):
         resting.robot.move_joints(target)
     resting.arm.run(0.02)
-    assert resting.fields() == before
+    assert resting.fields() == pytest.approx(before, abs=STANDSTILL)
 
 
 @pytest.mark.parametrize("speed", [math.nan, math.inf, 0.0, -0.5, 1.01])
@@ -327,7 +334,7 @@ def test_pln1_speeds_that_make_no_sense_are_refused_and_nothing_moves(
     with pytest.raises(InvalidArgumentError):
         resting.robot.move_joints(GOAL, speed)
     resting.arm.run(0.02)
-    assert resting.fields() == before
+    assert resting.fields() == pytest.approx(before, abs=STANDSTILL)
 
 
 @pytest.mark.parametrize("count", [0, 3, 5])
@@ -341,10 +348,10 @@ def test_pln1_a_goal_with_numbers_that_are_none_is_rejected(resting: Scene, valu
     stack = resting.robot._running()
     before = resting.fields()
     stack.use("joint_trajectory_controller", resting.arm.now())
-    points = (Point((value, *START[1:]), time_from_start=1.0),)
+    points = (Point(1.0, (value, *START[1:])),)
     with pytest.raises(GoalRejectedError):
         stack.trajectory.send_goal(Goal(JointTrajectory(NAMES, points)), resting.arm.now())
-    assert resting.fields() == before
+    assert resting.fields() == pytest.approx(before, abs=STANDSTILL)
 
 
 @pytest.fixture(scope="module")
@@ -378,8 +385,9 @@ def test_pln5_a_cancel_at_any_instant_ramps_down_at_once_and_the_next_goal_is_ta
     first = after[min(1, len(after) - 1)]
     assert first.start + robot._begin - asked[0] < robot.period + 0.010
     speeds = [[abs(joint.reference_velocity) for joint in record.joints] for record in after]
-    for before, now in zip(speeds[1:], speeds[2:], strict=False):
-        assert all(b <= a + 1e-9 for a, b in zip(before, now, strict=True))
+    for before, now in pairwise(speeds[1:]):
+        for joint, a, b in zip(ARM.joints, before, now, strict=True):
+            assert b <= max(a, joint.max_acceleration * robot.period) + 1e-9
     scene.arm.run(SWING / 10)
     assert robot._running().supervisor.state is FaultState.CLEAR
     assert robot.faults == ()
@@ -392,7 +400,7 @@ def test_pln5_the_cancelled_goal_says_so(scene: Scene) -> None:
     scene.robot.move_joints(START)
     trajectory = stack.trajectory
     handle = trajectory.send_goal(
-        Goal(JointTrajectory(NAMES, (Point(GOAL, time_from_start=4.0),))), scene.arm.now()
+        Goal(JointTrajectory(NAMES, (Point(4.0, GOAL),))), scene.arm.now()
     )
     for _ in range(50):
         stack.loop.step()

@@ -75,10 +75,10 @@ class HoldController(Controller[HoldParameters]):
             )
 
     def on_activate(self, time: float) -> None:
-        """Start from the last commands, at the measured speed."""
+        """Start from the last commands: at the commanded speed, or the measured where none is."""
         count = len(self.parameters.joints)
         self._start = [handle.value for handle in self.command_handles[:count]]
-        speeds = self.state_handles[count:]
+        speeds = self.command_handles[count:] or self.state_handles[count:]
         self._speed = [handle.value if handle.value == handle.value else 0.0 for handle in speeds]
         self._duration = max(
             abs(speed) / limit

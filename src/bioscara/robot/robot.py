@@ -35,7 +35,7 @@ from bioscara.protocol import Flags
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot.pacing import PacedClock
 from bioscara.robot.records import Cancelled, Observe, Recorder
-from bioscara.robot.stack import BROADCASTER, HOMING, TRAJECTORY, Stack
+from bioscara.robot.stack import HOMING, TRAJECTORY, Stack
 
 SETTLING = 0.3
 """How long the end of a trajectory is held, so that the arm is seen to rest there [s]."""
@@ -160,7 +160,7 @@ class Robot:
         try:
             self._arm.configure()
             self._stack = Stack(self._arm, self.clock, self.parameters, self._rate, self._evidence)
-            self._stack.manager.switch(self.clock.now(), (BROADCASTER,))
+            self._stack.broadcast(self.clock.now())
         except BaseException:
             self.bus.close()
             raise
@@ -351,7 +351,9 @@ class Robot:
             FaultedError: They are not acknowledged.
             BioscaraError: A joint does not answer.
         """
-        self._running().supervisor.recover(self.clock.now())
+        stack, now = self._running(), self.clock.now()
+        stack.supervisor.recover(now)
+        stack.broadcast(now)
 
     def shutdown(self) -> list[str]:
         """Stop and disable all joints; does nothing when that is done already.
