@@ -127,8 +127,9 @@ class Loop:
         good = False
         try:
             manager.cycle(time, period)
-            self._judge(time)
+            self._require_timely(time)
             supervisor.check(time, self.period)
+            self._judge(time)
             good = not manager.failures
         except Exception as error:  # noqa: BLE001  whatever broke, the arm is brought to rest
             supervisor.crash(error, time)
@@ -143,6 +144,10 @@ class Loop:
             self._watchdog.feed(time)
         return Cycle(time, period, timing)
 
+    @property
+    def _driving(self) -> bool:
+        return any(component.state is State.ACTIVE for component in self._manager.components)
+
     def _count(self, period: float, timing: Timing) -> None:
         statistics = self.statistics
         statistics.cycles += 1
@@ -151,6 +156,12 @@ class Loop:
         statistics.read.add(timing.read)
         statistics.update.add(timing.update)
         statistics.write.add(timing.write)
+
+    def _require_timely(self, time: float) -> None:
+        """Take a fault if the joints cannot but have stopped by themselves by now."""
+        behind = self._clock.now() - self._deadline
+        if behind > SILENCE + self.period and self._driving:
+            self._overrun(f"a cycle ended {behind:.2f} s after its begin was due", time)
 
     def _judge(self, time: float) -> None:
         """Set the next deadline, and react if it has passed already."""
@@ -167,14 +178,12 @@ class Loop:
                 self._supervisor.full_speed()
             return
         self.statistics.overruns += 1
-        if not any(component.state is State.ACTIVE for component in self._manager.components):
-            # Nothing is driven: releasing or greeting joints takes its time and harms nobody.
+        if not self._driving:
+            # Releasing or greeting joints takes its time and harms nobody.
             return
         self._in_a_row += 1
         share = self._missed / self.rate
-        if behind > SILENCE + self.period:
-            self._overrun(f"a cycle ended {behind:.2f} s after its begin was due", time)
-        elif self._in_a_row >= _IN_A_ROW:
+        if self._in_a_row >= _IN_A_ROW:
             self._overrun(f"{self._in_a_row} cycles in a row missed their deadline", time)
         elif share > _STOP_SHARE:
             self._overrun(f"{share:.0%} of the last second's cycles missed their deadline", time)

@@ -32,8 +32,7 @@ class Histogram:
         """Count a duration [s]."""
         self.count += 1
         self.total += duration
-        if duration > self.maximum:
-            self.maximum = duration
+        self.maximum = max(self.maximum, duration)
         if duration < _UNIT:
             self._bins[0] += 1
             return

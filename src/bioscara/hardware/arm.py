@@ -223,6 +223,8 @@ class ArmHardware(HardwareComponent):
     def _end_modes(self) -> None:
         for axis in self.axes:
             axis.mode, axis.homing.running = Mode.NONE, False
+            # What it answered last is not what it will be found to be when it is read again.
+            axis.answered = False
 
     def _plan(self, start: Sequence[str], stop: Sequence[str]) -> list[tuple[Axis, Mode]]:
         for name in (*start, *stop):

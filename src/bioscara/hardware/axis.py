@@ -115,6 +115,7 @@ class Axis:
             velocity = min(max(velocity, -self.velocity_limit), self.velocity_limit)
         self.previous = position
         if self.lower <= position <= self.upper:
-            ahead = position + velocity * self.arrival
+            # A host that was held up once is not held up again: never more than a period.
+            ahead = position + velocity * min(self.arrival, period)
             return Setpoint(min(max(ahead, self.lower), self.upper), velocity)
         return Setpoint(position, velocity)

@@ -32,7 +32,7 @@ from bioscara.report import CycleRecord, Phase
 from bioscara.robot.pacing import PacedClock
 from bioscara.robot.records import Cancelled, Observe
 from bioscara.robot.running import Motion
-from bioscara.robot.stack import BROADCASTER, HOMING, TRAJECTORY, Stack
+from bioscara.robot.stack import HOMING, TRAJECTORY, Stack
 
 START_TOLERANCE = {"rad": math.radians(1.0), "m": 2e-3}
 """How far from its start a trajectory may find the arm: from there it is joined by a ramp."""
@@ -153,7 +153,7 @@ class Robot:
         try:
             self._arm.configure()
             self._stack = Stack(self._arm, self.clock, self.parameters, self._rate, self._evidence)
-            self._tell_states()
+            self._stack.broadcast(self.clock.now())
         except BaseException:
             self.bus.close()
             raise
@@ -210,7 +210,7 @@ class Robot:
         if stack.arm.state is State.INACTIVE:
             stack.arm.activate()
             stack.loop.restart()
-        self._tell_states()
+        stack.broadcast(self.clock.now())
 
     def disable(self) -> None:
         """Bring all joints to rest and release them; they stay homed."""
@@ -342,8 +342,9 @@ class Robot:
             FaultedError: They are not acknowledged.
             BioscaraError: A joint does not answer.
         """
-        self._running().supervisor.recover(self.clock.now())
-        self._tell_states()
+        stack, now = self._running(), self.clock.now()
+        stack.supervisor.recover(now)
+        stack.broadcast(now)
 
     def shutdown(self) -> list[str]:
         """Stop and disable all joints; does nothing when that is done already.
@@ -368,11 +369,6 @@ class Robot:
         if self._stack is None:
             raise NotInitializedError("the robot is not connected: use it in a with statement")
         return self._stack
-
-    def _tell_states(self) -> None:
-        stack = self._running()
-        if stack.broadcaster.state is not State.ACTIVE:
-            stack.manager.switch(self.clock.now(), (BROADCASTER,))
 
     def _pace(self, paced: bool) -> None:
         if isinstance(self.clock, PacedClock):

@@ -107,6 +107,15 @@ class Stack:
         ]
         self.manager.switch(time, (name,), leaving)
 
+    def broadcast(self, time: float) -> None:
+        """Let the joint states be told, if they are not.
+
+        Args:
+            time: Now [s].
+        """
+        if self.broadcaster.state is not State.ACTIVE:
+            self.manager.switch(time, (BROADCASTER,))
+
     def _get(self, name: str, kind: type[C]) -> C:
         controller = self.manager.controller(name)
         if not isinstance(controller, kind):

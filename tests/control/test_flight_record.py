@@ -1,0 +1,50 @@
+"""The last seconds, kept and written whole."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+from tests.control.world import NAMES, World
+
+from bioscara.control.flight_record import SECONDS
+
+
+def test_it_keeps_the_last_seconds_and_no_more() -> None:
+    world = World(home=False)
+    world.run(SECONDS + 2.0)
+    assert len(world.record) == SECONDS * world.rate
+    rows = world.record.freeze().rows
+    assert rows[-1][0] - rows[0][0] < SECONDS
+    assert world.clock.now() - rows[-1][0] < 2 * world.loop.period
+
+
+def test_what_is_frozen_does_not_change() -> None:
+    world = World(home=False)
+    world.run(0.5)
+    frozen = world.record.freeze()
+    rows = frozen.rows
+    world.run(0.5)
+    assert frozen.rows == rows
+    assert len(world.record) > len(rows)
+
+
+def test_it_is_written_with_its_columns_and_read_back(tmp_path: Path) -> None:
+    world = World(home=False)
+    world.run(0.5)
+    frozen = world.record.freeze()
+    path = frozen.write(tmp_path / "new", "record", ["two\nlines", "one line"])
+    lines = path.read_text().splitlines()
+    assert lines[:2] == ["# two lines", "# one line"]
+    table = list(csv.DictReader(lines[2:]))
+    assert len(table) == len(frozen.rows)
+    assert {"time", "late", "read", "update", "write"} < table[0].keys()
+    for name in NAMES:
+        assert float(table[-1][f"{name}_stamp"]) <= float(table[-1]["time"]) + 0.02
+
+
+def test_a_name_that_is_taken_gets_a_number(tmp_path: Path) -> None:
+    frozen = World(home=False).record.freeze()
+    paths = [frozen.write(tmp_path, "record", []) for _ in range(3)]
+    assert [path.name for path in paths] == ["record.csv", "record-2.csv", "record-3.csv"]
+    assert sorted(tmp_path.iterdir()) == sorted(paths)

@@ -1,0 +1,188 @@
+"""From a fault to its end: nothing moves by itself, nothing is forgotten unseen."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from tests.control.test_loop import come_to_rest, moving
+from tests.control.world import NAMES, World
+
+from bioscara.control.faults import Fault, FaultKind, classify
+from bioscara.control.supervisor import FaultState
+from bioscara.errors import (
+    ControllerError,
+    FaultedError,
+    HardwareError,
+    JointFaultError,
+    JointLostError,
+    OverrunError,
+    StalledError,
+    SwitchError,
+)
+from bioscara.hardware import State
+
+
+def field(world: World) -> list[float]:
+    return [world.arm.field(name) for name in NAMES]
+
+
+def faulted(folder: Path) -> World:
+    world = moving(folder)
+    world.supervisor.fault(ControllerError("it broke", "forward"), "forward", world.clock.now())
+    return world
+
+
+@pytest.mark.parametrize("kind", list(FaultKind))
+def test_every_kind_says_what_to_do(kind: FaultKind) -> None:
+    assert kind.action
+    assert kind.action in str(Fault(kind, "j1", HardwareError("x"), 0.0))
+
+
+@pytest.mark.parametrize(
+    ("cause", "kind"),
+    [
+        (JointFaultError("x", "j1", "STALL"), FaultKind.STALL),
+        (JointFaultError("x", "j1", "OVERTEMPERATURE"), FaultKind.OVERTEMPERATURE),
+        (JointFaultError("x", "j1", "ENCODER"), FaultKind.JOINT_FAULT),
+        (StalledError("x", "j1"), FaultKind.STALL),
+        (JointLostError("x", 0x11, "j1"), FaultKind.JOINT_LOST),
+        (OverrunError("x"), FaultKind.OVERRUN),
+        (ZeroDivisionError(), FaultKind.CONTROLLER_FAILED),
+    ],
+)
+def test_causes_are_told_apart(cause: BaseException, kind: FaultKind) -> None:
+    assert classify(cause) is kind
+
+
+def test_a_fault_ramps_the_arm_down_and_is_latched_until_it_was_acknowledged_and_recovered(
+    tmp_path: Path,
+) -> None:
+    world = faulted(tmp_path)
+    supervisor = world.supervisor
+    with pytest.raises(FaultedError, match="coming to rest"):
+        supervisor.acknowledge()
+    come_to_rest(world)
+    for not_yet in (lambda: supervisor.recover(world.clock.now()), supervisor.require_clear):
+        with pytest.raises(FaultedError, match="acknowledge"):
+            not_yet()
+    with pytest.raises(SwitchError, match="it broke"):
+        world.switch("forward", off=("hold",))
+    before = field(world)
+    (fault,) = supervisor.acknowledge()
+    assert fault.evidence is not None
+    assert fault.evidence.exists()
+    assert world.hardware.state is State.ACTIVE
+    with pytest.raises(SwitchError, match="it broke"):
+        world.switch("forward", off=("hold",))
+    supervisor.recover(world.clock.now())
+    assert supervisor.state is FaultState.CLEAR
+    assert world.hardware.state is State.INACTIVE
+    world.arm.run(0.5)
+    assert field(world) == pytest.approx(before, abs=60.0)
+    world.hardware.activate()
+    world.loop.restart()
+    world.run(0.1)
+    assert all(axis.homed for axis in world.hardware.axes)
+    assert supervisor.state is FaultState.CLEAR
+
+
+def test_nothing_to_acknowledge_is_said() -> None:
+    with pytest.raises(FaultedError, match="no fault"):
+        World(home=False).supervisor.acknowledge()
+
+
+def test_evidence_that_cannot_be_written_keeps_the_fault(tmp_path: Path) -> None:
+    in_the_way = tmp_path / "file"
+    in_the_way.write_text("")
+    world = faulted(in_the_way / "folder")
+    come_to_rest(world)
+    with pytest.raises(OSError, match="file"):
+        world.supervisor.acknowledge()
+    assert world.supervisor.state is FaultState.LATCHED
+
+
+def test_evidence_shows_the_time_before_the_fault_however_late_somebody_looks(
+    tmp_path: Path,
+) -> None:
+    world = faulted(tmp_path)
+    struck = world.clock.now()
+    come_to_rest(world)
+    world.run(30.0)
+    (fault,) = world.supervisor.acknowledge()
+    assert fault.evidence is not None
+    lines = fault.evidence.read_text().splitlines()
+    assert "it broke" in lines[0]
+    times = [float(line.split(",")[0]) for line in lines[2:]]
+    assert times[0] < struck < times[-1] < struck + 6.0
+
+
+def test_evidence_of_before_is_never_replaced(tmp_path: Path) -> None:
+    for _ in range(2):
+        world = faulted(tmp_path)
+        come_to_rest(world)
+        world.supervisor.acknowledge()
+    assert len(list(tmp_path.glob("*.csv"))) == 2
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_a_fault_after_the_acknowledgement_has_to_be_acknowledged_too(tmp_path: Path) -> None:
+    world = faulted(tmp_path)
+    come_to_rest(world)
+    world.supervisor.acknowledge()
+    world.supervisor.fault(StalledError("j1 stalled", "j1"), "j1", world.clock.now())
+    come_to_rest(world)
+    with pytest.raises(FaultedError):
+        world.supervisor.recover(world.clock.now())
+    first, second = world.supervisor.acknowledge()
+    assert first.evidence == second.evidence
+    assert second.evidence is not None
+    assert "j1 stalled" in second.evidence.read_text()
+
+
+def test_a_fault_that_stays_is_told_once(tmp_path: Path) -> None:
+    world = moving(tmp_path)
+    for name in NAMES:
+        world.arm.set_power(name, on=False)
+    world.run(3.0)
+    sources = [(fault.kind, fault.source) for fault in world.supervisor.faults]
+    assert len(sources) == len(set(sources)) <= len(NAMES) + 2
+
+
+def test_a_recovery_that_fails_keeps_the_fault_and_can_be_repeated(tmp_path: Path) -> None:
+    world = faulted(tmp_path)
+    come_to_rest(world)
+    world.supervisor.acknowledge()
+    world.bus.off()
+    with pytest.raises(Exception, match=r"0x11|j1"):
+        world.supervisor.recover(world.clock.now())
+    assert world.supervisor.state is FaultState.ACKNOWLEDGED
+    world.bus.clear()
+    world.arm.run(0.2)
+    world.supervisor.recover(world.clock.now())
+    assert world.supervisor.state is FaultState.CLEAR
+
+
+def test_overtemperature_ramps_down_and_then_releases(tmp_path: Path) -> None:
+    world = moving(tmp_path)
+    world.supervisor.fault(
+        JointFaultError("j1 is hot", "j1", "OVERTEMPERATURE"), "j1", world.clock.now()
+    )
+    assert world.hardware.state is State.ACTIVE
+    come_to_rest(world)
+    assert world.hardware.state is State.INACTIVE
+    assert not world.arm.has_torque("j1")
+
+
+def test_the_stop_does_not_raise_whatever_is_broken(monkeypatch: pytest.MonkeyPatch) -> None:
+    world = moving()
+
+    def broken(*_: object) -> None:
+        raise ZeroDivisionError
+
+    monkeypatch.setattr(world.manager, "take_over", broken)
+    world.supervisor.stop(world.clock.now())
+    assert world.hardware.state is State.INACTIVE
+    monkeypatch.setattr(world.manager, "set_hardware_state", broken)
+    world.hardware.state = State.ACTIVE
+    world.supervisor.stop(world.clock.now())

@@ -1,0 +1,418 @@
+"""Rows of the fault table that concern the host, its user and its plans: through the Robot."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from bioscara.bus import FaultyBus
+from bioscara.control.faults import FaultKind
+from bioscara.control.joint_trajectory import Goal, JointTrajectory, Point, Status
+from bioscara.control.loop import SILENCE
+from bioscara.control.supervisor import FaultState
+from bioscara.errors import (
+    BioscaraError,
+    FaultedError,
+    GoalAbortedError,
+    GoalRejectedError,
+    InvalidArgumentError,
+    MotionCancelledError,
+    NotHomedError,
+    StalledError,
+    TrajectoryError,
+)
+from bioscara.hardware import State
+from bioscara.model import load_parameters
+from bioscara.report import CycleRecord, Phase
+from bioscara.robot import Robot
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+ARM = load_parameters()
+NAMES = tuple(joint.name for joint in ARM.joints)
+LIMITS = {joint.name: joint for joint in ARM.joints}
+NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
+START = (-2.5, 0.30, 2.2, 2.5)
+GOAL = (-1.5, 0.25, 0.8, 1.0)
+
+
+class Scene:
+    """A homed arm on its way until something happens."""
+
+    def __init__(self, evidence: Path) -> None:
+        self.arm = SimulatedArm(seed=5, positions=NEAR, frequency=400e3)
+        self.bus = FaultyBus(FirmwareBus(self.arm), seed=5, clock=self.arm.clock)
+        self.evidence = evidence
+        self.robot = self.host()
+        self.records: list[CycleRecord] = []
+        self.struck = math.nan
+
+    def host(self) -> Robot:
+        """A host that starts anew."""
+        return Robot(self.bus, self.arm.clock, ARM, "scenario", evidence=self.evidence)
+
+    def move(
+        self, event: Callable[[], object] = lambda: None, at: float = 0.7, speed: float = 1.0
+    ) -> None:
+        """Go from START to GOAL; the event happens on the way."""
+        self.robot.move_joints(START)
+        self.struck = math.nan
+
+        def observe(record: CycleRecord) -> None:
+            self.records.append(record)
+            if record.trajectory_time >= at and math.isnan(self.struck):
+                self.struck = self.arm.now()
+                event()
+
+        self.robot.move_joints(GOAL, speed, observe)
+
+    def fields(self) -> list[float]:
+        return [self.arm.field(name) for name in NAMES]
+
+    def moves(self) -> bool:
+        return any(
+            abs(self.arm.velocity(name)) > 0.02 * LIMITS[name].max_velocity for name in NAMES
+        )
+
+    def seconds_to_rest(self) -> float:
+        """Let time pass, with no host, until nothing moves; returns how long [s]."""
+        begin = self.arm.now()
+        while self.moves():
+            self.arm.run(0.002)
+            assert self.arm.now() - begin < 3.0, "the arm does not come to rest"
+        return self.arm.now() - begin
+
+
+SLOWEST = max(joint.max_velocity / joint.max_acceleration for joint in ARM.joints)
+STANDSTILL = 60.0
+"""What a joint at rest does to stay there [microsteps]: a quarter of a full step."""
+SWING = 0.25
+"""Time in which the belts swing out [s]."""
+
+
+@pytest.fixture
+def scene(tmp_path: Path) -> Iterator[Scene]:
+    scene = Scene(tmp_path)
+    with scene.robot:
+        scene.robot.home()
+        yield scene
+
+
+def recover(scene: Scene) -> None:
+    """Deal with the faults as a person does; nothing may move until enabled."""
+    robot, before = scene.robot, [scene.arm.position(name) for name in NAMES]
+    with pytest.raises(FaultedError):
+        robot.enable()
+    with pytest.raises(FaultedError):
+        robot.recover()
+    faults = robot.acknowledge()
+    assert all(fault.evidence is not None and fault.evidence.exists() for fault in faults)
+    robot.recover()
+    scene.arm.run(0.3)
+    after = [scene.arm.position(name) for name in NAMES]
+    assert after == pytest.approx(before, abs=2e-3)
+    assert robot.faults == ()
+    assert not scene.arm.has_torque("j1")
+    robot.enable()
+
+
+class KilledError(BaseException):
+    """The host dies here: no line of it runs after this, as far as the arm can tell."""
+
+
+def kill(scene: Scene) -> None:
+    def die() -> None:
+        scene.bus.off()
+        raise KilledError
+
+    with pytest.raises(KilledError):
+        scene.move(die, random.Random(scene.arm.now()).uniform(0.2, 1.0))
+
+
+def test_host3_the_joints_of_a_host_that_died_stop_and_the_next_comes_up_faulted_and_motionless(
+    scene: Scene,
+) -> None:
+    kill(scene)
+    assert scene.seconds_to_rest() < SILENCE + SLOWEST + SWING
+    scene.bus.clear()
+    scene.arm.run(0.2)
+    before = scene.fields()
+    with scene.host() as again:
+        assert scene.fields() == pytest.approx(before, abs=STANDSTILL)
+        with pytest.raises(BioscaraError, match="SETPOINT_LOST"):
+            again.enable()
+        assert scene.fields() == pytest.approx(before, abs=STANDSTILL)
+        assert all("SETPOINT_LOST" in told for told in again.clear_faults())
+        scene.arm.run(0.2)
+        assert scene.fields() == pytest.approx(before, abs=STANDSTILL)
+        again.enable()
+        assert [axis.homed for axis in again._arm.axes] == [True] * 4
+        again.move_joints(GOAL)
+    assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
+
+
+def test_host5_an_arm_whose_computer_froze_waits_at_rest_for_as_long_as_it_takes(
+    scene: Scene,
+) -> None:
+    kill(scene)
+    scene.seconds_to_rest()
+    scene.arm.run(SWING)
+    before = [scene.arm.position(name) for name in NAMES]
+    scene.arm.run(60.0)
+    assert [scene.arm.position(name) for name in NAMES] == pytest.approx(before, abs=1e-3)
+    scene.bus.clear()
+    with scene.host() as again:
+        assert len(again.clear_faults()) == len(NAMES)
+
+
+def test_host7_a_controller_that_takes_over_at_speed_makes_no_step(scene: Scene) -> None:
+    robot, stack = scene.robot, scene.robot._running()
+    guards = stack.manager.limiter.guards
+    last = dict.fromkeys(NAMES, math.nan)
+
+    def observe(record: CycleRecord) -> None:
+        for name in NAMES:
+            step = abs(guards[name].reference - last[name])
+            assert not step > LIMITS[name].max_velocity * robot.period * 1.001
+            last[name] = guards[name].reference
+        if record.trajectory_time >= 0.5 and math.isnan(scene.struck):
+            scene.struck = scene.arm.now()
+            assert scene.moves()
+            stack.manager.take_over(
+                "hold_controller", ("joint_trajectory_controller",), scene.arm.now()
+            )
+
+    robot.move_joints(START)
+    with pytest.raises(GoalAbortedError):
+        robot.move_joints(GOAL, 1.0, observe)
+    scene.arm.run(2 * SWING)
+    assert not scene.moves()
+
+
+@pytest.mark.parametrize("factor", [12.0])
+def test_mec2_friction_stops_the_arm_and_the_joint_is_named_with_its_error(
+    scene: Scene, factor: float
+) -> None:
+    with pytest.raises(BioscaraError, match="j1"):
+        scene.move(lambda: scene.arm.set_friction("j1", factor))
+    fault = scene.robot.faults[0]
+    assert fault.source == "j1"
+    assert fault.kind in (FaultKind.FOLLOWING_ERROR, FaultKind.STALL)
+    assert any(character.isdigit() for character in str(fault.cause))
+    scene.arm.run(SWING)
+    assert not scene.moves()
+    scene.arm.set_friction("j1", 1.0)
+    scene.arm.run(SWING)
+    recover(scene)
+
+
+def test_usr1_an_emergency_stop_is_named_within_two_cycles_and_targets_are_dropped(
+    scene: Scene,
+) -> None:
+    with pytest.raises(BioscaraError):
+        scene.move(lambda: scene.arm.set_motor_power(False))
+    robot = scene.robot
+    fault = robot.faults[0]
+    assert fault.kind is FaultKind.POWER_LOST
+    assert "emergency stop" in str(fault)
+    assert fault.time - scene.struck <= 2.1 * robot.period
+    stack = robot._running()
+    assert stack.arm.state is State.INACTIVE
+    assert not [
+        controller
+        for controller in stack.manager.controllers
+        if controller.state is State.ACTIVE and controller.command_interfaces
+    ]
+
+
+def test_usr2_power_that_comes_back_moves_nothing_and_homes_are_kept(scene: Scene) -> None:
+    with pytest.raises(BioscaraError):
+        scene.move(lambda: scene.arm.set_motor_power(False))
+    scene.arm.run(1.0)
+    before = [scene.arm.position(name) for name in NAMES]
+    scene.arm.set_motor_power(True)
+    scene.arm.run(1.0)
+    assert not any(scene.arm.has_torque(name) for name in NAMES)
+    with pytest.raises(FaultedError):
+        scene.robot.move_joints(GOAL)
+    after = [scene.arm.position(name) for name in NAMES]
+    assert after == pytest.approx(before, abs=1e-6)
+    recover(scene)
+    assert all(axis.homed for axis in scene.robot._arm.axes)
+    scene.robot.move_joints(GOAL)
+    assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
+
+
+def test_usr1_an_emergency_stop_that_takes_the_joints_along_is_no_dead_end(scene: Scene) -> None:
+    def off() -> None:
+        for name in NAMES:
+            scene.arm.set_power(name, on=False)
+
+    with pytest.raises(BioscaraError):
+        scene.move(off)
+    assert scene.robot.faults[0].kind is FaultKind.POWER_LOST
+    scene.arm.run(1.0)
+    for name in NAMES:
+        scene.arm.set_power(name, on=True)
+    scene.arm.run(1.0)
+    recover(scene)
+    with pytest.raises(NotHomedError):
+        scene.robot.move_joints(GOAL)
+    scene.robot.home()
+    scene.robot.move_joints(GOAL)
+    assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
+
+
+def push(scene: Scene, until: float) -> None:
+    """Push the wrist by hand, no faster than a person would."""
+    begin = scene.arm.now()
+    while scene.arm.position("j4") < until:
+        scene.arm.push("j4", 0.4 if scene.arm.velocity("j4") < 1.0 else 0.0)
+        scene.arm.run(0.005)
+        assert scene.arm.now() - begin < 60.0, "the hand is too weak"
+    scene.arm.push("j4", 0.0)
+
+
+def test_usr3_a_joint_that_was_pushed_by_hand_is_followed_and_held_where_it_is(
+    scene: Scene,
+) -> None:
+    scene.move()
+    robot = scene.robot
+    robot.disable()
+    push(scene, GOAL[3] + 0.3)
+    scene.arm.run(0.5)
+    there = scene.arm.position("j4")
+    assert robot.state.positions[3] == pytest.approx(there, abs=5e-3)
+    robot.enable()
+    assert scene.arm.position("j4") == pytest.approx(there, abs=5e-3)
+    robot.move_joints(GOAL)
+    assert scene.arm.position("j4") == pytest.approx(GOAL[3], abs=5e-3)
+
+
+def test_usr3_a_joint_that_was_pushed_beyond_its_limit_moves_only_back(scene: Scene) -> None:
+    scene.move()
+    robot, limit = scene.robot, LIMITS["j4"]
+    robot.disable()
+    scene.arm.remove_stops("j4")
+    push(scene, limit.upper + 0.01)
+    scene.arm.run(0.5)
+    beyond = scene.arm.position("j4")
+    assert beyond > limit.upper
+    robot.enable()
+    furthest = [beyond]
+    robot.move_joints(GOAL, 0.5, lambda _: furthest.append(scene.arm.position("j4")))
+    assert max(furthest) < beyond + 5e-3
+    assert scene.arm.position("j4") == pytest.approx(GOAL[3], abs=5e-3)
+
+
+BAD = [math.nan, math.inf, -math.inf, 1e9, 57.3, -57.3]
+
+
+@pytest.mark.parametrize("value", BAD)
+@pytest.mark.parametrize("joint", range(len(NAMES)))
+def test_pln1_targets_that_make_no_sense_are_refused_and_nothing_moves(
+    resting: Scene, joint: int, value: float
+) -> None:
+    before = resting.fields()
+    target = list(GOAL)
+    target[joint] = value
+    with pytest.raises(InvalidArgumentError, match=NAMES[joint]):
+        resting.robot.move_joints(target)
+    resting.arm.run(0.02)
+    assert resting.fields() == pytest.approx(before, abs=STANDSTILL)
+
+
+@pytest.mark.parametrize("speed", [math.nan, math.inf, 0.0, -0.5, 1.01])
+def test_pln1_speeds_that_make_no_sense_are_refused_and_nothing_moves(
+    resting: Scene, speed: float
+) -> None:
+    before = resting.fields()
+    with pytest.raises(InvalidArgumentError):
+        resting.robot.move_joints(GOAL, speed)
+    resting.arm.run(0.02)
+    assert resting.fields() == pytest.approx(before, abs=STANDSTILL)
+
+
+@pytest.mark.parametrize("count", [0, 3, 5])
+def test_pln1_a_target_for_other_joints_is_refused(resting: Scene, count: int) -> None:
+    with pytest.raises(TrajectoryError, match=f"{count} positions for 4 joints"):
+        resting.robot.move_joints([0.0] * count)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+def test_pln1_a_goal_with_numbers_that_are_none_is_rejected(resting: Scene, value: float) -> None:
+    stack = resting.robot._running()
+    before = resting.fields()
+    stack.use("joint_trajectory_controller", resting.arm.now())
+    points = (Point(1.0, (value, *START[1:])),)
+    with pytest.raises(GoalRejectedError):
+        stack.trajectory.send_goal(Goal(JointTrajectory(NAMES, points)), resting.arm.now())
+    assert resting.fields() == pytest.approx(before, abs=STANDSTILL)
+
+
+@pytest.fixture(scope="module")
+def resting(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Scene]:
+    scene = Scene(tmp_path_factory.mktemp("faults"))
+    with scene.robot:
+        scene.robot.home()
+        yield scene
+
+
+@pytest.mark.parametrize("share", [0.02, 0.2, 0.4, 0.6, 0.8, 0.95])
+def test_pln5_a_cancel_at_any_instant_ramps_down_at_once_and_the_next_goal_is_taken(
+    scene: Scene, share: float
+) -> None:
+    robot = scene.robot
+    robot.move_joints(START)
+    asked, begun = [math.nan], [0.0]
+
+    def observe(record: CycleRecord) -> None:
+        scene.records.append(record)
+        begun[0] = record.trajectory_time
+
+    def cancelled() -> bool:
+        if begun[0] >= share * 1.7:
+            asked[0] = scene.arm.now()
+        return not math.isnan(asked[0])
+
+    with pytest.raises(MotionCancelledError, match="interrupted"):
+        robot.move_joints(GOAL, 1.0, observe, cancelled)
+    after = [record for record in scene.records if record.phase is Phase.STOPPING]
+    first = after[min(1, len(after) - 1)]
+    assert first.start + robot._begin - asked[0] < robot.period + 0.010
+    speeds = [[abs(joint.reference_velocity) for joint in record.joints] for record in after]
+    for before, now in pairwise(speeds[1:]):
+        for joint, a, b in zip(ARM.joints, before, now, strict=True):
+            assert b <= max(a, joint.max_acceleration * robot.period) + 1e-9
+    scene.arm.run(SWING / 10)
+    assert robot._running().supervisor.state is FaultState.CLEAR
+    assert robot.faults == ()
+    robot.move_joints(GOAL)
+    assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
+
+
+def test_pln5_the_cancelled_goal_says_so(scene: Scene) -> None:
+    stack = scene.robot._running()
+    scene.robot.move_joints(START)
+    trajectory = stack.trajectory
+    handle = trajectory.send_goal(
+        Goal(JointTrajectory(NAMES, (Point(4.0, GOAL),))), scene.arm.now()
+    )
+    for _ in range(50):
+        stack.loop.step()
+    trajectory.cancel(scene.arm.now())
+    assert handle.status is Status.CANCELED
+
+
+def test_faults_of_a_stalled_joint_lead_back_to_work(scene: Scene) -> None:
+    with pytest.raises((StalledError, BioscaraError)):
+        scene.move(lambda: scene.arm.add_obstacle("j1", scene.arm.position("j1") + 0.05))
+    scene.arm.clear_obstacles("j1")
+    scene.arm.run(SWING)
+    recover(scene)
+    assert len(scene.robot.state.positions) == len(NAMES)
+    scene.robot.move_joints(GOAL)
