@@ -31,6 +31,7 @@ class World:
     Args:
         v1: Whether its joints speak version 1 only.
         home: Whether the joints are homed and brought to ``at``.
+        near: Where joints are when they are switched on [rad or m], instead of :data:`NEAR`.
         at: Where the joints are then [rad or m]; None leaves them near their end stops.
         folder: For evidence of faults.
     """
@@ -40,10 +41,11 @@ class World:
         *,
         v1: bool = False,
         home: bool = True,
+        near: Mapping[str, float] | None = None,
         at: Mapping[str, float] | None = None,
         folder: Path = Path("/nonexistent"),
     ) -> None:
-        self.arm = SimulatedArm(seed=1, v1=v1, positions=NEAR, frequency=400e3)
+        self.arm = SimulatedArm(seed=1, v1=v1, positions={**NEAR, **(near or {})}, frequency=400e3)
         self.bus = FaultyBus(FirmwareBus(self.arm), seed=1, clock=self.arm.clock)
         self.clock = self.arm.clock
         self.rate = 50 if v1 else 100
@@ -69,11 +71,11 @@ class World:
         if at is not None:
             self._go(at)
 
-    def joint(self, name: str):  # type: ignore[no-untyped-def]  # noqa: ANN201
+    def joint(self, name: str):  # type: ignore[no-untyped-def]
         """Return the driver of a joint."""
         return self.hardware.joints[NAMES.index(name)]
 
-    def axis(self, name: str):  # type: ignore[no-untyped-def]  # noqa: ANN201
+    def axis(self, name: str):  # type: ignore[no-untyped-def]
         """Return the axis of a joint."""
         return self.hardware.axes[NAMES.index(name)]
 

@@ -117,7 +117,9 @@ def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str
             HomingController.TYPE,
             {
                 "joints": parameters.homing_order,
-                "max_travel": tuple(_HOMING_SHARE * spans[name] for name in parameters.homing_order),
+                "max_travel": tuple(
+                    _HOMING_SHARE * spans[name] for name in parameters.homing_order
+                ),
             },
         ),
         (
