@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bioscara.bus.injection import When
+from bioscara.bus.injection import Direction, When
 from bioscara.control.faults import FaultKind
 from bioscara.control.homing_controller import HomingController, HomingGoal
 from bioscara.control.joint_trajectory.messages import Status
@@ -20,6 +20,7 @@ from bioscara.errors import (
     SwitchError,
 )
 from bioscara.hardware import State
+from bioscara.protocol import Register
 from control.world import LIMITS, NAMES, PARAMETERS, World
 
 KIND = "single_trigger_controller/SingleTriggerController"
@@ -224,6 +225,63 @@ def test_a_joint_that_is_lost_while_homing_ends_the_goal_with_the_cause() -> Non
     assert world.supervisor.faults
 
 
+@pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
+def test_a_joint_that_restarts_while_homing_ends_the_goal_with_the_cause(v1: bool) -> None:
+    world = World(v1=v1, home=False)
+    goal = start(world).send_goal(DIRECTIONS)
+    world.run(1.0)
+    world.arm.reset("j2")
+    finish(world, goal)
+    assert goal.status is Status.ABORTED
+    assert goal.text.startswith("j2")
+    assert world.hardware.commands["j2/home"].value == 0.0
+    world.run(0.5)
+    assert not world.axis("j2").homing.running
+    assert abs(world.arm.velocity("j2")) < 1e-4
+
+
+@pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
+@pytest.mark.parametrize("lost", [5, 9, 16, 17, 18, 19, 30])
+def test_a_joint_that_goes_unheard_for_a_while_is_stopped_all_the_same(v1: bool, lost: int) -> None:
+    world = World(v1=v1, home=False, near={"j3": 1.0})
+    goal = start(world).trigger("j3", 1.0)
+    assert goal is not None
+    world.run(1.0)
+    world.bus.off(When(address=LIMITS["j3"].address, count=lost))
+    world.run(1.5)
+    assert goal.done == bool(world.supervisor.faults)
+    assert world.axis("j3").homing.running == (not goal.done)
+    assert (abs(world.arm.velocity("j3")) < 1e-4) == goal.done
+
+
+@pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
+def test_a_joint_whose_answer_to_the_start_is_lost_is_stopped_all_the_same(v1: bool) -> None:
+    world = World(v1=v1, home=False, near={"j3": 1.0})
+    homing = start(world)
+    world.bus.lose(Direction.BACK, When(address=LIMITS["j3"].address, first=Register.HOME, count=3))
+    goal = homing.trigger("j3", 1.0)
+    assert goal is not None
+    world.run(2.0)
+    if goal.done:
+        assert not world.axis("j3").homing.running
+        assert abs(world.arm.velocity("j3")) < 1e-4
+    else:
+        assert finish(world, goal).status is Status.SUCCEEDED
+
+
+def test_a_controller_that_fails_while_homing_leaves_the_joint_stopped() -> None:
+    world = World(home=False)
+    homing = start(world)
+    goal = homing.send_goal(DIRECTIONS)
+    world.run(1.0)
+    world.hardware.commands["j2/home"].value = math.nan
+    world.loop.step()
+    assert homing.state is State.INACTIVE
+    assert goal.status is Status.ABORTED
+    assert not world.axis("j2").homing.running
+    assert world.supervisor.faults[0].kind is FaultKind.CONTROLLER_FAILED
+
+
 def test_a_fault_of_another_joint_ends_the_homing() -> None:
     world = World(home=False)
     goal = start(world).send_goal(DIRECTIONS)
@@ -330,6 +388,9 @@ def test_a_refused_start_is_told_with_its_cause() -> None:
     assert "j4 cannot start homing while j1 is homing" in goal.text
     assert running is not None
     assert finish(world, running).status is Status.SUCCEEDED
+    again = homing.trigger("j4", 1.0)
+    assert again is not None
+    assert finish(world, again).status is Status.SUCCEEDED
 
 
 def test_one_broken_answer_at_the_end_of_a_homing_does_not_fail_it() -> None:

@@ -177,7 +177,7 @@ class GripperActionController(Controller[GripperActionParameters]):
                 self.name,
             )
         self.position = self._command = measured.value
-        self._extras = self._limits_of(GripperGoal((measured.value,)))
+        self._extras = self._extras_of((), ())
         self._still = 0.0
 
     def on_deactivate(self, time: float) -> None:
@@ -201,7 +201,8 @@ class GripperActionController(Controller[GripperActionParameters]):
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         self._check(goal)
         self._end(Status.CANCELED, "a newer goal took its place")
-        self._command, self._extras, self._still = goal.position[0], self._limits_of(goal), 0.0
+        self._command, self._still = goal.position[0], 0.0
+        self._extras = self._extras_of(goal.velocity, goal.effort)
         self.goal = GripperGoalHandle(goal)
         return self.goal
 
@@ -209,7 +210,7 @@ class GripperActionController(Controller[GripperActionParameters]):
         """Hold where the gripper is and end the goal; nothing happens if there is none."""
         if self.goal is not None and not self.goal.done:
             self._command = self.position
-            self._extras = self._limits_of(GripperGoal((self.position,)))
+            self._extras = self._extras_of((), ())
             self._end(Status.CANCELED, "the goal was cancelled")
 
     def update(self, time: float, period: float) -> None:
@@ -224,19 +225,11 @@ class GripperActionController(Controller[GripperActionParameters]):
         goal = self.goal
         if goal is None or goal.done:
             return
-        if goal.feedback is None:
-            # What was measured by now is from before the goal was commanded.
-            self._tell(goal, time)
-            return
         threshold = self.parameters.stall_velocity_threshold
         moving = abs(velocity.value) > threshold or abs(moved) > threshold * period
         self._still = 0.0 if moving else self._still + period
-        self._tell(goal, time)
-        self._judge()
-
-    def _tell(self, goal: GripperGoalHandle, time: float) -> None:
-        measured, velocity = self.state_handles
         goal.feedback = GripperFeedback(time, self.position, velocity.value, measured.quality)
+        self._judge()
 
     def _judge(self) -> None:
         parameters = self.parameters
@@ -289,16 +282,14 @@ class GripperActionController(Controller[GripperActionParameters]):
                 "give a width between these"
             )
 
-    def _limits_of(self, goal: GripperGoal) -> tuple[float, ...]:
+    def _extras_of(
+        self, velocity: tuple[float, ...], effort: tuple[float, ...]
+    ) -> tuple[float, ...]:
         """Return the speed and effort of a goal, as far as there are interfaces for them."""
         parameters = self.parameters
-        speed = goal.velocity[0] if goal.velocity else parameters.max_velocity
-        effort = goal.effort[0] if goal.effort else parameters.max_effort
-        return tuple(
-            value
-            for value, interface in (
-                (speed, parameters.max_velocity_interface),
-                (effort, parameters.max_effort_interface),
-            )
-            if interface
-        )
+        values: list[float] = []
+        if parameters.max_velocity_interface:
+            values += velocity or (parameters.max_velocity,)
+        if parameters.max_effort_interface:
+            values += effort or (parameters.max_effort,)
+        return tuple(values)

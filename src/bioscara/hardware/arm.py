@@ -305,7 +305,8 @@ class ArmHardware(HardwareComponent):
                 self._require_rest(axis)
                 homing.start(command.value)
         except BioscaraError as error:
-            homing.running, command.value, command.problem = False, 0.0, error
+            # With a command of 0 it is told to stop, cycle by cycle, until it heard.
+            command.value, command.problem = 0.0, error
             self.problems.append(error)
 
     def _require_rest(self, axis: Axis) -> None:
