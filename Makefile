@@ -6,7 +6,7 @@
 #   make firmware-check  the joint firmware: host tests under sanitizers, build for the board
 #   make bench           the benchmarks; writes docs/benchmarks.md
 #   make mutants         remove each guard once and require a red test
-#   make generate        what follows from the register table
+#   make generate        what follows from the register table and the parameters
 
 PYTHON ?= python3
 VENV ?= .venv
@@ -60,9 +60,11 @@ layers: $(VENV)/.dev
 
 fresh: $(VENV)/.demo
 	@$(BIN)/python -m bioscara.protocol.generate --check .
+	@$(BIN)/python -m bioscara.model.urdf --check
 
 generate: $(VENV)/.demo
 	@$(BIN)/python -m bioscara.protocol.generate .
+	@$(BIN)/python -m bioscara.model.urdf
 
 firmware-check:
 	@firmware/tests/run.sh

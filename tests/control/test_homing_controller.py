@@ -254,6 +254,19 @@ def test_a_joint_that_goes_unheard_for_a_while_is_stopped_all_the_same(v1: bool,
     assert (abs(world.arm.velocity("j3")) < 1e-4) == goal.done
 
 
+def test_a_joint_that_no_longer_tells_its_state_ends_the_goal_with_the_cause() -> None:
+    world = World(home=False, near={"j3": 1.0})
+    goal = start(world).trigger("j3", 1.0)
+    assert goal is not None
+    world.run(1.0)
+    world.bus.off(When(address=LIMITS["j3"].address, first=Register.STATE))
+    finish(world, goal)
+    assert goal.status is Status.ABORTED
+    assert goal.text.startswith("j3 (0x13) is lost: 3 bad cycles in a row")
+    world.run(0.5)
+    assert abs(world.arm.velocity("j3")) < 1e-4
+
+
 @pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 def test_a_joint_whose_answer_to_the_start_is_lost_is_stopped_all_the_same(v1: bool) -> None:
     world = World(v1=v1, home=False, near={"j3": 1.0})

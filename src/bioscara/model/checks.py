@@ -1,0 +1,197 @@
+"""Checks of the arm's values, whatever kind of file they stand in."""
+
+from __future__ import annotations
+
+import difflib
+import math
+from abc import ABC, abstractmethod
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+from bioscara.errors import ConfigurationError
+from bioscara.model.parameters import HomingParameters, JointParameters
+
+JOINTS = ("j1", "j2", "j3", "j4")
+"""Names of the joints, in the order of their numbers."""
+_HOMING_RPM = (1.0, 250.0)
+"""Motor speeds that HOME can carry: the original host refuses the bounds themselves."""
+
+
+class Section(ABC):
+    """Named values that belong together; each complaint says which one, where, and its limit.
+
+    Keys are the names of fields in :mod:`bioscara.model.parameters`.
+    """
+
+    @abstractmethod
+    def value(self, key: str) -> Any:
+        """Return the value as it stands in the file.
+
+        Raises:
+            ConfigurationError: There is none.
+        """
+
+    @abstractmethod
+    def name(self, key: str) -> str:
+        """Return what the file calls the value."""
+
+    @abstractmethod
+    def error(self, text: str, key: str | None = None) -> ConfigurationError:
+        """Return an error that says where the value of ``key`` stands."""
+
+    @abstractmethod
+    def keys(self) -> Iterable[str]:
+        """Return the keys that the file has here."""
+
+    def number(self, key: str, lower: float, upper: float, unit: str = "") -> float:
+        """Return a finite number from ``lower`` to ``upper``.
+
+        Raises:
+            ConfigurationError: It is missing, no number, or outside; so for all that follow.
+        """
+        value = self.value(key)
+        if isinstance(value, bool) or not isinstance(value, int | float):
+            raise self.error(f"{self.name(key)}: {value!r} is not a number", key)
+        if not (math.isfinite(value) and lower <= value <= upper):
+            text = f"{self.name(key)}: {value:g} is outside {lower:g} .. {upper:g} {unit}"
+            raise self.error(text.rstrip(), key)
+        return float(value)
+
+    def whole(self, key: str, lower: int, upper: int, unit: str = "") -> int:
+        """Return a whole number from ``lower`` to ``upper``."""
+        value = self.number(key, lower, upper, unit)
+        if not value.is_integer():
+            raise self.error(f"{self.name(key)}: {value:g} is not a whole number", key)
+        return int(value)
+
+    def nonzero(self, key: str, size: float, unit: str = "") -> float:
+        """Return a number of at most ``size`` in either direction, which is not zero."""
+        value = self.number(key, -size, size, unit)
+        if value == 0.0:
+            raise self.error(f"{self.name(key)}: it must not be zero", key)
+        return value
+
+    def above(self, key: str, lower: float, upper: float) -> float:
+        """Return a number above ``lower``, up to ``upper``."""
+        value = self.number(key, -upper, upper)
+        if value <= lower:
+            raise self.error(f"{self.name(key)}: {value:g} must be above {lower:g}", key)
+        return value
+
+    def text(self, key: str, allowed: tuple[str, ...] = ()) -> str:
+        """Return a text, one of ``allowed`` if there are any."""
+        value = self.value(key)
+        if not isinstance(value, str) or not value or (allowed and value not in allowed):
+            choice = f"; it is one of {', '.join(allowed)}" if allowed else ""
+            raise self.error(f"{self.name(key)}: {value!r} is not a valid name{choice}", key)
+        return value
+
+    def refuse_unknown(self, known: Iterable[str]) -> None:
+        """Raise if there is a key that is not ``known``, with a proposal.
+
+        To be called before anything is read: a misspelt key is the better complaint than a
+        missing one.
+        """
+        names = sorted(known)
+        for key in self.keys():
+            if key in names:
+                continue
+            near = difflib.get_close_matches(str(key), names, 1)
+            hint = f"did you mean {near[0]}?" if near else f"known here: {', '.join(names)}"
+            raise self.error(f"{self.name(str(key))} is not a known parameter; {hint}", key)
+
+
+def check_joint(name: str, unit: str, section: Section, homing: Section) -> JointParameters:
+    """Return the parameters of one joint.
+
+    Args:
+        name: One of :data:`JOINTS`.
+        unit: ``"rad"`` or ``"m"``.
+        section: Where its values are.
+        homing: Where those of its homing are.
+
+    Raises:
+        ConfigurationError: A value is missing or cannot be.
+    """
+    reduction = section.nonzero("reduction", 1e5)
+    lower = section.number("lower", -1e3, 1e3)
+    max_velocity = section.number("max_velocity", 1e-6, 1e3)
+    return JointParameters(
+        name=name,
+        number=JOINTS.index(name) + 1,
+        address=section.whole("address", 0x08, 0x77),
+        unit=unit,
+        reduction=reduction,
+        lower=lower,
+        upper=section.above("upper", lower, 1e3),
+        max_velocity=max_velocity,
+        max_acceleration=section.number("max_acceleration", 1e-6, 1e4),
+        drive_current_percent=section.whole("drive_current_percent", 1, 100, "%"),
+        hold_current_percent=section.whole("hold_current_percent", 1, 100, "%"),
+        stall_threshold=section.whole("stall_threshold", 0, 255),
+        homing=_check_homing(homing, reduction, max_velocity),
+    )
+
+
+def _check_homing(section: Section, reduction: float, max_velocity: float) -> HomingParameters:
+    velocity = section.nonzero("velocity", max_velocity)
+    motor_rpm = abs(math.degrees(velocity * reduction)) / 6.0
+    if not _HOMING_RPM[0] < motor_rpm < _HOMING_RPM[1]:
+        raise section.error(
+            f"{section.name('velocity')}: {velocity:g} is {motor_rpm:g} rpm of the motor, which "
+            f"must be above {_HOMING_RPM[0]:g} and below {_HOMING_RPM[1]:g}",
+            "velocity",
+        )
+    return HomingParameters(
+        velocity=velocity,
+        threshold=section.whole("threshold", 1, 255, "microsteps"),
+        current_percent=section.whole("current_percent", 1, 100, "%"),
+        acceleration=section.number("acceleration", 1e-6, 1e3),
+    )
+
+
+def check_addresses(joints: Iterable[tuple[JointParameters, Section]]) -> None:
+    """Raise if two joints have the same address.
+
+    Args:
+        joints: The joints, and where their values are.
+
+    Raises:
+        ConfigurationError: Two have; names both.
+    """
+    owners: dict[int, str] = {}
+    for joint, section in joints:
+        owner = owners.setdefault(joint.address, joint.name)
+        if owner != joint.name:
+            raise section.error(
+                f"{section.name('address')}: {joint.address:#04x} is already the address of "
+                f"{owner}",
+                "address",
+            )
+
+
+class Jaws(NamedTuple):
+    """What the jaws of a gripper can do; fields as in ``GripperParameters``."""
+
+    lower: float
+    upper: float
+    initial: float
+    deg_per_m: float
+    zero_width: float
+
+
+def check_jaws(section: Section) -> Jaws:
+    """Return what the gripper's jaws can do.
+
+    Raises:
+        ConfigurationError: A value is missing or cannot be.
+    """
+    lower = section.number("lower", 0.0, 1.0, "m")
+    upper = section.above("upper", lower, 1.0)
+    return Jaws(
+        lower=lower,
+        upper=upper,
+        initial=section.number("initial", lower, upper, "m"),
+        deg_per_m=section.nonzero("deg_per_m", 1e5, "deg/m"),
+        zero_width=section.number("zero_width", -1.0, 1.0, "m"),
+    )
