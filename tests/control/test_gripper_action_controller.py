@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from bioscara.clock import SimulatedClock
 from bioscara.control.gripper_action_controller import (
     GripperActionController,
     GripperGoal,
@@ -17,15 +19,18 @@ from bioscara.control.gripper_action_controller import (
 from bioscara.control.joint_trajectory.messages import Status
 from bioscara.control.limiting import Limiter
 from bioscara.control.manager import ControllerManager
-from bioscara.drivers import Quality
+from bioscara.drivers import Gripper, Pwm, Quality
 from bioscara.errors import ConfigurationError, GoalRejectedError, SwitchError
 from bioscara.hardware import CommandInterface, HardwareComponent, State, StateInterface
+from bioscara.hardware.gripper import GripperHardware
 from bioscara.model import JointParameters, load_parameters
+from bioscara.sim.servo import SimulatedServo
 
 KIND = "parallel_gripper_action_controller/GripperActionController"
 RATE = 100
 PERIOD = 1.0 / RATE
-LOWER, UPPER = load_parameters().gripper.lower, load_parameters().gripper.upper
+GRIPPER = load_parameters().gripper
+LOWER, UPPER = GRIPPER.lower, GRIPPER.upper
 
 
 class Jaws(HardwareComponent):
@@ -86,10 +91,17 @@ class Jaws(HardwareComponent):
 class Bench:
     """A gripper under a manager, in virtual time."""
 
-    def __init__(self, speed: float = math.inf, blocked: float = 0.0, **values: object) -> None:
+    def __init__(
+        self,
+        speed: float = math.inf,
+        blocked: float = 0.0,
+        hardware: HardwareComponent | None = None,
+        **values: object,
+    ) -> None:
         self.jaws = Jaws(speed, blocked)
-        self.jaws.set_state(State.ACTIVE)
-        self.manager = ControllerManager((self.jaws,), Limiter((self.jaws,)), RATE)
+        component = hardware or self.jaws
+        component.set_state(State.ACTIVE)
+        self.manager = ControllerManager((component,), Limiter((component,)), RATE)
         self.time = 0.0
         self.manager.load("gripper", KIND, {"joint": "gripper", **values})
         self.manager.configure("gripper")
@@ -364,3 +376,59 @@ def test_unusable_parameters_are_refused(values: dict[str, object], words: str) 
 def _made(manager: ControllerManager, values: dict[str, object]) -> None:
     manager.load("gripper", KIND, values)
     manager.configure("gripper")
+
+
+@pytest.fixture
+def servo() -> Iterator[SimulatedServo]:
+    with SimulatedServo(GRIPPER.outputs[0]) as simulated:
+        yield simulated
+
+
+def on(servo: SimulatedServo, folder: Path, **values: object) -> Bench:
+    """Return a bench with the gripper that the arm has."""
+    clock = SimulatedClock(lambda: 0.0, lambda _: None)
+    driver = Gripper(Pwm(GRIPPER.outputs, clock, servo.root), GRIPPER, folder / "width")
+    return Bench(hardware=GripperHardware("gripper", "gripper", driver, clock), **values)
+
+
+def test_the_servo_is_told_the_goal_at_once_and_the_goal_ends_when_the_jaws_can_be_there(
+    servo: SimulatedServo, tmp_path: Path
+) -> None:
+    bench = on(servo, tmp_path)
+    before = servo.pulse()
+    handle = bench.go(0.04)
+    bench.run(PERIOD)
+    assert before is not None
+    assert servo.pulse() == pytest.approx(0.0015 + 3333.3 * (0.04 - 0.058) * 0.0005 / 90, abs=2e-9)
+    took = PERIOD + bench.finish(handle)
+    assert took == pytest.approx((0.08 - 0.04 - 0.01) / 1.0, abs=3.0 * PERIOD)
+    assert handle.status is Status.SUCCEEDED
+    assert handle.result is not None
+    assert handle.result.quality is Quality.ASSUMED
+
+
+def test_a_goal_that_the_servo_cannot_quite_reach_is_reached_within_its_tolerance(
+    servo: SimulatedServo, tmp_path: Path
+) -> None:
+    bench = on(servo, tmp_path)
+    handle = bench.go(0.12)
+    bench.finish(handle)
+    assert handle.status is Status.SUCCEEDED
+    assert servo.pulse() == pytest.approx(0.0025)
+    strict = on(servo, tmp_path, goal_tolerance=0.001)
+    refused = strict.go(0.12)
+    strict.finish(refused)
+    assert refused.status is Status.ABORTED
+    assert "gripper does not move at 0.112 m, before its goal of 0.12 m" in refused.text
+
+
+def test_cancel_stops_the_servo_on_its_way(servo: SimulatedServo, tmp_path: Path) -> None:
+    bench = on(servo, tmp_path, velocity_limit=0.1)
+    handle = bench.go(0.11)
+    bench.run(0.1)
+    bench.controller.cancel()
+    bench.run(0.1)
+    assert handle.status is Status.CANCELED
+    assert bench.controller.position == pytest.approx(0.089, abs=0.003)
+    width = 0.058 + (servo.pulse() - 0.0015) * 90 / 0.0005 / 3333.3
+    assert width == pytest.approx(bench.controller.position, abs=1e-5)
