@@ -31,6 +31,7 @@ class World:
     Args:
         v1: Whether its joints speak version 1 only.
         home: Whether the joints are homed and brought to ``at``.
+        near: Where joints are when they are switched on [rad or m], instead of :data:`NEAR`.
         at: Where the joints are then [rad or m]; None leaves them near their end stops.
         folder: For evidence of faults.
         frequency: Of the bus [Hz]; None for a bus that takes no time.
@@ -41,11 +42,14 @@ class World:
         *,
         v1: bool = False,
         home: bool = True,
+        near: Mapping[str, float] | None = None,
         at: Mapping[str, float] | None = None,
         folder: Path = Path("/nonexistent"),
         frequency: float | None = 400e3,
     ) -> None:
-        self.arm = SimulatedArm(seed=1, v1=v1, positions=NEAR, frequency=frequency)
+        self.arm = SimulatedArm(
+            seed=1, v1=v1, positions={**NEAR, **(near or {})}, frequency=frequency
+        )
         self.bus = FaultyBus(FirmwareBus(self.arm), seed=1, clock=self.arm.clock)
         self.clock = self.arm.clock
         self.rate = 50 if v1 else 100

@@ -233,17 +233,17 @@ class HomingController(Controller[HomingParameters]):
     def _bound(self, joint: str, elapsed: float) -> None:
         """Stop a joint that takes too long or goes too far."""
         parameters = self.parameters
-        remedy = "was stopped; look whether it moves freely and has its end stop, then home it"
+        remedy = "it was stopped; look whether it moves freely and has its end stop, then home it"
         if elapsed > parameters.timeout:
             self._stop(
                 Status.ABORTED,
-                f"{joint} was not homed within the timeout of {parameters.timeout:g} s and {remedy}",
+                f"{joint} was not homed within the timeout of {parameters.timeout:g} s; {remedy}",
             )
         elif parameters.max_travel and self._travel > parameters.max_travel[self._index]:
             self._stop(
                 Status.ABORTED,
                 f"{joint} went {self._travel:.4g} towards its end stop without touching it, "
-                f"max_travel is {parameters.max_travel[self._index]:.4g}; it {remedy}",
+                f"max_travel is {parameters.max_travel[self._index]:.4g}; {remedy}",
             )
 
     def _stop(self, status: Status, text: str) -> None:

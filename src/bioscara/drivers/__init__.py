@@ -1,9 +1,9 @@
 """Joints and gripper as objects: SI joint units go in and come out, registers stay below.
 
-``Joint`` is one axis, ``read_states`` and ``track`` (group.py) serve several in one bus call,
-``Gripper`` and ``Pwm`` are the servo. Below them: ``transmission`` converts units, ``session`` is
-one joint's frames, ``plausibility`` judges those that carry no
-check byte, ``cycle`` its part of a control cycle, ``waiting`` keeps a motion alive.
+``Joint`` is one axis, ``read_states``, ``track`` and ``drive`` (group.py) serve several in one
+bus call, ``Gripper`` and ``Pwm`` are the servo. Below them: ``transmission`` converts units,
+``session`` is one joint's frames, ``plausibility`` judges those that carry no check byte,
+``cycle`` its part of a control cycle, ``waiting`` keeps a motion alive.
 ``Joint`` grows in layers, one file each: connection, settings, motion, joint.
 """
 
@@ -11,6 +11,7 @@ from bioscara.drivers.cycle import Outcome as Outcome
 from bioscara.drivers.gripper import Gripper as Gripper
 from bioscara.drivers.gripper import GripperState as GripperState
 from bioscara.drivers.gripper import calibrate as calibrate
+from bioscara.drivers.group import drive as drive
 from bioscara.drivers.group import read_states as read_states
 from bioscara.drivers.group import track as track
 from bioscara.drivers.joint import Joint as Joint

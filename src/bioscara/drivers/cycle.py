@@ -27,6 +27,7 @@ LOST_AFTER = 3
 _TRACK, _STATE = WRITE[Register.TRACK], READ[Register.STATE]
 _MOVE, _ANGLE = WRITE[Register.MOVETOANGLE], READ[Register.ANGLEMOVED]
 _SPEED = READ[Register.GETENCODERRPM]
+_RPM, _STOP, _SOFT = WRITE[Register.SETRPM], WRITE[Register.STOP], 1.0
 _REFUSED = int(Flags.REFUSED)
 _REASONS = int(Flags.STALL | Flags.BUSY | Flags.NOTENABLED | Flags.FAULT)
 """Flags that are a reason to refuse a setpoint."""
@@ -69,6 +70,14 @@ class Cycle:
             return self._sent
         return self._frame((_MOVE, (angle_deg,)), (_ANGLE, ()))
 
+    def drive(self, velocity: float) -> tuple[Transaction, ...]:
+        """Return the transaction that gives a checked velocity; its answer is flags alone."""
+        return self._frame((_RPM, (self._joint.transmission.velocity_to_rpm(velocity),)))
+
+    def stop(self) -> tuple[Transaction, ...]:
+        """Return the transaction that lets the joint ramp down."""
+        return self._frame((_STOP, (_SOFT,)))
+
     def state(self) -> tuple[Transaction, ...]:
         """Return the transactions that ask for the state."""
         if self._joint.session.version == 2:
@@ -99,16 +108,16 @@ class Cycle:
             if len(results) == 1:
                 message = self._frames[0][0]
                 values, flags = session.take(message, results[0])
-                if flags & _REFUSED:
+                if flags & _REFUSED and session.version == 2:
                     self._sent = ()
                     if again and not flags & _REASONS:
                         return CorruptFrameError(
                             "the joint refused a frame", self._joint.parameters.address
                         )
                     return session.refusal(message)
-                sample = self._sample_v2(values, flags, stamp)
+                sample = self._sample(values, flags, stamp)
             else:
-                sample = self._sample_v1(results, stamp)
+                sample = self._pair(results, stamp)
         except BioscaraError as error:
             return error
         self.bad_cycles = 0
@@ -145,8 +154,10 @@ class Cycle:
         self._sent = tuple(session.frame(message, values) for message, values in frames)
         return self._sent
 
-    def _sample_v2(self, values: tuple[float, ...], flags: int, stamp: float) -> JointSample:
+    def _sample(self, values: tuple[float, ...], flags: int, stamp: float) -> JointSample:
         joint = self._joint
+        if not values:
+            return joint.last._replace(flags=FLAGS[flags])
         if len(values) == 2:
             state, load = None, None
         else:
@@ -161,7 +172,7 @@ class Cycle:
             stamp,
         )
 
-    def _sample_v1(self, results: Sequence[Result], stamp: float) -> JointSample:
+    def _pair(self, results: Sequence[Result], stamp: float) -> JointSample:
         joint, session = self._joint, self._joint.session
         before = session.flags
         first, second = (

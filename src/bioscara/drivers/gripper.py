@@ -47,6 +47,14 @@ class Gripper:
         """What is known about the gripper."""
         return GripperState(self._width, self._enabled)
 
+    def check(self) -> None:
+        """Return if there is an output to drive the servo by; nothing is written.
+
+        Raises:
+            GripperError: There is none; names path and remedy.
+        """
+        self._pwm.pulse()
+
     def enable(self) -> None:
         """Drive the servo to where it is: to the pulse that runs, else to the last width.
 

@@ -1,4 +1,4 @@
-"""Several joints in one bus call: setpoints out, samples back.
+"""Several joints in one bus call: setpoints or velocities out, samples back.
 
 A joint that fails does not hide what the others say: each has its entry in the result, a
 :class:`~bioscara.drivers.JointSample` or the exception that befell it. A single bad cycle is
@@ -14,7 +14,7 @@ from bioscara.bus import Bus, Transaction
 from bioscara.drivers.cycle import Outcome, is_bad
 from bioscara.drivers.joint import Joint
 from bioscara.drivers.sample import Setpoint
-from bioscara.errors import BioscaraError, InvalidArgumentError, JointError
+from bioscara.errors import BioscaraError, InvalidArgumentError, JointError, LimitError
 
 Frames = list[tuple[Transaction, ...]]
 _NOT_YET = BioscaraError("not asked yet")
@@ -84,6 +84,56 @@ def track(
             outcomes[index] = error
         frames.append(())
     return _exchange(joints, frames, outcomes, retry)
+
+
+def drive(
+    joints: Sequence[Joint], velocities: Sequence[float], *, retry: bool = False
+) -> list[Outcome]:
+    """Give all joints their velocities in one bus call; what they answer is their flags.
+
+    A velocity holds for as long as it is repeated, see :meth:`Joint.set_velocity`. All are
+    checked before anything is sent. A joint that, by its last sample, could not stop before a
+    limit is stopped instead, and its entry is the :class:`~bioscara.errors.LimitError`; so
+    :func:`read_states` belongs into every cycle. A joint that cannot move gets nothing and its
+    entry is the reason.
+
+    Args:
+        joints: Initialised joints of one bus.
+        velocities: One per joint, in order [rad/s or m/s].
+        retry: As for :func:`track`.
+
+    Returns:
+        One entry per joint, in order; samples are the last ones with new flags.
+
+    Raises:
+        LimitError: A velocity is above its joint's limit; nothing was sent to any joint.
+        InvalidArgumentError: A velocity is not finite, or there is not one per joint.
+        BusUnavailableError: The bus as a whole cannot be used.
+    """
+    if len(velocities) != len(joints):
+        raise InvalidArgumentError(f"{len(velocities)} velocities for {len(joints)} joints")
+    for joint, velocity in zip(joints, velocities, strict=True):
+        joint.check_velocity(velocity)
+    outcomes: list[Outcome] = [_NOT_YET] * len(joints)
+    refused: dict[int, LimitError] = {}
+    frames: Frames = []
+    for index, (joint, velocity) in enumerate(zip(joints, velocities, strict=True)):
+        try:
+            joint.require_ready()
+            if velocity:
+                joint.require_room(velocity, joint.last, joint.clock.now())
+        except LimitError as error:
+            refused[index] = error
+            frames.append(joint.cycle.stop())
+        except JointError as error:
+            outcomes[index] = error
+            frames.append(())
+        else:
+            frames.append(joint.cycle.drive(velocity))
+    outcomes = _exchange(joints, frames, outcomes, retry)
+    for index, reason in refused.items():
+        outcomes[index] = reason
+    return outcomes
 
 
 def _exchange(

@@ -217,21 +217,26 @@ class JointMotion(JointSettings):
             self._blocking = Register.NONE
         self.raise_fault()
 
-    def _check_room(self, velocity: float) -> None:
-        """Stop the joint and raise if at ``velocity`` it could not stop within the limits."""
-        state = self.read_state()
+    def require_room(self, velocity: float, state: JointSample, time: float) -> None:
+        """Raise if the joint, driven at ``velocity`` from now, could not stop within its limits.
+
+        Args:
+            velocity: Not zero [rad/s or m/s].
+            state: What it said last.
+            time: Now [s]; since then it may have gone on.
+
+        Raises:
+            LimitError: It could not.
+            NotHomedError: Nobody knows where it is.
+        """
         if state.position is None:
-            self.raise_fault()
-            raise NotHomedError(f"{self.name}: its home was lost; home() again", self.name)
-        if state.flags & (Flags.STALL | Flags.NOTENABLED):
-            return  # The refusal of the setpoint says why.
+            raise NotHomedError(f"{self.name}: its position is not known; home() again", self.name)
         sign = math.copysign(1.0, velocity)
         speed = max(velocity * sign, state.velocity * sign)
-        distance = speed * WATCHDOG_MS * 1e-3 + speed**2 / (2.0 * self._deceleration)
-        end = state.position + sign * distance
+        ahead = WATCHDOG_MS * 1e-3 + time - state.stamp
+        end = state.position + sign * (speed * ahead + speed**2 / (2.0 * self._deceleration))
         if end * sign <= (self._upper if sign > 0.0 else -self._lower):
             return
-        self.stop()
         raise LimitError(
             f"{self.name} position where {velocity:g} {self.parameters.unit}/s would end",
             end,
@@ -240,6 +245,19 @@ class JointMotion(JointSettings):
             self.parameters.unit,
             "the joint was stopped: turn back, go slower or use set_position()",
         )
+
+    def _check_room(self, velocity: float) -> None:
+        """Stop the joint and raise if at ``velocity`` it could not stop within the limits."""
+        state = self.read_state()
+        if state.position is None:
+            self.raise_fault()
+        elif state.flags & (Flags.STALL | Flags.NOTENABLED):
+            return  # The refusal of the setpoint says why.
+        try:
+            self.require_room(velocity, state, state.stamp)
+        except LimitError:
+            self.stop()
+            raise
 
     def _supervise(
         self,

@@ -16,6 +16,8 @@ class Quality(Enum):
     """The joint said so in this cycle."""
     STALE = "stale"
     """The exchange failed; this is what the joint said before."""
+    ASSUMED = "assumed"
+    """Nobody measured it: this is what the device was told."""
     UNKNOWN = "unknown"
     """The joint has not said anything yet."""
 

@@ -2,30 +2,28 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping, Sequence
 
 from bioscara.bus import Bus
 from bioscara.clock import Clock
-from bioscara.drivers import Joint, read_states, track
+from bioscara.drivers import Joint, JointSample, drive, read_states, track
 from bioscara.drivers.cycle import Outcome
 from bioscara.errors import (
     BioscaraError,
     HardwareError,
     JointError,
-    JointLostError,
-    ModeSwitchError,
 )
-from bioscara.hardware.axis import Axis
+from bioscara.hardware.axis import HALTED, Axis
 from bioscara.hardware.component import HardwareComponent
+from bioscara.hardware.description import read_arm
 from bioscara.hardware.lifecycle import State
-from bioscara.hardware.modes import MOTION, Mode, resolve
+from bioscara.hardware.modes import MOTION, Mode
 from bioscara.hardware.stopping import stop_and_disable
+from bioscara.hardware.switching import check_homing, check_modes, plan_modes
+from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import JointParameters
+from bioscara.model.tags import ARM_COMPONENT
 from bioscara.protocol import Flags
-
-_HALTED = int(Flags.STALL | Flags.NOTENABLED | Flags.FAULT)
-"""Flags of a joint that does not follow its commands."""
 
 
 class ArmHardware(HardwareComponent):
@@ -58,6 +56,25 @@ class ArmHardware(HardwareComponent):
             for command in (axis.position_command, axis.velocity_command, axis.home_command):
                 self.commands[command.name] = command
         self.bus_time = 0.0
+        self._engaged = False
+        self._late: list[BioscaraError] = []
+
+    @classmethod
+    def from_description(
+        cls, urdf: Urdf, bus: Bus, clock: Clock, name: str = ARM_COMPONENT
+    ) -> ArmHardware:
+        """Return the arm that a description tells of; nothing is sent yet.
+
+        Args:
+            urdf: The description.
+            bus: What the joints are on.
+            clock: Time of that bus.
+            name: Name of the ``<ros2_control>`` tag.
+
+        Raises:
+            ConfigurationError: The description cannot be used.
+        """
+        return cls(name, bus, clock, read_arm(urdf, name).joints)
 
     @property
     def limits(self) -> Mapping[str, JointParameters]:
@@ -83,9 +100,9 @@ class ArmHardware(HardwareComponent):
         """Engage every joint where it stands; if one does not, all are released."""
         try:
             for axis in self.axes:
-                if not axis.joint.is_enabled():
-                    axis.joint.enable()
+                axis.joint.enable()
                 axis.halted, axis.mode = None, Mode.NONE
+            self._engaged = True
             self._ask(self.axes)
             for axis in self.axes:
                 if axis.halted is not None:
@@ -93,11 +110,13 @@ class ArmHardware(HardwareComponent):
                 axis.publish()
                 axis.rest_here()
         except BaseException:
+            self._engaged = False
             stop_and_disable(self.joints)
             raise
 
     def on_deactivate(self) -> None:
         """Stop and release every joint."""
+        self._engaged = False
         problems = stop_and_disable(self.joints)
         self._end_modes()
         if problems:
@@ -120,13 +139,14 @@ class ArmHardware(HardwareComponent):
     def on_error(self, before: State) -> None:
         """Release and let go, from wherever it was.
 
-        A joint that cannot be told to is no reason to give the arm up for good: it stops by
-        itself, and nothing can be done with it before it was greeted anew.
+        A joint that cannot be told stops by itself and is greeted anew before it moves again, so
+        the component can be configured again, also when the arm was without power.
         """
         try:
             if before is State.ACTIVE:
-                stop_and_disable(self.joints)
-                self._end_modes()
+                self.on_deactivate()
+        except HardwareError as error:
+            self._late.append(error)
         finally:
             self.on_cleanup()
 
@@ -149,9 +169,9 @@ class ArmHardware(HardwareComponent):
 
     def read(self, time: float, period: float) -> None:
         """Measure every joint that did not already say where it is when it was written to."""
-        self.problems.clear()
+        self.problems[:], self._late[:] = self._late, ()
         self.bus_time = 0.0
-        asked = [axis for axis in self.axes if not axis.answered and not _gone(axis)]
+        asked = [axis for axis in self.axes if not axis.answered and not axis.gone]
         if asked:
             self._ask(asked)
         for axis in self.axes:
@@ -162,7 +182,7 @@ class ArmHardware(HardwareComponent):
     def write(self, time: float, period: float) -> None:
         """Send what is claimed: one bus call for all joints that follow positions."""
         before = self._clock.now()
-        following, velocities = [], []
+        following, driven = [], []
         for axis in self.axes:
             mode = axis.mode
             if axis.halted is not None or mode is Mode.NONE:
@@ -170,13 +190,13 @@ class ArmHardware(HardwareComponent):
             if mode is Mode.HOME:
                 self._home(axis)
             elif mode is Mode.VELOCITY:
-                velocities.append(axis)
+                driven.append(axis)
             elif axis.position_command.value == axis.position_command.value:
                 following.append(axis)
         if following:
             self._follow(following, time, period)
-        for axis in velocities:
-            self._drive(axis)
+        if driven:
+            self._drive(driven)
         self.bus_time += self._clock.now() - before
 
     def prepare_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
@@ -185,69 +205,31 @@ class ArmHardware(HardwareComponent):
         Raises:
             ModeSwitchError: One cannot; the message says which, why and what to do.
         """
-        for axis, mode in self._plan(start, stop):
-            if axis.mode is Mode.HOME and axis.homing.running:
-                raise ModeSwitchError(
-                    f"{axis.name} is homing: command 0 to {axis.home_command.name} first",
-                    self.name,
-                )
-            if mode is Mode.NONE:
-                continue
-            if axis.halted is not None:
-                raise ModeSwitchError(f"{axis.name} cannot be commanded: {axis.halted}", self.name)
-            if mode in MOTION and not axis.homed:
-                raise ModeSwitchError(
-                    f"{axis.name} is not homed: its position is unknown; home it first", self.name
-                )
-            if mode is Mode.TRACK and axis.joint.version < 2:
-                raise ModeSwitchError(
-                    f"{axis.name} cannot take position and velocity together: that needs joint "
-                    "firmware of protocol 2; claim position alone",
-                    self.name,
-                )
+        self.require_commands((*start, *stop))
+        check_modes(self.name, self.axes, plan_modes(self.name, self.axes, start, stop))
 
     def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
-        """Change the modes; a joint that nobody commands any more ramps down."""
-        for axis, mode in self._plan(start, stop):
-            before, axis.mode = axis.mode, mode
-            if mode not in MOTION:
-                if axis.halted is None:
-                    if before in MOTION:
-                        axis.joint.stop()
-                    elif axis.homing.running:
-                        axis.homing.stop()
-                axis.home_command.value = 0.0
-            elif before not in MOTION:
-                axis.rest_here()
+        """Change the modes; a joint that nobody commands any more ramps down.
+
+        One that cannot be told to is a problem of the next cycle: it hears no more setpoints, so
+        it stops by itself.
+        """
+        self.require_commands((*start, *stop))
+        for axis, mode in plan_modes(self.name, self.axes, start, stop):
+            leaving = axis.homing.running or (axis.mode in MOTION and mode not in MOTION)
+            axis.change(mode)
+            if leaving and axis.halted is None:
+                try:
+                    axis.joint.stop()
+                    axis.homing.running = False
+                except BioscaraError as error:
+                    self._halt(axis, error, self._late)
 
     def _end_modes(self) -> None:
         for axis in self.axes:
             axis.mode, axis.homing.running = Mode.NONE, False
             # What it answered last is not what it will be found to be when it is read again.
             axis.answered = False
-
-    def _plan(self, start: Sequence[str], stop: Sequence[str]) -> list[tuple[Axis, Mode]]:
-        for name in (*start, *stop):
-            if name not in self.commands:
-                near = difflib.get_close_matches(name, self.commands, 1)
-                raise ModeSwitchError(
-                    f"{self.name} has no command interface {name}; "
-                    + (
-                        f"did you mean {near[0]}?" if near else "it has " + ", ".join(self.commands)
-                    ),
-                    self.name,
-                )
-        plan = []
-        for axis in self.axes:
-            kinds = set(axis.mode.value)
-            kinds -= {self.commands[name].kind for name in stop if name.startswith(f"{axis.name}/")}
-            kinds |= {
-                self.commands[name].kind for name in start if name.startswith(f"{axis.name}/")
-            }
-            mode = resolve(self.name, axis.name, kinds)
-            if mode is not axis.mode:
-                plan.append((axis, mode))
-        return plan
 
     def _ask(self, axes: Sequence[Axis]) -> None:
         start = self._clock.now()
@@ -261,6 +243,15 @@ class ArmHardware(HardwareComponent):
             [axis.joint for axis in axes], [axis.setpoint(period) for axis in axes], retry=True
         )
         self._take(axes, outcomes, start, time, answered=True)
+
+    def _drive(self, axes: Sequence[Axis]) -> None:
+        velocities = [axis.velocity_command.value for axis in axes]
+        outcomes = drive([axis.joint for axis in axes], velocities, retry=True)
+        for axis, outcome in zip(axes, outcomes, strict=True):
+            if isinstance(outcome, BioscaraError):
+                self._halt(axis, outcome, self.problems)
+            else:
+                self._notice(axis, outcome)
 
     def _take(
         self,
@@ -277,30 +268,26 @@ class ArmHardware(HardwareComponent):
         for axis, outcome in zip(axes, outcomes, strict=True):
             stamp += share
             if isinstance(outcome, BioscaraError):
-                self._halt(axis, outcome)
+                self._halt(axis, outcome, self.problems)
                 continue
             axis.take(outcome, stamp)
             axis.answered = answered
             if answered:
                 axis.arrival = stamp - time
-            if outcome.flags & _HALTED and axis.halted is None and axis.mode in MOTION:
-                self._halt(axis, self._reason(axis))
+            self._notice(axis, outcome)
 
-    def _reason(self, axis: Axis) -> BioscaraError:
-        """Return why a joint that answers does not move."""
-        try:
-            if axis.joint.version == 2 and axis.joint.session.flags & Flags.FAULT:
-                axis.joint.raise_fault()
-            axis.joint.require_ready()
-        except BioscaraError as error:
-            return error
-        return JointError(f"{axis.name}: the joint stopped and did not say why", axis.name)
+    def _notice(self, axis: Axis, sample: JointSample) -> None:
+        """Take a joint out that does not follow; one that is to home is engaged by that."""
+        if not sample.flags & HALTED or axis.halted is not None or axis.mode is Mode.HOME:
+            return
+        if self._engaged:
+            self._halt(axis, axis.why_halted(), self.problems)
 
-    def _halt(self, axis: Axis, reason: BioscaraError) -> None:
+    def _halt(self, axis: Axis, reason: BioscaraError, problems: list[BioscaraError]) -> None:
         if axis.halted is not None:
             return
         axis.halted = reason
-        self.problems.append(reason)
+        problems.append(reason)
         axis.homing.running = False
         if axis.mode is Mode.HOME:
             axis.home_command.value, axis.home_command.problem = 0.0, reason
@@ -316,34 +303,16 @@ class ArmHardware(HardwareComponent):
                 elif not homing.watch():
                     command.value = 0.0
             elif command.value:
-                self._require_rest(axis)
+                check_homing(self.name, self.axes, axis)
                 homing.start(command.value)
         except BioscaraError as error:
-            homing.running, command.value, command.problem = False, 0.0, error
+            # With a command of 0 it is told to stop, cycle by cycle, until it heard.
+            command.value, command.problem = 0.0, error
             self.problems.append(error)
-
-    def _require_rest(self, axis: Axis) -> None:
-        """Engaging a joint keeps the bus for some time, in which no other may need it."""
-        for other in self.axes:
-            if other is not axis and (other.homing.running or other.mode in MOTION):
-                doing = "homing" if other.homing.running else "under command"
-                raise ModeSwitchError(
-                    f"{axis.name} cannot start homing while {other.name} is {doing}", self.name
-                )
-
-    def _drive(self, axis: Axis) -> None:
-        try:
-            axis.joint.set_velocity(axis.velocity_command.value)
-        except BioscaraError as error:
-            self._halt(axis, error)
 
     def _require_some(self) -> None:
         """Raise if no joint can be reached at all."""
-        if all(_gone(axis) for axis in self.axes):
+        if all(axis.gone for axis in self.axes):
             raise HardwareError(
                 f"{self.name}: no joint can be reached; first: {self.axes[0].halted}", self.name
             )
-
-
-def _gone(axis: Axis) -> bool:
-    return isinstance(axis.halted, JointLostError) or axis.joint.session.version == 0

@@ -7,7 +7,7 @@ import math
 from bioscara.clock import Clock
 from bioscara.drivers import Joint, JointSample, Quality, Setpoint
 from bioscara.drivers.sample import UNKNOWN
-from bioscara.errors import BioscaraError
+from bioscara.errors import BioscaraError, JointError, JointLostError
 from bioscara.hardware.homing import Homing
 from bioscara.hardware.interfaces import (
     HOME,
@@ -16,7 +16,11 @@ from bioscara.hardware.interfaces import (
     CommandInterface,
     StateInterface,
 )
-from bioscara.hardware.modes import Mode
+from bioscara.hardware.modes import MOTION, Mode
+from bioscara.protocol import Flags
+
+HALTED = int(Flags.STALL | Flags.NOTENABLED | Flags.FAULT)
+"""Flags of a joint that does not follow its commands."""
 
 
 class Axis:
@@ -67,6 +71,31 @@ class Axis:
         """Whether the joint knew its position when it spoke last."""
         return self.sample.position is not None
 
+    @property
+    def gone(self) -> bool:
+        """Whether the joint cannot be reached until it is greeted again."""
+        return isinstance(self.halted, JointLostError) or self.joint.session.version == 0
+
+    def why_halted(self) -> BioscaraError:
+        """Return why a joint that answers does not move; asks it for its fault."""
+        try:
+            self.joint.raise_fault()
+            self.joint.require_ready()
+        except BioscaraError as error:
+            return error
+        return JointError(f"{self.name}: the joint stopped and did not say why", self.name)
+
+    def hindrance(self, mode: Mode) -> BioscaraError | str | None:
+        """Return why the joint cannot take up ``mode``, as far as it said; None if it can.
+
+        Homing engages a joint that is off, so that does not hinder it.
+        """
+        if self.halted is not None:
+            return self.halted
+        if mode is not Mode.HOME and self.sample.flags & HALTED:
+            return f"it is not engaged or stalled (flags {self.sample.flags:#04x}); enable it again"
+        return None
+
     def take(self, sample: JointSample, stamp: float) -> None:
         """Remember what the joint said; a stale sample keeps the time at which it was fresh."""
         self.sample = sample
@@ -92,10 +121,26 @@ class Axis:
 
     def rest_here(self) -> None:
         """Make the commands what was measured: inside the limits, at rest, not homing."""
-        measured = self.sample.position
-        bounded = math.nan if measured is None else min(max(measured, self.lower), self.upper)
-        self.position_command.value, self.previous = bounded, math.nan
+        self.position_command.value, self.previous = self._bounded(), math.nan
         self.velocity_command.value = self.home_command.value = 0.0
+
+    def _bounded(self) -> float:
+        measured = self.sample.position
+        return math.nan if measured is None else min(max(measured, self.lower), self.upper)
+
+    def change(self, mode: Mode) -> None:
+        """Take up a mode that was checked; commands become what is measured."""
+        before, self.mode = self.mode, mode
+        self.previous = math.nan
+        if mode not in MOTION:
+            self.home_command.value = 0.0
+        elif before not in MOTION:
+            self.rest_here()
+        elif mode is Mode.VELOCITY:
+            limit = self.velocity_limit
+            self.velocity_command.value = min(max(self.sample.velocity, -limit), limit)
+        elif before is Mode.VELOCITY:
+            self.position_command.value = self._bounded()
 
     def setpoint(self, period: float) -> Setpoint:
         """Return where the joint is to be one period after the setpoint arrives.

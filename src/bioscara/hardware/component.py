@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import difflib
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
-from bioscara.errors import BioscaraError, LifecycleError
+from bioscara.errors import BioscaraError, LifecycleError, ModeSwitchError
 from bioscara.hardware.interfaces import CommandInterface, StateInterface
 from bioscara.hardware.lifecycle import State
 from bioscara.model import JointParameters
@@ -202,6 +203,20 @@ class HardwareComponent(ABC):
         Raises:
             BioscaraError: A joint did not take part; modes are as before.
         """
+
+    def require_commands(self, names: Iterable[str]) -> None:
+        """Raise unless all these are command interfaces of the component.
+
+        Raises:
+            ModeSwitchError: One is not; proposes another.
+        """
+        for name in names:
+            if name not in self.commands:
+                near = difflib.get_close_matches(name, self.commands, 1)
+                hint = f"did you mean {near[0]}?" if near else f"it has {', '.join(self.commands)}"
+                raise ModeSwitchError(
+                    f"{self.name} has no command interface {name}; {hint}", self.name
+                )
 
     def _require(self, what: str, state: State) -> None:
         if self.state is not state:

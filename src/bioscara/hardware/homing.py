@@ -21,7 +21,8 @@ class Homing:
         clock: Time of its bus.
 
     Attributes:
-        running: Whether the joint is seeking its end stop.
+        running: Whether the joint is, or may be, seeking its end stop: it was told to and nobody
+            heard that it stopped.
     """
 
     __slots__ = ("_clock", "_deadline", "_joint", "running")
@@ -42,10 +43,11 @@ class Homing:
         """
         parameters = self._joint.parameters
         speed = abs(parameters.homing.velocity)
+        # If only the answer is lost, the joint moves.
+        self.running = True
         self._joint.start_homing(math.copysign(speed, direction))
         span = parameters.upper - parameters.lower
         self._deadline = self._clock.now() + _TRAVEL_SHARE * span / speed + _MARGIN
-        self.running = True
 
     def watch(self) -> bool:
         """Keep it alive; return whether it is still running.
@@ -68,6 +70,10 @@ class Homing:
         return False
 
     def stop(self) -> None:
-        """End it; the joint ramps down and is not homed."""
-        self.running = False
+        """End it; the joint ramps down and is not homed.
+
+        Raises:
+            CommunicationError: The joint did not hear it and may still be running.
+        """
         self._joint.stop()
+        self.running = False

@@ -15,44 +15,21 @@ from typing import NamedTuple
 
 from bioscara.model.loading import load_parameters
 from bioscara.model.parameters import ArmParameters, GripperParameters, JointParameters
+from bioscara.model.tags import (
+    ARM_COMMANDS,
+    ARM_COMPONENT,
+    ARM_STATES,
+    GRIPPER_COMMANDS,
+    GRIPPER_COMPONENT,
+    GRIPPER_JOINT,
+    GRIPPER_STATES,
+    GRIPPER_TAGS,
+    HOMING_TAGS,
+    JOINT_TAGS,
+)
 
 URDF = Path(__file__).with_name("bioscara.urdf")
 """The generated file, which comes with the package."""
-ARM_COMPONENT, GRIPPER_COMPONENT = "bioscara_arm", "bioscara_gripper_128"
-"""Names of the hardware components."""
-GRIPPER_JOINT = "gripper"
-
-JOINT_TAGS = {
-    "address": "i2c_address",
-    "reduction": "reduction",
-    "lower": "min",
-    "upper": "max",
-    "stall_threshold": "stall_threshold",
-    "hold_current_percent": "hold_current",
-    "drive_current_percent": "drive_current",
-    "max_acceleration": "max_acceleration",
-    "max_velocity": "max_velocity",
-}
-"""Names of a joint's ``<param>`` tags, by the field that they fill."""
-HOMING_TAGS = {
-    "velocity": "homing_speed",
-    "threshold": "homing_threshold",
-    "current_percent": "homing_current",
-    "acceleration": "homing_acceleration",
-}
-"""The same of its homing."""
-GRIPPER_TAGS = {
-    "deg_per_m": "reduction",
-    "zero_width": "offset",
-    "lower": "min",
-    "upper": "max",
-    "initial": "init_pos",
-}
-"""The same of the gripper."""
-ARM_COMMANDS = ARM_STATES = ("position", "velocity", "home")
-"""Interfaces of every joint of the arm."""
-GRIPPER_COMMANDS, GRIPPER_STATES = ("position",), ("position", "velocity")
-"""Interfaces of the gripper's joint."""
 
 
 class _Frame(NamedTuple):

@@ -1,0 +1,225 @@
+"""What the ``<ros2_control>`` tags of a URDF say about the hardware, checked."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+from xml.etree.ElementTree import Element
+
+from bioscara.errors import ConfigurationError
+from bioscara.hardware.urdf_reader import Urdf
+from bioscara.model import GripperParameters, JointParameters
+from bioscara.model.checks import JOINTS, Section, check_addresses, check_jaws, check_joint
+from bioscara.model.tags import (
+    ARM_COMMANDS,
+    ARM_COMPONENT,
+    ARM_STATES,
+    GRIPPER_COMMANDS,
+    GRIPPER_COMPONENT,
+    GRIPPER_STATES,
+    GRIPPER_TAGS,
+    HOMING_TAGS,
+    JOINT_TAGS,
+)
+
+_UNITS = {"revolute": "rad", "prismatic": "m"}
+_WHOLE = re.compile(r"[+-]?(0x[0-9a-f]+|\d+)", re.IGNORECASE)
+_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]?(nan|inf(inity)?)", re.IGNORECASE)
+_PARTS = ("param", "command_interface", "state_interface")
+
+
+@dataclass(frozen=True, slots=True)
+class ArmDescription:
+    """The joints of an arm.
+
+    Attributes:
+        name: Name of the component.
+        joints: Its joints, in the order of their numbers.
+    """
+
+    name: str
+    joints: tuple[JointParameters, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class GripperDescription:
+    """A gripper.
+
+    Attributes:
+        name: Name of the component.
+        joint: Name of its joint.
+        parameters: What it is.
+    """
+
+    name: str
+    joint: str
+    parameters: GripperParameters
+
+
+class _Params(Section):
+    """The ``<param>`` tags of one joint, by the keys of the parameters that they fill."""
+
+    def __init__(self, urdf: Urdf, joint: Element, tags: Mapping[str, str]) -> None:
+        self._urdf, self._joint, self._tags = urdf, joint, tags
+        self._elements = {
+            urdf.attribute(element, "name"): element for element in joint.findall("param")
+        }
+
+    def error(self, text: str, key: str | None = None) -> ConfigurationError:
+        element = self._elements.get(self._tags.get(key, key)) if key is not None else None
+        return self._urdf.error(self._joint if element is None else element, text)
+
+    def name(self, key: str) -> str:
+        return f"{self._joint.attrib['name']}: {self._tags.get(key, key)}"
+
+    def keys(self) -> Iterable[str]:
+        return tuple(self._elements)
+
+    def value(self, key: str) -> Any:
+        element = self._elements.get(self._tags[key])
+        if element is None:
+            raise self.error(f"{self.name(key)} is missing")
+        text = (element.text or "").strip()
+        if _WHOLE.fullmatch(text):
+            # A decimal number may begin with zeros.
+            return int(text, 16 if "x" in text.lower() else 10)
+        return float(text) if _NUMBER.fullmatch(text) else text
+
+
+def read_arm(urdf: Urdf, name: str = ARM_COMPONENT) -> ArmDescription:
+    """Return what a description says about the arm.
+
+    The unit of a joint follows from its type in the robot: revolute or prismatic.
+
+    Args:
+        urdf: The description.
+        name: Name of the ``<ros2_control>`` tag.
+
+    Raises:
+        ConfigurationError: Something is missing, unknown, there twice, or out of its range.
+    """
+    component = _component(urdf, name)
+    elements = _joints(urdf, component)
+    for found, element in elements.items():
+        if found not in JOINTS:
+            raise urdf.error(element, f"{found} is not a joint of the arm; {_hint(found, JOINTS)}")
+    for joint in JOINTS:
+        if joint not in elements:
+            raise urdf.error(component, f"{name}: joint {joint} is missing")
+    joints = []
+    for joint in JOINTS:
+        element = elements[joint]
+        _check_parts(urdf, element, ARM_COMMANDS, ARM_STATES)
+        section, homing = (_Params(urdf, element, tags) for tags in (JOINT_TAGS, HOMING_TAGS))
+        section.refuse_unknown((*JOINT_TAGS.values(), *HOMING_TAGS.values()))
+        joints.append((check_joint(joint, _unit(urdf, element), section, homing), section))
+    check_addresses(joints)
+    return ArmDescription(name, tuple(joint for joint, _ in joints))
+
+
+def read_gripper(
+    urdf: Urdf, servo: GripperParameters, name: str = GRIPPER_COMPONENT
+) -> GripperDescription:
+    """Return what a description says about the gripper.
+
+    Args:
+        urdf: The description.
+        servo: Where pulses and wiring are taken from, which no URDF tells.
+        name: Name of the ``<ros2_control>`` tag.
+
+    Raises:
+        ConfigurationError: Something is missing, unknown, there twice, or out of its range.
+    """
+    component = _component(urdf, name)
+    elements = _joints(urdf, component)
+    if len(elements) != 1:
+        raise urdf.error(component, f"{name}: {len(elements)} joints; a gripper has one")
+    joint, element = next(iter(elements.items()))
+    _check_parts(urdf, element, GRIPPER_COMMANDS, GRIPPER_STATES)
+    section = _Params(urdf, element, GRIPPER_TAGS)
+    section.refuse_unknown(GRIPPER_TAGS.values())
+    if _unit(urdf, element) != "m":
+        raise urdf.error(element, f"{joint} is not prismatic: its position is a width")
+    return GripperDescription(name, joint, replace(servo, **check_jaws(section)._asdict()))
+
+
+def _component(urdf: Urdf, name: str) -> Element:
+    tags = urdf.root.findall("ros2_control")
+    names = [urdf.attribute(tag, "name") for tag in tags]
+    if names.count(name) == 1:
+        return tags[names.index(name)]
+    if name in names:
+        raise urdf.error(tags[names.index(name)], f"there are {names.count(name)} <ros2_control> "
+                         f"tags named {name}")  # fmt: skip
+    raise urdf.error(
+        urdf.root, f"no <ros2_control> tag is named {name}; {_hint(name, names) or 'there is none'}"
+    )
+
+
+def _joints(urdf: Urdf, component: Element) -> dict[str, Element]:
+    elements: dict[str, Element] = {}
+    for element in component.findall("joint"):
+        name = urdf.attribute(element, "name")
+        if name in elements:
+            raise urdf.error(element, f"joint {name} is there twice")
+        elements[name] = element
+    return elements
+
+
+def _unit(urdf: Urdf, element: Element) -> str:
+    """Return the unit of a joint, by its type in the robot."""
+    name = element.attrib["name"]
+    found = [joint for joint in urdf.root.findall("joint") if joint.attrib.get("name") == name]
+    if len(found) != 1:
+        raise urdf.error(
+            element, f"{name}: the robot has {len(found)} joints of that name, not one"
+        )
+    kind = found[0].attrib.get("type", "")
+    if kind not in _UNITS:
+        raise urdf.error(found[0], f"{name}: type {kind!r} is not one of {', '.join(_UNITS)}")
+    return _UNITS[kind]
+
+
+def _check_parts(
+    urdf: Urdf, element: Element, commands: Sequence[str], states: Sequence[str]
+) -> None:
+    """Raise unless a joint has just these interfaces, and no tag that would be passed over."""
+    name = element.attrib["name"]
+    for part in element:
+        if part.tag not in _PARTS:
+            raise urdf.error(
+                part, f"{name}: <{part.tag}> is not known here; {_hint(part.tag, _PARTS)}"
+            )
+        if len(part):
+            raise urdf.error(part, f"{name}: <{part.tag}> has tags inside, which nobody reads")
+    for tag, wanted in (("command_interface", commands), ("state_interface", states)):
+        _check_names(urdf, element, tag, wanted)
+    names = [urdf.attribute(part, "name") for part in element.findall("param")]
+    twice = [each for each, count in Counter(names).items() if count > 1]
+    if twice:
+        raise urdf.error(element, f"{name}: {twice[0]} is there twice")
+
+
+def _check_names(urdf: Urdf, element: Element, tag: str, wanted: Sequence[str]) -> None:
+    name, seen = element.attrib["name"], []
+    for part in element.findall(tag):
+        each = urdf.attribute(part, "name")
+        if each not in wanted:
+            raise urdf.error(part, f"{name}: {tag} {each} is not known; {_hint(each, wanted)}")
+        if each in seen:
+            raise urdf.error(part, f"{name}: {tag} {each} is there twice")
+        seen.append(each)
+    for each in wanted:
+        if each not in seen:
+            raise urdf.error(
+                element, f"{name}: {tag} {each} is missing; it has exactly {', '.join(wanted)}"
+            )
+
+
+def _hint(name: str, known: Sequence[str]) -> str:
+    near = difflib.get_close_matches(name, known, 1)
+    return f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"

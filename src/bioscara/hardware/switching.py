@@ -1,0 +1,89 @@
+"""Changing what joints do: checked for all of them before any of them changes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bioscara.errors import ModeSwitchError
+from bioscara.hardware.axis import Axis
+from bioscara.hardware.modes import MOTION, Mode, resolve
+
+Plan = list[tuple[Axis, Mode]]
+"""The joints that change, and what they will do."""
+
+
+def plan_modes(
+    component: str, axes: Sequence[Axis], start: Sequence[str], stop: Sequence[str]
+) -> Plan:
+    """Return which joints change their mode.
+
+    Args:
+        component: Name of the component, for messages.
+        axes: Its joints.
+        start: Names of command interfaces that will be claimed; all exist.
+        stop: Names of command interfaces that will be let go; all exist.
+
+    Raises:
+        ModeSwitchError: Interfaces of one joint exclude one another.
+    """
+    plan: Plan = []
+    for axis in axes:
+        prefix = f"{axis.name}/"
+        kinds = set(axis.mode.value)
+        kinds -= {name.removeprefix(prefix) for name in stop if name.startswith(prefix)}
+        kinds |= {name.removeprefix(prefix) for name in start if name.startswith(prefix)}
+        mode = resolve(component, axis.name, kinds)
+        if mode is not axis.mode:
+            plan.append((axis, mode))
+    return plan
+
+
+def check_modes(component: str, axes: Sequence[Axis], plan: Plan) -> None:
+    """Raise unless every joint can take its new mode now.
+
+    Raises:
+        ModeSwitchError: One cannot; the message says which, why and what to do.
+    """
+    homing = next((axis for axis in axes if axis.homing.running), None)
+    for axis, mode in plan:
+        if axis is homing:
+            raise ModeSwitchError(
+                f"{axis.name} is homing: command 0 to {axis.home_command.name} first", component
+            )
+        if mode is Mode.NONE:
+            continue
+        reason = axis.hindrance(mode)
+        if reason is not None:
+            raise ModeSwitchError(f"{axis.name} cannot be commanded: {reason}", component)
+        if mode not in MOTION:
+            continue
+        if homing is not None:
+            raise ModeSwitchError(
+                f"{axis.name} cannot be moved while {homing.name} is homing; wait for its end, "
+                f"or command 0 to {homing.home_command.name}",
+                component,
+            )
+        if not axis.homed:
+            raise ModeSwitchError(
+                f"{axis.name} is not homed: its position is unknown; home it first", component
+            )
+        if mode is Mode.TRACK and axis.joint.version < 2:
+            raise ModeSwitchError(
+                f"{axis.name} cannot take position and velocity together: that needs joint "
+                "firmware of protocol 2; claim position alone",
+                component,
+            )
+
+
+def check_homing(component: str, axes: Sequence[Axis], axis: Axis) -> None:
+    """Raise unless ``axis`` can begin to home: all others are at rest and nobody commands them.
+
+    Raises:
+        ModeSwitchError: Another joint is homing or under command.
+    """
+    for other in axes:
+        if other is not axis and (other.homing.running or other.mode in MOTION):
+            doing = "homing" if other.homing.running else "under command"
+            raise ModeSwitchError(
+                f"{axis.name} cannot start homing while {other.name} is {doing}", component
+            )

@@ -1,0 +1,39 @@
+"""Words of the ``<ros2_control>`` tags: who writes a URDF and who reads one share them."""
+
+from __future__ import annotations
+
+ARM_COMPONENT, GRIPPER_COMPONENT = "bioscara_arm", "bioscara_gripper_128"
+"""Names of the hardware components."""
+GRIPPER_JOINT = "gripper"
+
+JOINT_TAGS = {
+    "address": "i2c_address",
+    "reduction": "reduction",
+    "lower": "min",
+    "upper": "max",
+    "stall_threshold": "stall_threshold",
+    "hold_current_percent": "hold_current",
+    "drive_current_percent": "drive_current",
+    "max_acceleration": "max_acceleration",
+    "max_velocity": "max_velocity",
+}
+"""Names of a joint's ``<param>`` tags, by the field that they fill."""
+HOMING_TAGS = {
+    "velocity": "homing_speed",
+    "threshold": "homing_threshold",
+    "current_percent": "homing_current",
+    "acceleration": "homing_acceleration",
+}
+"""The same of its homing."""
+GRIPPER_TAGS = {
+    "deg_per_m": "reduction",
+    "zero_width": "offset",
+    "lower": "min",
+    "upper": "max",
+    "initial": "init_pos",
+}
+"""The same of the gripper."""
+ARM_COMMANDS = ARM_STATES = ("position", "velocity", "home")
+"""Interfaces of every joint of the arm."""
+GRIPPER_COMMANDS, GRIPPER_STATES = ("position",), ("position", "velocity")
+"""Interfaces of the gripper's joint."""

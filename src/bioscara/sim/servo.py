@@ -1,0 +1,57 @@
+"""The gripper's servo: a folder that looks as the kernel's /sys/class/pwm does."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from types import TracebackType
+
+from bioscara.model import PwmOutput
+
+_NS = 1e9
+
+
+class SimulatedServo:
+    """One PWM chip with one exported channel, in a temporary folder until :meth:`close`.
+
+    Values that the kernel would refuse are not refused here.
+
+    Args:
+        output: The output that it is wired to.
+
+    Attributes:
+        root: What stands for ``/sys/class/pwm``.
+    """
+
+    def __init__(self, output: PwmOutput) -> None:
+        self._folder = TemporaryDirectory(prefix="bioscara-pwm-")
+        self.root = Path(self._folder.name)
+        chip = self.root / "pwmchip0"
+        self._channel = chip / f"pwm{output.channel}"
+        self._channel.mkdir(parents=True)
+        device = self.root / "devices" / output.device
+        device.mkdir(parents=True)
+        (chip / "device").symlink_to(device)
+        for name in ("period", "duty_cycle", "enable"):
+            (self._channel / name).write_text("0\n")
+
+    def __enter__(self) -> SimulatedServo:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def pulse(self) -> float | None:
+        """Return the pulse that reaches the servo [s]; None while there is none."""
+        if not int((self._channel / "enable").read_text()):
+            return None
+        return int((self._channel / "duty_cycle").read_text()) / _NS
+
+    def close(self) -> None:
+        """Remove the folder; safe to call twice."""
+        self._folder.cleanup()
