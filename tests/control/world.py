@@ -69,11 +69,11 @@ class World:
         if at is not None:
             self._go(at)
 
-    def joint(self, name: str):  # type: ignore[no-untyped-def]  # noqa: ANN201
+    def joint(self, name: str):  # type: ignore[no-untyped-def]
         """Return the driver of a joint."""
         return self.hardware.joints[NAMES.index(name)]
 
-    def axis(self, name: str):  # type: ignore[no-untyped-def]  # noqa: ANN201
+    def axis(self, name: str):  # type: ignore[no-untyped-def]
         """Return the axis of a joint."""
         return self.hardware.axes[NAMES.index(name)]
 

@@ -83,7 +83,9 @@ class Guard:
             self._bound_velocity(period)
 
     def _bound_position(self, period: float) -> None:
-        wanted = min(max(self._position_command.value, self._lower), self._upper)
+        # From beyond a limit, where a joint can only have been pushed, it may but go back.
+        lower, upper = min(self._lower, self.reference), max(self._upper, self.reference)
+        wanted = min(max(self._position_command.value, lower), upper)
         if wanted != wanted:  # noqa: PLR0124  nothing was commanded yet, or not a number
             return
         step = self._acceleration * period
@@ -98,7 +100,7 @@ class Guard:
         fine = step * _ROUNDING
         if abs(speed - self.speed) > fine or abs(speed) > self._fastest * _ROUNDING:
             speed = self._approach(wanted, period, step)
-            wanted = min(max(self.reference + speed * period, self._lower), self._upper)
+            wanted = min(max(self.reference + speed * period, lower), upper)
             self._position_command.value = wanted
             self._velocity_command.value = speed
             self.interventions += 1
