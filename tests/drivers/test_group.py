@@ -7,7 +7,7 @@ import math
 import pytest
 
 from bioscara.bus import Direction, When
-from bioscara.drivers import Joint, JointSample, Quality, Setpoint, read_states, track
+from bioscara.drivers import Joint, JointSample, Quality, Setpoint, drive, read_states, track
 from bioscara.errors import (
     BusUnavailableError,
     InvalidArgumentError,
@@ -277,3 +277,92 @@ def test_a_limit_error_says_the_limit() -> None:
         track(joints, [Setpoint(3.2, 0.0)])
     assert (caught.value.name, caught.value.value) == ("j4 position", 3.2)
     assert caught.value.upper == 3.01069
+
+
+@BOTH
+def test_velocities_go_to_all_joints_in_one_call_of_one_exchange_each(v1: bool) -> None:
+    world = World(v1=v1)
+    joints = world.ready()
+    speeds = [0.2, -0.01, -0.5, -0.5]
+    for _ in range(60):
+        start = world.arm.now()
+        read_states(joints)
+        world.tap.calls.clear()
+        outcomes = drive(joints, speeds)
+        assert [[t.write[0] for t in call] for call in world.tap.calls] == [[Register.SETRPM] * 4]
+        world.arm.clock.sleep_until(start + PERIOD)
+    for joint, speed, outcome in zip(joints, speeds, outcomes, strict=True):
+        assert world.arm.velocity(joint.name) == pytest.approx(speed, rel=0.1)
+        assert isinstance(outcome, JointSample)
+        assert outcome.position == joint.last.position
+
+
+def test_one_velocity_too_many_sends_nothing() -> None:
+    world = World()
+    joints = world.ready("j1", "j3")
+    world.tap.calls.clear()
+    with pytest.raises(LimitError, match="j3 velocity"):
+        drive(joints, [0.1, 99.0])
+    with pytest.raises(InvalidArgumentError, match="nan is not a finite number"):
+        drive(joints, [math.nan, 0.1])
+    with pytest.raises(InvalidArgumentError, match="1 velocities for 2 joints"):
+        drive(joints, [0.1])
+    assert world.tap.calls == []
+
+
+@BOTH
+def test_a_joint_without_room_is_stopped_and_the_others_are_driven(v1: bool) -> None:
+    world = World(v1=v1)
+    joints = world.ready("j3", "j4")
+    stopped = driven = False
+    for _ in range(80):
+        start = world.arm.now()
+        read_states(joints)
+        toward, away = drive(joints, [1.0, -1.0])
+        stopped = stopped or isinstance(toward, LimitError)
+        driven = isinstance(away, JointSample)
+        world.arm.clock.sleep_until(start + PERIOD)
+    assert stopped
+    assert driven
+    assert world.arm.position("j3") <= joints[0].parameters.upper
+    assert world.arm.velocity("j4") == pytest.approx(-1.0, rel=0.1)
+
+
+def test_an_old_sample_leaves_less_room() -> None:
+    world = World()
+    (joint,) = world.ready("j3")
+    read_states([joint])
+    here = joint.get_position()
+    speed = 1.0
+    # At this distance a fresh sample leaves just enough room, one of 0.1 s ago does not.
+    room = speed * 0.06 + speed**2 / (2.0 * joint.parameters.max_acceleration)
+    joint.last = joint.last._replace(position=joint.parameters.upper - room - 0.01, velocity=0.0)
+    assert here < joint.parameters.upper
+    assert isinstance(drive([joint], [speed])[0], JointSample)
+    joint.last = joint.last._replace(stamp=joint.clock.now() - 0.1)
+    assert isinstance(drive([joint], [speed])[0], LimitError)
+
+
+def test_setpoints_of_a_joint_found_outside_only_lead_back() -> None:
+    world = World()
+    (joint,) = world.ready("j3")
+    lower = joint.parameters.lower
+    joint.start_from(lower - 0.2)
+    with pytest.raises(LimitError):
+        track([joint], [Setpoint(lower - 0.21)])
+    track([joint], [Setpoint(lower - 0.1)])
+    with pytest.raises(LimitError):
+        track([joint], [Setpoint(lower - 0.15)])
+    track([joint], [Setpoint(lower)])
+    with pytest.raises(LimitError):
+        track([joint], [Setpoint(lower - 0.01)])
+
+
+def test_a_joint_that_is_not_ready_is_not_driven() -> None:
+    world = World()
+    joints = world.ready("j3", "j4")
+    joints[0].disable()
+    read_states(joints)
+    world.tap.calls.clear()
+    assert isinstance(drive(joints, [-0.1, -0.1])[0], NotEnabledError)
+    assert world.tap.count(Register.SETRPM) == 1

@@ -74,9 +74,6 @@ class Guard:
     def begin(self) -> None:
         """Start from what is measured: nobody commanded the joint before."""
         measured, speed = self._position.value, self._velocity.value
-        # An unknown position stays NaN, which max and min would not leave it.
-        if math.isfinite(measured):
-            measured = min(max(measured, self._lower), self._upper)
         self.reference = self._raw = measured
         speed = speed if math.isfinite(speed) else 0.0
         self.speed = self._raw_speed = min(max(speed, -self._fastest), self._fastest)
@@ -97,13 +94,14 @@ class Guard:
         self._before = period
 
     def _bound_position(self, period: float) -> None:
-        command, lower, upper = self._position_command, self._lower, self._upper
-        asked = command.value
+        command, asked = self._position_command, self._position_command.value
         if not math.isfinite(self.reference):
             self.begin()
             if not math.isfinite(self.reference):
                 command.value = math.nan
                 return
+        # From beyond a limit, where a joint can only have been pushed, it may but go back.
+        lower, upper = min(self._lower, self.reference), max(self._upper, self.reference)
         # What is no number commands nothing: the joint goes on to where it was told to go.
         wanted = min(max(asked, lower), upper) if math.isfinite(asked) else self._raw
         step = self._acceleration * 0.5 * (period + (self._before or period))

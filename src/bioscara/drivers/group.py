@@ -72,6 +72,9 @@ def track(
         raise InvalidArgumentError(f"{len(setpoints)} setpoints for {len(joints)} joints")
     for joint, (position, velocity) in zip(joints, setpoints, strict=True):
         joint.check_setpoint(position, velocity)
+    for joint, (position, _) in zip(joints, setpoints, strict=True):
+        if joint.outside:
+            joint.start_from(position)
     outcomes: list[Outcome] = [_NOT_YET] * len(joints)
     frames: Frames = []
     for index, joint in enumerate(joints):

@@ -235,14 +235,15 @@ class JointMotion(JointSettings):
         speed = max(velocity * sign, state.velocity * sign)
         ahead = WATCHDOG_MS * 1e-3 + time - state.stamp
         end = state.position + sign * (speed * ahead + speed**2 / (2.0 * self._deceleration))
-        if end * sign <= (self._upper if sign > 0.0 else -self._lower):
+        parameters = self.parameters
+        if end * sign <= (parameters.upper if sign > 0.0 else -parameters.lower):
             return
         raise LimitError(
-            f"{self.name} position where {velocity:g} {self.parameters.unit}/s would end",
+            f"{self.name} position where {velocity:g} {parameters.unit}/s would end",
             end,
-            self._lower,
-            self._upper,
-            self.parameters.unit,
+            parameters.lower,
+            parameters.upper,
+            parameters.unit,
             "the joint was stopped: turn back, go slower or use set_position()",
         )
 

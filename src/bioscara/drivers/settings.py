@@ -11,12 +11,17 @@ from bioscara.protocol import BrakeMode, Register
 
 
 class JointSettings(JointConnection):
-    """Currents, limits, stall detection and brake of one joint; checks of its setpoints."""
+    """Currents, limits, stall detection and brake of one joint; checks of its setpoints.
+
+    Attributes:
+        outside: Whether setpoints are on their way back from outside the limits.
+    """
 
     def __init__(self, bus: Bus, clock: Clock, parameters: JointParameters) -> None:
         super().__init__(bus, clock, parameters)
         self._lower, self._upper = parameters.lower, parameters.upper
         self._fastest = parameters.max_velocity
+        self.outside = False
         self._deceleration = parameters.max_acceleration
 
     def set_drive_current(self, percent: int) -> None:
@@ -88,11 +93,24 @@ class JointSettings(JointConnection):
         self.session.write(Register.DISABLECLOSEDLOOP)
 
     def check_setpoint(self, position: float, velocity: float) -> None:
-        """Raise unless both are within the limits; as the two methods below, but fast."""
+        """Raise unless both are within the limits; as the two methods below, but fast.
+
+        On the way back from outside, a position may be as far outside as the last one.
+        """
         if not self._lower <= position <= self._upper:
             self.check_position(position)
         if not -self._fastest <= velocity <= self._fastest:
             self.check_velocity(velocity)
+
+    def start_from(self, position: float) -> None:
+        """Let setpoints begin at ``position``; from outside the limits they only lead back.
+
+        Args:
+            position: Where the joint was found, or what it was told last [rad or m].
+        """
+        lower, upper = self.parameters.lower, self.parameters.upper
+        self._lower, self._upper = min(lower, position), max(upper, position)
+        self.outside = not lower <= position <= upper
 
     def check_position(self, position: float) -> None:
         """Raise unless ``position`` [rad or m] is within the limits.

@@ -1,12 +1,15 @@
 """Devices with ros2_control's lifecycle: registers stay below, named interfaces come out.
 
-``ArmHardware`` is the joints of one bus. ``interfaces`` has the handles that controllers share
-with it, ``modes`` which of them exclude one another, ``component`` the lifecycle, ``axis`` and
-``homing`` one joint from cycle to cycle, ``stopping`` the way to rest that cannot fail.
+``ArmHardware`` is the joints of one bus, ``GripperHardware`` the servo; ``description`` reads
+what they are from a URDF, which ``urdf_reader`` parses. ``interfaces`` has the handles that
+controllers share with them, ``modes`` which of these exclude one another, ``switching`` how modes
+change, ``component`` the lifecycle, ``axis`` and ``homing`` one joint from cycle to cycle,
+``stopping`` the way to rest that cannot fail.
 """
 
 from bioscara.hardware.arm import ArmHardware as ArmHardware
 from bioscara.hardware.component import HardwareComponent as HardwareComponent
+from bioscara.hardware.gripper import GripperHardware as GripperHardware
 from bioscara.hardware.interfaces import HOME as HOME
 from bioscara.hardware.interfaces import POSITION as POSITION
 from bioscara.hardware.interfaces import VELOCITY as VELOCITY
@@ -14,3 +17,4 @@ from bioscara.hardware.interfaces import CommandInterface as CommandInterface
 from bioscara.hardware.interfaces import StateInterface as StateInterface
 from bioscara.hardware.lifecycle import State as State
 from bioscara.hardware.modes import Mode as Mode
+from bioscara.hardware.urdf_reader import Urdf as Urdf

@@ -120,13 +120,21 @@ class Axis:
         self.publish()
 
     def rest_here(self) -> None:
-        """Make the commands what was measured: inside the limits, at rest, not homing."""
-        self.position_command.value, self.previous = self._bounded(), math.nan
+        """Make the commands what was measured: at rest, not homing.
+
+        A joint that was pushed beyond a limit is held there; it can only be moved back.
+        """
+        self._hold_measured()
         self.velocity_command.value = self.home_command.value = 0.0
 
-    def _bounded(self) -> float:
+    def _hold_measured(self) -> None:
         measured = self.sample.position
-        return math.nan if measured is None else min(max(measured, self.lower), self.upper)
+        self.previous = math.nan
+        if measured is None:
+            self.position_command.value = math.nan
+        else:
+            self.position_command.value = measured
+            self.joint.start_from(measured)
 
     def change(self, mode: Mode) -> None:
         """Take up a mode that was checked; commands become what is measured."""
@@ -140,7 +148,7 @@ class Axis:
             limit = self.velocity_limit
             self.velocity_command.value = min(max(self.sample.velocity, -limit), limit)
         elif before is Mode.VELOCITY:
-            self.position_command.value = self._bounded()
+            self._hold_measured()
 
     def setpoint(self, period: float) -> Setpoint:
         """Return where the joint is to be one period after the setpoint arrives.

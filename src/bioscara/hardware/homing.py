@@ -6,7 +6,7 @@ import math
 
 from bioscara.clock import Clock
 from bioscara.drivers import Joint
-from bioscara.errors import HomingError
+from bioscara.errors import HomingError, InvalidArgumentError
 from bioscara.protocol import Flags
 
 _TRAVEL_SHARE = 1.2
@@ -39,8 +39,13 @@ class Homing:
             direction: Its sign is the direction; the speed is the configured one.
 
         Raises:
+            InvalidArgumentError: It has no sign that means one.
             BioscaraError: As :meth:`bioscara.drivers.Joint.start_homing`.
         """
+        if not math.isfinite(direction):
+            raise InvalidArgumentError(
+                f"{self._joint.name}: home command {direction} is not a finite number"
+            )
         parameters = self._joint.parameters
         speed = abs(parameters.homing.velocity)
         # If only the answer is lost, the joint moves.

@@ -2,10 +2,11 @@
 
 ``SimulatedArm`` is the thing itself, with its time, its world and the faults one can put into it;
 ``FirmwareBus`` is the bus to it within this process; ``serve`` lets it live in a process of its
-own, and ``SocketBus`` is the bus to that.
+own, and ``SocketBus`` is the bus to that. ``SimulatedServo`` is what the gripper's pulses go to.
 """
 
 from bioscara.sim.arm import SimulatedArm as SimulatedArm
 from bioscara.sim.firmware_bus import FirmwareBus as FirmwareBus
 from bioscara.sim.server import serve as serve
+from bioscara.sim.servo import SimulatedServo as SimulatedServo
 from bioscara.sim.socket_bus import SocketBus as SocketBus

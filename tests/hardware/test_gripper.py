@@ -1,0 +1,120 @@
+"""The gripper's servo as a component: what it is told is what it publishes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from bioscara.drivers import Quality
+from bioscara.errors import GripperError, ModeSwitchError
+from bioscara.hardware import GripperHardware, State
+from bioscara.hardware.urdf_reader import Urdf
+from bioscara.model import load_parameters
+from bioscara.model.urdf import URDF
+from bioscara.sim import SimulatedArm, SimulatedServo
+
+PARAMETERS = load_parameters().gripper
+PERIOD = 0.01
+
+
+@pytest.fixture
+def servo() -> Iterator[SimulatedServo]:
+    with SimulatedServo(PARAMETERS.outputs[0]) as made:
+        yield made
+
+
+@pytest.fixture
+def gripper(servo: SimulatedServo, tmp_path: Path) -> GripperHardware:
+    return GripperHardware.from_description(
+        Urdf.load(URDF), PARAMETERS, SimulatedArm().clock, tmp_path / "width", root=servo.root
+    )
+
+
+def cycle(gripper: GripperHardware, width: float | None = None) -> tuple[float, float]:
+    gripper.read(0.0, PERIOD)
+    if width is not None:
+        gripper.commands["gripper/position"].value = width
+    gripper.write(0.0, PERIOD)
+    return gripper.states["gripper/position"].value, gripper.states["gripper/velocity"].value
+
+
+def claim(gripper: GripperHardware) -> None:
+    gripper.prepare_command_mode_switch(["gripper/position"], [])
+    gripper.perform_command_mode_switch(["gripper/position"], [])
+
+
+def test_activation_enables_at_the_last_width_and_moves_nothing(
+    gripper: GripperHardware, servo: SimulatedServo
+) -> None:
+    gripper.configure()
+    assert servo.pulse() is None
+    gripper.activate()
+    assert servo.pulse() == pytest.approx(0.0015 + (0.08 - 0.058) * 3333.3 * 5.5555556e-6)
+    assert cycle(gripper) == (pytest.approx(0.08), 0.0)
+    claim(gripper)
+    before = servo.pulse()
+    cycle(gripper)
+    assert servo.pulse() == before
+    cycle(gripper, 0.05)
+    gripper.deactivate()
+    assert servo.pulse() is None
+    gripper.activate()
+    assert gripper.commands["gripper/position"].value == pytest.approx(0.05)
+
+
+def test_the_state_is_what_was_told_and_says_that_it_is_assumed(gripper: GripperHardware) -> None:
+    state = gripper.states["gripper/position"]
+    assert state.quality is Quality.UNKNOWN
+    gripper.set_state(State.ACTIVE)
+    claim(gripper)
+    cycle(gripper, 0.06)
+    assert cycle(gripper) == (pytest.approx(0.06), pytest.approx(-0.02 / PERIOD))
+    assert cycle(gripper) == (pytest.approx(0.06), 0.0)
+    assert state.quality is Quality.ASSUMED
+    gripper.deactivate()
+    assert state.quality is Quality.UNKNOWN
+
+
+def test_a_width_is_bounded_and_sent_only_when_it_changed(
+    gripper: GripperHardware, servo: SimulatedServo
+) -> None:
+    gripper.set_state(State.ACTIVE)
+    cycle(gripper, 0.05)  # Nobody claimed it.
+    assert cycle(gripper)[0] == pytest.approx(0.08)
+    claim(gripper)
+    cycle(gripper, 5.0)
+    # The longest pulse of the servo comes before the largest width.
+    assert servo.pulse() == pytest.approx(PARAMETERS.pulse_upper)
+    assert cycle(gripper)[0] == pytest.approx(0.058 + 180.0 / 3333.3)
+    written = next(servo.root.glob("*/*/duty_cycle"))
+    before = written.stat().st_mtime_ns
+    for _ in range(5):
+        cycle(gripper, 5.0)
+    assert written.stat().st_mtime_ns == before
+
+
+def test_an_error_lets_the_servo_go(gripper: GripperHardware, servo: SimulatedServo) -> None:
+    gripper.set_state(State.ACTIVE)
+    gripper.fail()
+    assert servo.pulse() is None
+    assert gripper.state is State.UNCONFIGURED
+    gripper.set_state(State.ACTIVE)
+    gripper.shutdown()
+    assert servo.pulse() is None
+    assert gripper.state is State.FINALIZED
+
+
+def test_without_an_output_it_is_not_configured(
+    gripper: GripperHardware, servo: SimulatedServo
+) -> None:
+    (servo.root / "pwmchip0" / "device").unlink()
+    with pytest.raises(GripperError, match="no PWM chip"):
+        gripper.configure()
+    assert gripper.state is State.UNCONFIGURED
+
+
+def test_an_unknown_interface_is_refused(gripper: GripperHardware) -> None:
+    with pytest.raises(ModeSwitchError, match=r"did you mean gripper/position\?"):
+        gripper.prepare_command_mode_switch(["gripper/positon"], [])

@@ -1,0 +1,339 @@
+"""Lifecycle of the arm: who is greeted, engaged, released; and what a failure leaves behind."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import pytest
+
+from bioscara.drivers import Quality
+from bioscara.errors import (
+    BioscaraError,
+    HardwareError,
+    JointFaultError,
+    JointLostError,
+    LifecycleError,
+    NotHomedError,
+    SwitchError,
+)
+from bioscara.hardware import ArmHardware, State
+from bioscara.protocol import Register
+from bioscara.sim import FirmwareBus, SimulatedArm
+from control.world import NAMES, NEAR, PARAMETERS
+from control.world import World as Stack
+from drivers.world import World
+
+BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
+PERIOD = 0.01
+
+
+def bare(v1: bool = False) -> tuple[World, ArmHardware]:
+    world = World(v1=v1)
+    return world, ArmHardware("arm", world.bus, world.arm.clock, PARAMETERS.joints)
+
+
+def powered(world: World) -> list[bool]:
+    return [world.arm.has_torque(name) for name in NAMES]
+
+
+def test_rule_56_states_have_the_numbers_and_labels_of_ros() -> None:
+    assert [(state.value, state.label) for state in State] == [
+        (0, "unknown"),
+        (1, "unconfigured"),
+        (2, "inactive"),
+        (3, "active"),
+        (4, "finalized"),
+    ]
+
+
+def test_rule_56_paths_over_several_transitions_are_walked() -> None:
+    world, arm = bare()
+    assert arm.set_state(State.ACTIVE) is State.ACTIVE
+    assert powered(world) == [True] * 4
+    assert arm.set_state(State.UNCONFIGURED) is State.UNCONFIGURED
+    assert powered(world) == [False] * 4
+
+
+def test_rule_56_finalized_is_never_left() -> None:
+    _, arm = bare()
+    assert arm.set_state(State.FINALIZED) is State.FINALIZED
+    for target in (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE):
+        with pytest.raises(LifecycleError, match="finalized"):
+            arm.set_state(target)
+    assert arm.set_state(State.FINALIZED) is State.FINALIZED
+
+
+def test_rule_56_an_unknown_component_is_refused_with_a_proposal() -> None:
+    world = Stack(home=False)
+    with pytest.raises(SwitchError, match="bioscara_arm"):
+        world.manager.set_hardware_state("bioscara_ram", State.INACTIVE, 0.0)
+
+
+def test_rule_57_interfaces_are_available_from_configured_on() -> None:
+    _, arm = bare()
+    assert not arm.available
+    arm.configure()
+    assert arm.available
+    arm.activate()
+    assert arm.available
+    arm.set_state(State.UNCONFIGURED)
+    assert not arm.available
+    arm.shutdown()
+    assert not arm.available
+
+
+def test_rule_57_hardware_on_its_way_down_takes_its_controllers_with_it() -> None:
+    world = Stack()
+    world.switch("hold")
+    world.manager.set_hardware_state("bioscara_arm", State.INACTIVE, world.clock.now())
+    assert world.manager.controller("hold").state is State.INACTIVE
+    assert all(command.owner is None for command in world.hardware.commands.values())
+
+
+def test_rule_59_inactive_hardware_is_read_but_not_written() -> None:
+    world = Stack()
+    world.hardware.deactivate()
+    world.arm.push("j3", 0.5)
+    before = world.axis("j3").position.value
+    world.run(0.5)
+    assert world.axis("j3").position.value == pytest.approx(world.arm.position("j3"), abs=0.01)
+    assert world.axis("j3").position.value != before
+    assert not any(world.arm.has_torque(name) for name in NAMES)
+
+
+@BOTH
+def test_rule_63_a_failed_configure_leaves_no_joint_open(v1: bool) -> None:
+    world, arm = bare(v1)
+    world.arm.set_power("j4", False)
+    with pytest.raises(BioscaraError, match="j4"):
+        arm.configure()
+    assert arm.state is State.UNCONFIGURED
+    assert [joint.version for joint in arm.joints] == [0] * 4
+    world.arm.set_power("j4", True)
+    world.arm.run(0.2)
+    arm.set_state(State.ACTIVE)
+    assert powered(world) == [True] * 4
+
+
+@BOTH
+def test_rule_63_a_failed_activate_releases_every_joint(v1: bool) -> None:
+    world, arm = bare(v1)
+    arm.configure()
+    world.arm.set_power("j4", False)
+    with pytest.raises(BioscaraError, match="j4"):
+        arm.activate()
+    assert arm.state is State.INACTIVE
+    world.arm.run(1.0)
+    assert powered(world) == [False] * 4
+
+
+@BOTH
+def test_rule_63_a_failed_deactivate_goes_through_error_to_unconfigured(v1: bool) -> None:
+    world, arm = bare(v1)
+    arm.set_state(State.ACTIVE)
+    world.arm.set_power("j1", False)
+    with pytest.raises(HardwareError, match="j1 may be energised"):
+        arm.deactivate()
+    world.arm.run(1.0)
+    assert powered(world) == [False] * 4, "one joint that fails keeps no other energised"
+    assert arm.state is State.UNCONFIGURED
+
+
+def test_transitions_that_do_not_exist_are_refused() -> None:
+    _, arm = bare()
+    for step in (arm.activate, arm.deactivate, arm.cleanup):
+        with pytest.raises(LifecycleError):
+            step()
+    arm.configure()
+    for step in (arm.configure, arm.deactivate):
+        with pytest.raises(LifecycleError):
+            step()
+
+
+@pytest.mark.parametrize("before", [State.UNCONFIGURED, State.INACTIVE, State.ACTIVE])
+def test_shutdown_and_error_release_from_every_state(before: State) -> None:
+    for leave, after in (("fail", State.UNCONFIGURED), ("shutdown", State.FINALIZED)):
+        world, arm = bare()
+        arm.set_state(before)
+        getattr(arm, leave)()
+        assert arm.state is after
+        assert powered(world) == [False] * 4
+
+
+@BOTH
+def test_configure_pings_and_moves_nothing(v1: bool) -> None:
+    world, arm = bare(v1)
+    arm.configure()
+    assert powered(world) == [False] * 4
+    sent = {t.write[0] for call in world.tap.calls for t in call}
+    moving = {Register.SETUP, Register.SETRPM, Register.MOVETOANGLE, Register.TRACK, Register.HOME}
+    assert not sent & {int(register) for register in moving}
+    assert {t.address for call in world.tap.calls for t in call} == {0x11, 0x12, 0x13, 0x14}
+
+
+@BOTH
+def test_activate_sets_stall_guard_acceleration_and_velocity_on_joints_that_run_already(
+    v1: bool,
+) -> None:
+    world, arm = bare(v1)
+    for joint in world.ready():
+        assert joint.is_enabled()
+    arm.configure()
+    world.tap.calls.clear()
+    arm.activate()
+    for register in (
+        Register.SETUP,
+        Register.ENABLESTALLGUARD,
+        Register.SETMAXACCELERATION,
+        Register.SETMAXVELOCITY,
+    ):
+        assert world.tap.count(register) == 4
+
+
+@BOTH
+def test_activation_reads_once_and_the_commands_are_what_was_measured(v1: bool) -> None:
+    world, arm = bare(v1)
+    world.ready()
+    arm.set_state(State.ACTIVE)
+    for axis in arm.axes:
+        assert axis.position.value == pytest.approx(world.arm.position(axis.name), abs=3e-3)
+        assert axis.position_command.value == axis.position.value
+        assert axis.velocity_command.value == axis.home_command.value == 0.0
+        assert axis.home.value == 1.0
+
+
+@BOTH
+def test_an_unknown_position_is_marked_and_never_zero(v1: bool) -> None:
+    _, arm = bare(v1)
+    arm.set_state(State.ACTIVE)
+    arm.read(0.0, PERIOD)
+    for axis in arm.axes:
+        assert math.isnan(axis.position.value)
+        assert axis.position.quality is Quality.UNKNOWN
+        assert (axis.home.value, axis.home.quality) == (0.0, Quality.FRESH)
+        assert math.isnan(axis.position_command.value)
+
+
+def test_a_cycle_of_reading_is_one_bus_call_and_an_unclaimed_arm_is_sent_nothing() -> None:
+    world, arm = bare()
+    arm.set_state(State.ACTIVE)
+    world.tap.calls.clear()
+    arm.read(0.0, PERIOD)
+    arm.write(0.0, PERIOD)
+    assert [[t.write[0] for t in call] for call in world.tap.calls] == [[Register.STATE] * 4]
+
+
+def test_a_joint_that_failed_alone_is_left_out_and_told_of() -> None:
+    world = Stack()
+    world.switch("hold")
+    world.arm.set_power("j3", False)
+    problems = []
+    for _ in range(5):
+        world.hardware.read(0.0, PERIOD)
+        world.hardware.write(0.0, PERIOD)
+        problems += world.hardware.problems
+    assert [type(problem) for problem in problems] == [JointLostError]
+    assert "j3" in str(problems[0])
+    assert world.axis("j3").position.quality is Quality.UNKNOWN
+    assert world.axis("j1").position.quality is Quality.FRESH
+
+
+def test_no_joint_that_answers_is_an_error_of_the_whole() -> None:
+    world, arm = bare()
+    arm.set_state(State.ACTIVE)
+    world.bus.off()
+    for _ in range(2):
+        arm.read(0.0, PERIOD)
+    with pytest.raises(HardwareError, match="no joint can be reached"):
+        arm.read(0.0, PERIOD)
+    arm.fail()
+    world.bus.clear()
+    assert arm.set_state(State.ACTIVE) is State.ACTIVE
+
+
+@pytest.mark.parametrize("dead", [False, True], ids=["logic alive", "logic dead"])
+def test_usr1_usr2_power_that_comes_back_moves_nothing_and_locks_nobody_out(dead: bool) -> None:
+    world = Stack()
+    world.switch("hold")
+    world.run(0.1)
+    if dead:
+        for name in NAMES:
+            world.arm.set_power(name, False)
+    else:
+        world.arm.set_motor_power(False)
+    world.run(0.5)
+    before = [world.arm.position(name) for name in NAMES]
+    world.hardware.set_state(State.UNCONFIGURED) if world.hardware.available else None
+    if dead:
+        with pytest.raises(BioscaraError):
+            world.hardware.configure()
+        for name in NAMES:
+            world.arm.set_power(name, True)
+    world.arm.set_motor_power(True)
+    world.arm.run(0.5)
+    for name, position in zip(NAMES, before, strict=True):
+        assert world.arm.position(name) == pytest.approx(position, abs=0.01)
+    world.hardware.configure()
+    world.hardware.clear_faults()
+    world.hardware.activate()
+    assert [axis.homed for axis in world.hardware.axes] == [not dead] * 4
+    if dead:
+        with pytest.raises(NotHomedError):
+            world.joint("j1").get_position()
+
+
+@BOTH
+def test_usr3_a_joint_pushed_beyond_its_limit_is_held_there_and_only_moves_back(v1: bool) -> None:
+    world = Stack(v1=v1)
+    world.hardware.deactivate()
+    world.arm.remove_stops("j1")
+    world.arm.push("j1", -3.0)
+    while world.arm.position("j1") > -3.07:
+        world.arm.run(0.005)
+    world.arm.push("j1", 0.0)
+    world.arm.run(0.5)
+    world.run(0.1)
+    found = world.axis("j1").position.value
+    assert found < -3.07 < PARAMETERS.joints[0].lower
+    assert found == pytest.approx(world.arm.position("j1"), abs=3e-3)
+    world.hardware.activate()
+    world.switch("hold")
+    world.run(0.5)
+    assert world.arm.position("j1") == pytest.approx(found, abs=4e-3)
+    go = world.load(
+        "go",
+        "forward_command_controller/ForwardCommandController",
+        joints=NAMES,
+        interface_name="position",
+    )
+    world.switch("go", off=("hold",))
+    go.command([-4.0, *(NEAR[name] for name in NAMES[1:])])
+    world.run(0.5)
+    assert world.arm.position("j1") >= found - 4e-3
+    go.command([-2.9, *(NEAR[name] for name in NAMES[1:])])
+    outermost = []
+    for _ in range(300):
+        world.loop.step()
+        outermost.append(world.arm.position("j1"))
+    assert outermost[-1] == pytest.approx(-2.9, abs=5e-3)
+    assert all(b >= a - 4e-3 for a, b in pairwise(outermost))
+    assert not world.supervisor.faults
+    go.command([-4.0, *(NEAR[name] for name in NAMES[1:])])
+    world.run(3.0)
+    assert world.arm.position("j1") >= PARAMETERS.joints[0].lower - 4e-3
+
+
+def test_a_joint_that_drops_out_at_rest_is_noticed_in_the_next_cycle() -> None:
+    world = Stack()
+    world.arm.overheat("j2")
+    world.arm.run(0.05)
+    world.hardware.read(world.clock.now(), PERIOD)
+    assert isinstance(world.hardware.problems[0], JointFaultError)
+    assert world.axis("j2").halted is world.hardware.problems[0]
+
+
+def test_the_arm_is_usable_over_a_bus_of_no_time() -> None:
+    arm = SimulatedArm(frequency=None)
+    hardware = ArmHardware("arm", FirmwareBus(arm), arm.clock, PARAMETERS.joints)
+    assert hardware.set_state(State.ACTIVE) is State.ACTIVE

@@ -1,0 +1,237 @@
+"""What a joint does with its command interfaces, and how that changes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+
+from bioscara.bus import Direction, When
+from bioscara.errors import InvalidArgumentError, JointFaultError, LimitError, ModeSwitchError
+from bioscara.hardware import ArmHardware, Mode, State
+from bioscara.protocol import Register
+from control.world import NAMES, PARAMETERS
+from control.world import World as Stack
+from drivers.world import World
+
+BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
+PERIOD = 0.01
+FORWARD = "forward_command_controller/ForwardCommandController"
+
+
+def ready(*, v1: bool = False, home: bool = True) -> tuple[World, ArmHardware]:
+    world = World(v1=v1)
+    if home:
+        world.ready()
+    arm = ArmHardware("arm", world.bus, world.arm.clock, PARAMETERS.joints)
+    arm.set_state(State.ACTIVE)
+    return world, arm
+
+
+def switch(arm: ArmHardware, *start: str, stop: tuple[str, ...] = ()) -> None:
+    arm.prepare_command_mode_switch(start, stop)
+    arm.perform_command_mode_switch(start, stop)
+
+
+def cycles(world: World, arm: ArmHardware, count: int) -> None:
+    for _ in range(count):
+        start = world.arm.now()
+        arm.read(start, PERIOD)
+        arm.write(start, PERIOD)
+        world.arm.clock.sleep_until(start + PERIOD)
+
+
+@pytest.mark.parametrize("kind", ["position", "velocity"])
+@BOTH
+def test_rule_51_position_and_velocity_are_refused_unless_homed(v1: bool, kind: str) -> None:
+    _, arm = ready(v1=v1, home=False)
+    with pytest.raises(ModeSwitchError, match="j1 is not homed"):
+        arm.prepare_command_mode_switch([f"j1/{kind}"], [])
+    assert arm.axes[0].mode is Mode.NONE
+
+
+@pytest.mark.parametrize("kind", ["position", "velocity"])
+def test_rule_51_home_excludes_the_others(kind: str) -> None:
+    _, arm = ready()
+    with pytest.raises(ModeSwitchError, match="cannot be commanded together"):
+        arm.prepare_command_mode_switch([f"j1/{kind}", "j1/home"], [])
+    switch(arm, f"j1/{kind}")
+    with pytest.raises(ModeSwitchError, match="cannot be commanded together"):
+        arm.prepare_command_mode_switch(["j1/home"], [])
+    switch(arm, "j1/home", stop=(f"j1/{kind}",))
+    assert arm.axes[0].mode is Mode.HOME
+
+
+def test_rule_51_a_veto_for_one_joint_leaves_all_as_they_were() -> None:
+    world, arm = ready(home=False)
+    joint = world.joint(PARAMETERS.joints[0])
+    joint.init()
+    joint.home()
+    arm.set_state(State.UNCONFIGURED)
+    arm.set_state(State.ACTIVE)
+    with pytest.raises(ModeSwitchError, match="j2 is not homed"):
+        switch(arm, "j1/position", "j2/position")
+    assert [axis.mode for axis in arm.axes] == [Mode.NONE] * 4
+
+
+def test_rule_51_a_joint_that_is_off_is_refused() -> None:
+    world, arm = ready()
+    world.arm.overheat("j3")
+    world.arm.run(0.05)
+    arm.read(world.arm.now(), PERIOD)
+    with pytest.raises(ModeSwitchError, match="j3 cannot be commanded: "):
+        arm.prepare_command_mode_switch(["j3/position"], [])
+
+
+def test_rule_51_position_with_velocity_needs_protocol_2() -> None:
+    _, arm = ready(v1=True)
+    with pytest.raises(ModeSwitchError, match="claim position alone"):
+        arm.prepare_command_mode_switch(["j1/position", "j1/velocity"], [])
+
+
+def test_rule_51_an_unknown_interface_gets_a_proposal() -> None:
+    _, arm = ready(home=False)
+    with pytest.raises(ModeSwitchError, match=r"did you mean j1/position\?"):
+        arm.prepare_command_mode_switch(["j1/positon"], [])
+
+
+@BOTH
+def test_rule_25_a_claimed_joint_starts_from_where_it_is(v1: bool) -> None:
+    world, arm = ready(v1=v1)
+    before = world.arm.position("j3")
+    switch(arm, "j3/position")
+    assert arm.commands["j3/position"].value == pytest.approx(before, abs=3e-3)
+    cycles(world, arm, 50)
+    assert world.arm.position("j3") == pytest.approx(before, abs=3e-3)
+
+
+@BOTH
+def test_rule_25_a_change_of_motion_mode_starts_from_what_is_measured(v1: bool) -> None:
+    world, arm = ready(v1=v1)
+    switch(arm, "j3/velocity")
+    arm.commands["j3/velocity"].value = -0.5
+    cycles(world, arm, 60)
+    switch(arm, "j3/position", stop=("j3/velocity",))
+    here = world.arm.position("j3")
+    assert arm.commands["j3/position"].value == pytest.approx(here, abs=0.05)
+    switch(arm, "j3/velocity", stop=("j3/position",))
+    assert arm.commands["j3/velocity"].value == pytest.approx(-0.5, abs=0.1)
+
+
+@BOTH
+def test_only_what_is_claimed_is_written(v1: bool) -> None:
+    world, arm = ready(v1=v1)
+    switch(arm, "j2/velocity", "j4/position")
+    world.tap.calls.clear()
+    arm.write(world.arm.now(), PERIOD)
+    position = Register.MOVETOANGLE if v1 else Register.TRACK
+    sent = {(t.address, t.write[0]) for call in world.tap.calls for t in call}
+    assert sent - {(0x14, Register.ANGLEMOVED)} == {(0x14, position), (0x12, Register.SETRPM)}
+
+
+@BOTH
+def test_velocities_of_all_joints_are_one_bus_call(v1: bool) -> None:
+    world, arm = ready(v1=v1)
+    switch(arm, *(f"{name}/velocity" for name in NAMES))
+    arm.read(world.arm.now(), PERIOD)
+    world.tap.calls.clear()
+    arm.write(world.arm.now(), PERIOD)
+    assert [[t.write[0] for t in call] for call in world.tap.calls] == [[Register.SETRPM] * 4]
+
+
+@BOTH
+def test_a_velocity_is_kept_while_it_is_commanded_and_ramped_down_afterwards(v1: bool) -> None:
+    world, arm = ready(v1=v1)
+    switch(arm, "j3/velocity")
+    arm.commands["j3/velocity"].value = -0.8
+    cycles(world, arm, 60)
+    assert world.arm.velocity("j3") == pytest.approx(-0.8, rel=0.1)
+    assert arm.states["j3/velocity"].value == pytest.approx(-0.8, rel=0.1)
+    switch(arm, stop=("j3/velocity",))
+    cycles(world, arm, 30)
+    assert abs(world.arm.velocity("j3")) < 0.02
+    assert world.arm.has_torque("j3")
+
+
+@BOTH
+def test_a_velocity_towards_a_limit_stops_the_joint_before_it(v1: bool) -> None:
+    world, arm = ready(v1=v1)
+    switch(arm, "j4/velocity")
+    arm.commands["j4/velocity"].value = 2.0
+    problems = []
+    for _ in range(60):
+        cycles(world, arm, 1)
+        problems += arm.problems
+    assert [type(problem) for problem in problems] == [LimitError]
+    assert world.arm.position("j4") < PARAMETERS.joints[3].upper
+    assert abs(world.arm.velocity("j4")) < 0.05
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 1e9])
+def test_a_velocity_that_cannot_be_reaches_no_joint(value: float) -> None:
+    world, arm = ready()
+    switch(arm, "j1/velocity", "j3/velocity")
+    arm.commands["j3/velocity"].value = value
+    world.tap.calls.clear()
+    with pytest.raises(InvalidArgumentError, match="j3 velocity"):
+        arm.write(world.arm.now(), PERIOD)
+    assert world.tap.count(Register.SETRPM) == 0
+
+
+def test_a_joint_that_cannot_be_told_to_stop_stops_by_itself_and_is_told_of() -> None:
+    world, arm = ready()
+    switch(arm, "j3/velocity", "j4/velocity")
+    for name in ("j3", "j4"):
+        arm.commands[f"{name}/velocity"].value = -0.5
+    cycles(world, arm, 50)
+    world.bus.lose(Direction.OUT, When(address=0x13))
+    switch(arm, stop=("j3/velocity", "j4/velocity"))
+    assert [axis.mode for axis in arm.axes] == [Mode.NONE] * 4
+    arm.read(world.arm.now(), PERIOD)
+    assert "j3" in str(arm.problems[0])
+    world.arm.run(0.5)
+    assert abs(world.arm.velocity("j3")) < 0.02
+    assert abs(world.arm.velocity("j4")) < 0.02
+
+
+def test_a_stall_is_noticed_without_a_write_for_it() -> None:
+    world, arm = ready()
+    switch(arm, "j3/velocity")
+    arm.commands["j3/velocity"].value = -0.5
+    cycles(world, arm, 40)
+    world.arm.add_obstacle("j3", world.arm.position("j3") - 0.05)
+    problems = []
+    for _ in range(60):
+        cycles(world, arm, 1)
+        problems += arm.problems
+    assert [type(problem) for problem in problems] == [JointFaultError]
+    assert "stopped by its fault" in str(problems[0])
+
+
+def test_one_bad_exchange_does_not_end_a_velocity() -> None:
+    world, arm = ready()
+    switch(arm, "j3/velocity")
+    arm.commands["j3/velocity"].value = -0.5
+    cycles(world, arm, 40)
+    world.bus.lose(Direction.BACK, When(address=0x13, probability=0.2))
+    cycles(world, arm, 60)
+    assert arm.axes[2].halted is None
+    assert world.arm.velocity("j3") == pytest.approx(-0.5, rel=0.1)
+
+
+def test_the_manager_switches_all_or_nothing_over_the_hardware_veto() -> None:
+    world = Stack(home=False)
+    with pytest.raises(ModeSwitchError, match="is not homed"):
+        world.switch("hold")
+    assert world.manager.controller("hold").state is State.INACTIVE
+    assert all(command.owner is None for command in world.hardware.commands.values())
+
+
+def test_limits_of_the_hardware_are_those_it_was_given() -> None:
+    world = World()
+    slow = tuple(replace(joint, max_velocity=joint.max_velocity / 2) for joint in PARAMETERS.joints)
+    arm = ArmHardware("arm", world.bus, world.arm.clock, slow)
+    assert {name: limit.max_velocity for name, limit in arm.limits.items()} == {
+        joint.name: joint.max_velocity for joint in slow
+    }
