@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from bioscara.cli.arguments import Options
 from bioscara.model import ArmParameters
-from bioscara.robot import Robot
+from bioscara.robot import FAULTS, Robot
 
 
-def open_arm(options: Options, parameters: ArmParameters) -> Robot:
+def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULTS) -> Robot:
     """Return the arm that ``--bus`` and ``--v1`` name; nothing is opened yet.
+
+    Args:
+        options: What was asked for.
+        parameters: The arm as data.
+        evidence: Folder for the flight records of faults.
 
     Raises:
         InvalidArgumentError: No bus has such a name.
     """
     if options.bus != "sim":
-        return Robot.connect(options.bus, parameters)
+        return Robot.connect(options.bus, parameters, evidence=evidence)
     return Robot.simulated(
         parameters,
         v1=options.v1,
+        evidence=evidence,
         pace_homing=getattr(options, "realtime", False),
         pace_motion=options.paced,
     )

@@ -88,14 +88,15 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
         OSError: Standard output cannot be written.
     """
     output, started = Output(), datetime.now().astimezone()
-    with Interruption() as cancelled, open_arm(options, parameters) as robot:
+    path = options.out or default_path(Path("runs"), plan.title, started)
+    with Interruption() as cancelled, open_arm(options, parameters, path) as robot:
         output.line(f"arm: {robot.description}")
         output.line(f"trajectory: {plan.source}, {plan.trajectory.duration:.2f} s")
         for note in plan.notes:
             output.line(f"note: {note}")
         names = tuple(joint.name for joint in robot.joints)
         folder = RunFolder.create(
-            options.out or default_path(Path("runs"), plan.title, started),
+            path,
             names,
             _HOMING_CYCLES + int(plan.trajectory.duration / robot.period),
         )

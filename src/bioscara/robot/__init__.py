@@ -1,11 +1,12 @@
-"""A whole arm: wires bus, joints and clock, homes, follows a trajectory, stops.
+"""A whole arm as one object: home it, move it, stop it, deal with its faults.
 
-``robot`` has the one object, ``streaming`` the motion loop, ``homing`` and ``stopping`` the two
-other ways in which the arm is busy, ``timeline`` where each joint should be, ``records`` what
-they said, ``pacing`` simulated time for people who watch.
+``robot`` has the one object, ``stack`` wires everything below it, ``running`` keeps the loop going
+while something moves, ``records`` what the joints said, ``pacing`` simulated time for people who
+watch.
 
-Law: whatever ends a motion, every joint is told to stop and to let go before control returns to
+Law: whatever ends a motion, every joint that can be reached is at rest before control returns to
 the caller's exception.
 """
 
+from bioscara.robot.robot import FAULTS as FAULTS
 from bioscara.robot.robot import Robot as Robot

@@ -34,6 +34,8 @@ from bioscara.robot.records import Cancelled, Observe
 from bioscara.robot.running import Motion
 from bioscara.robot.stack import HOMING, TRAJECTORY, Stack
 
+FAULTS = Path("faults")
+"""Folder for the flight records of faults, unless another one is named."""
 START_TOLERANCE = {"rad": math.radians(1.0), "m": 2e-3}
 """How far from its start a trajectory may find the arm: from there it is joined by a ramp."""
 
@@ -78,7 +80,7 @@ class Robot:
         description: str,
         *,
         rate: int | None = None,
-        evidence: Path = Path("faults"),
+        evidence: Path = FAULTS,
         pace_homing: bool = False,
         pace_motion: bool = False,
     ) -> None:
@@ -98,6 +100,7 @@ class Robot:
         *,
         v1: bool = False,
         seed: int = 0,
+        evidence: Path = FAULTS,
         pace_homing: bool = False,
         pace_motion: bool = False,
     ) -> Self:
@@ -107,6 +110,7 @@ class Robot:
             parameters: The arm as data; the committed ones by default.
             v1: Whether its joints speak protocol version 1 only, as existing arms do.
             seed: Seed of everything random in it.
+            evidence: Folder for the flight records of faults.
             pace_homing: Whether homing takes as long as on the arm.
             pace_motion: Whether motion takes as long as on the arm.
         """
@@ -119,13 +123,19 @@ class Robot:
             PacedClock(arm.clock),
             parameters or load_parameters(),
             "simulation, in this process" + (", joints of protocol version 1" if v1 else ""),
+            evidence=evidence,
             pace_homing=pace_homing,
             pace_motion=pace_motion,
         )
 
     @classmethod
     def connect(
-        cls, name: str, parameters: ArmParameters | None = None, *, rate: int | None = None
+        cls,
+        name: str,
+        parameters: ArmParameters | None = None,
+        *,
+        rate: int | None = None,
+        evidence: Path = FAULTS,
     ) -> Self:
         """Return the arm on the bus of this name.
 
@@ -134,6 +144,7 @@ class Robot:
                 ``bioscara simulate`` runs.
             parameters: The arm as data; the committed ones by default.
             rate: Control cycles per second [Hz]; None for what suits the joints.
+            evidence: Folder for the flight records of faults.
 
         Raises:
             InvalidArgumentError: No bus has such a name.
@@ -147,7 +158,14 @@ class Robot:
         else:
             bus = open_bus(name, ("sim", "sim:/path.sock"))
             description = f"real arm on {name}"
-        return cls(bus, MonotonicClock(), parameters or load_parameters(), description, rate=rate)
+        return cls(
+            bus,
+            MonotonicClock(),
+            parameters or load_parameters(),
+            description,
+            rate=rate,
+            evidence=evidence,
+        )
 
     def __enter__(self) -> Self:
         try:
