@@ -28,6 +28,7 @@ class Options(argparse.Namespace):
         v1: Whether the simulated joints speak protocol version 1 only.
         realtime: Whether simulated homing takes the time it takes.
         paced: Whether a simulated trajectory takes the time it takes.
+        full_speed: Whether the tool may be faster than 250 mm/s.
         out: Where to put the run's files; None for a new folder under ``runs``.
         file: The trajectory.
         fit: Whether to stretch the trajectory to the limits.
@@ -40,6 +41,7 @@ class Options(argparse.Namespace):
     v1: bool
     realtime: bool
     paced: bool
+    full_speed: bool
     out: Path | None
     file: Path
     fit: bool
@@ -139,6 +141,11 @@ def _add_motion(parser: argparse.ArgumentParser) -> None:
         "--realtime",
         action="store_true",
         help="simulated homing takes the time it takes on the arm",
+    )
+    parser.add_argument(
+        "--full-speed",
+        action="store_true",
+        help="let the tool move faster than 250 mm/s",
     )
     parser.add_argument(
         "--out",

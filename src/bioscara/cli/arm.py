@@ -21,11 +21,17 @@ def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULT
         InvalidArgumentError: No bus has such a name.
     """
     if options.bus != "sim":
-        return Robot.connect(options.bus, parameters, evidence=evidence)
+        return Robot.connect(
+            options.bus,
+            parameters,
+            evidence=evidence,
+            full_speed=getattr(options, "full_speed", False),
+        )
     return Robot.simulated(
         parameters,
         v1=options.v1,
         evidence=evidence,
+        full_speed=getattr(options, "full_speed", False),
         pace_homing=getattr(options, "realtime", False),
         pace_motion=options.paced,
     )

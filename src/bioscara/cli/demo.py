@@ -17,5 +17,11 @@ def run(options: Options) -> int:
     """
     parameters = load_parameters()
     with as_file(files("bioscara.cli").joinpath("demo.csv")) as path:
-        plan = prepare(path, "demo", "demonstration: lower, lift, swing over", parameters)
+        plan = prepare(
+            path,
+            "demo",
+            "demonstration: lower, lift, swing over",
+            parameters,
+            full_speed=options.full_speed,
+        )
     return run_job(plan, parameters, options)

@@ -22,9 +22,10 @@ from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelled
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read, write_csv
 from bioscara.planning import fit as stretch
+from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
 from bioscara.report import History, JointInfo, Outcome, RunFolder, Summary, png, text
 from bioscara.report.folder import TRAJECTORY, default_path
-from bioscara.robot import Robot
+from bioscara.robot import Robot, kinematics_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,7 +50,13 @@ _HOMING_CYCLES = 10_000
 
 
 def prepare(
-    path: Path, title: str, source: str, parameters: ArmParameters, *, fit: bool = False
+    path: Path,
+    title: str,
+    source: str,
+    parameters: ArmParameters,
+    *,
+    fit: bool = False,
+    full_speed: bool = False,
 ) -> Plan:
     """Read a trajectory file and make sure that the arm can execute it.
 
@@ -58,7 +65,8 @@ def prepare(
         title: Name of the run.
         source: Where the trajectory came from, in words.
         parameters: The arm; its limits are those of the trajectory.
-        fit: Whether to stretch in time what is too fast.
+        fit: Whether to stretch in time what is too fast for a joint.
+        full_speed: Whether the tool may be faster than 250 mm/s.
 
     Raises:
         TrajectoryError: The file cannot be read, or asks for what the arm cannot do.
@@ -69,6 +77,14 @@ def prepare(
         if factor > 1.0:
             notes += (f"stretched in time by {factor:.4f} to fit the limits",)
     notes += tuple(check(trajectory, parameters.joints))
+    if not full_speed:
+        arm = kinematics_of(parameters)
+        trajectory, factor = reduced(trajectory, arm, (0.0,) * len(parameters.joints))
+        if factor > 1.0:
+            notes += (
+                f"slowed down by {factor:.4f} to keep the tool at {1e3 * REDUCED_SPEED:.0f} mm/s; "
+                "--full-speed lifts that",
+            )
     return Plan(title, source, trajectory, notes)
 
 

@@ -15,5 +15,12 @@ def run(options: Options) -> int:
         BioscaraError: Something else was in the way before anything moved.
     """
     parameters = load_parameters()
-    plan = prepare(options.file, options.file.stem, str(options.file), parameters, fit=options.fit)
+    plan = prepare(
+        options.file,
+        options.file.stem,
+        str(options.file),
+        parameters,
+        fit=options.fit,
+        full_speed=options.full_speed,
+    )
     return run_job(plan, parameters, options)

@@ -8,7 +8,7 @@ ramp and a limit is reached at rest.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 
 from bioscara.drivers.session import WATCHDOG_MS
 from bioscara.hardware import HardwareComponent
@@ -70,6 +70,28 @@ class Guard:
     def commanded(self) -> bool:
         """Whether somebody claimed position or velocity of the joint."""
         return bool(self._position_command.owner or self._velocity_command.owner)
+
+    @property
+    def here(self) -> float:
+        """Position that was commanded last or, where none was, measured [rad or m]."""
+        return self.reference if self.commanded else self._position.value
+
+    def slow_down(self, share: float, period: float) -> None:
+        """Take back a share of what the cycle commands.
+
+        Args:
+            share: Of the velocity that is left, 0 to 1.
+            period: Time since the last cycle [s].
+        """
+        speed = self.speed * share
+        self.reference -= (self.speed - speed) * period
+        self.speed = speed
+        if self._position_command.owner:
+            self._position_command.value = self.reference
+        if self._velocity_command.owner:
+            self._velocity_command.value = (
+                self._velocity_command.value * share if self._position_command.owner else speed
+            )
 
     def begin(self) -> None:
         """Start from what is measured: nobody commanded the joint before."""
@@ -213,10 +235,12 @@ class Limiter:
 
     Attributes:
         guards: One for each joint, by name.
+        together: Bounds all joints together, after each was bounded by itself; None for nothing.
     """
 
     def __init__(self, components: Sequence[HardwareComponent]) -> None:
         self.guards: dict[str, Guard] = {}
+        self.together: Callable[[float], None] | None = None
         for component in components:
             for name, limits in component.limits.items():
                 self.guards[name] = Guard(
@@ -259,3 +283,5 @@ class Limiter:
         """
         for guard in self._all:
             guard.apply(period)
+        if self.together is not None:
+            self.together(period)

@@ -6,6 +6,7 @@
 
 from bioscara.model.loading import load_parameters as load_parameters
 from bioscara.model.parameters import ArmParameters as ArmParameters
+from bioscara.model.parameters import GeometryParameters as GeometryParameters
 from bioscara.model.parameters import GripperParameters as GripperParameters
 from bioscara.model.parameters import HomingParameters as HomingParameters
 from bioscara.model.parameters import JointParameters as JointParameters

@@ -10,6 +10,7 @@ from bioscara.errors import ConfigurationError
 from bioscara.model.checks import JOINTS, Section, check_addresses, check_jaws, check_joint
 from bioscara.model.parameters import (
     ArmParameters,
+    GeometryParameters,
     GripperParameters,
     HomingParameters,
     JointParameters,
@@ -91,6 +92,13 @@ def _output(section: _Mapping) -> PwmOutput:
     return PwmOutput(section.text("device"), section.whole("channel", 0, 15))
 
 
+def _geometry(section: _Mapping) -> GeometryParameters:
+    section.refuse_unknown(GeometryParameters.__slots__)
+    lengths = [section.number(key, 0.01, 2.0, "m") for key in ("height", "upper_arm", "forearm")]
+    tool = [section.number(key, -1.0, 1.0, "m") for key in ("tool_x", "tool_y", "tool_z")]
+    return GeometryParameters(*lengths, *tool)
+
+
 def _arm(top: _Mapping) -> ArmParameters:
     top.refuse_unknown(ArmParameters.__slots__)
     table = top.section("joints")
@@ -103,7 +111,12 @@ def _arm(top: _Mapping) -> ArmParameters:
         raise top.error(
             f"homing_order: {order!r} must name each of {', '.join(JOINTS)} once", "homing_order"
         )
-    return ArmParameters(joints, _gripper(top.section("gripper")), tuple(order))
+    return ArmParameters(
+        joints,
+        _geometry(top.section("geometry")),
+        _gripper(top.section("gripper")),
+        tuple(order),
+    )
 
 
 def _parse(text: str, source: str) -> ArmParameters:

@@ -107,15 +107,38 @@ class GripperParameters:
 
 
 @dataclass(frozen=True, slots=True)
+class GeometryParameters:
+    """How the arm is built; angles and the frame of the wrist as in the arm's description.
+
+    Attributes:
+        height: Of the wrist's frame above the base when j2 is at 0 [m].
+        upper_arm: From the column's axis to the elbow's [m].
+        forearm: From the elbow's axis to the wrist's [m].
+        tool_x: Of the point between the finger tips, in the wrist's frame [m].
+        tool_y: Likewise [m].
+        tool_z: Likewise [m].
+    """
+
+    height: float
+    upper_arm: float
+    forearm: float
+    tool_x: float
+    tool_y: float
+    tool_z: float
+
+
+@dataclass(frozen=True, slots=True)
 class ArmParameters:
     """The whole arm.
 
     Attributes:
         joints: The joints, in the order of their numbers.
+        geometry: How it is built.
         gripper: The gripper.
         homing_order: Names of the joints in the order in which they are homed.
     """
 
     joints: tuple[JointParameters, ...]
+    geometry: GeometryParameters
     gripper: GripperParameters
     homing_order: tuple[str, ...]

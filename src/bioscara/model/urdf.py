@@ -14,7 +14,12 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bioscara.model.loading import load_parameters
-from bioscara.model.parameters import ArmParameters, GripperParameters, JointParameters
+from bioscara.model.parameters import (
+    ArmParameters,
+    GeometryParameters,
+    GripperParameters,
+    JointParameters,
+)
 from bioscara.model.tags import (
     ARM_COMMANDS,
     ARM_COMPONENT,
@@ -42,12 +47,21 @@ class _Frame(NamedTuple):
     rpy: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
 
-_CHAIN = (
-    _Frame("j1", "base_link", "link_1", (0.0, 0.0, 0.135)),
-    _Frame("j2", "link_1", "link_2", (0.0, 0.0, 0.0)),
-    _Frame("j3", "link_2", "link_3", (0.329476, 0.0, 0.0)),
-    _Frame("j4", "link_3", "link_4", (0.285, 0.0, 0.0)),
-)
+def _chain(geometry: GeometryParameters) -> tuple[_Frame, ...]:
+    return (
+        _Frame("j1", "base_link", "link_1", (0.0, 0.0, geometry.height)),
+        _Frame("j2", "link_1", "link_2", (0.0, 0.0, 0.0)),
+        _Frame("j3", "link_2", "link_3", (geometry.upper_arm, 0.0, 0.0)),
+        _Frame("j4", "link_3", "link_4", (geometry.forearm, 0.0, 0.0)),
+    )
+
+
+def _tool(geometry: GeometryParameters) -> _Frame:
+    """Return the frame between the finger tips: upright in the wrist's, which the mount is not."""
+    xyz = (geometry.tool_y, -geometry.tool_x, geometry.tool_z)
+    return _Frame("tool", "gripper_base", "tool_link", xyz, (0.0, 0.0, -math.pi / 2.0))
+
+
 _FLANGE = _Frame("flange", "link_4", "tool_flange", (0.0, 0.0, 0.0), (math.pi, 0.0, 0.0))
 _MOUNT = _Frame(
     "gripper_mount",
@@ -56,10 +70,6 @@ _MOUNT = _Frame(
     (0.0, 0.0, 0.0),
     (math.pi, 0.0, -math.pi / 2.0),
 )
-_TOOL = _Frame(
-    "tool", "gripper_base", "tool_link", (0.0, -0.11908, -0.14409), (0.0, 0.0, -math.pi / 2.0)
-)
-"""Between the finger tips. Dimensions of all frames: those of the existing arms' description."""
 _JAW_VELOCITY = 1.0
 """Of the existing arms' description [m/s]."""
 
@@ -137,7 +147,7 @@ def _gripper_values(gripper: GripperParameters) -> list[tuple[str, str]]:
 
 def render(arm: ArmParameters) -> str:
     """Return the URDF of an arm."""
-    gripper = arm.gripper
+    gripper, chain = arm.gripper, _chain(arm.geometry)
     jaws = _Frame(GRIPPER_JOINT, _MOUNT.child, "jaw_link", (0.0, 0.0, 0.0))
     opening = (
         '<axis xyz="1 0 0"/>',
@@ -149,11 +159,11 @@ def render(arm: ArmParameters) -> str:
         "<!-- Generated from parameters.yaml by bioscara.model.urdf: edit that, then make generate."
         " -->",
         '<robot name="bioscara">',
-        f'  <link name="{_CHAIN[0].parent}"/>',
+        f'  <link name="{chain[0].parent}"/>',
     ]
-    for frame, joint in zip(_CHAIN, arm.joints, strict=True):
+    for frame, joint in zip(chain, arm.joints, strict=True):
         lines += _moving(frame, joint)
-    lines += [*_fixed(_FLANGE), *_fixed(_MOUNT), *_fixed(_TOOL)]
+    lines += [*_fixed(_FLANGE), *_fixed(_MOUNT), *_fixed(_tool(arm.geometry))]
     lines += _joint_tag(jaws, "prismatic", opening)
     lines += _control(
         ARM_COMPONENT,

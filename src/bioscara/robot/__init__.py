@@ -10,3 +10,4 @@ the caller's exception.
 
 from bioscara.robot.robot import FAULTS as FAULTS
 from bioscara.robot.robot import Robot as Robot
+from bioscara.robot.robot import kinematics_of as kinematics_of

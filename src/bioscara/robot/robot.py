@@ -15,7 +15,7 @@ from bioscara.clock import Clock, MonotonicClock
 from bioscara.control.faults import Fault
 from bioscara.control.joint_state_broadcaster import JointStates
 from bioscara.control.joint_trajectory import Status
-from bioscara.drivers import Joint
+from bioscara.drivers import Gripper, Joint, Pwm
 from bioscara.errors import (
     BioscaraError,
     HomingError,
@@ -23,21 +23,36 @@ from bioscara.errors import (
     NotInitializedError,
     TrajectoryError,
 )
-from bioscara.hardware import ArmHardware, State
+from bioscara.hardware import ArmHardware, GripperHardware, State
 from bioscara.hardware.stopping import stop_and_disable
+from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.planning import Trajectory, check, ramp
+from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
 from bioscara.protocol import Flags
 from bioscara.report import CycleRecord, Phase
+from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.pacing import PacedClock
 from bioscara.robot.records import Cancelled, Observe
 from bioscara.robot.running import Motion
 from bioscara.robot.stack import HOMING, TRAJECTORY, Stack
 
+WIDTH_FILE = Path("~/.local/state/bioscara/gripper-width")
+"""Where the last width of a real gripper is kept."""
 FAULTS = Path("faults")
 """Folder for the flight records of faults, unless another one is named."""
 START_TOLERANCE = {"rad": math.radians(1.0), "m": 2e-3}
 """How far from its start a trajectory may find the arm: from there it is joined by a ramp."""
+
+
+def kinematics_of(parameters: ArmParameters) -> Scara:
+    """Return the kinematics of an arm; the tool is the point between the finger tips."""
+    built = parameters.geometry
+    return Scara(
+        Geometry(built.upper_arm, built.forearm, built.height),
+        parameters.joints,
+        Pose(built.tool_x, built.tool_y, built.tool_z),
+    )
 
 
 def _ignore(record: CycleRecord) -> None:
@@ -60,8 +75,11 @@ class Robot:
         clock: The arm's time.
         parameters: The arm as data.
         description: Which arm on which bus, in words.
+        gripper: The driver of the gripper; None for the computer's own PWM output.
+        servo: What is behind that driver in simulation; kept for as long as the robot is.
         rate: Control cycles per second [Hz]; None for what suits the joints.
         evidence: Folder for the flight records of faults.
+        full_speed: False keeps the tool at or below 250 mm/s, whatever is asked for.
         pace_homing: Whether simulated homing is held back to real time.
         pace_motion: Whether simulated motion is held back to real time.
 
@@ -70,6 +88,9 @@ class Robot:
         clock: The arm's time.
         parameters: The arm as data.
         description: Which arm on which bus, in words.
+        kinematics: Of the arm with its tool.
+        gripper: The gripper.
+        full_speed: As given; may be changed while nothing moves.
     """
 
     def __init__(
@@ -79,16 +100,29 @@ class Robot:
         parameters: ArmParameters,
         description: str,
         *,
+        gripper: Gripper | None = None,
+        servo: object = None,
         rate: int | None = None,
         evidence: Path = FAULTS,
+        full_speed: bool = False,
         pace_homing: bool = False,
         pace_motion: bool = False,
     ) -> None:
+        if gripper is None:
+            pwm = Pwm(parameters.gripper.outputs, clock)
+            gripper = Gripper(pwm, parameters.gripper, WIDTH_FILE.expanduser())
         self.parameters, self.clock, self.description = parameters, clock, description
         self.bus = bus
         self._arm = ArmHardware("bioscara_arm", bus, clock, parameters.joints)
+        self._jaws = GripperHardware("bioscara_gripper", "gripper", gripper, clock)
+        self._servo = servo
+        self.kinematics = kinematics_of(parameters)
+        self.gripper = RobotGripper(
+            self._jaws, self._running, lambda: self._motion(_ignore, _never), clock.now
+        )
         self._pace_homing, self._pace_motion = pace_homing, pace_motion
         self._rate, self._evidence = rate, evidence
+        self.full_speed = full_speed
         self._stack: Stack | None = None
         self._stopping = threading.Event()
         self._begin = clock.now()
@@ -101,6 +135,7 @@ class Robot:
         v1: bool = False,
         seed: int = 0,
         evidence: Path = FAULTS,
+        full_speed: bool = False,
         pace_homing: bool = False,
         pace_motion: bool = False,
     ) -> Self:
@@ -111,19 +146,26 @@ class Robot:
             v1: Whether its joints speak protocol version 1 only, as existing arms do.
             seed: Seed of everything random in it.
             evidence: Folder for the flight records of faults.
+            full_speed: False keeps the tool at or below 250 mm/s.
             pace_homing: Whether homing takes as long as on the arm.
             pace_motion: Whether motion takes as long as on the arm.
         """
         # Here and not above: the compiled firmware is a distribution of its own.
-        from bioscara.sim import FirmwareBus, SimulatedArm  # noqa: PLC0415
+        from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo  # noqa: PLC0415
 
-        arm = SimulatedArm(seed=seed, v1=v1)
+        arm, parameters = SimulatedArm(seed=seed, v1=v1), parameters or load_parameters()
+        clock, jaws = PacedClock(arm.clock), parameters.gripper
+        servo = SimulatedServo(jaws.outputs[0])
+        gripper = Gripper(Pwm(jaws.outputs, clock, servo.root), jaws, servo.root / "width")
         return cls(
             FirmwareBus(arm),
-            PacedClock(arm.clock),
-            parameters or load_parameters(),
+            clock,
+            parameters,
             "simulation, in this process" + (", joints of protocol version 1" if v1 else ""),
+            gripper=gripper,
+            servo=servo,
             evidence=evidence,
+            full_speed=full_speed,
             pace_homing=pace_homing,
             pace_motion=pace_motion,
         )
@@ -136,6 +178,7 @@ class Robot:
         *,
         rate: int | None = None,
         evidence: Path = FAULTS,
+        full_speed: bool = False,
     ) -> Self:
         """Return the arm on the bus of this name.
 
@@ -145,6 +188,7 @@ class Robot:
             parameters: The arm as data; the committed ones by default.
             rate: Control cycles per second [Hz]; None for what suits the joints.
             evidence: Folder for the flight records of faults.
+            full_speed: False keeps the tool at or below 250 mm/s.
 
         Raises:
             InvalidArgumentError: No bus has such a name.
@@ -165,12 +209,21 @@ class Robot:
             description,
             rate=rate,
             evidence=evidence,
+            full_speed=full_speed,
         )
 
     def __enter__(self) -> Self:
         try:
             self._arm.configure()
-            self._stack = Stack(self._arm, self.clock, self.parameters, self._rate, self._evidence)
+            self._stack = Stack(
+                self._arm,
+                self._jaws,
+                self.kinematics,
+                self.clock,
+                self.parameters,
+                self._rate,
+                self._evidence,
+            )
             self._stack.broadcast(self.clock.now())
         except BaseException:
             self.bus.close()
@@ -289,7 +342,7 @@ class Robot:
             raise TrajectoryError(f"{len(positions)} positions for {len(self.joints)} joints")
         self._prepare()
         names, here = self._names, self._here()
-        motion = ramp(names, here, positions, self.parameters.joints, speed)
+        motion = self._slowed(ramp(names, here, positions, self.parameters.joints, speed), here)
         self._motion(observe, cancelled).follow(motion, Phase.TRAJECTORY)
 
     def follow(
@@ -327,7 +380,8 @@ class Robot:
         goal = [start.get(name, where) for name, where in zip(self._names, here, strict=True)]
         if not approach:
             self._require_near(here, goal)
-        lead = ramp(self._names, here, goal, self.parameters.joints)
+        lead = self._slowed(ramp(self._names, here, goal, self.parameters.joints), here)
+        trajectory = self._slowed(trajectory, goal)
         motion = self._motion(observe, cancelled)
         motion.follow(lead, Phase.APPROACH, lead.duration)
         motion.follow(trajectory, Phase.TRAJECTORY)
@@ -398,6 +452,7 @@ class Robot:
         self._pace(self._pace_motion)
         self._stopping.clear()
         self.enable()
+        stack.tool_speed.limit = math.inf if self.full_speed else REDUCED_SPEED
         for axis in stack.arm.axes:
             if not axis.homed:
                 raise NotHomedError(
@@ -422,6 +477,12 @@ class Robot:
                     f"{there:.4f}: more than {limit:.4f} {joint.unit} apart; move_joints() there "
                     "first, or follow(..., approach=True)"
                 )
+
+    def _slowed(self, trajectory: Trajectory, here: Sequence[float]) -> Trajectory:
+        """Return the trajectory at the speed that the tool may have."""
+        if self.full_speed:
+            return trajectory
+        return reduced(trajectory, self.kinematics, here)[0]
 
     def _motion(self, observe: Observe, cancelled: Cancelled) -> Motion:
         stack = self._running()

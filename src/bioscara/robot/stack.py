@@ -7,6 +7,7 @@ from typing import Any, TypeVar
 
 from bioscara.clock import Clock
 from bioscara.control.flight_record import FlightRecord
+from bioscara.control.gripper_action_controller import GripperActionController
 from bioscara.control.hold_controller import HoldController
 from bioscara.control.homing_controller import HomingController
 from bioscara.control.joint_state_broadcaster import JointStateBroadcaster
@@ -15,10 +16,13 @@ from bioscara.control.limiting import Limiter
 from bioscara.control.loop import Loop, highest_rate
 from bioscara.control.manager import ControllerManager
 from bioscara.control.supervisor import Supervisor
+from bioscara.control.tool_speed import ToolSpeedCap
 from bioscara.control.watchdog import Watchdog
-from bioscara.hardware import POSITION, VELOCITY, ArmHardware, State
+from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, State
 from bioscara.hardware.capacity import exchange_time
+from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
+from bioscara.planning.tool_speed import REDUCED_SPEED
 
 C = TypeVar("C")
 
@@ -29,11 +33,12 @@ _HOMING_SHARE = 1.15
 """Travel in homing, as a share of the joint's range, after which there is no end stop; a little
 more than the joint itself allows (1.1), whose word says more."""
 
-BROADCASTER, TRAJECTORY, HOMING, HOLD = (
+BROADCASTER, TRAJECTORY, HOMING, HOLD, GRIPPER = (
     "joint_state_broadcaster",
     "joint_trajectory_controller",
     "homing_controller",
     "hold_controller",
+    "gripper_controller",
 )
 
 
@@ -42,6 +47,8 @@ class Stack:
 
     Args:
         arm: The joints, INACTIVE.
+        gripper: The gripper.
+        kinematics: Of the arm with its tool, for the speed of the tool.
         clock: Their time.
         parameters: The arm as data.
         rate: Cycles per second [Hz]; None for what suits the joints.
@@ -55,11 +62,15 @@ class Stack:
         broadcaster: Tells the joints' states.
         trajectory: Follows trajectories.
         homing: Homes joints.
+        gripper: Moves the jaws.
+        tool_speed: Keeps the tool at or below a speed.
     """
 
     def __init__(
         self,
         arm: ArmHardware,
+        gripper: GripperHardware,
+        kinematics: Scara,
         clock: Clock,
         parameters: ArmParameters,
         rate: int | None,
@@ -70,13 +81,19 @@ class Stack:
         bus_time = exchange_time(arm.joints, clock)
         hertz = min(RATES[version], highest_rate(bus_time)) if rate is None else rate
         record = FlightRecord(arm.axes, hertz)
-        self.manager = ControllerManager((arm,), Limiter((arm,)), hertz)
+        limiter = Limiter((arm, gripper))
+        self.tool_speed = ToolSpeedCap(
+            tuple(limiter.guards.values()), kinematics.tool_speed, REDUCED_SPEED
+        )
+        limiter.together = self.tool_speed.apply
+        self.manager = ControllerManager((arm, gripper), limiter, hertz)
         for name, kind, values in _controllers(parameters, version):
             self.manager.load(name, kind, values)
             self.manager.configure(name)
         self.broadcaster = self._get(BROADCASTER, JointStateBroadcaster)
         self.trajectory = self._get(TRAJECTORY, JointTrajectoryController)
         self.homing = self._get(HOMING, HomingController)
+        self.gripper = self._get(GRIPPER, GripperActionController)
         self.supervisor = Supervisor(self.manager, arm, HOLD, record, evidence)
         self.loop = Loop(
             self.manager,
@@ -103,7 +120,7 @@ class Stack:
         leaving = [
             other.name
             for other in self.manager.controllers
-            if other.state is State.ACTIVE and other.command_interfaces
+            if other.state is State.ACTIVE and other.command_interfaces and other.name != GRIPPER
         ]
         self.manager.switch(time, (name,), leaving)
 
@@ -132,6 +149,11 @@ def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str
     braking = {joint.name: joint.max_acceleration for joint in parameters.joints}
     return [
         (BROADCASTER, JointStateBroadcaster.TYPE, {"joints": joints}),
+        (
+            GRIPPER,
+            GripperActionController.TYPE,
+            {"joint": "gripper", "limits": (parameters.gripper.lower, parameters.gripper.upper)},
+        ),
         (
             HOMING,
             HomingController.TYPE,

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import shutil
+import weakref
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from tempfile import mkdtemp
 from types import TracebackType
 
 from bioscara.model import PwmOutput
@@ -12,7 +14,9 @@ _NS = 1e9
 
 
 class SimulatedServo:
-    """One PWM chip with one exported channel, in a temporary folder until :meth:`close`.
+    """One PWM chip with one exported channel.
+
+    Its folder is temporary: until :meth:`close`, or until nobody has the object any more.
 
     Values that the kernel would refuse are not refused here.
 
@@ -24,8 +28,8 @@ class SimulatedServo:
     """
 
     def __init__(self, output: PwmOutput) -> None:
-        self._folder = TemporaryDirectory(prefix="bioscara-pwm-")
-        self.root = Path(self._folder.name)
+        self.root = Path(mkdtemp(prefix="bioscara-pwm-"))
+        self._remove = weakref.finalize(self, shutil.rmtree, self.root, ignore_errors=True)
         chip = self.root / "pwmchip0"
         self._channel = chip / f"pwm{output.channel}"
         self._channel.mkdir(parents=True)
@@ -54,4 +58,4 @@ class SimulatedServo:
 
     def close(self) -> None:
         """Remove the folder; safe to call twice."""
-        self._folder.cleanup()
+        self._remove()

@@ -1,0 +1,54 @@
+"""Keeps the tool at or below a speed, whatever commands the joints."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from bioscara.control.limiting import Guard
+
+_ROUNDING = 1.0 + 1e-3
+"""Share by which the tool may be faster: trajectories are slowed down beforehand to the limit."""
+
+
+class ToolSpeedCap:
+    """Slows all joints down together when the tool would be too fast; they keep their direction.
+
+    Args:
+        guards: All joints of the arm, in the order that ``speed_of`` takes them.
+        speed_of: Returns the tool's speed [m/s] from joint positions and velocities.
+        limit: Highest speed of the tool [m/s].
+
+    Attributes:
+        limit: As given; may be changed at any time.
+        interventions: In how many cycles the joints were slowed down.
+    """
+
+    def __init__(
+        self,
+        guards: Sequence[Guard],
+        speed_of: Callable[[Sequence[float], Sequence[float]], float],
+        limit: float,
+    ) -> None:
+        self._guards, self._speed_of = tuple(guards), speed_of
+        self.limit = limit
+        self.interventions = 0
+
+    def apply(self, period: float) -> None:
+        """Slow down what was bounded joint by joint; to be called after that.
+
+        Args:
+            period: Time since the last cycle [s].
+        """
+        guards = self._guards
+        speeds = [guard.speed if guard.commanded else 0.0 for guard in guards]
+        if not any(speeds):
+            return
+        speed = self._speed_of([guard.here for guard in guards], speeds)
+        # Not written as speed > limit: an unknown position must not let anything pass.
+        if speed <= self.limit * _ROUNDING:
+            return
+        share = self.limit / speed if speed == speed else 0.0  # noqa: PLR0124
+        self.interventions += 1
+        for guard in guards:
+            if guard.commanded:
+                guard.slow_down(share, period)

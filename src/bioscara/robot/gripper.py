@@ -1,0 +1,85 @@
+"""The gripper of a robot."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from bioscara.control.gripper_action_controller import GripperGoal, GripperResult
+from bioscara.control.joint_trajectory import Status
+from bioscara.errors import GripperError
+from bioscara.hardware import GripperHardware, State
+from bioscara.report import Phase
+from bioscara.robot.running import Motion
+from bioscara.robot.stack import GRIPPER, Stack
+
+
+class RobotGripper:
+    """The jaws: a width in metres between them.
+
+    The servo is driven from the first call that needs it. It has no sensor: what it is told is
+    taken for where it is once the jaws had the time to get there.
+
+    Args:
+        hardware: The gripper.
+        stack: Returns what runs it; raises while the robot is not connected.
+        motion: Returns a motion to wait in.
+        now: Returns the time [s].
+    """
+
+    def __init__(
+        self,
+        hardware: GripperHardware,
+        stack: Callable[[], Stack],
+        motion: Callable[[], Motion],
+        now: Callable[[], float],
+    ) -> None:
+        self._hardware, self._stack, self._motion, self._now = hardware, stack, motion, now
+
+    @property
+    def width(self) -> float:
+        """Width that the jaws were last told [m]; NaN while the servo is not driven."""
+        return self._hardware.states["gripper/position"].value
+
+    def enable(self) -> None:
+        """Drive the servo to where it is: the jaws do not move.
+
+        Raises:
+            GripperError: There is no output for it, or it cannot be used.
+            FaultedError: A fault is latched.
+        """
+        stack = self._stack()
+        stack.supervisor.require_clear()
+        if self._hardware.state is not State.ACTIVE:
+            self._hardware.set_state(State.ACTIVE)
+        if stack.gripper.state is not State.ACTIVE:
+            stack.loop.restart()
+            stack.loop.step()
+            stack.manager.switch(self._now(), (GRIPPER,))
+
+    def disable(self) -> None:
+        """Let the servo go; what is held may fall."""
+        if self._hardware.state is State.ACTIVE:
+            stack = self._stack()
+            stack.manager.set_hardware_state(self._hardware.name, State.INACTIVE, self._now())
+
+    def move(self, width: float) -> GripperResult:
+        """Move the jaws and return when they had the time to get there.
+
+        Args:
+            width: Width between them [m].
+
+        Raises:
+            GoalRejectedError: It is outside the limits or not finite; nothing moved.
+            GripperError: The servo cannot be driven, or the jaws were held up.
+            MotionCancelledError: It was asked to end; the jaws stay where they are.
+        """
+        self.enable()
+        goal = self._stack().gripper.send_goal(GripperGoal((width,)))
+        try:
+            self._motion().run(lambda: goal.done, Phase.SETTLING)
+        except BaseException:
+            self._stack().gripper.cancel()
+            raise
+        if goal.status is not Status.SUCCEEDED or goal.result is None:
+            raise GripperError(f"the gripper did not reach {width:g} m: {goal.text}")
+        return goal.result
