@@ -227,6 +227,8 @@ class ControllerManager:
         for component in self.components:
             if component.available:
                 self._attempt(component, component.read, time, period)
+            else:
+                component.problems.clear()
         measured = perf_counter()
         for controller, schedule in tuple(self._active):
             elapsed = schedule.due(period)
