@@ -8,7 +8,13 @@ from dataclasses import replace
 import pytest
 
 from bioscara.bus import Direction, When
-from bioscara.errors import InvalidArgumentError, JointFaultError, LimitError, ModeSwitchError
+from bioscara.errors import (
+    InvalidArgumentError,
+    JointFaultError,
+    LimitError,
+    ModeSwitchError,
+    SwitchError,
+)
 from bioscara.hardware import ArmHardware, Mode, State
 from bioscara.protocol import Register
 from control.world import NAMES, PARAMETERS
@@ -235,3 +241,10 @@ def test_limits_of_the_hardware_are_those_it_was_given() -> None:
     assert {name: limit.max_velocity for name, limit in arm.limits.items()} == {
         joint.name: joint.max_velocity for joint in slow
     }
+
+
+def test_rule_51_interfaces_of_inactive_hardware_cannot_be_commanded() -> None:
+    world = Stack()
+    world.hardware.deactivate()
+    with pytest.raises(SwitchError, match="bioscara_arm is inactive; activate it first"):
+        world.switch("hold")

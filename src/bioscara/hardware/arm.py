@@ -294,5 +294,6 @@ class ArmHardware(HardwareComponent):
                 check_homing(self.name, self.axes, axis)
                 homing.start(command.value)
         except BioscaraError as error:
-            homing.running, command.value = False, 0.0
+            # What is running still is stopped by this in the next cycle.
+            command.value = 0.0
             self.problems.append(error)

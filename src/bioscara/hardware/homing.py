@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 from bioscara.clock import Clock
 from bioscara.drivers import Joint
-from bioscara.errors import HomingError, InvalidArgumentError
+from bioscara.errors import BioscaraError, CommunicationError, HomingError, InvalidArgumentError
 from bioscara.protocol import Flags
 
 _TRAVEL_SHARE = 1.2
@@ -47,7 +48,13 @@ class Homing:
             )
         parameters = self._joint.parameters
         speed = abs(parameters.homing.velocity)
-        self._joint.start_homing(math.copysign(speed, direction))
+        try:
+            self._joint.start_homing(math.copysign(speed, direction))
+        except CommunicationError:
+            # Perhaps only the answer was lost, and reading keeps an older joint going.
+            with suppress(BioscaraError):
+                self._joint.stop()
+            raise
         span = parameters.upper - parameters.lower
         self._deadline = self._clock.now() + _TRAVEL_SHARE * span / speed + _MARGIN
         self.running = True
@@ -73,6 +80,10 @@ class Homing:
         return False
 
     def stop(self) -> None:
-        """End it; the joint ramps down and is not homed."""
-        self.running = False
+        """End it; the joint ramps down and is not homed.
+
+        Raises:
+            CommunicationError: The joint was not reached; it counts as running still.
+        """
         self._joint.stop()
+        self.running = False
