@@ -121,6 +121,7 @@ def test_rule_25_a_change_of_motion_mode_starts_from_what_is_measured(v1: bool) 
     switch(arm, "j3/position", stop=("j3/velocity",))
     here = world.arm.position("j3")
     assert arm.commands["j3/position"].value == pytest.approx(here, abs=0.05)
+    arm.commands["j3/velocity"].value = 9.0
     switch(arm, "j3/velocity", stop=("j3/position",))
     assert arm.commands["j3/velocity"].value == pytest.approx(-0.5, abs=0.1)
 
