@@ -284,15 +284,18 @@ def test_velocities_go_to_all_joints_in_one_call_of_one_exchange_each(v1: bool) 
     world = World(v1=v1)
     joints = world.ready()
     speeds = [0.2, -0.01, -0.5, -0.5]
-    for _ in range(60):
+    for cycle in range(60):
+        if cycle == 40:
+            before = [world.arm.position(joint.name) for joint in joints]
         start = world.arm.now()
         read_states(joints)
         world.tap.calls.clear()
         outcomes = drive(joints, speeds)
         assert [[t.write[0] for t in call] for call in world.tap.calls] == [[Register.SETRPM] * 4]
         world.arm.clock.sleep_until(start + PERIOD)
-    for joint, speed, outcome in zip(joints, speeds, outcomes, strict=True):
-        assert world.arm.velocity(joint.name) == pytest.approx(speed, rel=0.1)
+    for joint, speed, outcome, at in zip(joints, speeds, outcomes, before, strict=True):
+        moved = world.arm.position(joint.name) - at
+        assert moved / (20 * PERIOD) == pytest.approx(speed, rel=0.1)
         assert isinstance(outcome, JointSample)
         assert outcome.position == joint.last.position
 
@@ -324,7 +327,9 @@ def test_a_joint_without_room_is_stopped_and_the_others_are_driven(v1: bool) -> 
         world.arm.clock.sleep_until(start + PERIOD)
     assert stopped
     assert driven
-    assert world.arm.position("j3") <= joints[0].parameters.upper
+    assert world.tap.count(Register.STOP) > 0
+    # The joint's own zero is as good as its homing.
+    assert world.arm.position("j3") <= joints[0].parameters.upper + 2e-3
     assert world.arm.velocity("j4") == pytest.approx(-1.0, rel=0.1)
 
 

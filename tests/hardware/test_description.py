@@ -107,6 +107,7 @@ WRONG = [
     (param("offset", "0.058"), "", "gripper: offset is missing"),
     (param("reduction", "3333.3"), param("reduction", "0"), "gripper: reduction: it must not be"),
     ('<robot name="bioscara">', '<robot name="bioscara"><oops>', "not XML"),
+    ('<?xml version="1.0"?>', "<!DOCTYPE robot>", "no document type"),
     ('<?xml version="1.0"?>', '<!DOCTYPE robot [<!ENTITY a "b">]>', "no document type"),
 ]  # fmt: skip
 

@@ -6,7 +6,13 @@ import math
 
 import pytest
 
-from bioscara.errors import HomingError, InvalidArgumentError, ModeSwitchError
+from bioscara.bus import Direction, When
+from bioscara.errors import (
+    BusTimeoutError,
+    HomingError,
+    InvalidArgumentError,
+    ModeSwitchError,
+)
 from bioscara.hardware import ArmHardware, Mode, State
 from bioscara.protocol import Register
 from control.world import NAMES, PARAMETERS
@@ -179,3 +185,32 @@ def test_deactivation_ends_a_homing() -> None:
     assert not arm.axes[0].homing.running
     assert abs(world.arm.velocity("j1")) < 0.002
     assert not world.arm.has_torque("j1")
+
+
+@BOTH
+def test_a_stop_that_is_lost_is_repeated_in_the_next_cycle(v1: bool) -> None:
+    world, arm = active(v1=v1)
+    claim(arm, "j3/home")
+    arm.commands["j3/home"].value = -1.0
+    for _ in range(50):
+        cycle(world, arm)
+    world.bus.lose(Direction.OUT, When(address=0x13, first=Register.STOP, count=3))
+    arm.commands["j3/home"].value = 0.0
+    assert [type(problem) for problem in cycle(world, arm)] == [BusTimeoutError]
+    assert arm.axes[2].homing.running
+    assert cycle(world, arm) == []
+    assert not arm.axes[2].homing.running
+    world.arm.run(0.5)
+    assert abs(world.arm.velocity("j3")) < 0.005
+
+
+def test_a_start_whose_answers_are_lost_leaves_nothing_running() -> None:
+    world, arm = active(v1=True)
+    claim(arm, "j3/home")
+    world.bus.lose(Direction.BACK, When(address=0x13, first=Register.HOME))
+    arm.commands["j3/home"].value = -1.0
+    assert len(cycle(world, arm)) == 1
+    for _ in range(20):
+        cycle(world, arm)
+    assert abs(world.arm.velocity("j3")) < 0.005
+    assert not arm.axes[2].homing.running

@@ -337,3 +337,14 @@ def test_the_arm_is_usable_over_a_bus_of_no_time() -> None:
     arm = SimulatedArm(frequency=None)
     hardware = ArmHardware("arm", FirmwareBus(arm), arm.clock, PARAMETERS.joints)
     assert hardware.set_state(State.ACTIVE) is State.ACTIVE
+
+
+def test_usr1_the_faults_of_a_dead_arm_are_told_once() -> None:
+    world = Stack()
+    world.switch("hold")
+    for name in NAMES:
+        world.arm.set_power(name, False)
+    world.run(0.5)
+    count = len(world.supervisor.faults)
+    world.run(1.0)
+    assert 0 < len(world.supervisor.faults) == count

@@ -8,7 +8,13 @@ from dataclasses import replace
 import pytest
 
 from bioscara.bus import Direction, When
-from bioscara.errors import InvalidArgumentError, JointFaultError, LimitError, ModeSwitchError
+from bioscara.errors import (
+    InvalidArgumentError,
+    JointFaultError,
+    LimitError,
+    ModeSwitchError,
+    SwitchError,
+)
 from bioscara.hardware import ArmHardware, Mode, State
 from bioscara.protocol import Register
 from control.world import NAMES, PARAMETERS
@@ -115,6 +121,7 @@ def test_rule_25_a_change_of_motion_mode_starts_from_what_is_measured(v1: bool) 
     switch(arm, "j3/position", stop=("j3/velocity",))
     here = world.arm.position("j3")
     assert arm.commands["j3/position"].value == pytest.approx(here, abs=0.05)
+    arm.commands["j3/velocity"].value = 9.0
     switch(arm, "j3/velocity", stop=("j3/position",))
     assert arm.commands["j3/velocity"].value == pytest.approx(-0.5, abs=0.1)
 
@@ -235,3 +242,10 @@ def test_limits_of_the_hardware_are_those_it_was_given() -> None:
     assert {name: limit.max_velocity for name, limit in arm.limits.items()} == {
         joint.name: joint.max_velocity for joint in slow
     }
+
+
+def test_rule_51_interfaces_of_inactive_hardware_cannot_be_commanded() -> None:
+    world = Stack()
+    world.hardware.deactivate()
+    with pytest.raises(SwitchError, match="bioscara_arm is inactive; activate it first"):
+        world.switch("hold")

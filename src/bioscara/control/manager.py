@@ -208,6 +208,8 @@ class ControllerManager:
         for component in self.components:
             if component.available:
                 self._execution.exchange(component, component.read, time, period)
+            else:
+                component.problems.clear()
         measured = perf_counter()
         self._execution.update_all(time, period)
         self.limiter.apply(period)

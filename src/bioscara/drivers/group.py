@@ -122,7 +122,8 @@ def drive(
     frames: Frames = []
     for index, (joint, velocity) in enumerate(zip(joints, velocities, strict=True)):
         try:
-            joint.require_ready()
+            if not joint.is_ready():
+                joint.require_ready()
             if velocity:
                 joint.require_room(velocity, joint.last, joint.clock.now())
         except LimitError as error:

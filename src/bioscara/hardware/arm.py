@@ -8,11 +8,7 @@ from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers import Joint, JointSample, drive, read_states, track
 from bioscara.drivers.cycle import Outcome
-from bioscara.errors import (
-    BioscaraError,
-    HardwareError,
-    JointError,
-)
+from bioscara.errors import BioscaraError, HardwareError, JointError
 from bioscara.hardware.axis import HALTED, Axis
 from bioscara.hardware.component import HardwareComponent
 from bioscara.hardware.description import read_arm
@@ -88,6 +84,7 @@ class ArmHardware(HardwareComponent):
 
     def on_configure(self) -> None:
         """Greet every joint; if one does not answer, all are let go."""
+        self._late.clear()
         try:
             for axis in self.axes:
                 axis.joint.init()
@@ -146,7 +143,7 @@ class ArmHardware(HardwareComponent):
             if before is State.ACTIVE:
                 self.on_deactivate()
         except HardwareError as error:
-            self._late.append(error)
+            self.problems.append(error)
         finally:
             self.on_cleanup()
 
@@ -177,10 +174,13 @@ class ArmHardware(HardwareComponent):
         for axis in self.axes:
             axis.answered = False
             axis.publish()
-        self._require_some()
+        if all(axis.gone for axis in self.axes):
+            raise HardwareError(
+                f"{self.name}: no joint can be reached; first: {self.axes[0].halted}", self.name
+            )
 
     def write(self, time: float, period: float) -> None:
-        """Send what is claimed: one bus call for all joints that follow positions."""
+        """Send what is claimed: one bus call for all positions, one for all velocities."""
         before = self._clock.now()
         following, driven = [], []
         for axis in self.axes:
@@ -309,10 +309,3 @@ class ArmHardware(HardwareComponent):
             # With a command of 0 it is told to stop, cycle by cycle, until it heard.
             command.value, command.problem = 0.0, error
             self.problems.append(error)
-
-    def _require_some(self) -> None:
-        """Raise if no joint can be reached at all."""
-        if all(axis.gone for axis in self.axes):
-            raise HardwareError(
-                f"{self.name}: no joint can be reached; first: {self.axes[0].halted}", self.name
-            )
