@@ -103,7 +103,7 @@ def switch_at_random(count: int, seed: int) -> Outcome:
         moving += any(
             abs(axis.velocity.value) > 0.05 * axis.velocity_limit for axis in world.hardware.axes
         )
-        for _ in range(dice.choice((1, 1, 2, 3, 5))):
+        for _ in range(dice.choice((1, 1, 1, 2, 3))):
             now += period
             world.clock.sleep_until(now)
             manager.cycle(world.clock.now(), period)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Iterator
+from typing import cast
 
 import pytest
 
@@ -13,7 +14,7 @@ from bioscara.control.supervisor import FaultState
 from bioscara.errors import FaultedError, SwitchError
 from bioscara.hardware import Mode, State
 from control.switching_at_speed import switch_at_random
-from control.wild import Wild, boom
+from control.wild import Wild, boom, wild
 from control.world import BOTH, LIMITS, World
 
 SWITCHES = int(os.environ.get("BIOSCARA_SWITCHES", "5000"))
@@ -25,13 +26,7 @@ NUMBERS = [math.nan, math.inf, -math.inf]
 def world() -> Iterator[World]:
     """An arm with a controller that moves j1 at 0.5 rad/s."""
     world = World(at={"j1": -1.0, "j2": 0.2, "j3": 0.0, "j4": 0.0})
-    made = world.load(
-        "mover",
-        "test/Wild",
-        commands=("j1/position", "j1/velocity"),
-        fallback_controllers=("hold",),
-    )
-    assert isinstance(made, Wild)
+    made = wild(world, "mover", "j1/position", "j1/velocity", fallback_controllers=("hold",))
     position, speed = -1.0, 0.0
 
     def move() -> None:
@@ -49,9 +44,7 @@ def world() -> Iterator[World]:
 
 
 def mover(world: World) -> Wild:
-    controller = world.manager.controller("mover")
-    assert isinstance(controller, Wild)
-    return controller
+    return cast("Wild", world.manager.controller("mover"))
 
 
 def write(world: World, value: float) -> None:
@@ -103,8 +96,7 @@ def test_host6_a_controller_that_is_stuck_is_a_fault_and_the_arm_stands(world: W
 def test_host7_hold_takes_over_at_speed_from_every_kind_of_command(
     world: World, commands: tuple[str, ...]
 ) -> None:
-    other = world.load("other", "test/Wild", commands=tuple(f"j1/{kind}" for kind in commands))
-    assert isinstance(other, Wild)
+    other = wild(world, "other", *(f"j1/{kind}" for kind in commands))
     world.switch("other", off=("mover",))
 
     def go_on() -> None:

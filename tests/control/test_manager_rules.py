@@ -21,7 +21,7 @@ from bioscara.errors import (
     SwitchError,
 )
 from bioscara.hardware import State
-from control.wild import Box, Wild, boom
+from control.wild import Box, boom, wild
 from control.world import NAMES, World
 
 J1, J2 = "j1/position", "j2/position"
@@ -49,12 +49,6 @@ def world(homed: World) -> Iterator[World]:
 @pytest.fixture
 def unhomed() -> World:
     return World(home=False)
-
-
-def wild(world: World, name: str, *commands: str, **values: object) -> Wild:
-    controller = world.load(name, "test/Wild", commands=commands, **values)
-    assert isinstance(controller, Wild)
-    return controller
 
 
 def test_rule_44_load_refuses_a_taken_name_an_unknown_type_and_itself_as_fallback(

@@ -10,6 +10,7 @@ from bioscara.control.registry import TYPES
 from bioscara.errors import HardwareError
 from bioscara.hardware import POSITION, CommandInterface, HardwareComponent, State, StateInterface
 from bioscara.model import JointParameters
+from control.world import World
 
 
 class WildParameters(Parameters):
@@ -113,6 +114,14 @@ def boom(text: str = "boom") -> Callable[[], object]:
         raise ValueError(text)
 
     return hook
+
+
+def wild(world: World, name: str, *commands: str, **values: object) -> Wild:
+    """Load and configure a wild controller that claims ``commands``."""
+    TYPES[Wild.TYPE] = Wild
+    controller = world.load(name, Wild.TYPE, commands=commands, **values)
+    assert isinstance(controller, Wild)
+    return controller
 
 
 TYPES[Wild.TYPE] = Wild
