@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from bioscara.control.loop import Cycle, Loop
 from bioscara.control.manager import ControllerManager
 from bioscara.control.supervisor import Supervisor
 from bioscara.hardware import ArmHardware
-from bioscara.model import load_parameters
+from bioscara.model import JointParameters, load_parameters
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 PARAMETERS = load_parameters()
@@ -35,6 +35,7 @@ class World:
         at: Where the joints are then [rad or m]; None leaves them near their end stops.
         folder: For evidence of faults.
         frequency: Of the bus [Hz]; None for a bus that takes no time.
+        joints: What the joints are.
     """
 
     def __init__(
@@ -46,6 +47,7 @@ class World:
         at: Mapping[str, float] | None = None,
         folder: Path = Path("/nonexistent"),
         frequency: float | None = 400e3,
+        joints: Sequence[JointParameters] = PARAMETERS.joints,
     ) -> None:
         self.arm = SimulatedArm(
             seed=1, v1=v1, positions={**NEAR, **(near or {})}, frequency=frequency
@@ -53,7 +55,7 @@ class World:
         self.bus = FaultyBus(FirmwareBus(self.arm), seed=1, clock=self.arm.clock)
         self.clock = self.arm.clock
         self.rate = 50 if v1 else 100
-        self.hardware = ArmHardware("bioscara_arm", self.bus, self.clock, PARAMETERS.joints)
+        self.hardware = ArmHardware("bioscara_arm", self.bus, self.clock, joints)
         self.hardware.configure()
         self.hardware.activate()
         if home:

@@ -20,6 +20,9 @@ _ROUNDING = 1e-6
 _REACTION = 2.0 * WATCHDOG_MS * 1e-3
 """Time that a joint under velocity control may go on before it brakes [s]: it stops by itself
 when it hears nothing for its watchdog time, and its driver asks for room for that."""
+_CREEP = 0.01
+"""Share of the highest speed for which a joint under velocity control keeps room to brake when it
+has come to a limit: the speed that its driver measures is not finer than this."""
 
 
 class Guard:
@@ -198,10 +201,9 @@ class Guard:
         speed = min(max(speed, -self._fastest), self._fastest)
         if math.isfinite(here):
             reaction = _REACTION + 2.0 * period
-            speed = min(
-                max(speed, -self._brakeable(here - self._lower, reaction)),
-                self._brakeable(self._upper - here, reaction),
-            )
+            down = self._brakeable(here - self._lower, reaction)
+            up = self._brakeable(self._upper - here, reaction)
+            speed = min(max(speed, -down), up)
             here = min(max(here + speed * period, self._lower), self._upper)
         if speed != wanted:
             self._velocity_command.value = speed
@@ -221,6 +223,7 @@ class Guard:
 
     def _brakeable(self, way: float, reaction: float) -> float:
         """Return the speed from which one comes to rest in ``way``, braking after ``reaction``."""
+        way -= _CREEP * self._fastest * reaction
         if way <= 0.0:
             return 0.0
         acceleration = self._acceleration

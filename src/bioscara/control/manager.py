@@ -255,7 +255,8 @@ class ControllerManager:
 
     def _carry_out(self, switch: Switch, time: float) -> None:
         for controller in switch.activate:
-            self._roster.check_fallbacks(controller)
+            for fallback in self._roster.check_fallbacks(controller):
+                self.claims.check((fallback,), self.controllers)
         changes = self._handover.prepare(switch)
         problems = self._handover.carry_out(switch, changes, time)
         leaving = {controller.name for controller in switch.deactivate}

@@ -100,12 +100,13 @@ class Roster:
                     waiting += self.controllers[name].parameters.fallback_controllers
         return found
 
-    def check_fallbacks(self, controller: AnyController) -> None:
-        """Check that each fallback could take over, should ``controller`` fail.
+    def check_fallbacks(self, controller: AnyController) -> list[AnyController]:
+        """Return all fallbacks of ``controller``, each of which is in a state to take over.
 
         Raises:
-            SwitchError: One could not, or they lead back to where they started.
+            SwitchError: One is not, or they lead back to where they started.
         """
+        ready: list[AnyController] = []
         refused = f"{controller.name} cannot be activated: "
         for name in self.fallbacks(controller):
             fallback = self.controllers.get(name)
@@ -117,6 +118,8 @@ class Roster:
                 raise SwitchError(
                     f"{refused}its fallback {name} is {fallback.state.label}; configure it first"
                 )
+            ready.append(fallback)
+        return ready
 
     def _look_at_rate(self, controller: AnyController) -> None:
         asked = controller.parameters.update_rate

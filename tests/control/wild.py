@@ -1,0 +1,127 @@
+"""A controller and a hardware component that do whatever a test tells them to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from bioscara.control.controller import Controller
+from bioscara.control.parameters import Parameters
+from bioscara.control.registry import TYPES
+from bioscara.errors import HardwareError
+from bioscara.hardware import POSITION, CommandInterface, HardwareComponent, State, StateInterface
+from bioscara.model import JointParameters
+from control.world import World
+
+
+class WildParameters(Parameters):
+    """Which interfaces it wants."""
+
+    commands: tuple[str, ...] = ()
+    states: tuple[str, ...] = ()
+
+
+class Wild(Controller[WildParameters]):
+    """Runs hooks that a test sets; keeps what it was told."""
+
+    TYPE = "test/Wild"
+    PARAMETERS = WildParameters
+
+    def __init__(self, name: str, parameters: WildParameters) -> None:
+        super().__init__(name, parameters)
+        self.hooks: dict[str, Callable[[], object]] = {}
+        self.periods: list[float] = []
+
+    @property
+    def command_interfaces(self) -> tuple[str, ...]:
+        return self.parameters.commands
+
+    @property
+    def state_interfaces(self) -> tuple[str, ...]:
+        return self.parameters.states
+
+    def on_activate(self, time: float) -> None:
+        self._run("activate")
+
+    def on_deactivate(self, time: float) -> None:
+        self._run("deactivate")
+
+    def update(self, time: float, period: float) -> None:
+        self.periods.append(period)
+        self._run("update")
+
+    def _run(self, hook: str) -> None:
+        if hook in self.hooks:
+            self.hooks[hook]()
+
+
+class Box(HardwareComponent):
+    """One joint, ``g``, with a position and a ``switch``; raises in the steps that are named.
+
+    ACTIVE from the beginning.
+    """
+
+    def __init__(self, *breaks: str) -> None:
+        super().__init__("box", "actuator")
+        self.breaks = set(breaks)
+        for kind in (POSITION, "switch"):
+            self.states[f"g/{kind}"] = StateInterface("g", kind)
+        self.commands[f"g/{POSITION}"] = CommandInterface("g", POSITION)
+        self.commands[f"g/{POSITION}"].value = 0.0
+        self.configure()
+        self.activate()
+
+    @property
+    def limits(self) -> Mapping[str, JointParameters]:
+        return {}
+
+    def on_configure(self) -> None:
+        self._step("configure")
+
+    def on_activate(self) -> None:
+        self._step("activate")
+
+    def on_deactivate(self) -> None:
+        self._step("deactivate")
+
+    def on_cleanup(self) -> None:
+        self._step("cleanup")
+
+    def on_shutdown(self, before: State) -> None:
+        self._step("shutdown")
+
+    def on_error(self, before: State) -> None:
+        self._step("error")
+
+    def read(self, time: float, period: float) -> None:
+        self._step("read")
+        self.states[f"g/{POSITION}"].value = 0.25
+
+    def write(self, time: float, period: float) -> None:
+        self._step("write")
+
+    def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
+        self._step("perform")
+
+    def _step(self, name: str) -> None:
+        if name in self.breaks:
+            raise HardwareError(f"{name} failed", self.name)
+
+
+def boom(text: str = "boom") -> Callable[[], object]:
+    """Return a hook that raises."""
+
+    def hook() -> object:
+        raise ValueError(text)
+
+    return hook
+
+
+def wild(world: World, name: str, *commands: str, **values: object) -> Wild:
+    """Load and configure a wild controller that claims ``commands``."""
+    TYPES[Wild.TYPE] = Wild
+    controller = world.load(name, Wild.TYPE, commands=commands, **values)
+    assert isinstance(controller, Wild)
+    return controller
+
+
+TYPES[Wild.TYPE] = Wild
