@@ -67,13 +67,13 @@ class World:
         self.loop = Loop(self.manager, self.supervisor, self.record, self.clock, self.rate)
         self.loop.step()
         if at is not None:
-            self._go(at)
+            self.go(at)
 
-    def joint(self, name: str):  # type: ignore[no-untyped-def]  # noqa: ANN201
+    def joint(self, name: str):  # type: ignore[no-untyped-def]
         """Return the driver of a joint."""
         return self.hardware.joints[NAMES.index(name)]
 
-    def axis(self, name: str):  # type: ignore[no-untyped-def]  # noqa: ANN201
+    def axis(self, name: str):  # type: ignore[no-untyped-def]
         """Return the axis of a joint."""
         return self.hardware.axes[NAMES.index(name)]
 
@@ -99,7 +99,8 @@ class World:
             self.loop.step()
         raise AssertionError(f"not done within {seconds} s of arm time")
 
-    def _go(self, at: Mapping[str, float]) -> None:
+    def go(self, at: Mapping[str, float]) -> None:
+        """Bring the joints somewhere [rad or m] while no controller is active."""
         forward = self.load(
             "go",
             "forward_command_controller/ForwardCommandController",
