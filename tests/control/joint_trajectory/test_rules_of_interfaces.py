@@ -204,8 +204,14 @@ def test_rule_40_defaults() -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["joints", "command_interfaces", "state_interfaces", "action_monitor_rate"]
-    + ["interpolation_method", "interpolate_from_desired_state"],
+    [
+        "joints",
+        "command_interfaces",
+        "state_interfaces",
+        "action_monitor_rate",
+        "interpolation_method",
+        "interpolate_from_desired_state",
+    ],
 )
 def test_rule_40_parameters_are_read_only(name: str) -> None:
     made = parameters()
