@@ -12,6 +12,7 @@ TOPICS = {
     "simulation": "Simulation",
     "cycle": "One control cycle",
     "tracking": "Tracking a ramp",
+    "trajectory_sampling": "Sampling a trajectory",
     "startup": "Start-up",
 }
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"

@@ -75,7 +75,7 @@ class World:
         self.loop = Loop(self.manager, self.supervisor, self.record, self.clock, self.rate)
         self.loop.step()
         if at is not None:
-            self._go(at)
+            self.go(at)
 
     def joint(self, name: str):  # type: ignore[no-untyped-def]
         """Return the driver of a joint."""
@@ -107,7 +107,8 @@ class World:
             self.loop.step()
         raise AssertionError(f"not done within {seconds} s of arm time")
 
-    def _go(self, at: Mapping[str, float]) -> None:
+    def go(self, at: Mapping[str, float]) -> None:
+        """Bring the joints somewhere [rad or m] while no controller is active."""
         forward = self.load(
             "go",
             "forward_command_controller/ForwardCommandController",

@@ -1,0 +1,203 @@
+"""Laws of the curve, of splicing and of stopping."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import strategies as st
+
+from bioscara.control.joint_trajectory import ErrorCode, Point, Status
+from bioscara.control.joint_trajectory.course import Course
+from bioscara.control.joint_trajectory.messages import JointTrajectory, JointValues
+from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.joint_trajectory.player import Player, Request
+from bioscara.control.joint_trajectory.upsampling import upsampled
+from bioscara.control.joint_trajectory.validation import validate
+from bioscara.errors import GoalRejectedError
+from control.joint_trajectory.follower import BRAKES, NOTHING, Follower, smooth
+
+VALUES = st.floats(-3.0, 3.0)
+PERIOD = 0.01
+ON_THE_ARM = settings(
+    max_examples=20,
+    phases=[Phase.generate],
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+    derandomize=True,
+)
+
+
+@st.composite
+def points(draw: st.DrawFn, fields: int = 3, count: int = 2) -> list[Point]:
+    """Return points of two joints with positions, velocities, accelerations as far as asked."""
+    steps = draw(st.lists(st.floats(0.1, 2.0), min_size=count, max_size=6))
+    time, made = 0.0, []
+    for step in steps:
+        time += step
+        made.append(Point(time, *(draw(st.tuples(VALUES, VALUES)) for _ in range(fields))))
+    return made
+
+
+def close(left: JointValues, right: JointValues, fields: int, within: float = 1e-3) -> None:
+    for one, other in zip(left[:fields], right[:fields], strict=True):
+        assert one == pytest.approx(other, abs=within)
+
+
+@given(st.integers(1, 3).flatmap(lambda fields: st.tuples(st.just(fields), points(fields))))
+def test_the_curve_passes_through_every_point_as_far_as_that_is_given(
+    drawn: tuple[int, list[Point]],
+) -> None:
+    fields, through = drawn
+    course = Course(through)
+    course.begin(JointValues((0.0, 0.0), (0.1, 0.1), (0.0, 0.0)), 0.0)
+    for point in through:
+        for time in (point.time - 1e-9, point.time):
+            close(
+                course.sample(time).values,
+                JointValues(*point[1 : fields + 1], *((),) * (3 - fields)),
+                fields,
+            )
+        assert course.sample(point.time - 1e-9).point + 1 == course.sample(point.time).point
+
+
+@given(points(3), st.tuples(VALUES, VALUES), st.tuples(VALUES, VALUES))
+def test_the_lead_in_begins_in_the_start_state(
+    through: list[Point], where: tuple[float, float], speed: tuple[float, float]
+) -> None:
+    course = Course(through)
+    state = JointValues(where, speed, (0.0, 0.0))
+    course.begin(state, -0.5)
+    close(course.sample(-0.5).values, state, 3, 1e-9)
+
+
+@given(points(1, count=3))
+def test_an_upsampled_curve_is_twice_continuous_and_keeps_its_points(through: list[Point]) -> None:
+    smoothed = upsampled(through)
+    course = Course(smoothed)
+    for point, given_point in zip(smoothed, through, strict=True):
+        assert point.positions == given_point.positions
+    for point in smoothed[1:-1]:
+        before, after = (course.sample(point.time + off).values for off in (-1e-7, 1e-7))
+        scale = 1.0 + max(map(abs, before.accelerations))
+        close(before, after, 3, 1e-4 * scale)
+
+
+@settings(max_examples=60, phases=[Phase.generate])
+@given(
+    points(2),
+    points(2),
+    st.floats(0.05, 2.0),
+    st.floats(-1.0, 1.0),
+    st.floats(0.1, 1.5),
+)
+def test_splicing_is_continuous_in_position_and_velocity(
+    first: list[Point], second: list[Point], at: float, lead: float, scaling: float
+) -> None:
+    """Whatever starts whenever, with points to come or gone: the command never jumps."""
+    parameters = JointTrajectoryParameters.read(
+        "t", {"joints": ("a", "b"), "speed_scaling": {"initial_scaling_factor": scaling}}
+    )
+    lead = max(lead, 2 * PERIOD - second[-1].time)  # what has ended already is refused
+    first[-1] = first[-1]._replace(velocities=(0.0, 0.0))
+    second[-1] = second[-1]._replace(velocities=(0.0, 0.0))
+    rest = JointValues((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+    player = Player(parameters, PERIOD, rest.positions, 100.0)
+    player.waiting = Request(Course(first), 0.0, frozenset())
+    at = min(at, first[-1].time / scaling - 2 * PERIOD)
+    cycles = max(round(at / PERIOD), 1)
+    outputs = []
+    for cycle in range(1, cycles + 120):
+        now = 100.0 + cycle * PERIOD
+        if cycle == cycles:
+            player.waiting = Request(Course(second), now + lead, frozenset())
+        player.advance(now, PERIOD, rest)
+        outputs.append((player.ahead(), player.course))
+    steepness = {
+        id(course): _steepness(course) for course in {id(c): c for _, c in outputs}.values()
+    }
+    for (one, before), (two, after) in pairwise(outputs):
+        # What the curve itself does within a cycle is no jump; the curves may be steep.
+        steep = max(steepness[id(before)], steepness[id(after)])
+        for joint in range(2):
+            step = two.positions[joint] - one.positions[joint]
+            mean = (one.velocities[joint] + two.velocities[joint]) / 2.0
+            assert abs(step - mean * PERIOD * scaling) <= steep * (PERIOD * scaling) ** 2 + 1e-9
+            change = two.velocities[joint] - one.velocities[joint]
+            assert abs(change) <= 2.0 * steep * PERIOD * scaling + 1e-9
+
+
+def _steepness(course: Course) -> float:
+    """Return the highest acceleration on a course, from a fine sampling, with room."""
+    begin, end = course.begins, course.duration
+    count = 60
+    samples = [course.sample(begin + (end - begin) * n / count).values for n in range(count + 1)]
+    edges = [course.sample(point.time - 1e-9).values for point in course.points]
+    highest = max(abs(a) for values in (*samples, *edges) for a in values.accelerations)
+    return 1.2 * highest + 1.0
+
+
+@pytest.mark.parametrize("ramp", [True, False])
+def test_pln5_a_cancel_at_any_instant_stops_within_the_limits(
+    follower: Callable[..., Follower], ramp: bool
+) -> None:
+    arm = follower(constraints=BRAKES if ramp else {})
+
+    @ON_THE_ARM
+    @given(st.floats(0.0, 1.3), st.floats(0.0, 0.009), st.sampled_from([0.25, -0.25]))
+    def fuzz(at: float, within: float, way: float) -> None:
+        way = way if arm.measured[0] * way < 0.0 else -way
+        begin = arm.now
+        goal = arm.send(arm.move(way, 1.2))
+        arm.run(at)
+        arm.clock.sleep_until(arm.now + within)
+        finished = goal.done
+        arm.jtc.cancel(arm.now)
+        arm.step()
+        speeds = arm.seen[-1].velocities
+        for _ in range(150):
+            arm.step()
+        if not finished:
+            assert goal.status is Status.CANCELED
+            assert goal.error_code is ErrorCode.SUCCESSFUL
+        assert arm.jtc.holding
+        assert arm.seen[-1].velocities == pytest.approx(NOTHING, abs=1e-9)
+        assert [axis.velocity.value for axis in arm.world.hardware.axes] == pytest.approx(
+            NOTHING, abs=2e-2
+        )
+        assert arm.commanded == pytest.approx(arm.measured, abs=2e-3)
+        assert max(map(abs, speeds)) < 0.5
+        smooth(arm, begin, limited=not ramp)
+        assert arm.finish(arm.send(arm.move(0.0, 0.2))).status is Status.SUCCEEDED
+        assert not arm.world.supervisor.faults
+
+    fuzz()
+
+
+@given(st.lists(st.floats(0.0, 5.0), min_size=2, max_size=6))
+def test_pln2_times_that_do_not_increase_never_run(times: list[float]) -> None:
+    parameters = JointTrajectoryParameters(joints=("a",))
+    trajectory = JointTrajectory(("a",), tuple(Point(time, (0.0,)) for time in times))
+    if all(one < two for one, two in pairwise(times)):
+        assert len(validate(trajectory, parameters, 0.0, (0.0,))) == len(times)
+    else:
+        with pytest.raises(GoalRejectedError, match="does not come after"):
+            validate(trajectory, parameters, 0.0, (0.0,))
+
+
+def test_pln2_a_start_elsewhere_is_never_executed_raw(arm: Follower) -> None:
+    """The Robot refuses it; whoever sends it to the controller gets a ramp within the limits."""
+
+    @ON_THE_ARM
+    @given(st.floats(0.01, 0.3), st.sampled_from([0.0, 0.01, 0.5]))
+    def fuzz(off: float, first: float) -> None:
+        begin = arm.now
+        off = -off if arm.measured[0] > 0.0 else off
+        goal = arm.send(arm.move(off)._replace(time=first), arm.move(off * 1.1, first + 1.0))
+        arm.finish(goal)
+        arm.run(0.5)
+        smooth(arm, begin, limited=True)
+        assert not arm.world.supervisor.faults
+
+    fuzz()

@@ -1,0 +1,221 @@
+"""Rules 11 to 19: the curve through the points, and the time on it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import pairwise
+
+import pytest
+
+from bioscara.control.joint_trajectory import Point, Status
+from bioscara.control.joint_trajectory.course import Course
+from bioscara.control.joint_trajectory.messages import JointTrajectory, JointValues
+from bioscara.control.joint_trajectory.upsampling import timed, upsampled
+from bioscara.errors import GoalRejectedError
+from control.joint_trajectory.follower import NOTHING, Follower
+
+
+def test_rule_11_a_quintic_a_cubic_or_a_line_by_what_both_ends_have() -> None:
+    points = [
+        Point(0.0, (0.0,)),
+        Point(1.0, (2.0,), (0.0,)),
+        Point(2.0, (3.0,), (0.0,), (0.0,)),
+        Point(3.0, (4.0,), (0.0,), (0.0,)),
+    ]
+    course = Course(points)
+    assert course.sample(0.25).values == JointValues((0.5,), (2.0,), (0.0,))
+    cubic = course.sample(1.25).values
+    assert cubic.positions == pytest.approx((2.0 + 3 * 0.25**2 - 2 * 0.25**3,))
+    assert cubic.velocities == pytest.approx((6 * 0.25 - 6 * 0.25**2,))
+    assert cubic.accelerations == pytest.approx((6 - 12 * 0.25,))
+    quintic = course.sample(2.25).values
+    assert quintic.positions == pytest.approx((3.0 + 10 * 0.25**3 - 15 * 0.25**4 + 6 * 0.25**5,))
+
+
+def test_rule_12_before_the_first_point_it_comes_from_the_start_state() -> None:
+    state = JointValues((1.0,), (0.5,), (0.0,))
+    cubic, line = Course([Point(1.0, (2.0,), (0.0,))]), Course([Point(1.0, (2.0,))])
+    for course in (cubic, line):
+        course.begin(state, 0.0)
+        assert course.sample(0.0).values.positions == (1.0,)
+        assert course.sample(1.0).values.positions == (2.0,)
+    assert cubic.sample(0.0).values.velocities == (0.5,)
+    assert line.sample(0.0).values.velocities == (1.0,)
+
+
+def test_rule_12_the_start_state_is_measured(arm: Follower) -> None:
+    handle = arm.send(arm.move(0.1, 1.0))
+    arm.step()
+    feedback = arm.jtc.feedback
+    assert feedback is not None
+    assert feedback.desired.positions == feedback.actual.positions == arm.measured
+    assert arm.finish(handle).status is Status.SUCCEEDED
+
+
+def test_rule_12_or_what_was_commanded(follower: Callable[..., Follower]) -> None:
+    arm = follower(interpolate_from_desired_state=True, allow_trajectory_replacement=False)
+    arm.send(arm.move(0.2, 1.0))
+    before = arm.run(0.5)[-1]
+    arm.send(arm.move(-0.1, 1.0))
+    arm.step()
+    assert arm.jtc.feedback is not None
+    assert arm.jtc.feedback.desired.positions == pytest.approx(before.positions, abs=1e-9)
+    assert arm.jtc.feedback.desired.velocities == pytest.approx(before.velocities, abs=1e-9)
+
+
+def test_rule_12_it_creeps_towards_the_first_point_while_it_waits_for_the_stamp(
+    arm: Follower,
+) -> None:
+    start, goal = arm.commanded, arm.move(0.1, 1.0)
+    handle = arm.send(goal, stamp=arm.now + 1.0)
+    arm.run(1.0)
+    assert arm.commanded[0] == pytest.approx((start[0] + goal.positions[0]) / 2.0, abs=2e-3)
+    begin = arm.now
+    arm.finish(handle)
+    assert arm.now - begin == pytest.approx(1.0, abs=0.03)
+
+
+def test_rule_13_a_first_point_at_time_zero_is_stepped_to_within_the_limits(
+    arm: Follower,
+) -> None:
+    goal = arm.move(0.02)
+    arm.send(goal._replace(time=0.0), arm.move(0.02, 2.0))
+    arm.step()
+    assert arm.jtc.feedback is not None
+    assert arm.jtc.feedback.desired.positions == goal.positions
+    assert arm.commanded != pytest.approx(goal.positions, abs=1e-3)
+    assert arm.interventions > 0
+
+
+def test_rule_14_after_the_last_point_it_stays_there_at_rest() -> None:
+    course = Course([Point(0.0, (0.0,), (0.0,)), Point(1.0, (2.0,), (1.0,))])
+    assert course.sample(1.0).values == JointValues((2.0,), (1.0,), (0.0,))
+    assert course.sample(1.5).values == JointValues((2.0,), (0.0,), (0.0,))
+    assert course.sample(1.5).point == 2
+
+
+def test_rule_15_without_interpolation_the_next_point_is_output() -> None:
+    points = [Point(1.0, (1.0,)), Point(2.0, (2.0,)), Point(3.0, (5.0,))]
+    course = Course(points, interpolate=False)
+    course.begin(JointValues((0.5,), (9.0,), (0.0,)), 0.0)
+    outputs = [course.sample(time).values.positions[0] for time in (0.0, 0.9, 1.1, 2.5, 3.5)]
+    assert outputs == [0.5, 0.5, 2.0, 5.0, 5.0]
+    assert course.sample(0.9).values.velocities == (0.0,)
+
+
+def test_rule_15_the_arm_goes_from_point_to_point(follower: Callable[..., Follower]) -> None:
+    arm = follower(interpolation_method="none")
+    start, goal = arm.commanded, arm.move(0.01, 0.5)
+    handle = arm.send(goal)
+    assert arm.run(0.45)[-1].positions == pytest.approx(start, abs=1e-4)
+    assert arm.finish(handle).status is Status.SUCCEEDED
+    arm.run(0.5)
+    assert arm.measured == pytest.approx(goal.positions, abs=2e-3)
+
+
+def test_rule_16_what_is_commanded_is_one_cycle_ahead_of_what_is_judged(arm: Follower) -> None:
+    arm.send(arm.move(0.1, 1.0))
+    arm.run(0.3)
+    for _ in range(20):
+        commanded = arm.step()
+        arm.world.loop.step()
+        feedback = arm.jtc.feedback
+        assert feedback is not None
+        assert feedback.desired.positions == pytest.approx(commanded.positions, abs=1e-6)
+        assert feedback.desired.velocities == pytest.approx(commanded.velocities, abs=1e-5)
+
+
+def test_rule_17_a_revolute_joint_takes_the_plain_difference(arm: Follower) -> None:
+    """No joint of the arm is continuous: a goal beyond half a turn is no shorter way."""
+    goal = arm.move(0.0, 8.0)
+    goal = goal._replace(positions=(*goal.positions[:3], 2.9))
+    handle = arm.send(goal)
+    arm.run(0.1)
+    arm.finish(handle)
+    assert all(
+        after.positions[3] >= before.positions[3] - 1e-4 for before, after in pairwise(arm.seen)
+    )
+    back = arm.send(arm.move(0.0, 9.0)._replace(positions=(*goal.positions[:3], -2.9)))
+    arm.finish(back)
+    assert arm.measured[3] == pytest.approx(-2.9, abs=2e-3)
+
+
+def test_rule_18_the_factor_scales_the_time_and_zero_pauses(arm: Follower) -> None:
+    handle = arm.send(arm.move(0.2, 2.0))
+    arm.run(0.5)
+    arm.jtc.set_scaling(0.0)
+    arm.run(1.1)
+    feedback = arm.jtc.feedback
+    assert feedback is not None
+    arm.run(1.0)
+    assert arm.jtc.feedback is not None
+    assert arm.jtc.feedback.trajectory_time == feedback.trajectory_time
+    assert arm.seen[-1].velocities == NOTHING
+    arm.jtc.set_scaling(1.0)
+    assert arm.finish(handle).status is Status.SUCCEEDED
+
+
+def test_rule_18_a_half_is_half_as_fast(follower: Callable[..., Follower]) -> None:
+    arm = follower(speed_scaling={"initial_scaling_factor": 0.5})
+    begin, handle = arm.now, arm.send(arm.move(0.1, 1.0))
+    assert arm.finish(handle).status is Status.SUCCEEDED
+    assert arm.now - begin == pytest.approx(2.0, abs=0.03)
+    state = arm.jtc.controller_state
+    assert state is not None
+    assert state.speed_scaling_factor == 0.5
+
+
+def test_rule_18_a_change_of_the_factor_steps_no_velocity(arm: Follower) -> None:
+    before = arm.interventions
+    handle = arm.send(arm.move(0.3, 2.0))
+    arm.run(0.7)
+    arm.jtc.set_scaling(0.3)
+    arm.run(0.9)
+    arm.jtc.set_scaling(1.2)
+    assert arm.finish(handle).status is Status.SUCCEEDED
+    assert arm.interventions == before
+
+
+@pytest.mark.parametrize("factor", [-0.1, float("nan"), float("inf")])
+def test_rule_18_a_negative_factor_is_refused_and_changes_nothing(
+    arm: Follower, factor: float
+) -> None:
+    with pytest.raises(GoalRejectedError, match="speed scaling"):
+        arm.jtc.set_scaling(factor)
+    arm.run(0.2)
+    assert arm.jtc.scaling == 1.0
+
+
+def test_rule_19_positions_alone_get_the_velocities_of_a_smooth_spline() -> None:
+    points = [Point(t, p) for t, p in ((0.0, (0.0, 1.0)), (1.0, (1.0, 1.0)), (2.5, (0.0, 1.0)))]
+    smooth = upsampled(points)
+    assert smooth[0].velocities == smooth[-1].velocities == (0.0, 0.0)
+    assert [point.velocities[1] for point in smooth] == [0.0, 0.0, 0.0]
+    course = Course(smooth)
+    left, right = course.sample(1.0 - 1e-9).values, course.sample(1.0 + 1e-9).values
+    assert left.velocities == pytest.approx(right.velocities, abs=1e-6)
+    assert left.accelerations == pytest.approx(right.accelerations, abs=1e-6)
+
+
+def test_rule_19_points_without_times_come_at_the_policys_frequency() -> None:
+    points = tuple(Point(0.0, (float(n),)) for n in range(3))
+    trajectory = JointTrajectory(("a",), points, 5.0)
+    assert [point.time for point in timed(trajectory, 4.0).points] == [0.25, 0.5, 0.75]
+    assert timed(trajectory, 4.0).stamp == 5.0
+    assert timed(trajectory, 0.0) is trajectory
+    given = JointTrajectory(("a",), (points[0], points[1]._replace(time=1.0)))
+    assert timed(given, 4.0) is given
+
+
+def test_rule_19_concerns_trajectories_without_a_goal_only(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(positions_upsampling={"enable": True, "policy_frequency": 5.0})
+    points = [Point(0.0, arm.move(way).positions) for way in (0.005, 0.02, 0.035, 0.04)]
+    with pytest.raises(GoalRejectedError, match="does not come after"):
+        arm.send(*points)
+    before = arm.interventions
+    arm.jtc.send_trajectory(arm.trajectory(*points), arm.now)
+    arm.run(1.0)
+    assert arm.commanded == pytest.approx(points[-1].positions, abs=1e-9)
+    assert arm.interventions == before

@@ -1,0 +1,230 @@
+"""Rules 20 to 28: one trajectory after another, cancel, hold."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from bioscara.control.joint_trajectory import ErrorCode, Point, Status
+from control.joint_trajectory.follower import BRAKES, NOTHING, Follower, smooth
+from control.world import LIMITS, NAMES
+
+
+def running(arm: Follower, way: float = 0.2) -> tuple[Point, Point]:
+    """Send a trajectory of two points over two seconds and let half of it pass."""
+    points = Point(0.0, arm.commanded, NOTHING), arm.move(way, 2.0)
+    arm.send(*points)
+    arm.run(1.0)
+    return points
+
+
+def test_rule_20_a_new_trajectory_goes_on_from_the_old_one(arm: Follower) -> None:
+    before, begin = arm.interventions, arm.now
+    running(arm)
+    goal = arm.send(arm.move(-0.05, 1.5))
+    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.interventions == before
+    smooth(arm, begin)
+
+
+def test_rule_20_the_old_one_is_kept_up_to_the_stamp(arm: Follower) -> None:
+    before, begin = arm.interventions, arm.now
+    _, end = running(arm)
+    # Where the old one is half way at a second, and at 27/32 of the way at one and a half.
+    new = arm.move(-0.05, 1.5)
+    goal = arm.send(new, stamp=arm.now + 0.5)
+    arm.run(0.5)
+    start = arm.seen[0].positions
+    way = end.positions[0] - start[0]
+    assert arm.commanded[0] == pytest.approx(start[0] + way * 27 / 32, abs=way * 0.02)
+    assert goal.feedback is not None
+    assert goal.feedback.point == 0 or goal.feedback.trajectory_time >= 0.0
+    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.measured == pytest.approx(new.positions, abs=2e-3)
+    assert arm.interventions == before
+    smooth(arm, begin)
+
+
+def test_rule_20_points_before_now_are_passed_over_without_a_step(arm: Follower) -> None:
+    before, begin = arm.interventions, arm.now
+    running(arm)
+    far = arm.move(0.3, 0.2)
+    goal = arm.send(far, arm.move(0.0, 2.5), stamp=arm.now - 0.5)
+    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.interventions == before
+    smooth(arm, begin)
+
+
+def test_rule_20_a_start_that_waits_outlives_the_end_of_the_old_one(arm: Follower) -> None:
+    _, end = running(arm)
+    new = arm.move(-0.05, 1.0)
+    goal = arm.send(new, stamp=arm.now + 1.5)
+    arm.run(1.4)
+    assert arm.commanded == pytest.approx(end.positions)
+    assert goal.status is Status.EXECUTING
+    arm.finish(goal)
+    assert arm.measured == pytest.approx(new.positions, abs=2e-3)
+
+
+def test_rule_20_without_replacement_it_starts_from_what_is_measured(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(allow_trajectory_replacement=False)
+    running(arm)
+    measured = arm.measured
+    goal = arm.send(arm.move(-0.05, 1.5), stamp=arm.now + 0.5)
+    arm.step()
+    assert goal.feedback is not None
+    assert goal.feedback.desired.positions == pytest.approx(goal.feedback.actual.positions)
+    assert goal.feedback.desired.positions == pytest.approx(measured, abs=5e-3)
+    assert goal.feedback.trajectory_time == pytest.approx(-0.5, abs=0.011)
+
+
+def test_rule_21_a_new_goal_aborts_the_one_that_runs(arm: Follower) -> None:
+    first = arm.send(arm.move())
+    arm.run(0.2)
+    second = arm.send(arm.move())
+    assert (first.status, first.error_code) == (Status.ABORTED, ErrorCode.INVALID_GOAL)
+    assert first.text == "Current goal preempted by new incoming action."
+    assert arm.finish(second).status is Status.SUCCEEDED
+
+
+def test_rule_22_a_trajectory_during_a_goal_is_what_the_goal_is_judged_on(arm: Follower) -> None:
+    goal = arm.send(arm.move(0.1, 1.0))
+    arm.run(0.3)
+    new = arm.move(-0.05, 2.0)
+    arm.jtc.send_trajectory(arm.trajectory(new), arm.now)
+    arm.run(1.9)
+    assert goal.status is Status.EXECUTING
+    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.measured == pytest.approx(new.positions, abs=2e-3)
+
+
+def test_rule_23_cancel_holds_what_is_measured_at_that_moment(arm: Follower) -> None:
+    goal = arm.send(arm.move(0.2, 2.0))
+    arm.run(1.0)
+    measured = arm.measured
+    arm.jtc.cancel(arm.now)
+    assert (goal.status, goal.error_code, goal.text) == (Status.CANCELED, 0, "")
+    arm.run(1.5)
+    assert arm.measured == pytest.approx(measured, abs=2e-3)
+    assert arm.jtc.holding
+
+
+def test_rule_23_or_ramps_down_at_the_given_deceleration(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(constraints=BRAKES)
+    before = arm.interventions
+    goal = arm.send(arm.move(0.4, 2.0))
+    last = arm.run(1.0)[-1]
+    arm.jtc.cancel(arm.now)
+    assert goal.status is Status.CANCELED
+    arm.run(1.5)
+    for index, name in enumerate(NAMES):
+        speed, limit = last.velocities[index], LIMITS[name].max_acceleration
+        way = speed * abs(speed) / (2.0 * limit)
+        assert arm.commanded[index] == pytest.approx(last.positions[index] + way, abs=1e-9)
+        assert arm.seen[-1].velocities[index] == 0.0
+    assert arm.interventions == before
+
+
+@pytest.mark.parametrize("scaling", [0.4, 1.5])
+def test_rule_23_the_ramp_starts_at_the_scaled_speed(
+    follower: Callable[..., Follower], scaling: float
+) -> None:
+    arm = follower(constraints=BRAKES, speed_scaling={"initial_scaling_factor": scaling})
+    before = arm.interventions
+    arm.send(arm.move(0.3, 3.0))
+    arm.run(1.0)
+    begin = arm.seen[-3].time
+    arm.jtc.cancel(arm.now)
+    arm.run(1.0)
+    smooth(arm, begin)
+    assert arm.interventions == before
+
+
+def test_rule_24_deactivation_aborts_and_leaves_positions_as_they_are(arm: Follower) -> None:
+    goal = arm.send(arm.move(0.05, 1.0))
+    last = arm.run(0.5)[-1]
+    arm.world.switch(off=("jtc",))
+    assert (goal.status, goal.error_code) == (Status.ABORTED, ErrorCode.INVALID_GOAL)
+    assert goal.text == "Current goal cancelled during deactivate transition."
+    assert arm.seen[-1].positions == last.positions
+    assert [axis.velocity_command.value for axis in arm.world.hardware.axes] == [0.0] * 4
+
+
+def test_rule_25_activation_holds_what_was_commanded_last(arm: Follower) -> None:
+    commanded = arm.commanded
+    arm.world.switch(off=("jtc",))
+    arm.world.switch("jtc")
+    arm.run(0.3)
+    assert arm.jtc.holding
+    assert arm.commanded == pytest.approx(arm.seen[-2].positions)
+    assert arm.commanded == pytest.approx(commanded, abs=1e-3)
+
+
+def test_rule_25_or_what_is_measured(follower: Callable[..., Follower]) -> None:
+    arm = follower(set_last_command_interface_value_as_state_on_activation=False)
+    arm.world.switch(off=("jtc",))
+    measured = arm.measured
+    arm.world.switch("jtc")
+    arm.step()
+    assert arm.jtc.feedback is not None
+    assert arm.jtc.feedback.desired.positions == pytest.approx(measured, abs=1e-6)
+
+
+def test_rule_26_holding_checks_no_tolerance_and_never_ends(
+    follower: Callable[..., Follower],
+) -> None:
+    tight = {name: {"trajectory": 1e-7, "goal": 1e-7} for name in NAMES}
+    arm = follower(constraints={"goal_time": 0.1, **tight}, cmd_timeout=0.2)
+    arm.run(1.0)
+    assert arm.jtc.holding
+    assert arm.jtc.warnings == []
+
+
+def test_rule_27_the_last_point_is_held_after_success(arm: Follower) -> None:
+    last = arm.move()
+    arm.finish(arm.send(last))
+    arm.run(0.2)
+    assert arm.commanded == last.positions
+    assert arm.seen[-1].velocities == NOTHING
+
+
+def test_rule_27_what_is_measured_is_held_after_a_violation(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(constraints={"j1": {"trajectory": 1e-5}})
+    goal = arm.send(arm.move(0.2, 1.0))
+    arm.finish(goal)
+    assert goal.status is Status.ABORTED
+    feedback = arm.jtc.feedback
+    assert feedback is not None
+    arm.run(1.0)
+    assert arm.commanded == pytest.approx(feedback.actual.positions, abs=1e-6)
+
+
+def test_rule_28_a_trajectory_that_is_never_reached_is_given_up(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(constraints={"goal_time": 0.0, "j1": {"goal": 1e-9}}, cmd_timeout=0.5)
+    arm.jtc.send_trajectory(arm.trajectory(arm.move(0.05, 0.5)), arm.now)
+    arm.run(0.9)
+    assert not arm.jtc.holding
+    arm.run(0.2)
+    assert arm.jtc.holding
+    assert "command timeout, 0.5 s after the last point" in arm.jtc.warnings[0]
+    goal = arm.send(arm.move(0.05, 0.5))
+    assert arm.finish(goal).error_code is ErrorCode.GOAL_TOLERANCE_VIOLATED
+
+
+def test_rule_28_a_timeout_within_goal_time_is_ignored_with_a_warning(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(constraints={"goal_time": 1.0, "j1": {"goal": 1e-9}}, cmd_timeout=0.5)
+    assert "cmd_timeout 0.5 s is ignored" in arm.jtc.warnings[0]
+    arm.jtc.send_trajectory(arm.trajectory(arm.move(0.05, 0.5)), arm.now)
+    arm.run(1.3)
+    assert not arm.jtc.holding

@@ -1,0 +1,162 @@
+"""Rules 1 to 10: what may be sent."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import pytest
+
+from bioscara.control.joint_trajectory import Goal, JointTrajectory, Point, Status
+from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.joint_trajectory.validation import validate
+from bioscara.errors import GoalRejectedError
+from control.joint_trajectory.follower import NOTHING, Follower
+
+JOINTS = ("a", "b")
+HERE = (7.0, 8.0)
+
+
+def check(
+    *points: Point, names: tuple[str, ...] = JOINTS, stamp: float = 0.0, now: float = 100.0, **more
+) -> tuple[Point, ...]:
+    parameters = JointTrajectoryParameters(joints=JOINTS, **more)
+    return validate(JointTrajectory(names, points, stamp), parameters, now, HERE)
+
+
+def refused(*points: Point, match: str, **more) -> None:
+    with pytest.raises(GoalRejectedError, match=match):
+        check(*points, **more)
+
+
+GOOD = Point(1.0, (1.0, 2.0))
+
+
+def test_rule_01_goals_and_trajectories_are_refused_while_inactive(arm: Follower) -> None:
+    arm.world.switch(off=("jtc",))
+    with pytest.raises(GoalRejectedError, match="jtc is inactive: activate it first"):
+        arm.send(arm.move())
+    with pytest.raises(GoalRejectedError, match="jtc is inactive"):
+        arm.jtc.send_trajectory(arm.trajectory(arm.move()), arm.now)
+    assert arm.jtc.goal is None
+
+
+def test_rule_02_names_fit_the_joints_in_any_order() -> None:
+    refused(GOOD, names=(), match="names no joints; name a, b")
+    refused(GOOD, names=("a",), match="leaves out b")
+    refused(GOOD, names=("a", "bb"), match="bb is not a joint .* did you mean b")
+    refused(GOOD, names=("a", "a"), match="a is named twice")
+    points = check(Point(1.0, (1.0, 2.0), (0.0, 0.0), (3.0, 4.0)), names=("b", "a"))
+    assert points == (Point(1.0, (2.0, 1.0), (0.0, 0.0), (4.0, 3.0)),)
+
+
+def test_rule_03_no_points_are_refused_and_the_motion_goes_on(arm: Follower) -> None:
+    refused(match="has no points")
+    goal = arm.send(arm.move())
+    arm.run(0.3)
+    with pytest.raises(GoalRejectedError, match="no points"):
+        arm.jtc.send_trajectory(arm.trajectory(), arm.now)
+    assert arm.finish(goal).status is Status.SUCCEEDED
+
+
+def test_rule_04_the_end_is_at_rest_unless_motion_is_allowed() -> None:
+    moving = Point(1.0, (1.0, 2.0), (0.0, 1e-3))
+    refused(moving, match=r"b ends at 0.001 rad/s or m/s, 1.19e-07 is the most")
+    assert check(Point(1.0, (1.0, 2.0), (0.0, -1.19e-7)))
+    assert check(GOOD)
+    assert check(moving, allow_nonzero_velocity_at_trajectory_end=True)
+
+
+def test_rule_05_a_stamp_is_refused_only_when_all_has_passed() -> None:
+    refused(GOOD, stamp=98.5, match=r"ended 0.500 s ago")
+    refused(GOOD, stamp=math.nan, match="stamp nan")
+    assert check(GOOD, stamp=99.5)
+    assert check(GOOD, stamp=200.0)
+
+
+def test_rule_05_a_start_in_the_past_is_joined_midway(arm: Follower) -> None:
+    start, end = arm.commanded, arm.move(0.1, 2.0)
+    arm.send(Point(0.0, start, NOTHING), end, stamp=arm.now - 1.0)
+    arm.step()
+    assert arm.jtc.feedback is not None
+    assert arm.jtc.feedback.trajectory_time == pytest.approx(1.0, abs=0.011)
+    assert arm.jtc.feedback.desired.positions[0] == pytest.approx(start[0] + 0.05, abs=1e-3)
+
+
+def test_rule_06_times_increase_strictly() -> None:
+    refused(GOOD, GOOD, match="point 1: time_from_start 1 s does not come after 1 s")
+    refused(GOOD, Point(0.5, (0.0, 0.0)), match="point 1: time_from_start 0.5 s")
+    refused(Point(-0.1, (0.0, 0.0)), match="point 0: time_from_start -0.1 s")
+    assert check(Point(0.0, (0.0, 0.0)), GOOD)
+
+
+def test_rule_07_fields_are_full_or_empty() -> None:
+    refused(Point(1.0), match="point 0: it has no positions")
+    refused(Point(1.0, (1.0,)), match="point 0: 1 positions for 2 joints")
+    refused(Point(1.0, (1.0, 2.0), (0.0,)), match="point 0: 1 velocities for 2 joints")
+    refused(Point(1.0, (1.0, 2.0), (), (1.0,) * 3), match="3 accelerations for 2 joints")
+    refused(
+        Point(1.0), allow_integration_in_goal_trajectories=True, match="nor anything to integrate"
+    )
+
+
+def test_rule_07_what_is_missing_is_integrated_by_the_trapezoid_rule() -> None:
+    points = check(
+        Point(1.0, (), (), (2.0, -2.0)),
+        Point(2.0, (), (), (-2.0, 2.0)),
+        Point(3.0, (), (0.0, 0.0)),
+        allow_integration_in_goal_trajectories=True,
+        allow_nonzero_velocity_at_trajectory_end=True,
+    )
+    assert [point.velocities for point in points] == [(1.0, -1.0), (1.0, -1.0), (0.0, 0.0)]
+    assert [point.positions for point in points] == [(7.5, 7.5), (8.5, 6.5), (9.0, 6.0)]
+
+
+def test_rule_08_effort_is_refused() -> None:
+    refused(GOOD._replace(effort=(1.0, 1.0)), match="point 0: effort cannot be commanded")
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
+@pytest.mark.parametrize("field", ["positions", "velocities", "accelerations"])
+def test_rule_09_stricter_nothing_but_finite_numbers(field: str, value: float) -> None:
+    refused(
+        GOOD._replace(**{field: (0.0, value)}),
+        match=f"point 0: {field} of b is {value}; every value must be finite",
+    )
+    refused(GOOD._replace(time=value), match="time_from_start")
+
+
+@pytest.mark.parametrize(("far", "seconds"), [(1e300, 1e-9), (1.0, 1e300), (0.2, 1e-200)])
+def test_rule_09_stricter_points_that_no_curve_can_join_are_refused(
+    arm: Follower, far: float, seconds: float
+) -> None:
+    points = (
+        Point(0.0, NOTHING, NOTHING, NOTHING),
+        Point(seconds, (far,) * 4, NOTHING, NOTHING),
+    )
+    with pytest.raises(GoalRejectedError, match="no curve can be drawn between the points at 0 s"):
+        arm.send(*points)
+
+
+def test_rule_10_joints_that_a_partial_goal_leaves_out_stay() -> None:
+    point = Point(1.0, (1.0,), (0.0,), (3.0,))
+    points = check(point, names=("b",), allow_partial_joints_goal=True)
+    assert points == (Point(1.0, (7.0, 1.0), (0.0, 0.0), (0.0, 3.0)),)
+    points = check(Point(1.0, (1.0,)), names=("b",), allow_partial_joints_goal=True)
+    assert points == (Point(1.0, (7.0, 1.0)),)
+
+
+def test_rule_10_or_go_on_along_the_trajectory_that_runs(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(allow_partial_joints_goal=True)
+    start, end = arm.commanded, arm.move(0.2, 3.0)
+    arm.send(Point(0.0, start, NOTHING), end)
+    arm.run(1.0)
+    goal = arm.jtc.send_goal(
+        Goal(JointTrajectory(("j1",), (Point(1.0, (start[0],), (0.0,)),))), arm.now
+    )
+    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.measured[0] == pytest.approx(start[0], abs=2e-3)
+    assert arm.measured[1:] == pytest.approx(end.positions[1:], abs=2e-3)
+    assert arm.seen[-1].time - arm.seen[0].time == pytest.approx(3.0, abs=0.1)
