@@ -111,7 +111,8 @@ class Loop:
     def restart(self) -> None:
         """Begin anew after a pause in which nothing ran: that is no overrun."""
         self._deadline = self._last = math.nan
-        self._in_a_row = 0
+        self._window.extend([False] * self.rate)
+        self._missed = self._in_a_row = 0
 
     def step(self) -> Cycle:
         """Wait for the next deadline and run one cycle."""

@@ -336,13 +336,17 @@ class Robot:
         return self._arm.clear_faults()
 
     def acknowledge(self) -> tuple[Fault, ...]:
-        """Take note of the faults: writes their evidence; nothing moves.
+        """Take note of the faults once the arm stands: writes their evidence; nothing moves.
 
         Raises:
             FaultedError: There is none.
             OSError: The evidence cannot be written.
         """
-        return tuple(self._running().supervisor.acknowledge())
+        stack = self._running()
+        stack.loop.restart()
+        while stack.supervisor.state is FaultState.STOPPING:
+            stack.loop.step()
+        return tuple(stack.supervisor.acknowledge())
 
     def recover(self) -> None:
         """Clear acknowledged faults; nothing moves, and :meth:`enable` comes next.
@@ -462,7 +466,7 @@ class Robot:
                 cycle = stack.loop.step()
                 observe(recorder.record(cycle, phase, zero))
                 if supervisor.state is not FaultState.CLEAR:
-                    raise _cause(supervisor.faults[0])
+                    raise supervisor.faults[0].cause
         except BaseException:
             self._come_to_rest(observe, recorder, zero)
             raise
@@ -492,8 +496,3 @@ class Robot:
         stack = self._running()
         stack.loop.restart()
         stack.loop.step()
-
-
-def _cause(fault: Fault) -> BaseException:
-    """Return what befell the arm as it is raised."""
-    return fault.cause
