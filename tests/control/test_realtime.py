@@ -51,6 +51,14 @@ def ask(*, drop: bool) -> list[str]:
     return done.stdout.splitlines()
 
 
+def test_the_command_line_refuses_a_priority_before_anything_else() -> None:
+    words = [sys.executable, "-m", "bioscara", "demo", "--priority", "100"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False)
+    assert done.returncode != 0
+    assert "priority 100 is outside 1 .. 99" in done.stderr
+    assert not done.stdout
+
+
 def test_without_permission_the_remedy_is_named_and_nothing_changes() -> None:
     told, back = ask(drop=True)
     assert "not permitted" in told

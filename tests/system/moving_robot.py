@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import sys
 
+from tests.system.homed_arm import START
+
 from bioscara.errors import BioscaraError
 from bioscara.robot import Robot
-from tests.system.homed_arm import START
 
 THERE = (-1.0, 0.22, 0.5, 0.0)
 

@@ -28,6 +28,7 @@ class Options(argparse.Namespace):
         v1: Whether the simulated joints speak protocol version 1 only.
         realtime: Whether simulated homing takes the time it takes.
         paced: Whether a simulated trajectory takes the time it takes.
+        priority: Real-time priority of the control loop; None for an ordinary process.
         out: Where to put the run's files; None for a new folder under ``runs``.
         file: The trajectory.
         fit: Whether to stretch the trajectory to the limits.
@@ -40,6 +41,7 @@ class Options(argparse.Namespace):
     v1: bool
     realtime: bool
     paced: bool
+    priority: int | None
     out: Path | None
     file: Path
     fit: bool
@@ -139,6 +141,13 @@ def _add_motion(parser: argparse.ArgumentParser) -> None:
         "--realtime",
         action="store_true",
         help="simulated homing takes the time it takes on the arm",
+    )
+    parser.add_argument(
+        "--priority",
+        metavar="N",
+        type=int,
+        help="run the control loop before everything else, as SCHED_FIFO N (1 .. 99, usually 80) "
+        "and with its memory locked; needs permission",
     )
     parser.add_argument(
         "--out",
