@@ -251,7 +251,7 @@ def rows() -> list[Row]:
             overruns < 1e-3 * cycles,
         ),
         Row(
-            f"memory over {MEMORY_CYCLES:.0e} cycles",
+            f"memory over {MEMORY_CYCLES} cycles",
             f"{grown / 1024:.0f} KiB more",
             f"after {_WARM} cycles",
             "at most 1 MiB more",

@@ -21,6 +21,7 @@ from bioscara.drivers import Setpoint, track
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import State
 from bioscara.hardware.capacity import exchange_time
+from bioscara.hardware.modes import Mode
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 
@@ -133,6 +134,17 @@ def test_host1_a_late_cycle_is_counted_and_not_caught_up_with_a_burst() -> None:
     assert world.loop.statistics.overruns == 1
     assert world.supervisor.state is FaultState.CLEAR
     assert world.loop.statistics.late.maximum == pytest.approx(1.5 * world.loop.period, rel=0.01)
+
+
+def test_host1_a_setpoint_after_a_held_up_cycle_leads_by_no_more_than_a_period() -> None:
+    world = moving()
+    axis = world.axis("j1")
+    speed = axis.velocity_command.value = 0.5
+    axis.mode = Mode.TRACK
+    for arrival in (0.004, 2.0):
+        axis.arrival = arrival
+        ahead = axis.setpoint(world.loop.period).position - axis.position_command.value
+        assert ahead == pytest.approx(speed * min(arrival, world.loop.period))
 
 
 def test_host2_three_late_cycles_in_a_row_stop_the_arm(tmp_path: Path) -> None:
