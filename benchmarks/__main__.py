@@ -11,6 +11,7 @@ from pathlib import Path
 TOPICS = {
     "simulation": "Simulation",
     "cycle": "One control cycle",
+    "control": "The control loop",
     "tracking": "Tracking a ramp",
     "trajectory_sampling": "Sampling a trajectory",
     "startup": "Start-up",

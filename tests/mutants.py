@@ -31,6 +31,9 @@ class Mutant:
 
 HAZARDS = ("tests/firmware/test_hazards.py",)
 DRIVERS = ("tests/drivers",)
+CONTROL = "src/bioscara/control"
+LOOP = ("tests/control/test_loop.py",)
+SUPERVISOR = ("tests/control/test_supervisor.py",)
 
 MUTANTS = (
     Mutant(
@@ -152,6 +155,90 @@ MUTANTS = (
         "    if False:",
         ("tests/planning",),
     ),
+    Mutant(
+        "no burst after a late cycle",
+        f"{CONTROL}/loop.py",
+        "self._deadline += (periods + 1) * self.period",
+        "self._deadline += self.period",
+        LOOP,
+    ),
+    Mutant(
+        "a cycle that raises stops the arm",
+        f"{CONTROL}/loop.py",
+        "supervisor.crash(error, time)",
+        "del error",
+        LOOP,
+    ),
+    Mutant(
+        "an interrupted cycle stops the arm",
+        f"{CONTROL}/loop.py",
+        "            self._supervisor.stop(self._clock.now())\n            raise",
+        "            raise",
+        LOOP,
+    ),
+    Mutant(
+        "a loop that was stuck is stopped",
+        f"{CONTROL}/loop.py",
+        "if behind > SILENCE + self.period and self._driving:",
+        "if False and behind > SILENCE + self.period and self._driving:",
+        LOOP,
+    ),
+    Mutant(
+        "a rate that the bus cannot carry",
+        f"{CONTROL}/loop.py",
+        "if rate > highest:",
+        "if False and rate > highest:",
+        LOOP,
+    ),
+    Mutant(
+        "a watchdog fed by good cycles only",
+        f"{CONTROL}/loop.py",
+        "if good and self._watchdog is not None:",
+        "if self._watchdog is not None:",
+        ("tests/control/test_realtime.py",),
+    ),
+    Mutant(
+        "a stop that cannot raise",
+        f"{CONTROL}/supervisor.py",
+        "except Exception:  # noqa: BLE001  what cannot",
+        "except BioscaraError:  # what cannot",
+        SUPERVISOR,
+    ),
+    Mutant(
+        "acknowledge before recover",
+        f"{CONTROL}/supervisor.py",
+        "if self.state is not FaultState.ACKNOWLEDGED:",
+        "if self.state is FaultState.CLEAR:",
+        SUPERVISOR,
+    ),
+    Mutant(
+        "a fault after the acknowledgement",
+        f"{CONTROL}/supervisor.py",
+        "if self.state is not FaultState.STOPPING:",
+        "if self.state is FaultState.CLEAR:",
+        SUPERVISOR,
+    ),
+    Mutant(
+        "evidence of the time before the fault",
+        f"{CONTROL}/supervisor.py",
+        "evidence = self._evidence or self._record.freeze()",
+        "evidence = self._record.freeze()",
+        SUPERVISOR,
+    ),
+    Mutant(
+        "the name of a power loss",
+        f"{CONTROL}/supervisor.py",
+        "if len(recent) >= len(self._arm.axes) - 1 and",
+        "if False and",
+        ("tests/system/test_control_scenarios.py",),
+    ),
+    Mutant(
+        "what a joint said before it was released",
+        "src/bioscara/hardware/arm.py",
+        "            axis.answered = False\n\n    def _plan",
+        "\n    def _plan",
+        ("tests/system/test_control_scenarios.py",),
+    ),
 )
 
 
@@ -168,7 +255,7 @@ def _build(tree: Path, target: Path) -> None:
 def _noticed(mutant: Mutant) -> bool:
     with tempfile.TemporaryDirectory() as folder:
         tree, target = Path(folder) / "tree", Path(folder) / "native"
-        for part in ("src", "tests", "firmware", "docs"):
+        for part in ("src", "tests", "benchmarks", "firmware", "docs"):
             shutil.copytree(
                 ROOT / part, tree / part, ignore=shutil.ignore_patterns("build", "__pycache__")
             )

@@ -70,7 +70,7 @@ class Jaws(HardwareComponent):
     def on_error(self, before: State) -> None:
         """Nothing to do."""
 
-    def read(self, time: float, period: float) -> None:  # noqa: ARG002
+    def read(self, time: float, period: float) -> None:
         if self.state is not State.ACTIVE:
             return
         before = self.width
@@ -79,7 +79,7 @@ class Jaws(HardwareComponent):
         self.width = max(self.width, self.blocked)
         self._publish((self.width - before) / period)
 
-    def write(self, time: float, period: float) -> None:  # noqa: ARG002
+    def write(self, time: float, period: float) -> None:
         if self.command.owner is not None:
             self.target = min(max(self.command.value, LOWER), UPPER)
 

@@ -408,6 +408,23 @@ def test_pln5_the_cancelled_goal_says_so(scene: Scene) -> None:
     assert handle.status is Status.CANCELED
 
 
+def test_a_fault_can_be_acknowledged_at_once_the_arm_comes_to_rest_first(scene: Scene) -> None:
+    robot, stack = scene.robot, scene.robot._running()
+    robot.move_joints(START)
+    goal = Goal(JointTrajectory(NAMES, (Point(4.0, GOAL),)))
+    stack.trajectory.send_goal(goal, scene.arm.now())
+    for _ in range(150):
+        stack.loop.step()
+    assert scene.moves()
+    stack.supervisor.fault(StalledError("it stalled", "j1"), "j1", scene.arm.now())
+    (fault,) = robot.acknowledge()
+    assert fault.evidence is not None
+    scene.arm.run(2 * SWING)
+    assert not scene.moves()
+    robot.recover()
+    robot.move_joints(GOAL)
+
+
 def test_faults_of_a_stalled_joint_lead_back_to_work(scene: Scene) -> None:
     with pytest.raises((StalledError, BioscaraError)):
         scene.move(lambda: scene.arm.add_obstacle("j1", scene.arm.position("j1") + 0.05))

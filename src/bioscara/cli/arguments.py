@@ -29,6 +29,7 @@ class Options(argparse.Namespace):
         realtime: Whether simulated homing takes the time it takes.
         paced: Whether a simulated trajectory takes the time it takes.
         full_speed: Whether the tool may be faster than 250 mm/s.
+        priority: Real-time priority of the control loop; None for an ordinary process.
         out: Where to put the run's files; None for a new folder under ``runs``.
         file: The trajectory.
         fit: Whether to stretch the trajectory to the limits.
@@ -42,6 +43,7 @@ class Options(argparse.Namespace):
     realtime: bool
     paced: bool
     full_speed: bool
+    priority: int | None
     out: Path | None
     file: Path
     fit: bool
@@ -146,6 +148,13 @@ def _add_motion(parser: argparse.ArgumentParser) -> None:
         "--full-speed",
         action="store_true",
         help="let the tool move faster than 250 mm/s",
+    )
+    parser.add_argument(
+        "--priority",
+        metavar="N",
+        type=int,
+        help="run the control loop before everything else, as SCHED_FIFO N (1 .. 99, usually 80) "
+        "and with its memory locked; needs permission",
     )
     parser.add_argument(
         "--out",

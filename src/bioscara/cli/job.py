@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
@@ -17,6 +18,7 @@ from bioscara.cli.observer import Observer
 from bioscara.cli.output import Output
 from bioscara.cli.status import Status
 from bioscara.cli.views import make_view
+from bioscara.control.realtime import realtime
 from bioscara.drivers import Joint
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
 from bioscara.model import ArmParameters
@@ -105,7 +107,8 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
     """
     output, started = Output(), datetime.now().astimezone()
     path = options.out or default_path(Path("runs"), plan.title, started)
-    with Interruption() as cancelled, open_arm(options, parameters, path) as robot:
+    urgency = nullcontext() if options.priority is None else realtime(options.priority)
+    with Interruption() as cancelled, urgency, open_arm(options, parameters, path) as robot:
         output.line(f"arm: {robot.description}")
         output.line(f"trajectory: {plan.source}, {plan.trajectory.duration:.2f} s")
         for note in plan.notes:

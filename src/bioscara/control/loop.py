@@ -111,10 +111,18 @@ class Loop:
     def restart(self) -> None:
         """Begin anew after a pause in which nothing ran: that is no overrun."""
         self._deadline = self._last = math.nan
-        self._in_a_row = 0
+        self._window.extend([False] * self.rate)
+        self._missed = self._in_a_row = 0
 
     def step(self) -> Cycle:
         """Wait for the next deadline and run one cycle."""
+        try:
+            return self._step()
+        except BaseException:
+            self._supervisor.stop(self._clock.now())
+            raise
+
+    def _step(self) -> Cycle:
         clock, manager, supervisor = self._clock, self._manager, self._supervisor
         if math.isnan(self._deadline):
             self._deadline = clock.now()
@@ -134,9 +142,6 @@ class Loop:
         except Exception as error:  # noqa: BLE001  whatever broke, the arm is brought to rest
             supervisor.crash(error, time)
             self._deadline = clock.now() + self.period
-        except BaseException:
-            supervisor.stop(time)
-            raise
         timing = Timing(late, *manager.timing)
         self._record.append(time, timing)
         self._count(period, timing)

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 
 from bioscara.clock import Clock
 from bioscara.drivers import Joint
-from bioscara.errors import BioscaraError, CommunicationError, HomingError, InvalidArgumentError
+from bioscara.errors import HomingError, InvalidArgumentError
 from bioscara.protocol import Flags
 
 _TRAVEL_SHARE = 1.2

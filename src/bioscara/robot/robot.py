@@ -399,13 +399,17 @@ class Robot:
         return self._arm.clear_faults()
 
     def acknowledge(self) -> tuple[Fault, ...]:
-        """Take note of the faults: writes their evidence; nothing moves.
+        """Take note of the faults once the arm stands: writes their evidence; nothing moves.
 
         Raises:
             FaultedError: There is none.
             OSError: The evidence cannot be written.
         """
-        return tuple(self._running().supervisor.acknowledge())
+        stack = self._running()
+        stack.loop.restart()
+        while stack.supervisor.state is FaultState.STOPPING:
+            stack.loop.step()
+        return tuple(stack.supervisor.acknowledge())
 
     def recover(self) -> None:
         """Clear acknowledged faults; nothing moves, and :meth:`enable` comes next.

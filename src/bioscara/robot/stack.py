@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any, TypeVar
 
-from bioscara.clock import Clock
+from bioscara.clock import Clock, MonotonicClock
 from bioscara.control.flight_record import FlightRecord
 from bioscara.control.gripper_action_controller import GripperActionController
 from bioscara.control.hold_controller import HoldController
@@ -15,6 +15,7 @@ from bioscara.control.joint_trajectory import JointTrajectoryController
 from bioscara.control.limiting import Limiter
 from bioscara.control.loop import Loop, highest_rate
 from bioscara.control.manager import ControllerManager
+from bioscara.control.realtime import sharpen_timers
 from bioscara.control.supervisor import Supervisor
 from bioscara.control.tool_speed import ToolSpeedCap
 from bioscara.control.watchdog import Watchdog
@@ -77,6 +78,8 @@ class Stack:
         evidence: Path,
     ) -> None:
         self.arm = arm
+        if isinstance(clock, MonotonicClock):
+            sharpen_timers()
         version = min(joint.version for joint in arm.joints)
         bus_time = exchange_time(arm.joints, clock)
         hertz = min(RATES[version], highest_rate(bus_time)) if rate is None else rate

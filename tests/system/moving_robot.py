@@ -1,0 +1,33 @@
+"""A host that moves the whole arm to and fro until it is killed: ``moving_robot.py SOCKET``."""
+
+from __future__ import annotations
+
+import sys
+
+from tests.system.homed_arm import START
+
+from bioscara.errors import BioscaraError
+from bioscara.robot import Robot
+
+THERE = (-1.0, 0.22, 0.5, 0.0)
+
+
+def main() -> None:
+    with Robot.connect(f"sim:{sys.argv[1]}") as robot:
+        robot.clear_faults()
+        robot.enable()
+        sys.stdout.write("moving\n")
+        sys.stdout.flush()
+        while True:
+            try:
+                robot.move_joints(THERE)
+                robot.move_joints(START)
+            except BioscaraError as error:
+                # A busy machine may keep this process from speaking in time: once more.
+                sys.stderr.write(f"{error}\n")
+                robot.acknowledge()
+                robot.recover()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,122 @@
+"""The host of a whole arm is killed at any moment; the arm lives on in a process of its own."""
+
+from __future__ import annotations
+
+import math
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from bioscara.bus import Transaction
+from bioscara.errors import JointFaultError
+from bioscara.model import load_parameters
+from bioscara.protocol import READ, Register
+from bioscara.robot import Robot
+from bioscara.sim import SocketBus
+
+SILENCE = 0.060
+SLACK = 0.3
+"""What a busy machine may add, and what a belt needs to swing out [s]."""
+RESTING = 0.05
+"""Share of its highest speed below which a joint surely rests."""
+MOTOR_STEP_DEG = 1.8
+JOINTS = load_parameters().joints
+ROOT = Path(__file__).parents[2]
+
+
+def _ask(bus: SocketBus, register: Register) -> list[float]:
+    # An observer that asks on and on would take the bus from the host.
+    time.sleep(0.02)
+    # Bare frames take no part in the host's session, neither its sequence nor its watchdog.
+    message = READ[register]
+    requests = [
+        Transaction(joint.address, message.encode_v1(), message.answer_size) for joint in JOINTS
+    ]
+    answers = bus.transfer(requests)
+    return [message.decode_v1(answer).values[0] for answer in answers]  # type: ignore[arg-type]
+
+
+def speeds(bus: SocketBus) -> list[float]:
+    """Speeds of the joints as shares of their highest."""
+    return [
+        abs(rpm * math.tau / 60.0 / joint.reduction) / joint.max_velocity
+        for rpm, joint in zip(_ask(bus, Register.GETENCODERRPM), JOINTS, strict=True)
+    ]
+
+
+def positions(bus: SocketBus) -> list[float]:
+    """Positions of the motors [degrees]."""
+    return _ask(bus, Register.ANGLEMOVED)
+
+
+def _start(folder: Path, script: str, socket: Path) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [sys.executable, "-u", "-m", f"tests.system.{script}", str(socket)],
+        stdout=subprocess.PIPE,
+        text=True,
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])},
+    )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("killed")
+
+
+@pytest.fixture(scope="module")
+def socket(folder: Path) -> Iterator[Path]:
+    path = folder / "arm.sock"
+    with _start(folder, "homed_arm", path) as process:
+        assert process.stdout
+        assert process.stdout.readline() == "listening\n"
+        try:
+            yield path
+        finally:
+            process.terminate()
+            process.wait(10)
+    assert process.returncode == 0
+
+
+@pytest.mark.parametrize("attempt", range(3))
+def test_host3_a_killed_robot_leaves_an_arm_at_rest_and_restarts_faulted_and_motionless(
+    socket: Path, folder: Path, attempt: int
+) -> None:
+    seed = random.randrange(2**32)
+    print(f"seed {seed}, attempt {attempt}")  # noqa: T201 (pytest shows it when the test fails)
+    with SocketBus(socket) as bus:
+        with _start(folder, "moving_robot", socket) as host:
+            try:
+                assert host.stdout
+                assert host.stdout.readline() == "moving\n"
+                begin = time.monotonic()
+                phase = random.Random(seed).uniform(0.2, 1.2)
+                while max(speeds(bus)) < 0.2 or time.monotonic() - begin < phase:
+                    assert time.monotonic() - begin < 10.0, "the arm does not move"
+            finally:
+                host.kill()
+        assert host.returncode == -signal.SIGKILL
+        killed, fast = time.monotonic(), speeds(bus)
+        while max(speeds(bus)) > RESTING:
+            assert time.monotonic() - killed < 5.0, "the arm does not stop"
+        braking = max(
+            share * joint.max_velocity / joint.max_acceleration
+            for share, joint in zip(fast, JOINTS, strict=True)
+        )
+        assert time.monotonic() - killed < SILENCE + braking + SLACK
+        time.sleep(0.3)
+        rest = positions(bus)
+        with Robot.connect(f"sim:{socket}") as again:
+            with pytest.raises(JointFaultError, match="SETPOINT_LOST"):
+                again.enable()
+            assert all(joint.is_homed() for joint in again.joints)
+            assert positions(bus) == pytest.approx(rest, abs=MOTOR_STEP_DEG)
+            assert len(again.clear_faults()) == len(JOINTS)
+        assert positions(bus) == pytest.approx(rest, abs=MOTOR_STEP_DEG)
