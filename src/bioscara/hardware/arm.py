@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 
 from bioscara.bus import Bus
 from bioscara.clock import Clock
@@ -137,13 +138,12 @@ class ArmHardware(HardwareComponent):
         """Release and let go, from wherever it was.
 
         A joint that cannot be told stops by itself and is greeted anew before it moves again, so
-        the component can be configured again, also when the arm was without power.
+        the component can be configured again. The error that led here is known already.
         """
         try:
             if before is State.ACTIVE:
-                self.on_deactivate()
-        except HardwareError as error:
-            self.problems.append(error)
+                with suppress(HardwareError):
+                    self.on_deactivate()
         finally:
             self.on_cleanup()
 
