@@ -20,8 +20,8 @@ from bioscara.errors import (
     ModeSwitchError,
     SwitchError,
 )
-from bioscara.hardware import State
-from control.wild import Box, boom, wild
+from bioscara.hardware import Mode, State
+from control.wild import Box, Wild, boom, wild
 from control.world import NAMES, World
 
 J1, J2 = "j1/position", "j2/position"
@@ -433,6 +433,47 @@ def test_rule_64_a_controller_that_raises_is_replaced_by_its_fallback_in_the_sam
     assert (a.state, b.state) == (State.INACTIVE, State.INACTIVE)
     assert world.manager.claims.commands[J1].owner == "hold"
     release(world)
+
+
+def test_rule_64_a_fallback_commands_in_the_cycle_in_which_the_other_failed() -> None:
+    box = Box()
+    manager = ControllerManager((box,), Limiter((box,)), 100)
+    for name, fallbacks in (("a", ("b",)), ("b", ())):
+        manager.load(
+            name, Wild.TYPE, {"commands": ("g/position",), "fallback_controllers": fallbacks}
+        )
+        manager.configure(name)
+    manager.switch(0.0, ("a",))
+    a, b = (manager.controller(name) for name in "ab")
+    a.hooks["update"] = lambda: setattr(a.command_handles[0], "value", math.nan)
+    manager.cycle(0.01, 0.01)
+    assert b.periods == [0.01]
+    assert box.commands["g/position"].value == 0.0
+    b.hooks["update"] = a.hooks["update"] = boom()
+    manager.cycle(0.02, 0.01)
+    assert [each.source for each in manager.failures] == ["b"]
+    assert box.commands["g/position"].owner is None
+
+
+def test_rule_64_a_fallback_whose_hardware_went_down_is_told_of_with_the_first_cause(
+    world: World,
+) -> None:
+    box = Box()
+    manager = ControllerManager((world.hardware, box), Limiter((world.hardware, box)), 100)
+    for name, commands, fallbacks in (("a", (J1,), ("b",)), ("b", ("g/position",), ())):
+        manager.load(name, Wild.TYPE, {"commands": commands, "fallback_controllers": fallbacks})
+        manager.configure(name)
+    manager.switch(world.clock.now(), ("a",))
+    manager.set_hardware_state("box", State.INACTIVE, world.clock.now())
+    manager.controller("a").hooks["update"] = boom()
+    world.clock.sleep_until(world.clock.now() + 0.01)
+    manager.cycle(world.clock.now(), 0.01)
+    first, second = manager.failures
+    assert (first.source, second.source) == ("a", "b")
+    assert (first.deactivated, first.activated) == (("a",), ())
+    assert second.cause.__cause__ is first.cause
+    assert "box is inactive" in str(second.cause)
+    assert world.axis("j1").mode is Mode.NONE
 
 
 def test_rule_64_a_fallback_that_cannot_take_over_leaves_the_joint_to_ramp_down(
