@@ -119,11 +119,14 @@ def smooth(arm: Follower, after: float, *, limited: bool = False) -> None:
         limited: Whether the limiter shaped the positions: then velocities fit them only where it
             does, and all that must hold is that neither passes its limit.
     """
-    seen = [each for each in arm.seen if each.time >= after]
+    begin = next(index for index, each in enumerate(arm.seen) if each.time >= after)
+    seen = arm.seen[max(begin - 2, 0) :]
     for index, name in enumerate(NAMES):
         fastest, most = 1.001 * LIMITS[name].max_velocity, 1.01 * LIMITS[name].max_acceleration
-        mean_before = seen[0].velocities[index]
-        for one, two in pairwise(seen):
+        mean_before = (seen[1].positions[index] - seen[0].positions[index]) / (
+            seen[1].time - seen[0].time
+        )
+        for one, two in pairwise(seen[1:]):
             period = two.time - one.time
             mean = (two.positions[index] - one.positions[index]) / period
             assert abs(mean) <= fastest

@@ -120,9 +120,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         for pid in self._pids:
             pid.reset()
         last = parameters.set_last_command_interface_value_as_state_on_activation
-        held = handles.measured().positions
-        if last and handles.fully_commanded():
-            held = handles.commanded()
+        known = last and handles.fully_commanded()
+        held = handles.commanded() if known else handles.measured().positions
         self._handles = handles
         self._player = Player(parameters, self.nominal_period, held, time)
 

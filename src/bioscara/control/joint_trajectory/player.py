@@ -141,7 +141,6 @@ class Player:
         if bridge:
             if begin <= -self._period / 2.0:
                 return
-            begin = max(begin, 0.0)
             state = running.sample(self.time).values
             if missing:
                 points = completed(course.points, missing, running, self.time - begin)
