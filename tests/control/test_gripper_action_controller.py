@@ -234,6 +234,15 @@ def test_rule_71_a_new_goal_cancels_the_old_one() -> None:
     assert bench.jaws.width < 0.051
 
 
+def test_rule_71_the_stall_timeout_of_a_new_goal_starts_anew() -> None:
+    bench = Bench(0.1, blocked=0.08)
+    bench.go(0.04)
+    bench.run(0.9)
+    second = bench.go(0.05)
+    assert bench.finish(second) == pytest.approx(1.0, abs=0.05)
+    assert second.status is Status.ABORTED
+
+
 def test_rule_71_a_refused_goal_leaves_the_old_one_alone() -> None:
     bench = Bench(0.1)
     first = bench.go(0.12)
