@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 import os
 import resource
 import statistics
@@ -22,9 +23,11 @@ from bioscara.clock import Clock, MonotonicClock
 from bioscara.control.joint_trajectory import Goal, JointTrajectory, Point
 from bioscara.control.realtime import realtime
 from bioscara.errors import RealtimeError
-from bioscara.hardware import ArmHardware
+from bioscara.hardware import ArmHardware, GripperHardware
 from bioscara.model import load_parameters
+from bioscara.robot import kinematics_of
 from bioscara.robot.stack import TRAJECTORY, Stack
+from bioscara.robot.wiring import simulated
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 CYCLES = 3000
@@ -80,7 +83,13 @@ def _stack(rate: int, clock_of: Callable[[SimulatedArm], Clock]) -> tuple[Stack,
     clock = clock_of(arm)
     hardware = ArmHardware("arm", FirmwareBus(arm), clock, _PARAMETERS.joints)
     hardware.configure()
-    stack = Stack(hardware, clock, _PARAMETERS, rate, Path(os.devnull))
+    jaws = GripperHardware(
+        "gripper", "gripper", simulated(_PARAMETERS, v1=False, seed=0).gripper, clock
+    )
+    kinematics = kinematics_of(_PARAMETERS)
+    stack = Stack(hardware, jaws, kinematics, clock, _PARAMETERS, rate, Path(os.devnull))
+    # The speed of the tool is looked at but not bounded: the swing is as fast as the joints.
+    stack.tool_speed.limit = math.inf
     stack.broadcast(clock.now())
     hardware.activate()
     stack.loop.step()

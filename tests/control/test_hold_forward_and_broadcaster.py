@@ -114,7 +114,8 @@ def test_hold_brings_all_joints_to_rest_together_on_their_path() -> None:
     shares: list[float] = []
     while not hold.ended:
         guards = world.manager.limiter.guards
-        shares.append(guards["j4"].speed / guards["j1"].speed)
+        if abs(guards["j1"].speed) > 1e-3:
+            shares.append(guards["j4"].speed / guards["j1"].speed)
         world.run(0.01)
     assert shares[2:-2] == pytest.approx([2.5] * len(shares[2:-2]), rel=0.03)
     rest = world.arm.position("j1")

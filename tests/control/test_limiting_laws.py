@@ -221,9 +221,15 @@ def test_what_is_no_number_leaves_the_joint_on_its_way(wanted: float) -> None:
     assert bench.position.value == 0.5
 
 
-def test_a_joint_found_outside_its_limits_is_commanded_to_the_limit() -> None:
-    bench = Bench(JOINT.upper + 0.01, "position")
-    assert bench.send(JOINT.upper + 0.01) == JOINT.upper
+def test_a_joint_found_outside_its_limits_is_held_there_and_only_let_back() -> None:
+    pushed = JOINT.upper + 0.01
+    bench = Bench(pushed, "position")
+    assert bench.send(pushed) == pushed
+    assert bench.send(pushed + 0.1) == pushed
+    sent = [bench.send(JOINT.upper - 0.1) for _ in range(300)]
+    assert sent == sorted(sent, reverse=True)
+    assert sent[-1] == pytest.approx(JOINT.upper - 0.1)
+    assert bench.send(pushed) <= JOINT.upper
 
 
 def test_a_moving_target_is_caught_up_with_and_then_followed_unchanged() -> None:

@@ -293,11 +293,13 @@ def test_usr3_a_joint_pushed_beyond_its_limit_is_held_there_and_only_moves_back(
         world.arm.run(0.005)
     world.arm.push("j1", 0.0)
     world.arm.run(0.5)
+    world.loop.restart()
     world.run(0.1)
     found = world.axis("j1").position.value
     assert found < -3.07 < PARAMETERS.joints[0].lower
     assert found == pytest.approx(world.arm.position("j1"), abs=3e-3)
     world.hardware.activate()
+    world.loop.restart()
     world.switch("hold")
     world.run(0.5)
     assert world.arm.position("j1") == pytest.approx(found, abs=4e-3)

@@ -88,8 +88,8 @@ class Scene:
 
 
 SLOWEST = max(joint.max_velocity / joint.max_acceleration for joint in ARM.joints)
-STANDSTILL = 60.0
-"""What a joint at rest does to stay there [microsteps]: a quarter of a full step."""
+STANDSTILL = 128.0
+"""What a joint at rest does to stay there [microsteps]: half of a full step."""
 SWING = 0.25
 """Time in which the belts swing out [s]."""
 

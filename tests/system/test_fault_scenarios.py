@@ -181,7 +181,7 @@ def test_bus7_an_adapter_that_is_gone_leaves_joints_that_stop_by_themselves() ->
 
 def test_bus8_late_copies_of_frames_are_not_executed() -> None:
     with Scene() as scene:
-        scene.follow(lambda: scene.bus.replay(20, When(probability=0.02)))
+        scene.follow(lambda: scene.bus.replay(6, When(probability=0.02)))
         assert scene.arm.position("j1") == pytest.approx(-1.5, abs=5e-3)
         errors = [
             abs(joint.position - joint.reference)

@@ -10,12 +10,12 @@ from types import TracebackType
 from typing import Self
 
 from bioscara.bus import Bus
-from bioscara.bus.select import open_bus
-from bioscara.clock import Clock, MonotonicClock
+from bioscara.clock import Clock
 from bioscara.control.faults import Fault
 from bioscara.control.joint_state_broadcaster import JointStates
 from bioscara.control.joint_trajectory import Status
-from bioscara.drivers import Gripper, Joint, Pwm
+from bioscara.control.supervisor import FaultState
+from bioscara.drivers import Gripper, Joint
 from bioscara.errors import (
     BioscaraError,
     HomingError,
@@ -25,7 +25,6 @@ from bioscara.errors import (
 )
 from bioscara.hardware import ArmHardware, GripperHardware, State
 from bioscara.hardware.stopping import stop_and_disable
-from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.planning import Trajectory, check, ramp
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
@@ -36,23 +35,12 @@ from bioscara.robot.pacing import PacedClock
 from bioscara.robot.records import Cancelled, Observe
 from bioscara.robot.running import Motion
 from bioscara.robot.stack import HOMING, TRAJECTORY, Stack
+from bioscara.robot.wiring import kinematics_of, named, real_gripper, simulated
 
-WIDTH_FILE = Path("~/.local/state/bioscara/gripper-width")
-"""Where the last width of a real gripper is kept."""
 FAULTS = Path("faults")
 """Folder for the flight records of faults, unless another one is named."""
 START_TOLERANCE = {"rad": math.radians(1.0), "m": 2e-3}
 """How far from its start a trajectory may find the arm: from there it is joined by a ramp."""
-
-
-def kinematics_of(parameters: ArmParameters) -> Scara:
-    """Return the kinematics of an arm; the tool is the point between the finger tips."""
-    built = parameters.geometry
-    return Scara(
-        Geometry(built.upper_arm, built.forearm, built.height),
-        parameters.joints,
-        Pose(built.tool_x, built.tool_y, built.tool_z),
-    )
 
 
 def _ignore(record: CycleRecord) -> None:
@@ -108,13 +96,12 @@ class Robot:
         pace_homing: bool = False,
         pace_motion: bool = False,
     ) -> None:
-        if gripper is None:
-            pwm = Pwm(parameters.gripper.outputs, clock)
-            gripper = Gripper(pwm, parameters.gripper, WIDTH_FILE.expanduser())
         self.parameters, self.clock, self.description = parameters, clock, description
         self.bus = bus
         self._arm = ArmHardware("bioscara_arm", bus, clock, parameters.joints)
-        self._jaws = GripperHardware("bioscara_gripper", "gripper", gripper, clock)
+        self._jaws = GripperHardware(
+            "bioscara_gripper", "gripper", gripper or real_gripper(parameters, clock), clock
+        )
         self._servo = servo
         self.kinematics = kinematics_of(parameters)
         self.gripper = RobotGripper(
@@ -150,20 +137,15 @@ class Robot:
             pace_homing: Whether homing takes as long as on the arm.
             pace_motion: Whether motion takes as long as on the arm.
         """
-        # Here and not above: the compiled firmware is a distribution of its own.
-        from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo  # noqa: PLC0415
-
-        arm, parameters = SimulatedArm(seed=seed, v1=v1), parameters or load_parameters()
-        clock, jaws = PacedClock(arm.clock), parameters.gripper
-        servo = SimulatedServo(jaws.outputs[0])
-        gripper = Gripper(Pwm(jaws.outputs, clock, servo.root), jaws, servo.root / "width")
+        parameters = parameters or load_parameters()
+        wiring = simulated(parameters, v1=v1, seed=seed)
         return cls(
-            FirmwareBus(arm),
-            clock,
+            wiring.bus,
+            wiring.clock,
             parameters,
-            "simulation, in this process" + (", joints of protocol version 1" if v1 else ""),
-            gripper=gripper,
-            servo=servo,
+            wiring.description,
+            gripper=wiring.gripper,
+            servo=wiring.servo,
             evidence=evidence,
             full_speed=full_speed,
             pace_homing=pace_homing,
@@ -193,20 +175,15 @@ class Robot:
         Raises:
             InvalidArgumentError: No bus has such a name.
         """
-        kind, _, where = name.partition(":")
-        if kind == "sim" and where:
-            from bioscara.sim import SocketBus  # noqa: PLC0415
-
-            bus: Bus = SocketBus(Path(where))
-            description = f"simulation, in the process behind {where}"
-        else:
-            bus = open_bus(name, ("sim", "sim:/path.sock"))
-            description = f"real arm on {name}"
+        parameters = parameters or load_parameters()
+        wiring = named(name, parameters)
         return cls(
-            bus,
-            MonotonicClock(),
-            parameters or load_parameters(),
-            description,
+            wiring.bus,
+            wiring.clock,
+            parameters,
+            wiring.description,
+            gripper=wiring.gripper,
+            servo=wiring.servo,
             rate=rate,
             evidence=evidence,
             full_speed=full_speed,

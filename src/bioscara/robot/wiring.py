@@ -1,0 +1,91 @@
+"""What a robot is made of, by the name of its bus or simulated."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import NamedTuple
+
+from bioscara.bus import Bus
+from bioscara.bus.select import open_bus
+from bioscara.clock import Clock, MonotonicClock
+from bioscara.drivers import Gripper, Pwm
+from bioscara.kinematics import Geometry, Pose, Scara
+from bioscara.model import ArmParameters
+from bioscara.robot.pacing import PacedClock
+
+WIDTH_FILE = Path("~/.local/state/bioscara/gripper-width")
+"""Where the last width of a real gripper is kept."""
+
+
+class Wiring(NamedTuple):
+    """The devices of an arm.
+
+    Attributes:
+        bus: What the joints are on.
+        clock: The arm's time.
+        description: Which arm on which bus, in words.
+        gripper: The driver of the gripper.
+        servo: What is behind that driver in simulation, for the robot to keep; else None.
+    """
+
+    bus: Bus
+    clock: Clock
+    description: str
+    gripper: Gripper
+    servo: object
+
+
+def simulated(parameters: ArmParameters, *, v1: bool, seed: int) -> Wiring:
+    """Return an arm that is simulated in this process; arguments as ``Robot.simulated``."""
+    # Here and not above: the compiled firmware is a distribution of its own.
+    from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo  # noqa: PLC0415
+
+    arm, jaws = SimulatedArm(seed=seed, v1=v1), parameters.gripper
+    clock, servo = PacedClock(arm.clock), SimulatedServo(jaws.outputs[0])
+    return Wiring(
+        FirmwareBus(arm),
+        clock,
+        "simulation, in this process" + (", joints of protocol version 1" if v1 else ""),
+        Gripper(Pwm(jaws.outputs, clock, servo.root), jaws, servo.root / "width"),
+        servo,
+    )
+
+
+def named(name: str, parameters: ArmParameters) -> Wiring:
+    """Return the arm on the bus of this name; nothing is opened yet.
+
+    Raises:
+        InvalidArgumentError: No bus has such a name.
+    """
+    kind, _, where = name.partition(":")
+    clock = MonotonicClock()
+    if kind == "sim" and where:
+        from bioscara.sim import SimulatedServo, SocketBus  # noqa: PLC0415
+
+        servo = SimulatedServo(parameters.gripper.outputs[0])
+        jaws = parameters.gripper
+        return Wiring(
+            SocketBus(Path(where)),
+            clock,
+            f"simulation, in the process behind {where}",
+            Gripper(Pwm(jaws.outputs, clock, servo.root), jaws, servo.root / "width"),
+            servo,
+        )
+    bus = open_bus(name, ("sim", "sim:/path.sock"))
+    return Wiring(bus, clock, f"real arm on {name}", real_gripper(parameters, clock), None)
+
+
+def real_gripper(parameters: ArmParameters, clock: Clock) -> Gripper:
+    """Return the gripper on the computer's own PWM output; nothing is opened yet."""
+    jaws = parameters.gripper
+    return Gripper(Pwm(jaws.outputs, clock), jaws, WIDTH_FILE.expanduser())
+
+
+def kinematics_of(parameters: ArmParameters) -> Scara:
+    """Return the kinematics of an arm; the tool is the point between the finger tips."""
+    built = parameters.geometry
+    return Scara(
+        Geometry(built.upper_arm, built.forearm, built.height),
+        parameters.joints,
+        Pose(built.tool_x, built.tool_y, built.tool_z),
+    )
