@@ -35,6 +35,7 @@
     ├── GoalRejectedError             a goal was refused; nothing moved
     ├── GoalAbortedError              an accepted goal did not reach its end
     ├── FaultedError                  the arm is stopped by a fault that nobody acknowledged
+    ├── MotionTimeoutError            a motion took longer than it may
     └── MotionCancelledError          a motion was asked to end early
 
 ``code`` is the number that the field already knows (the original driver's); it never changes
@@ -277,6 +278,10 @@ class NotSupportedError(BioscaraError):
 
 class GripperError(BioscaraError):
     """The gripper or its PWM channel cannot be used."""
+
+
+class MotionTimeoutError(BioscaraError):
+    """A motion took longer than its caller allowed; the arm was brought to rest."""
 
 
 class MotionCancelledError(BioscaraError):

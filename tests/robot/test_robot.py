@@ -17,6 +17,7 @@ from bioscara.errors import (
     GoalRejectedError,
     HomingError,
     MotionCancelledError,
+    MotionTimeoutError,
     NotHomedError,
     NotInitializedError,
     StalledError,
@@ -161,6 +162,47 @@ def test_pln5_whatever_ends_a_motion_ends_it_at_rest_on_a_ramp(
         assert max(steps) <= joint.max_acceleration * 0.01 * 2.0
     homed.robot.move_joints(START)
     assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
+
+
+def test_a_motion_that_takes_too_long_is_ended_at_rest(homed: Scene) -> None:
+    with pytest.raises(MotionTimeoutError, match=r"0\.5 s"):
+        homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0), timeout=0.5)
+    assert max(homed.speeds()) < 0.02
+    with pytest.raises(ValueError, match="timeout"):
+        homed.robot.move_joints(START, timeout=0.0)
+
+
+def test_the_tool_is_slow_unless_full_speed_is_asked_for(homed: Scene) -> None:
+    goal = (-0.5, 0.30, 0.5, 0.5)
+
+    def fastest() -> float:
+        records: list[CycleRecord] = []
+        homed.robot.move_joints(goal, observe=records.append)
+        homed.robot.move_joints(START)
+        return max(
+            homed.robot.kinematics.tool_speed(
+                [joint.position for joint in record.joints],
+                [joint.reference_velocity for joint in record.joints],
+            )
+            for record in records
+            if record.phase is Phase.TRAJECTORY
+        )
+
+    assert fastest() == pytest.approx(0.25, rel=0.02)
+    homed.robot.full_speed = True
+    assert fastest() > 0.4
+
+
+def test_the_jaws_go_where_they_are_told(homed: Scene, tmp_path: Path) -> None:
+    with Robot.simulated(evidence=tmp_path) as robot:
+        assert math.isnan(robot.gripper.width)
+        result = robot.gripper.move(0.06)
+        assert result.reached_goal
+        assert robot.gripper.width == pytest.approx(0.06, abs=1e-5)
+        with pytest.raises(GoalRejectedError, match=r"0\.5 m is outside 0\.04 \.\. 0\.12 m"):
+            robot.gripper.move(0.5)
+        robot.gripper.disable()
+        assert math.isnan(robot.gripper.width)
 
 
 def test_a_stop_that_comes_before_a_motion_does_not_end_it(homed: Scene) -> None:

@@ -19,6 +19,7 @@ from bioscara.drivers import Gripper, Joint
 from bioscara.errors import (
     BioscaraError,
     HomingError,
+    InvalidArgumentError,
     NotHomedError,
     NotInitializedError,
     TrajectoryError,
@@ -227,9 +228,11 @@ class Robot:
     def state(self) -> JointStates:
         """What the joints are seen to do; asks them."""
         stack = self._running()
-        if stack.broadcaster.states is None or stack.arm.state is not State.ACTIVE:
-            self._cycle()
         states = stack.broadcaster.states
+        # In a motion the last cycle is a moment ago; else nobody has asked the joints since.
+        if states is None or self.clock.now() - states.time > 2.0 * stack.loop.period:
+            self._cycle()
+            states = stack.broadcaster.states
         if states is None:
             raise BioscaraError("the joint states are not told: the broadcaster is not active")
         return states
@@ -266,12 +269,19 @@ class Robot:
         if stack.arm.state is State.ACTIVE:
             stack.manager.set_hardware_state(stack.arm.name, State.INACTIVE, self.clock.now())
 
-    def home(self, observe: Observe = _ignore, cancelled: Cancelled = _never) -> None:
+    def home(
+        self,
+        observe: Observe = _ignore,
+        cancelled: Cancelled = _never,
+        *,
+        timeout: float | None = None,
+    ) -> None:
         """Home the joints that are not homed, in the order of the parameters.
 
         Args:
             observe: Takes a record of all joints each cycle.
             cancelled: Asked each cycle; True ends the homing.
+            timeout: Longest time that it may take [s]; None for no bound but each joint's own.
 
         Raises:
             MotionCancelledError: It was asked to end; the arm is at rest.
@@ -291,7 +301,7 @@ class Robot:
             return
         stack.use(HOMING, self.clock.now())
         goal = stack.homing.send_goal(directions)
-        self._motion(observe, cancelled).run(lambda: goal.done, Phase.HOMING)
+        self._motion(observe, cancelled, timeout).run(lambda: goal.done, Phase.HOMING)
         if goal.status is not Status.SUCCEEDED:
             raise HomingError(goal.text)
         stack.manager.switch(self.clock.now(), (), (HOMING,))
@@ -302,6 +312,8 @@ class Robot:
         speed: float = 1.0,
         observe: Observe = _ignore,
         cancelled: Cancelled = _never,
+        *,
+        timeout: float | None = None,
     ) -> None:
         """Move all joints to a place; they start and end together.
 
@@ -310,6 +322,7 @@ class Robot:
             speed: Share of the speed limits to use, above 0 and at most 1.
             observe: Takes a record of all joints each cycle.
             cancelled: Asked each cycle; True ends the motion.
+            timeout: Longest time that it may take [s]; None for no bound.
 
         Raises:
             TrajectoryError: A position is outside its limits or not finite; nothing moved.
@@ -320,7 +333,7 @@ class Robot:
         self._prepare()
         names, here = self._names, self._here()
         motion = self._slowed(ramp(names, here, positions, self.parameters.joints, speed), here)
-        self._motion(observe, cancelled).follow(motion, Phase.TRAJECTORY)
+        self._motion(observe, cancelled, timeout).follow(motion, Phase.TRAJECTORY)
 
     def follow(
         self,
@@ -329,6 +342,7 @@ class Robot:
         cancelled: Cancelled = _never,
         *,
         approach: bool = False,
+        timeout: float | None = None,
     ) -> None:
         """Follow a trajectory.
 
@@ -340,6 +354,7 @@ class Robot:
             observe: Takes a record of all joints each cycle.
             cancelled: Asked each cycle; True ends the motion.
             approach: Whether to go to its start on a planned ramp from wherever the arm is.
+            timeout: Longest time that all of it may take [s]; None for no bound.
 
         Raises:
             TrajectoryError: It breaks a limit, or starts too far from where the arm is; nothing
@@ -359,7 +374,7 @@ class Robot:
             self._require_near(here, goal)
         lead = self._slowed(ramp(self._names, here, goal, self.parameters.joints), here)
         trajectory = self._slowed(trajectory, goal)
-        motion = self._motion(observe, cancelled)
+        motion = self._motion(observe, cancelled, timeout)
         motion.follow(lead, Phase.APPROACH, lead.duration)
         motion.follow(trajectory, Phase.TRAJECTORY)
 
@@ -465,9 +480,13 @@ class Robot:
             return trajectory
         return reduced(trajectory, self.kinematics, here)[0]
 
-    def _motion(self, observe: Observe, cancelled: Cancelled) -> Motion:
-        stack = self._running()
-        return Motion(stack, self.clock, self._begin, observe, cancelled, self._stopping)
+    def _motion(
+        self, observe: Observe, cancelled: Cancelled, timeout: float | None = None
+    ) -> Motion:
+        if timeout is not None and not timeout > 0.0:
+            raise InvalidArgumentError(f"timeout {timeout} s must be above zero")
+        stack, clock = self._running(), self.clock
+        return Motion(stack, clock, self._begin, observe, cancelled, self._stopping, timeout)
 
     def _cycle(self) -> None:
         stack = self._running()

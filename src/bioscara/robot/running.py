@@ -10,7 +10,7 @@ from contextlib import suppress
 from bioscara.clock import Clock
 from bioscara.control.joint_trajectory import Goal, JointTrajectory, Status
 from bioscara.control.supervisor import FaultState
-from bioscara.errors import GoalAbortedError, MotionCancelledError
+from bioscara.errors import GoalAbortedError, MotionCancelledError, MotionTimeoutError
 from bioscara.planning import Trajectory
 from bioscara.report import Phase
 from bioscara.robot.records import Cancelled, Observe, Recorder
@@ -30,6 +30,7 @@ class Motion:
         observe: Takes a record each cycle.
         cancelled: Asked each cycle; True ends the motion.
         stopping: Set from another thread to end the motion.
+        timeout: Longest time from now that it may take [s]; None for no bound.
     """
 
     def __init__(
@@ -40,7 +41,10 @@ class Motion:
         observe: Observe,
         cancelled: Cancelled,
         stopping: threading.Event,
+        timeout: float | None = None,
     ) -> None:
+        self._timeout = math.inf if timeout is None else timeout
+        self._deadline = clock.now() + self._timeout
         self._stack, self._clock = stack, clock
         self._observe, self._cancelled, self._stopping = observe, cancelled, stopping
         self._recorder = Recorder(stack, origin)
@@ -79,6 +83,7 @@ class Motion:
 
         Raises:
             MotionCancelledError: It was asked to end; the arm is at rest.
+            MotionTimeoutError: It took too long; the arm is at rest.
             BioscaraError: What stopped the arm.
         """
         loop, supervisor = self._stack.loop, self._stack.supervisor
@@ -86,6 +91,10 @@ class Motion:
             while not done():
                 if self._stopping.is_set() or self._cancelled():
                     raise MotionCancelledError(self._interrupted(zero))
+                if self._clock.now() >= self._deadline:
+                    raise MotionTimeoutError(
+                        f"not done within {self._timeout:g} s; the arm was brought to rest"
+                    )
                 self._observe(self._recorder.record(loop.step(), phase, zero))
                 if supervisor.state is not FaultState.CLEAR:
                     raise supervisor.faults[0].cause
