@@ -1,13 +1,15 @@
 """A whole arm as one object: home it, move it, stop it, deal with its faults.
 
-``robot`` has the one object, ``wiring`` finds its devices, ``stack`` wires everything above them,
-``running`` keeps the loop going while something moves, ``gripper`` moves the jaws, ``records`` is
-what the joints said, ``pacing`` simulated time for people who watch.
+``robot`` has the one object and its motions, ``connection`` what it is without them,
+``pose_motions`` and ``planner`` the motions of the tool, ``fault_handling`` the way out of a fault,
+``gripper`` the jaws. Behind them ``wiring`` finds the devices, ``stack`` wires everything above
+these, ``running`` keeps the loop going while something moves, ``records`` is what the joints said,
+``pacing`` simulated time for people who watch.
 
 Law: whatever ends a motion, every joint that can be reached is at rest before control returns to
 the caller's exception.
 """
 
-from bioscara.robot.robot import FAULTS as FAULTS
+from bioscara.robot.connection import FAULTS as FAULTS
 from bioscara.robot.robot import Robot as Robot
 from bioscara.robot.wiring import kinematics_of as kinematics_of

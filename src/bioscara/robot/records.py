@@ -16,6 +16,16 @@ Observe = Callable[[CycleRecord], None]
 Cancelled = Callable[[], bool]
 """Tells whether the motion shall end; asked once per cycle."""
 
+
+def ignore(record: CycleRecord) -> None:
+    """Take a cycle and do nothing with it."""
+
+
+def never() -> bool:
+    """Let the motion go on."""
+    return False
+
+
 _QUALITY = {
     SampleQuality.FRESH: Quality.GOOD,
     SampleQuality.STALE: Quality.STALE,

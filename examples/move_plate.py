@@ -1,0 +1,27 @@
+"""Moves a microplate from one place to another."""
+
+import math
+import sys
+
+from bioscara.kinematics import Pose
+from bioscara.robot import Robot
+
+FROM = Pose(0.10, 0.35, 0.011, math.pi / 2)
+TO = Pose(-0.2, 0.4, 0.011, math.pi / 2)
+"""Where the plate stands and where it shall stand: the point between the finger tips."""
+LIFT = 0.08
+OPEN, GRIP = 0.10, 0.083
+
+robot = Robot.connect(sys.argv[1]) if sys.argv[1:] else Robot.simulated()
+with robot:
+    robot.home()
+    for place, before, after in ((FROM, OPEN, GRIP), (TO, GRIP, OPEN)):
+        above = place._replace(z=place.z + LIFT)
+        robot.gripper.move(before)
+        robot.move_to(above)
+        robot.move_linear(place, speed=0.3)
+        robot.gripper.move(after)
+        robot.move_linear(above)
+        print(
+            f"left ({place.x:.2f}, {place.y:.2f}) with {1e3 * robot.gripper.width:.0f} mm between the jaws"
+        )

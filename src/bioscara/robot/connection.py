@@ -1,0 +1,342 @@
+"""The arm as one object: connecting, looking, engaging and releasing."""
+
+from __future__ import annotations
+
+import math
+import threading
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from bioscara.bus import Bus
+from bioscara.clock import Clock
+from bioscara.control.joint_state_broadcaster import JointStates
+from bioscara.drivers import Gripper, Joint
+from bioscara.errors import (
+    BioscaraError,
+    InvalidArgumentError,
+    NotHomedError,
+    NotInitializedError,
+)
+from bioscara.hardware import ArmHardware, GripperHardware, State
+from bioscara.hardware.stopping import stop_and_disable
+from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.model import ArmParameters, load_parameters
+from bioscara.protocol import Flags
+from bioscara.robot.fault_handling import FaultHandling
+from bioscara.robot.gripper import RobotGripper
+from bioscara.robot.pacing import PacedClock
+from bioscara.robot.planner import Planner
+from bioscara.robot.records import Cancelled, Observe, ignore, never
+from bioscara.robot.running import Motion
+from bioscara.robot.stack import Stack
+from bioscara.robot.wiring import kinematics_of, named, real_gripper, simulated
+
+FAULTS = Path("faults")
+"""Folder for the flight records of faults, unless another one is named."""
+
+
+class Connection(FaultHandling):
+    """The arm without its motions: what is in :class:`~bioscara.robot.Robot` beside them.
+
+    Args:
+        bus: What the joints are on; closed in the end.
+        clock: The arm's time.
+        parameters: The arm as data.
+        description: Which arm on which bus, in words.
+        gripper: The driver of the gripper; None for the computer's own PWM output.
+        servo: What is behind that driver in simulation; kept for as long as the robot is.
+        rate: Control cycles per second [Hz]; None for what suits the joints.
+        evidence: Folder for the flight records of faults.
+        full_speed: False keeps the tool at or below 250 mm/s, whatever is asked for.
+        pace_homing: Whether simulated homing is held back to real time.
+        pace_motion: Whether simulated motion is held back to real time.
+
+    Attributes:
+        bus: What the joints are on.
+        clock: The arm's time.
+        parameters: The arm as data.
+        description: Which arm on which bus, in words.
+        plan: Plans motions from where the arm is, without moving.
+        gripper: The gripper.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        clock: Clock,
+        parameters: ArmParameters,
+        description: str,
+        *,
+        gripper: Gripper | None = None,
+        servo: object = None,
+        rate: int | None = None,
+        evidence: Path = FAULTS,
+        full_speed: bool = False,
+        pace_homing: bool = False,
+        pace_motion: bool = False,
+    ) -> None:
+        self.parameters, self.clock, self.description = parameters, clock, description
+        self.bus = bus
+        self._arm = ArmHardware("bioscara_arm", bus, clock, parameters.joints)
+        self._jaws = GripperHardware(
+            "bioscara_gripper", "gripper", gripper or real_gripper(parameters, clock), clock
+        )
+        self._servo = servo
+        self.plan = Planner(kinematics_of(parameters), parameters.joints, self._here)
+        self.gripper = RobotGripper(
+            self._jaws, self._running, lambda: self._motion(ignore, never), clock.now
+        )
+        self._pace_homing, self._pace_motion = pace_homing, pace_motion
+        self._rate, self._evidence = rate, evidence
+        self.plan.full_speed = full_speed
+        self._speed = 1.0
+        self._stack: Stack | None = None
+        self._stopping = threading.Event()
+        self._begin = clock.now()
+
+    @classmethod
+    def simulated(
+        cls,
+        parameters: ArmParameters | None = None,
+        *,
+        v1: bool = False,
+        seed: int = 0,
+        evidence: Path = FAULTS,
+        full_speed: bool = False,
+        pace_homing: bool = False,
+        pace_motion: bool = False,
+    ) -> Self:
+        """Return an arm that is simulated in this process: its firmware, its physics, its time.
+
+        Args:
+            parameters: The arm as data; the committed ones by default.
+            v1: Whether its joints speak protocol version 1 only, as existing arms do.
+            seed: Seed of everything random in it.
+            evidence: Folder for the flight records of faults.
+            full_speed: False keeps the tool at or below 250 mm/s.
+            pace_homing: Whether homing takes as long as on the arm.
+            pace_motion: Whether motion takes as long as on the arm.
+        """
+        parameters = parameters or load_parameters()
+        wiring = simulated(parameters, v1=v1, seed=seed)
+        return cls(
+            wiring.bus,
+            wiring.clock,
+            parameters,
+            wiring.description,
+            gripper=wiring.gripper,
+            servo=wiring.servo,
+            evidence=evidence,
+            full_speed=full_speed,
+            pace_homing=pace_homing,
+            pace_motion=pace_motion,
+        )
+
+    @classmethod
+    def connect(
+        cls,
+        name: str,
+        parameters: ArmParameters | None = None,
+        *,
+        rate: int | None = None,
+        evidence: Path = FAULTS,
+        full_speed: bool = False,
+    ) -> Self:
+        """Return the arm on the bus of this name.
+
+        Args:
+            name: ``linux:1``, ``linux:/dev/i2c-1``, or ``sim:/path.sock`` for an arm that
+                ``bioscara simulate`` runs.
+            parameters: The arm as data; the committed ones by default.
+            rate: Control cycles per second [Hz]; None for what suits the joints.
+            evidence: Folder for the flight records of faults.
+            full_speed: False keeps the tool at or below 250 mm/s.
+
+        Raises:
+            InvalidArgumentError: No bus has such a name.
+        """
+        parameters = parameters or load_parameters()
+        wiring = named(name, parameters)
+        return cls(
+            wiring.bus,
+            wiring.clock,
+            parameters,
+            wiring.description,
+            gripper=wiring.gripper,
+            servo=wiring.servo,
+            rate=rate,
+            evidence=evidence,
+            full_speed=full_speed,
+        )
+
+    def __enter__(self) -> Self:
+        try:
+            self._arm.configure()
+            self._stack = Stack(
+                self._arm,
+                self._jaws,
+                self.plan.kinematics,
+                self.clock,
+                self.parameters,
+                self._rate,
+                self._evidence,
+            )
+            self._stack.broadcast(self.clock.now())
+        except BaseException:
+            self.bus.close()
+            raise
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        try:
+            self.shutdown()
+        finally:
+            self.bus.close()
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """The drivers of the joints."""
+        return self._arm.joints
+
+    @property
+    def state(self) -> JointStates:
+        """What the joints are seen to do; asks them."""
+        stack = self._running()
+        states = stack.broadcaster.states
+        # In a motion the last cycle is a moment ago; else nobody has asked the joints since.
+        if states is None or self.clock.now() - states.time > 2.0 * stack.loop.period:
+            self._cycle()
+            states = stack.broadcaster.states
+        if states is None:
+            raise BioscaraError("the joint states are not told: the broadcaster is not active")
+        return states
+
+    @property
+    def kinematics(self) -> Scara:
+        """Of the arm with its tool."""
+        return self.plan.kinematics
+
+    @property
+    def pose(self) -> Pose:
+        """Where the tool is, in the base; asks the joints.
+
+        Raises:
+            NotHomedError: A joint does not know its position.
+        """
+        state = self.state
+        for name, position in zip(state.names, state.positions, strict=True):
+            if math.isnan(position):
+                raise NotHomedError(f"{name} is not homed: the tool could be anywhere", name)
+        return self.plan.kinematics.forward(state.positions)
+
+    @property
+    def full_speed(self) -> bool:
+        """Whether the tool may be faster than 250 mm/s; to be changed while nothing moves."""
+        return self.plan.full_speed
+
+    @full_speed.setter
+    def full_speed(self, full_speed: bool) -> None:
+        self.plan.full_speed = full_speed
+
+    @property
+    def speed(self) -> float:
+        """Share of the planned speed, 0 to 1; may be changed in motion, 0 pauses it."""
+        return self._speed
+
+    @speed.setter
+    def speed(self, speed: float) -> None:
+        if not 0.0 <= speed <= 1.0:
+            raise InvalidArgumentError(f"speed {speed} is outside 0 .. 1")
+        self._speed = speed
+        if self._stack is not None and self._stack.trajectory.state is State.ACTIVE:
+            self._stack.trajectory.set_scaling(speed)
+
+    @property
+    def period(self) -> float:
+        """Time between two setpoints [s]."""
+        return self._running().loop.period
+
+    def enable(self) -> None:
+        """Engage all joints where they stand; nothing moves.
+
+        Raises:
+            FaultedError: A fault is latched.
+            BioscaraError: A joint did not engage; all are released.
+        """
+        stack = self._running()
+        stack.supervisor.require_clear()
+        if stack.arm.state is State.UNCONFIGURED:
+            stack.arm.configure()
+        if stack.arm.state is State.INACTIVE:
+            stack.arm.activate()
+            stack.loop.restart()
+        stack.broadcast(self.clock.now())
+
+    def disable(self) -> None:
+        """Bring all joints to rest and release them; they stay homed."""
+        stack = self._running()
+        if stack.arm.state is State.ACTIVE:
+            stack.manager.set_hardware_state(stack.arm.name, State.INACTIVE, self.clock.now())
+
+    def stop(self) -> None:
+        """End whatever moves, from any thread: it raises MotionCancelledError once at rest."""
+        self._stopping.set()
+
+    def shutdown(self) -> list[str]:
+        """Stop and disable all joints; does nothing when that is done already.
+
+        Returns:
+            A sentence for each joint that could not be stopped or disabled.
+        """
+        stack, self._stack = self._stack, None
+        if stack is None:
+            return []
+        if stack.arm.state is State.ACTIVE or any(
+            not axis.joint.session.flags & Flags.NOTENABLED for axis in stack.arm.axes
+        ):
+            return stop_and_disable(self.joints)
+        return []
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(joint.name for joint in self.parameters.joints)
+
+    def _running(self) -> Stack:
+        if self._stack is None:
+            raise NotInitializedError("the robot is not connected: use it in a with statement")
+        return self._stack
+
+    def _pace(self, paced: bool) -> None:
+        if isinstance(self.clock, PacedClock):
+            self.clock.paced = paced
+
+    def _here(self) -> Joints:
+        """Return where the joints are; at an end stop they may read a hair beyond the limit."""
+        state = self.state
+        here = []
+        for joint, position in zip(self.parameters.joints, state.positions, strict=True):
+            if math.isnan(position):
+                raise NotHomedError(
+                    f"{joint.name} is not homed: its position is unknown; home() first", joint.name
+                )
+            here.append(min(max(position, joint.lower), joint.upper))
+        return Joints(*here)
+
+    def _motion(
+        self, observe: Observe, cancelled: Cancelled, timeout: float | None = None
+    ) -> Motion:
+        if timeout is not None and not timeout > 0.0:
+            raise InvalidArgumentError(f"timeout {timeout} s must be above zero")
+        stack, clock = self._running(), self.clock
+        return Motion(stack, clock, self._begin, observe, cancelled, self._stopping, timeout)
+
+    def _cycle(self) -> None:
+        stack = self._running()
+        stack.loop.restart()
+        stack.loop.step()

@@ -1,0 +1,175 @@
+"""Plans motions from where the arm is; nothing moves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+from bioscara.errors import InvalidArgumentError
+from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.model import JointParameters
+from bioscara.planning import Trajectory, check
+from bioscara.planning.cartesian import circular, linear
+from bioscara.planning.point_to_point import point_to_point
+from bioscara.planning.sequence import Waypoint, sequence
+from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
+from bioscara.planning.zones import Scene
+
+FULL = ToolLimits(speed=5.0, acceleration=20.0, yaw_speed=20.0, yaw_acceleration=100.0)
+"""What the tool may do at full speed: more than the joints can, so that they are the limit."""
+REDUCED = ToolLimits(speed=REDUCED_SPEED)
+"""What it may do until full speed is asked for."""
+
+
+class Plan(NamedTuple):
+    """A motion that was planned and found free.
+
+    Attributes:
+        trajectory: All joints, from where the arm is.
+        notes: What the person should know about it.
+    """
+
+    trajectory: Trajectory
+    notes: tuple[str, ...] = ()
+
+
+class Planner:
+    """Plans for one arm with one tool.
+
+    Every plan starts where the arm is, stays within the limits of joints and tool, and keeps
+    clear of the scene.
+
+    Args:
+        kinematics: Of the arm with its tool.
+        limits: Of its joints.
+        here: Returns where the joints are [rad, m, rad, rad].
+
+    Attributes:
+        kinematics: As given; may be replaced by that of another tool.
+        scene: What the arm must keep clear of.
+        full_speed: Whether the tool may be faster than 250 mm/s.
+    """
+
+    def __init__(
+        self,
+        kinematics: Scara,
+        limits: Sequence[JointParameters],
+        here: Callable[[], Sequence[float]],
+    ) -> None:
+        self.kinematics = kinematics
+        self.scene = Scene()
+        self.full_speed = False
+        self._limits, self._here = tuple(limits), here
+        self._names = tuple(limit.name for limit in limits)
+
+    def joints(self, goal: Sequence[float], speed: float = 1.0) -> Plan:
+        """Plan to a place of the joints; they start and end together.
+
+        Args:
+            goal: One position for each joint [rad or m].
+            speed: Share of the speed limits to use, above 0 and at most 1.
+
+        Raises:
+            TrajectoryError: The goal is outside the limits or not finite.
+            ZoneError: The way leads through something.
+        """
+        if len(goal) != len(self._names):
+            raise InvalidArgumentError(f"{len(goal)} positions for {len(self._names)} joints")
+        here = self._start()
+        return self._free(point_to_point(self._names, here, goal, self._limits, speed=speed), here)
+
+    def to(self, pose: Pose, speed: float = 1.0) -> Plan:
+        """Plan to a pose by the joints' shortest way; the tool's path is not a line.
+
+        Args:
+            pose: Of the tool in the base.
+            speed: Share of the speed limits to use, above 0 and at most 1.
+
+        Raises:
+            UnreachableError: The arm cannot take the pose.
+            ZoneError: The way leads through something.
+        """
+        return self.joints(self.kinematics.solve(pose, self._start()), speed)
+
+    def linear(self, pose: Pose, speed: float = 1.0) -> Plan:
+        """Plan to a pose along a line.
+
+        Args:
+            pose: Of the tool in the base.
+            speed: Share of the tool's speed limit to use, above 0 and at most 1.
+
+        Raises:
+            UnreachableError, TrajectoryError: The arm cannot go along that line.
+            ZoneError: The way leads through something.
+        """
+        here = self._start()
+        tool = self._tool_limits()
+        return self._free(
+            linear(self.kinematics, here, pose, self._limits, tool, speed=speed), here
+        )
+
+    def circular(self, via: Pose, pose: Pose, speed: float = 1.0) -> Plan:
+        """Plan to a pose along an arc.
+
+        Args:
+            via: A pose on the way; its yaw is not used.
+            pose: The end; both of the tool in the base.
+            speed: Share of the tool's speed limit to use, above 0 and at most 1.
+
+        Raises:
+            UnreachableError, TrajectoryError: The arm cannot go along that arc.
+            ZoneError: The way leads through something.
+        """
+        here = self._start()
+        tool = self._tool_limits()
+        return self._free(
+            circular(self.kinematics, here, via, pose, self._limits, tool, speed=speed), here
+        )
+
+    def sequence(self, waypoints: Sequence[Waypoint]) -> Plan:
+        """Plan along several waypoints with rounded corners, without a stop.
+
+        Args:
+            waypoints: Of the tool in the base.
+
+        Raises:
+            UnreachableError, TrajectoryError: The arm cannot go there; names the waypoint.
+            ZoneError: The way leads through something.
+        """
+        here = self._start()
+        trajectory, warnings = sequence(
+            self.kinematics, here, waypoints, self._limits, self._tool_limits()
+        )
+        return self._free(trajectory, here, warnings)
+
+    def trajectory(self, trajectory: Trajectory, elsewhere: Sequence[float]) -> Plan:
+        """Check a trajectory that somebody else planned, and slow it down where need be.
+
+        Args:
+            trajectory: For some or all of the joints.
+            elsewhere: Where the joints are that it does not name [rad, m, rad, rad].
+
+        Raises:
+            TrajectoryError: It breaks a limit.
+            ZoneError: It leads through something.
+        """
+        check(trajectory, self._limits)
+        return self._free(trajectory, Joints(*elsewhere))
+
+    def _start(self) -> Joints:
+        return Joints(*self._here())
+
+    def _tool_limits(self) -> ToolLimits:
+        return FULL if self.full_speed else REDUCED
+
+    def _free(self, trajectory: Trajectory, here: Joints, notes: tuple[str, ...] = ()) -> Plan:
+        if not self.full_speed:
+            trajectory, factor = reduced(trajectory, self.kinematics, here)
+            if factor > 1.0:
+                notes += (
+                    f"takes {factor:.2f} times as long to keep the tool at "
+                    f"{1e3 * REDUCED_SPEED:.0f} mm/s",
+                )
+        self.scene.check(self.kinematics, trajectory)
+        return Plan(trajectory, notes)
