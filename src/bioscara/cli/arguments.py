@@ -33,6 +33,14 @@ class Options(argparse.Namespace):
         out: Where to put the run's files; None for a new folder under ``runs``.
         file: The trajectory.
         fit: Whether to stretch the trajectory to the limits.
+        pose: Where the tool shall be: x, y, z [m] and yaw [rad]; None where joints are given.
+        joints: Where the joints shall be; None where a pose is given.
+        start: Where a plan starts from: positions of the joints.
+        linear: Whether the tool goes along a line.
+        via: A place that the tool's arc leads through [m].
+        speed: Share of the speed limits to use.
+        csv: Where to write the planned trajectory.
+        plot: Where to draw it.
         socket: Where the simulated arm listens.
         seed: Seed of the simulation.
     """
@@ -47,6 +55,14 @@ class Options(argparse.Namespace):
     out: Path | None
     file: Path
     fit: bool
+    pose: list[float] | None
+    joints: list[float] | None
+    start: Sequence[float]
+    linear: bool
+    via: list[float] | None
+    speed: float
+    csv: Path | None
+    plot: Path | None
     socket: Path
     seed: int
 
@@ -73,6 +89,8 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     _add_demo(commands)
     _add_run(commands)
+    _add_plan(commands)
+    _add_move(commands)
     _add_joints(commands)
     _add_simulate(commands)
     options = parser.parse_args(arguments, namespace=Options())
@@ -110,6 +128,71 @@ def _add_run(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
     _add_motion(run)
 
 
+def _add_plan(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    plan = _add(commands, "plan", "Plan a motion and tell about it; no arm is needed.")
+    plan.add_argument(
+        "--from",
+        dest="start",
+        metavar=("J1", "J2", "J3", "J4"),
+        type=float,
+        nargs=4,
+        default=(0.0, 0.2, 0.0, 0.0),
+        help="where the joints are [rad m rad rad] (default: 0 0.2 0 0)",
+    )
+    _add_target(plan)
+    _add_full_speed(plan)
+
+
+def _add_move(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    move = _add(commands, "move", "Home the arm where need be and move it to a target.")
+    _add_target(move)
+    _add_bus(move)
+    _add_realtime(move)
+    _add_full_speed(move)
+
+
+def _add_target(parser: argparse.ArgumentParser) -> None:
+    target = parser.add_mutually_exclusive_group(required=True)
+    target.add_argument(
+        "--pose",
+        metavar=("X", "Y", "Z", "YAW"),
+        type=float,
+        nargs=4,
+        help="where the tool shall be, in the base [m m m rad]",
+    )
+    target.add_argument(
+        "--joints",
+        metavar=("J1", "J2", "J3", "J4"),
+        type=float,
+        nargs=4,
+        help="where the joints shall be [rad m rad rad]",
+    )
+    parser.add_argument("--linear", action="store_true", help="lead the tool along a line")
+    parser.add_argument(
+        "--via",
+        metavar=("X", "Y", "Z"),
+        type=float,
+        nargs=3,
+        help="lead the tool along the arc through this place [m]",
+    )
+    parser.add_argument(
+        "--speed",
+        metavar="SHARE",
+        type=float,
+        default=1.0,
+        help="share of the speed limits to use, above 0 and at most 1 (default 1)",
+    )
+    parser.add_argument(
+        "--csv", metavar="FILE", type=Path, help="write the trajectory, for 'bioscara run'"
+    )
+    parser.add_argument(
+        "--plot",
+        metavar="FILE",
+        type=Path,
+        help="draw joints and tool against their limits, as PNG",
+    )
+
+
 def _add_joints(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     joints = _add(commands, "joints", "List the joints on a bus; nothing moves.")
     _add_bus(joints)
@@ -139,16 +222,8 @@ def _add_bus(parser: argparse.ArgumentParser) -> None:
 
 def _add_motion(parser: argparse.ArgumentParser) -> None:
     _add_bus(parser)
-    parser.add_argument(
-        "--realtime",
-        action="store_true",
-        help="simulated homing takes the time it takes on the arm",
-    )
-    parser.add_argument(
-        "--full-speed",
-        action="store_true",
-        help="let the tool move faster than 250 mm/s",
-    )
+    _add_realtime(parser)
+    _add_full_speed(parser)
     parser.add_argument(
         "--priority",
         metavar="N",
@@ -161,4 +236,20 @@ def _add_motion(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         type=Path,
         help="folder for samples, report and plot (default: a new one under runs/)",
+    )
+
+
+def _add_realtime(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--realtime",
+        action="store_true",
+        help="simulated homing takes the time it takes on the arm",
+    )
+
+
+def _add_full_speed(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--full-speed",
+        action="store_true",
+        help="let the tool move faster than 250 mm/s",
     )

@@ -1,0 +1,78 @@
+"""Where ``bioscara plan`` and ``bioscara move`` shall go."""
+
+from __future__ import annotations
+
+import math
+
+from bioscara.cli.arguments import Options
+from bioscara.errors import InvalidArgumentError
+from bioscara.kinematics import Pose, Scara, batch
+from bioscara.planning.extrema import extrema
+from bioscara.planning.tool_speed import peak_tool_speed
+from bioscara.robot.planner import Plan, Planner
+
+
+def check_target(arm: Scara, options: Options) -> None:
+    """Refuse what cannot be reached from anywhere, before anything moves.
+
+    Raises:
+        InvalidArgumentError: The target is out of reach or outside the limits.
+    """
+    if options.joints is not None:
+        problems = arm.beyond(options.joints)
+        if problems:
+            raise InvalidArgumentError(f"--joints: {'; '.join(problems)}")
+    else:
+        arm.solve(_pose(options.pose or []), (0.0,) * len(arm.limits))
+
+
+def plan_target(planner: Planner, options: Options) -> Plan:
+    """Return the motion to the target that the options name; nothing moves.
+
+    Raises:
+        InvalidArgumentError: The words do not go together, or a number is not finite.
+        UnreachableError, TrajectoryError, ZoneError: The arm cannot go there.
+    """
+    planner.full_speed = options.full_speed
+    if options.joints is not None:
+        if options.linear or options.via is not None:
+            raise InvalidArgumentError("--linear and --via need a --pose to go to")
+        return planner.joints(options.joints, options.speed)
+    pose = _pose(options.pose or [])
+    if options.via is not None:
+        if options.linear:
+            raise InvalidArgumentError("--linear and --via exclude one another")
+        return planner.circular(_pose([*options.via, pose.yaw]), pose, options.speed)
+    if options.linear:
+        return planner.linear(pose, options.speed)
+    return planner.to(pose, options.speed)
+
+
+def describe(plan: Plan, arm: Scara) -> list[str]:
+    """Return what a person wants to know about a plan, a line each."""
+    trajectory = plan.trajectory
+    ends = batch.forward(arm, trajectory.positions[[0, -1]])
+    peak = peak_tool_speed(trajectory, arm, (0.0,) * len(arm.limits))
+    lines = [
+        f"duration {trajectory.duration:.3f} s, tool at most {1e3 * peak:.0f} mm/s",
+        *(
+            f"{word} ({x:.4f}, {y:.4f}, {z:.4f}) m, yaw {math.degrees(yaw):.1f} deg"
+            for word, (x, y, z, yaw) in zip(("from", "to  "), ends.tolist(), strict=True)
+        ),
+    ]
+    for limit, ranges, goal in zip(
+        arm.limits, extrema(trajectory), trajectory.positions[-1].tolist(), strict=True
+    ):
+        unit = limit.unit
+        lines.append(
+            f"{limit.name} to {goal:+.4f} {unit}, at most "
+            f"{abs(ranges.velocity.largest.value):.4f} {unit}/s and "
+            f"{abs(ranges.acceleration.largest.value):.4f} {unit}/s^2"
+        )
+    return [*lines, *(f"note: {note}" for note in plan.notes)]
+
+
+def _pose(numbers: list[float]) -> Pose:
+    if not all(map(math.isfinite, numbers)):
+        raise InvalidArgumentError(f"pose {numbers} has a number that is not finite")
+    return Pose(*numbers)
