@@ -19,6 +19,8 @@ constexpr float kReachSeconds = 0.1F;
 constexpr float kReachDegrees = 5.0F;
 // Slower than this the motor only corrects its place [microsteps/s].
 constexpr float kCreep = 2.0F * kStepsPerRpm;
+// ... and no farther than this from it [microsteps].
+constexpr float kNear = 32.0F;
 
 constexpr uint8_t kPositionReached = 0x20;
 constexpr uint8_t kVelocityReached = 0x10;
@@ -123,12 +125,15 @@ void Joint::watch_silence() {
   const uint32_t allowed = polled ? kPollMillis : wire_.watchdog_ms();
   // A frame may arrive after this tick began.
   if (silence <= allowed || silence > 0x7FFFFFFFU / 1000U) return;
-  // A joint that is led to rest still makes the small corrections that keep it at its place.
-  const bool led = state_ == JointState::TRACKING && tracker_.velocity() == 0.0F &&
-                   fabsf(motion_.velocity()) < kCreep;
-  const bool resting = led || (!sequence() && state_ != JointState::TRACKING &&
-                               motion_.standing() &&
-                               (state_ != JointState::POSITION || motion_.arrived()));
+  // A joint at rest still makes the small corrections that keep it at its place.
+  const bool creeping = fabsf(motion_.velocity()) < kCreep;
+  bool resting = creeping && !sequence();
+  if (state_ == JointState::POSITION)
+    resting = resting && fabsf(motion_.position() - goal_ - correction_) <= kNear;
+  else if (state_ == JointState::TRACKING)
+    resting = resting && tracker_.velocity() == 0.0F;
+  else
+    resting = resting && motion_.standing();
   if (resting)
     hold();
   else

@@ -1,0 +1,108 @@
+"""Whatever strikes, whenever: the arm comes to rest, says why, and can be led back to work."""
+
+from __future__ import annotations
+
+import os
+import random
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from bioscara.bus import Direction, FaultyBus, When
+from bioscara.errors import BioscaraError
+from bioscara.model import load_parameters
+from bioscara.protocol import ResetCause
+from bioscara.report import CycleRecord
+from bioscara.robot import Robot
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+ARM = load_parameters()
+NAMES = tuple(joint.name for joint in ARM.joints)
+NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
+SEEDS = range(int(os.environ.get("BIOSCARA_FAULT_SEEDS", "24")))
+
+
+class Scene:
+    """An arm whose bus, mechanics and host can be struck."""
+
+    def __init__(self, seed: int, folder: Path) -> None:
+        self.random = random.Random(seed)
+        self.arm = SimulatedArm(seed=seed, positions=NEAR, v1=self.random.random() < 0.2)
+        self.bus = FaultyBus(FirmwareBus(self.arm), seed=seed, clock=self.arm.clock)
+        self.robot = Robot(self.bus, self.arm.clock, ARM, "random", evidence=folder)
+
+    def blow(self) -> Callable[[], object]:
+        """Return one of the things that can happen."""
+        choose, arm, bus = self.random.choice, self.arm, self.bus
+        joint = choose(NAMES)
+        return choose(
+            (
+                lambda: bus.off(When(address=choose((0x11, 0x12, 0x13, 0x14)))),
+                bus.off,
+                lambda: bus.flip(choose(list(Direction)), When(probability=choose((0.01, 0.5)))),
+                lambda: bus.unavailable(choose((1, 3, 100))),
+                lambda: arm.add_obstacle(joint, arm.position(joint)),
+                lambda: arm.reset(joint, ResetCause.BROWN_OUT),
+                lambda: arm.set_motor_power(False),
+                lambda: arm.set_power(joint, False),
+                lambda: arm.hang(joint),
+                lambda: arm.overheat(joint),
+                lambda: arm.freeze_encoder(joint),
+                lambda: arm.jump_encoder(joint, self.random.uniform(-0.5, 0.5)),
+                lambda: arm.set_stretch(choose((1e-4, 1e-3, 5e-2))),
+                lambda: arm.set_friction(joint, self.random.uniform(2.0, 20.0)),
+                self.robot.stop,
+                self._interrupt,
+            )
+        )
+
+    def heal(self) -> None:
+        """Undo whatever happened."""
+        self.bus.clear()
+        self.arm.set_motor_power(True)
+        self.arm.set_stretch(0.0)
+        for name in NAMES:
+            self.arm.set_power(name, True)
+            self.arm.hang(name, False)
+            self.arm.overheat(name, False)
+            self.arm.freeze_encoder(name, False)
+            self.arm.clear_obstacles(name)
+            self.arm.set_friction(name, 1.0)
+        self.arm.run(1.0)
+
+    def _interrupt(self) -> None:
+        raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_random_fault_ends_at_rest_and_can_be_recovered_from(seed: int, tmp_path: Path) -> None:
+    scene = Scene(seed, tmp_path)
+    robot, blow = scene.robot, scene.blow()
+    strike, count = scene.random.randrange(5, 200), 0
+
+    def observe(_: CycleRecord) -> None:
+        nonlocal count
+        count += 1
+        if count == strike:
+            blow()
+
+    with robot:
+        robot.home()
+        uniform = scene.random.uniform
+        goal = (uniform(-1.0, 1.0), uniform(0.2, 0.33), uniform(0.0, 1.0), uniform(-1.0, 1.0))
+        with suppress(BioscaraError, KeyboardInterrupt):
+            robot.move_joints(goal, observe=observe)
+        scene.arm.run(1.0)
+        assert max(abs(scene.arm.velocity(name)) for name in NAMES) < 0.05
+        scene.heal()
+        if robot.faults:
+            robot.acknowledge()
+            robot.recover()
+        robot.clear_faults()
+        robot.home()
+        robot.move_joints((-0.5, 0.3, 0.5, 0.5))
+        for name, position in zip(NAMES, (-0.5, 0.3, 0.5, 0.5), strict=True):
+            assert scene.arm.position(name) == pytest.approx(position, abs=0.02)
+        assert robot.shutdown() == []
