@@ -4,6 +4,7 @@
     ├── InvalidArgumentError          a caller's value (also a ValueError)
     │   ├── LimitError                ... outside a limit
     │   ├── UnreachableError          ... a pose that the arm cannot take
+    │   │   └── PathError             ... on the way along a path of the tool
     │   ├── TrajectoryError           ... a trajectory that cannot be executed
     │   └── ConfigurationError        ... a configuration value or file
     ├── CommunicationError            the exchange with a device failed
@@ -86,6 +87,24 @@ class TrajectoryError(InvalidArgumentError):
 
 class UnreachableError(InvalidArgumentError):
     """The arm cannot take a pose; the message says which joint or length is short by how much."""
+
+
+class PathError(UnreachableError):
+    """The arm cannot follow a path of its tool; nothing moved.
+
+    Attributes:
+        segment: Number of the path's piece, counted from 0.
+        joint: Name of the joint that prevents it.
+        position: How far along the path [m].
+        largest_speed: With which the tool could pass there [m/s]; 0 where it cannot at all.
+    """
+
+    def __init__(
+        self, message: str, segment: int, joint: str, position: float, largest_speed: float = 0.0
+    ) -> None:
+        self.segment, self.joint = segment, joint
+        self.position, self.largest_speed = position, largest_speed
+        super().__init__(message)
 
 
 class ConfigurationError(InvalidArgumentError):

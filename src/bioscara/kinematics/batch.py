@@ -122,6 +122,36 @@ def tool_speeds(arm: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike) -> Arra
     return np.asarray(np.linalg.norm(velocities, axis=-1), dtype=np.float64)
 
 
+def tool_motion(
+    arm: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike, accelerations: npt.ArrayLike
+) -> tuple[Array, Array]:
+    """Return velocity and acceleration of the tool.
+
+    Args:
+        arm: The arm.
+        joints: Where it is [rad, m, rad, rad], shape (..., 4).
+        rates: Velocities of the joints [rad/s, m/s, rad/s, rad/s], shape (..., 4).
+        accelerations: Of the joints [rad/s^2, m/s^2, rad/s^2, rad/s^2], shape (..., 4).
+
+    Returns:
+        Derivatives and second derivatives of x, y, z [m] and yaw [rad] by time, shape (..., 4).
+    """
+    q, v, a = (np.asarray(part, dtype=np.float64) for part in (joints, rates, accelerations))
+    velocity, acceleration = np.zeros_like(v), np.zeros_like(a)
+    velocity[..., 2], acceleration[..., 2] = v[..., 1], a[..., 1]
+    angle, rate, gain = arm.base.yaw, 0.0, 0.0
+    lengths = (arm.geometry.upper_arm, arm.geometry.forearm, complex(arm.tool.x, arm.tool.y))
+    plane, plane_gain = 0.0, 0.0
+    for joint, length in zip((0, 2, 3), lengths, strict=True):
+        angle, rate, gain = angle + q[..., joint], rate + v[..., joint], gain + a[..., joint]
+        link = length * np.exp(1j * angle)
+        plane, plane_gain = plane + 1j * rate * link, plane_gain + (1j * gain - rate**2) * link
+    velocity[..., 0], velocity[..., 1], velocity[..., 3] = plane.real, plane.imag, rate
+    acceleration[..., 0], acceleration[..., 1] = plane_gain.real, plane_gain.imag
+    acceleration[..., 3] = gain
+    return velocity, acceleration
+
+
 def _wrap(angles: Array, arm: Scara, joint: int) -> Array:
     turn = 2.0 * math.pi
     angles = angles - turn * np.round(angles / turn)

@@ -1,0 +1,70 @@
+"""Straight lines and arcs of the tool, timed."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.planning.limits import JointLimits
+from bioscara.planning.parameterisation import parameterise
+from bioscara.planning.path import Arc, Line
+from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.trajectory import Trajectory
+
+
+def linear(
+    arm: Scara,
+    start: Joints,
+    goal: Pose,
+    limits: Sequence[JointLimits],
+    tool: ToolLimits | None = None,
+    *,
+    speed: float = 1.0,
+) -> Trajectory:
+    """Return the fastest motion of the tool on a straight line, turning evenly on the way.
+
+    Args:
+        arm: The arm.
+        start: Where its joints are [rad, m, rad, rad]; the elbow stays on this side.
+        goal: Of the tool; it turns there by the shorter way.
+        limits: Of the joints, j1 to j4.
+        tool: Limits of the tool; those of :class:`ToolLimits` unless given.
+        speed: Share of that speed, above 0 and at most 1.
+
+    Raises:
+        InvalidArgumentError: A value is not finite, or the goal is where the tool is.
+        UnreachableError: Start, goal or a place between is out of reach or limits.
+    """
+    path = Line(arm.forward(start), goal)
+    arm.inverse(goal)
+    return parameterise(arm, path, start, limits, tool, speed=speed)
+
+
+def circular(
+    arm: Scara,
+    start: Joints,
+    via: Pose,
+    goal: Pose,
+    limits: Sequence[JointLimits],
+    tool: ToolLimits | None = None,
+    *,
+    speed: float = 1.0,
+) -> Trajectory:
+    """Return the fastest motion of the tool on an arc, turning evenly on the way.
+
+    Args:
+        arm: The arm.
+        start: Where its joints are [rad, m, rad, rad]; the elbow stays on this side.
+        via: A point on the arc; its yaw does not matter.
+        goal: Of the tool; it turns there by the shorter way.
+        limits: Of the joints, j1 to j4.
+        tool: Limits of the tool; those of :class:`ToolLimits` unless given.
+        speed: Share of that speed, above 0 and at most 1.
+
+    Raises:
+        InvalidArgumentError: A value is not finite, or the points are on one line.
+        UnreachableError: Start, goal or a place between is out of reach or limits.
+    """
+    path = Arc.through(arm.forward(start), via, goal)
+    arm.inverse(goal)
+    return parameterise(arm, path, start, limits, tool, speed=speed)

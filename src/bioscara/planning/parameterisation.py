@@ -1,0 +1,167 @@
+"""Times for a path of the tool: as fast as joints and tool allow, slow where they must be.
+
+The path is looked at on a grid; the phase plane gives the largest speed at each of its points. From
+the second look on, the grid is even in time, hence fine wherever the arm must be slow: at both ends
+and next to where it is stretched. What the curve between the points still exceeds, a few parts in
+ten thousand, is taken back by stretching all of it in time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from bioscara.errors import InvalidArgumentError
+from bioscara.kinematics import Joints, Scara, batch
+from bioscara.planning.fit import stretched
+from bioscara.planning.limits import JointLimits
+from bioscara.planning.path import Path
+from bioscara.planning.path_limits import Look, caps, look, rows
+from bioscara.planning.path_refusals import check_places, check_speeds, check_start
+from bioscara.planning.phase_plane import fastest
+from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.trajectory import Array, Trajectory
+
+_PIECES = 80
+"""Of the first grid."""
+_STEP, _FEWEST, _MOST = 10e-3, 60, 4000
+"""Time between two points of the result [s], and how many pieces it may have."""
+_EXCESS = 1e-3
+"""Share by which the curve may exceed a limit before a finer grid is tried."""
+_REFINEMENTS = 3
+_LOOK = 1e-3
+"""Time between two looks at the tool's motion [s]."""
+
+
+def parameterise(
+    arm: Scara,
+    path: Path,
+    start: Joints,
+    limits: Sequence[JointLimits],
+    tool: ToolLimits | None = None,
+    *,
+    speed: float = 1.0,
+) -> Trajectory:
+    """Return the fastest motion of the tool along a path, from rest to rest.
+
+    Args:
+        arm: The arm.
+        path: Of the tool.
+        start: Joints at the path's beginning [rad, m, rad, rad]; the elbow stays on their side.
+        limits: Of the joints, j1 to j4.
+        tool: Limits of the tool; those of :class:`ToolLimits` unless given.
+        speed: Share of the speed to use, above 0 and at most 1: the same in 1/speed of the time.
+
+    Returns:
+        A trajectory of cubics on which no limit of a joint or the tool is exceeded by more than
+        1e-6 of it.
+
+    Raises:
+        InvalidArgumentError: The speed is outside its range, or a value is not finite.
+        UnreachableError: The start is outside limits.
+        PathError: The arm cannot reach or pass a place on the path.
+        TrajectoryError: The path begins elsewhere.
+    """
+    tool = ToolLimits() if tool is None else tool
+    if not 0.0 < speed <= 1.0:
+        raise InvalidArgumentError(f"speed scale {speed} is outside 0 .. 1 (0 excluded)")
+    check_start(arm, path, start)
+    grid = _first_grid(path)
+    _, squares = _look_and_solve(arm, path, start, limits, tool, grid)
+    step = _STEP
+    for _ in range(_REFINEMENTS + 1):
+        grid = _even_in_time(grid, squares, step, path.breaks)
+        seen, squares = _look_and_solve(arm, path, start, limits, tool, grid)
+        names = [limit.name for limit in limits]
+        velocities = seen.joints.first * np.sqrt(squares)[:, None]
+        trajectory = Trajectory(names, _times(grid, squares), seen.joints.joints, velocities)
+        factor = _excess(trajectory, arm, limits, tool)
+        if factor <= 1.0 + _EXCESS:
+            break
+        step /= 2.0
+    return stretched(trajectory, max(factor, 1.0) / speed)
+
+
+def _look_and_solve(
+    arm: Scara,
+    path: Path,
+    start: Joints,
+    limits: Sequence[JointLimits],
+    tool: ToolLimits,
+    grid: Array,
+) -> tuple[Look, Array]:
+    """Return the path at the grid, and the squares of the largest speeds there."""
+    seen = look(arm, path, start, grid)
+    check_places(arm, path, start, seen)
+    squares, bound = fastest(np.diff(grid), rows(seen, limits, tool), caps(seen, limits, tool))
+    check_speeds(arm, path, seen, bound)
+    return seen, squares
+
+
+def _first_grid(path: Path) -> Array:
+    """Return a grid that is finer towards both ends, with the path's breaks."""
+    ends = np.cos(np.linspace(0.0, math.pi, _PIECES + 1))
+    return np.union1d(0.5 * path.length * (1.0 - ends), path.breaks)
+
+
+def _times(grid: Array, squares: Array) -> Array:
+    rates = np.sqrt(squares)
+    return np.concatenate(([0.0], np.cumsum(2.0 * np.diff(grid) / (rates[:-1] + rates[1:]))))
+
+
+def _even_in_time(grid: Array, squares: Array, step: float, breaks: tuple[float, ...]) -> Array:
+    """Return a grid whose pieces take about ``step`` [s] each, with the path's breaks."""
+    times, rates = _times(grid, squares), np.sqrt(squares)
+    count = min(max(math.ceil(times[-1] / step), _FEWEST), _MOST)
+    at = np.linspace(0.0, times[-1], count + 1)[1:-1]
+    piece = np.searchsorted(times, at, side="right") - 1
+    t = (at - times[piece]) / np.diff(times)[piece]
+    # Within a piece the speed changes evenly with time.
+    mean = rates[piece] + 0.5 * t * np.diff(rates)[piece]
+    inner = grid[piece] + t * np.diff(times)[piece] * mean
+    if breaks:
+        near = np.interp(breaks, grid, times)
+        close = np.abs(at[:, None] - near).min(axis=1) < 0.3 * times[-1] / count
+        inner = np.union1d(inner[~close], breaks)
+    return np.concatenate((grid[:1], inner, grid[-1:]))
+
+
+def _excess(
+    trajectory: Trajectory, arm: Scara, limits: Sequence[JointLimits], tool: ToolLimits
+) -> float:
+    """Return the factor in time that a trajectory needs to keep every limit.
+
+    For the joints it is exact; the tool is looked at each millisecond and at all points.
+    """
+    c, t = trajectory.coefficients, np.diff(trajectory.times)[:, None]
+    v0, a0, a1 = c[..., 1], 2.0 * c[..., 2], 2.0 * c[..., 2] + 6.0 * t * c[..., 3]
+    v1 = v0 + 0.5 * t * (a0 + a1)
+    turning = a0 * a1 < 0.0
+    turn = np.where(turning, v0 + 0.5 * t * a0 * a0 / np.where(turning, a0 - a1, 1.0), 0.0)
+    speeds = np.abs(np.concatenate((v0, v1, turn))).max(axis=0)
+    hardest = np.abs(np.concatenate((a0, a1))).max(axis=0)
+    times = np.arange(0.0, trajectory.duration, _LOOK)
+    states = zip(
+        trajectory.sample_many(times),
+        (trajectory.positions[:-1], v0, a0),
+        (trajectory.positions[1:], v1, a1),
+        strict=True,
+    )
+    velocity, acceleration = batch.tool_motion(arm, *(np.concatenate(part) for part in states))
+    return max(
+        *(top / limit.max_velocity for top, limit in zip(speeds.tolist(), limits, strict=True)),
+        _speed(velocity) / tool.speed,
+        float(np.abs(velocity[:, 3]).max()) / tool.yaw_speed,
+        *(
+            math.sqrt(top / limit.max_acceleration)
+            for top, limit in zip(hardest.tolist(), limits, strict=True)
+        ),
+        math.sqrt(_speed(acceleration) / tool.acceleration),
+        math.sqrt(float(np.abs(acceleration[:, 3]).max()) / tool.yaw_acceleration),
+    )
+
+
+def _speed(rates: Array) -> float:
+    return float(np.linalg.norm(rates[:, :3], axis=1).max())

@@ -1,0 +1,155 @@
+"""Why an arm cannot follow a path of its tool: the place, the joint, and what to do instead."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+
+import numpy as np
+
+from bioscara.errors import InvalidArgumentError, PathError, TrajectoryError, UnreachableError
+from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.planning.joint_path import along
+from bioscara.planning.path import Path
+from bioscara.planning.path_limits import Look
+
+_NEAR = 1e-6
+"""How far from the tool a path may begin [m or rad], for rounding."""
+_STRETCHED = 1e-6
+"""Sine of the elbow's angle below which the joints have no finite speed on a path."""
+_SLOWEST = 1e-3
+"""A path on which the tool must go slower than this is refused [m/s]."""
+_NEAR_END = 1e-3
+"""Nearer than this to its ends the tool is slow in any case [m]."""
+
+
+def check_start(arm: Scara, path: Path, start: Joints) -> None:
+    """Make sure that a path begins where the arm is, within its limits.
+
+    Raises:
+        InvalidArgumentError: A value is not finite.
+        UnreachableError: A joint is outside its limits.
+        TrajectoryError: The path begins elsewhere.
+    """
+    for limit, value in zip(arm.limits, start, strict=True):
+        if not math.isfinite(value):
+            raise InvalidArgumentError(f"start of {limit.name} is {value}; give a finite number")
+    beyond = arm.beyond(start)
+    if beyond:
+        raise UnreachableError(
+            f"the arm starts outside its limits: {', '.join(beyond)}; move these joints back first"
+        )
+    begin, here = Pose(*path.sample(np.zeros(1)).poses[0].tolist()), arm.forward(start)
+    gap = math.dist(begin[:3], here[:3])
+    turn = abs(math.remainder(begin.yaw - here.yaw, 2.0 * math.pi))
+    if not (gap <= _NEAR and turn <= _NEAR):
+        raise TrajectoryError(
+            f"the path begins {gap:.4g} m and {turn:.4g} rad from where the tool is; begin it there"
+        )
+
+
+def check_places(arm: Scara, path: Path, start: Joints, look: Look) -> None:
+    """Make sure that every place on the path is within reach and limits, on the elbow's side.
+
+    Raises:
+        PathError: One is not; the first such one is named.
+    """
+    joints = look.joints.joints
+    missing = np.isnan(joints[:, 2])
+    if missing.any():
+        index = int(np.argmax(missing))
+        pose = Pose(*look.tool.poses[index].tolist())
+        try:
+            arm.inverse(pose)
+        except UnreachableError as error:
+            raise _refusal(path, look, index, 2, arm, str(error)) from None
+    lower = np.array([limit.lower for limit in arm.limits]) - 1e-9
+    upper = np.array([limit.upper for limit in arm.limits]) + 1e-9
+    outside = (joints < lower) | (joints > upper)
+    if outside.any():
+        index, joint = (int(part) for part in np.argwhere(outside)[0])
+        sentence = ", ".join(arm.beyond(joints[index].tolist()))
+        remedy = _alternative(arm, look, start)
+        raise _refusal(path, look, index, joint, arm, f"it would take {sentence}; {remedy}")
+    flat = np.abs(np.sin(joints[:, 2])) < _STRETCHED
+    if flat.any():
+        index = int(np.argmax(flat))
+        raise _refusal(
+            path,
+            look,
+            index,
+            2,
+            arm,
+            f"the arm is stretched or folded there (j3 at {joints[index, 2]:.6f} rad), where its "
+            "tool has no speed along the path; stay a millimetre away, or use a PTP motion",
+        )
+
+
+def check_speeds(arm: Scara, path: Path, look: Look, bound: np.ndarray) -> None:
+    """Make sure that the tool can pass every place on the path at a noticeable speed.
+
+    Args:
+        arm: The arm.
+        path: The path.
+        look: The path at the points of a grid.
+        bound: Square of the speed that each piece of the grid allows at most, shape (n - 1,).
+
+    Raises:
+        PathError: It cannot; tells the largest speed at the slowest place.
+    """
+    grid = look.grid[:-1]
+    inside = (grid > _NEAR_END) & (grid < path.length - _NEAR_END)
+    bound = np.where(inside, bound, np.inf)
+    index = int(np.argmin(bound))
+    if bound[index] >= _SLOWEST**2:
+        return
+    joint = int(np.argmax(np.abs(look.joints.second[index, [0, 2, 3]])))
+    joint = (0, 2, 3)[joint]
+    largest = math.sqrt(float(bound[index]))
+    raise _refusal(
+        path,
+        look,
+        index,
+        joint,
+        arm,
+        f"{arm.limits[joint].name} would have to turn so suddenly that the tool can pass at "
+        f"{largest:.2g} m/s at most (j3 at {look.joints.joints[index, 2]:.4f} rad, nearly "
+        "stretched); lead the path further inside, or use a PTP motion",
+        largest,
+    )
+
+
+def _refusal(
+    path: Path, look: Look, index: int, joint: int, arm: Scara, why: str, largest: float = 0.0
+) -> PathError:
+    s = float(look.grid[index])
+    segment = bisect_right(path.breaks, s)
+    piece = f"segment {segment}, " if path.breaks else ""
+    return PathError(
+        f"{piece}{s:.4f} m along the path of {path.length:.4f} m: {why}",
+        segment,
+        arm.limits[joint].name,
+        s,
+        largest,
+    )
+
+
+def _alternative(arm: Scara, look: Look, start: Joints) -> str:
+    """Return what the arm can do instead."""
+    offers = []
+    for other in arm.inverse(arm.forward(start)):
+        if other.j3 * start.j3 < 0.0 and not arm.beyond(other):
+            joints = along(arm, look.tool, other).joints
+            if not any(arm.beyond(row) for row in joints.tolist()):
+                offers.append(
+                    "with the elbow on the other side the whole path is free: start from "
+                    f"({', '.join(f'{value:.4f}' for value in other)})"
+                )
+    goal = Pose(*look.tool.poses[-1].tolist())
+    try:
+        arm.solve(goal, start)
+    except UnreachableError:
+        offers.append("the goal itself is out of limits too: choose another yaw or place")
+    else:
+        offers.append("the goal itself can be reached with a PTP motion")
+    return "; ".join(offers)

@@ -1,0 +1,38 @@
+"""What the tool may do on a path through space, whatever the joints could do."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+from bioscara.errors import InvalidArgumentError
+from bioscara.planning.tool_speed import REDUCED_SPEED
+
+
+@dataclass(frozen=True, slots=True)
+class ToolLimits:
+    """Limits of the tool on lines and arcs; infinity means that only the joints limit it.
+
+    The defaults are the reduced speed, and what the original's planner used for its paths: 1.57
+    rad/s, with accelerations that reach either speed in a quarter of a second.
+
+    Attributes:
+        speed: Through space [m/s].
+        acceleration: Through space, along and across the path together [m/s^2].
+        yaw_speed: About the vertical [rad/s].
+        yaw_acceleration: About the vertical [rad/s^2].
+
+    Raises:
+        InvalidArgumentError: A limit is not above zero.
+    """
+
+    speed: float = REDUCED_SPEED
+    acceleration: float = 1.0
+    yaw_speed: float = 1.57
+    yaw_acceleration: float = 6.0
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            if not value > 0.0:
+                name = field.name.replace("_", " ")
+                raise InvalidArgumentError(f"tool limit {name} is {value}; give more than zero")
