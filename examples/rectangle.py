@@ -2,9 +2,8 @@
 
 import sys
 
-from bioscara.planning.sequence import Motion, Waypoint
-
 from bioscara.kinematics import Pose
+from bioscara.planning.sequence import Motion, Waypoint
 from bioscara.robot import Robot
 
 HEIGHT = 0.2

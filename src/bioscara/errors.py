@@ -105,6 +105,26 @@ class PathError(UnreachableError):
         self.segment, self.joint = segment, joint
         self.position, self.largest_speed = position, largest_speed
         super().__init__(message)
+class ZoneError(InvalidArgumentError):
+    """The arm would come too near to something that it must keep clear of.
+
+    Attributes:
+        zone: Name of the zone, or ``"table"``, or a link of the arm itself.
+        link: Name of the link that comes too near.
+        time: When it first does, from the start of the motion [s].
+        depth: By how much the margin is missed at worst [m].
+        margin: Distance that is to be kept [m].
+    """
+
+    def __init__(
+        self, zone: str, link: str, time: float, depth: float, margin: float, detail: str
+    ) -> None:
+        self.zone, self.link, self.time = zone, link, time
+        self.depth, self.margin = depth, margin
+        super().__init__(
+            f"{link} comes too near to {zone} {detail}; the margin of {margin * 1e3:g} mm is "
+            f"missed by {depth * 1e3:.1f} mm; plan another way or correct the scene"
+        )
 
 
 class ConfigurationError(InvalidArgumentError):

@@ -2,7 +2,6 @@ import math
 
 import numpy as np
 import pytest
-from bioscara.planning.tool_limits import ToolLimits
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -10,6 +9,7 @@ from bioscara.errors import InvalidArgumentError, UnreachableError
 from bioscara.kinematics import Geometry, Joints, Pose, Scara, batch
 from bioscara.planning.check import check
 from bioscara.planning.sequence import Motion, Waypoint, approach, retract, sequence
+from bioscara.planning.tool_limits import ToolLimits
 from planning.limits import LIMITS
 
 ARM = Scara(Geometry(0.329476, 0.285, 0.135), LIMITS)

@@ -1,0 +1,203 @@
+"""Upright shapes, and how far they are from each other.
+
+Every link of the arm turns about the vertical only, so every body and every zone is a flat shape
+between two heights. The flat shape is a rectangle with its border moved outwards by a radius: a
+box has radius 0, a cylinder is a rectangle without extent, a rounded bar is one without width.
+All distances are exact, and all of them change at most as fast as the bodies' fastest points move.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Index = npt.NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True)
+class Prism:
+    """An upright shape in the frame of its link.
+
+    Attributes:
+        x: Of the rectangle's centre [m].
+        y: [m].
+        half_x: Half the rectangle's size along its own x [m].
+        half_y: [m].
+        low: Height of the bottom [m].
+        high: Height of the top [m].
+        radius: Added to the rectangle on all sides [m].
+        yaw: Turn of the rectangle about its centre [rad].
+    """
+
+    x: float
+    y: float
+    half_x: float
+    half_y: float
+    low: float
+    high: float
+    radius: float = 0.0
+    yaw: float = 0.0
+
+    @classmethod
+    def between(cls, lower: Sequence[float], upper: Sequence[float], yaw: float = 0.0) -> Prism:
+        """Return the box between two corners, turned about its centre.
+
+        Args:
+            lower: Smallest x, y, z [m].
+            upper: Largest x, y, z [m].
+            yaw: Turn [rad].
+        """
+        (x0, y0, z0), (x1, y1, z1) = lower, upper
+        return cls((x0 + x1) / 2, (y0 + y1) / 2, (x1 - x0) / 2, (y1 - y0) / 2, z0, z1, 0.0, yaw)
+
+
+class Placed(NamedTuple):
+    """Shapes in the base frame at many instants, arrays (shapes, instants) or (shapes, 1).
+
+    Attributes:
+        x: Of the centre [m].
+        y: [m].
+        cos: Cosine of the turn.
+        sin: Sine of the turn.
+        half_x: As in :class:`Prism`, like all that follow.
+        half_y: [m].
+        radius: [m].
+        low: [m].
+        high: [m].
+    """
+
+    x: Array
+    y: Array
+    cos: Array
+    sin: Array
+    half_x: Array
+    half_y: Array
+    radius: Array
+    low: Array
+    high: Array
+
+    def take(self, index: Index) -> Placed:
+        """Return some of the shapes."""
+        return Placed(*(column[index] for column in self))
+
+    def at(self, shape: Index, instant: Index) -> Placed:
+        """Return single shapes at single instants, each column of shape (n,)."""
+        return Placed(
+            *(
+                column[shape, 0] if column.shape[1] == 1 else column[shape, instant]
+                for column in self
+            )
+        )
+
+
+def bounds(one: Placed, other: Placed) -> tuple[Array, Array]:
+    """Return limits of the distances between shapes, which cost less than :func:`distances`.
+
+    Args:
+        one: Shapes.
+        other: As many.
+
+    Returns:
+        Lower and upper limit [m], each of shape (pairs, instants). The lower one is minus infinity
+        where the circles around the shapes overlap at the same height.
+    """
+    centres = np.hypot(other.x - one.x, other.y - one.y)
+    upright = np.maximum(np.maximum(other.low - one.high, one.low - other.high), 0.0)
+    inner = one.radius + other.radius
+    outer = inner + np.hypot(one.half_x, one.half_y) + np.hypot(other.half_x, other.half_y)
+    least = np.hypot(np.maximum(centres - outer, 0.0), upright)
+    most = np.hypot(np.maximum(centres - inner, 0.0), upright)
+    return np.where(least > 0.0, least, -np.inf), most
+
+
+def distances(one: Placed, other: Placed) -> Array:
+    """Return how far shapes are apart, pair by pair.
+
+    Args:
+        one: Shapes.
+        other: As many.
+
+    Returns:
+        [m]; below zero how far one must be moved to leave the other.
+    """
+    flat = _flat(one, other) - (one.radius + other.radius)
+    upright = np.maximum(other.low - one.high, one.low - other.high)
+    outside = np.hypot(np.maximum(flat, 0.0), np.maximum(upright, 0.0))
+    apart = np.maximum(flat, upright)
+    return np.where(apart > 0.0, outside, apart)
+
+
+def room_within(body: Placed, box: Placed) -> Array:
+    """Return how far bodies are inside of zones that they must not leave, pair by pair.
+
+    Args:
+        body: Shapes.
+        box: As many; each either a rectangle without radius or a circle.
+
+    Returns:
+        [m], shape (pairs, instants); below zero how far the body sticks out.
+    """
+    dx, dy = body.x - box.x, body.y - box.y
+    cos, sin = np.abs(_turned(box, body.cos, body.sin))
+    along, across = np.abs(_turned(box, dx, dy))
+    far_x = along + body.half_x * cos + body.half_y * sin
+    far_y = across + body.half_x * sin + body.half_y * cos
+    straight = np.minimum(box.half_x - far_x, box.half_y - far_y)
+    along, across = np.abs(_turned(body, dx, dy))
+    circle = box.radius - np.hypot(along + body.half_x, across + body.half_y)
+    flat = np.where(box.radius > 0.0, circle, straight) - body.radius
+    return np.minimum(flat, np.minimum(body.low - box.low, box.high - body.high))
+
+
+def _turned(frame: Placed, x: Array, y: Array) -> tuple[Array, Array]:
+    """Return the components of a vector along the axes of ``frame``."""
+    return frame.cos * x + frame.sin * y, frame.cos * y - frame.sin * x
+
+
+def _flat(one: Placed, other: Placed) -> Array:
+    """Return the distances between rectangles in the plane, below zero where they overlap."""
+    dx, dy = other.x - one.x, other.y - one.y
+    cos, sin = _turned(one, other.cos, other.sin)
+    there = _turned(one, dx, dy)
+    back = _turned(other, -dx, -dy)
+    c, s = np.abs(cos), np.abs(sin)
+    # The widest gap along the normals of the sides: exact where the rectangles overlap.
+    gap = np.maximum(
+        np.maximum(
+            np.abs(there[0]) - (one.half_x + other.half_x * c + other.half_y * s),
+            np.abs(there[1]) - (one.half_y + other.half_x * s + other.half_y * c),
+        ),
+        np.maximum(
+            np.abs(back[0]) - (other.half_x + one.half_x * c + one.half_y * s),
+            np.abs(back[1]) - (other.half_y + one.half_x * s + one.half_y * c),
+        ),
+    )
+    # Where they do not, a corner of one of them is nearest.
+    square = np.minimum(
+        _corners(there, cos, sin, other, one), _corners(back, cos, -sin, one, other)
+    )
+    return np.where(gap > 0.0, np.sqrt(square), gap)
+
+
+def _corners(
+    centre: tuple[Array, Array], cos: Array, sin: Array, owner: Placed, target: Placed
+) -> Array:
+    """Return the squared distance of the nearest corner of ``owner`` from ``target``.
+
+    ``centre`` is the owner's in the target's frame, ``cos`` and ``sin`` its turn there.
+    """
+    nearest = None
+    ax, ay = owner.half_x * cos, owner.half_x * sin
+    bx, by = owner.half_y * sin, owner.half_y * cos
+    for one, two in product((1.0, -1.0), repeat=2):
+        x = np.abs(centre[0] + one * ax - two * bx) - target.half_x
+        y = np.abs(centre[1] + one * ay + two * by) - target.half_y
+        square = np.maximum(x, 0.0) ** 2 + np.maximum(y, 0.0) ** 2
+        nearest = square if nearest is None else np.minimum(nearest, square)
+    return np.asarray(nearest, dtype=np.float64)

@@ -1,0 +1,110 @@
+"""The space that the arm sweeps on a trajectory, looked at so that nothing is missed."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bioscara.errors import ZoneError
+from bioscara.kinematics import Scara
+from bioscara.planning.layout import Layout
+from bioscara.planning.shapes import Array
+from bioscara.planning.trajectory import Trajectory
+
+SLACK = 4e-4
+"""How much of the margin may be lost between two samples [m]: an arm that touches the margin and
+does not pass it would else take steps without end."""
+_COARSE = 0.02
+"""Longest way of a point of the arm between the first samples [m]."""
+_BERNSTEIN = np.array(
+    [
+        [1.0, 0.0, 0.0, 0.0, 0.0],
+        [1.0, 1 / 4, 0.0, 0.0, 0.0],
+        [1.0, 1 / 2, 1 / 6, 0.0, 0.0],
+        [1.0, 3 / 4, 1 / 2, 1 / 4, 0.0],
+        [1.0, 1.0, 1.0, 1.0, 1.0],
+    ]
+)
+"""From powers on 0 .. 1 to control points: a polynomial is within the range of these."""
+
+
+def sweep(layout: Layout, arm: Scara, trajectory: Trajectory, rest: Array, margin: float) -> None:
+    """Make sure that every pair keeps the margin all along a trajectory.
+
+    Args:
+        layout: What is looked at.
+        arm: The arm.
+        trajectory: For some or all of its joints.
+        rest: Where the other joints are [rad, m, rad, rad], shape (4,).
+        margin: Distance to keep [m].
+
+    Raises:
+        ZoneError: It is not kept.
+    """
+    names = [limit.name for limit in arm.limits]
+    columns = [names.index(name) for name in trajectory.joint_names]
+    if not layout.pairs:
+        return
+
+    def look(times: Array) -> Array:
+        joints = np.tile(rest, (len(times), 1))
+        joints[:, columns] = trajectory.sample_many(times)[0]
+        pairs = layout.clearances(arm, joints)
+        clearance: Array = pairs.min(axis=0)
+        if (clearance < margin).any():
+            _refuse(layout, times, pairs, margin)
+        return clearance
+
+    starts, lengths, speeds = _steps(trajectory, layout.reach[columns])
+    first = look(starts)
+    last = look(starts + lengths)
+    while True:
+        ways = speeds * lengths
+        # Neither end can be left by more than the way, so the middle bounds what is between.
+        near = (first + last - ways) / 2.0 < margin - SLACK
+        if not near.any():
+            return
+        starts, lengths, speeds = starts[near], lengths[near] / 2.0, speeds[near]
+        first, last = first[near], last[near]
+        middle = look(starts + lengths)
+        starts = np.concatenate((starts, starts + lengths))
+        lengths, speeds = np.tile(lengths, 2), np.tile(speeds, 2)
+        first, last = np.concatenate((first, middle)), np.concatenate((middle, last))
+
+
+def _steps(trajectory: Trajectory, reach: Array) -> tuple[Array, Array, Array]:
+    """Return start, length and highest speed of any point [m/s] of the first steps."""
+    if len(trajectory.times) == 1:
+        return trajectory.times, np.zeros(1), np.zeros(1)
+    durations = np.diff(trajectory.times)
+    powers = trajectory.coefficients[..., 1:] * np.arange(1, 6)
+    powers = powers * durations[:, None, None] ** np.arange(5)
+    speeds = np.abs(powers @ _BERNSTEIN.T).max(axis=-1) @ reach
+    counts = np.maximum(np.ceil(speeds * durations / _COARSE), 1.0).astype(np.intp)
+    segment = np.repeat(np.arange(len(counts)), counts)
+    within = np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts)
+    lengths = (durations / counts)[segment]
+    return trajectory.times[segment] + within * lengths, lengths, speeds[segment]
+
+
+def _refuse(layout: Layout, times: Array, pairs: Array, margin: float) -> None:
+    row, sample = np.unravel_index(int(pairs.argmin()), pairs.shape)
+    pair, clearance = layout.pairs[int(row)], float(pairs[row, sample])
+    begins = float(times[pairs.min(axis=0) < margin].min())
+    where = "at its start" if begins <= times.min() else f"from {begins:.3f} s on"
+    raise ZoneError(
+        pair.zone, pair.link, begins, margin - clearance, margin,
+        f"{where}, nearest at {times[sample]:.3f} s: {told(pair.keep_in, clearance)}",
+    )  # fmt: skip
+
+
+def told(keep_in: bool, clearance: float) -> str:
+    """Return where a body is, in words."""
+    if keep_in:
+        return (
+            f"{clearance * 1e3:.1f} mm from the zone's border"
+            if clearance >= 0.0
+            else f"{-clearance * 1e3:.1f} mm outside of the zone"
+        )
+    if clearance >= 0.0:
+        return f"{clearance * 1e3:.1f} mm away"
+    return f"{-clearance * 1e3:.1f} mm inside"

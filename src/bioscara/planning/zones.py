@@ -1,0 +1,228 @@
+"""Where the arm may be: named zones, the table and the arm itself, kept clear by a margin.
+
+All coordinates are in the frame of the arm's base, wherever the base stands. A keep-out zone is a
+space that no body enters, a keep-in zone one that no body leaves. Base and column are kept clear
+of the gripper, which is the only part of the arm that can touch them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import numpy.typing as npt
+
+from bioscara.errors import ConfigurationError, TrajectoryError
+from bioscara.kinematics import Scara
+from bioscara.planning.bodies import GRIPPER, Body
+from bioscara.planning.layout import LINKS, Array, Layout, layout_of
+from bioscara.planning.shapes import Prism
+from bioscara.planning.sweep import sweep
+from bioscara.planning.trajectory import Trajectory
+
+MARGINS = (1e-3, 0.1)
+"""Smallest and largest margin [m]: what is missed between samples is less than the smallest."""
+_FAR = 10.0
+"""Coordinates of a scene are below this [m]: larger ones are millimetres."""
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A box that stands upright.
+
+    Attributes:
+        name: Of the zone.
+        lower: Smallest x, y, z [m], base frame.
+        upper: Largest x, y, z [m].
+        yaw: Turn about its centre [rad].
+        keep_in: Whether bodies must stay inside; else they must stay outside.
+        links: Names of the links that it is for; empty for all that move.
+
+    Raises:
+        ConfigurationError: A value cannot be.
+    """
+
+    name: str
+    lower: tuple[float, float, float]
+    upper: tuple[float, float, float]
+    yaw: float = 0.0
+    keep_in: bool = False
+    links: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check_zone(self.name, self.links)
+        for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
+            _check_range(self.name, axis, low, high)
+        _check_number(f"zone {self.name}: yaw", self.yaw, -2 * math.pi, 2 * math.pi, "rad")
+
+    @property
+    def shape(self) -> Prism:
+        """The same as a shape in the base frame."""
+        return Prism.between(self.lower, self.upper, self.yaw)
+
+
+@dataclass(frozen=True, slots=True)
+class Cylinder:
+    """A cylinder that stands upright.
+
+    Attributes:
+        name: Of the zone.
+        x: Of its axis [m], base frame.
+        y: [m].
+        radius: [m].
+        low: Height of its bottom [m].
+        high: Height of its top [m].
+        keep_in: Whether bodies must stay inside; else they must stay outside.
+        links: Names of the links that it is for; empty for all that move.
+
+    Raises:
+        ConfigurationError: A value cannot be.
+    """
+
+    name: str
+    x: float
+    y: float
+    radius: float
+    low: float
+    high: float
+    keep_in: bool = False
+    links: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        _check_zone(self.name, self.links)
+        _check_number(f"zone {self.name}: x", self.x, -_FAR, _FAR)
+        _check_number(f"zone {self.name}: y", self.y, -_FAR, _FAR)
+        _check_number(f"zone {self.name}: radius", self.radius, 1e-4, _FAR)
+        _check_range(self.name, "z", self.low, self.high)
+
+    @property
+    def shape(self) -> Prism:
+        """The same as a shape in the base frame."""
+        return Prism(self.x, self.y, 0.0, 0.0, self.low, self.high, self.radius)
+
+
+Zone = Box | Cylinder
+
+
+@dataclass(frozen=True, slots=True)
+class Scene:
+    """What stands around the arm.
+
+    Attributes:
+        zones: Named spaces to keep in or out of.
+        table_height: Height of the table's top in the base frame [m]; None where there is none.
+        margin: Distance to keep from everything [m], one of :data:`MARGINS` or between.
+        mounted: Bodies that the wrist carries; the gripper, unless another tool is mounted. A load
+            is one more.
+
+    Raises:
+        ConfigurationError: Two zones have the same name, or a value cannot be.
+    """
+
+    zones: tuple[Zone, ...] = ()
+    table_height: float | None = None
+    margin: float = 5e-3
+    mounted: tuple[Body, ...] = GRIPPER
+
+    def __post_init__(self) -> None:
+        names = [zone.name for zone in self.zones]
+        for name in names:
+            if names.count(name) > 1 or name in (*LINKS, "table"):
+                raise ConfigurationError(
+                    f"zone {name}: the name is taken by another zone, a link or the table"
+                )
+        _check_number("margin", self.margin, *MARGINS)
+        if self.table_height is not None:
+            _check_number("table_height", self.table_height, -_FAR, _FAR)
+
+    def layout(self, arm: Scara) -> Layout:
+        """Return the scene prepared for one arm and its tool.
+
+        Raises:
+            ConfigurationError: A zone is for a link that is not there.
+        """
+        return layout_of(
+            tuple((zone.name, zone.shape, zone.keep_in, zone.links) for zone in self.zones),
+            self.table_height,
+            self.mounted,
+            arm.geometry,
+            arm.tool,
+        )
+
+    def clearance(self, arm: Scara, joints: npt.ArrayLike) -> Array:
+        """Return how far the arm is from everything that it must not touch; exact.
+
+        Args:
+            arm: The arm with its tool.
+            joints: j1 to j4 [rad, m, rad, rad], shape (n, 4).
+
+        Returns:
+            Distance of the nearest pair [m], shape (n,); below zero how deep one is in the other.
+            The margin is not taken off.
+        """
+        rows = np.asarray(joints, dtype=np.float64)
+        return self.layout(arm).clearances(arm, rows).min(axis=0, initial=math.inf)
+
+    def check(
+        self, arm: Scara, trajectory: Trajectory, elsewhere: Sequence[float] | None = None
+    ) -> None:
+        """Make sure that the arm keeps the margin all along a trajectory.
+
+        Between the instants that are looked at, the fastest points of the arm bound how near it
+        can come; the steps are made smaller until nothing nearer than the margin is left out. What
+        rounding leaves is below 0.4 mm, less than the smallest margin.
+
+        Args:
+            arm: The arm with its tool.
+            trajectory: For some or all of the joints.
+            elsewhere: Where the joints are that it does not name [rad, m, rad, rad].
+
+        Raises:
+            ZoneError: The arm comes too near; names zone, link, time, depth and margin.
+            TrajectoryError: Joints are missing from the trajectory, or unknown.
+        """
+        names = [limit.name for limit in arm.limits]
+        unknown = [name for name in trajectory.joint_names if name not in names]
+        missing = [name for name in names if name not in trajectory.joint_names]
+        if unknown:
+            raise TrajectoryError(
+                f"{unknown[0]} is not a joint of the arm; it has {', '.join(names)}"
+            )
+        if missing and elsewhere is None:
+            raise TrajectoryError(
+                f"zones cannot be checked: the trajectory does not say where {', '.join(missing)} "
+                f"{'are' if len(missing) > 1 else 'is'}"
+            )
+        rest = (0.0,) * len(names) if elsewhere is None else elsewhere
+        sweep(self.layout(arm), arm, trajectory, np.asarray(rest, dtype=np.float64), self.margin)
+
+
+def _check_zone(name: str, links: tuple[str, ...]) -> None:
+    if not name.strip():
+        raise ConfigurationError(f"zone {name!r}: it needs a name")
+    for link in links:
+        if link not in LINKS:
+            raise ConfigurationError(
+                f"zone {name}: {link!r} is not a link that moves; those are {', '.join(LINKS)}"
+            )
+
+
+def _check_range(name: str, axis: str, low: float, high: float) -> None:
+    for value in (low, high):
+        _check_number(f"zone {name}: {axis}", value, -_FAR, _FAR)
+    if not low < high:
+        raise ConfigurationError(
+            f"zone {name}: {axis} goes from {low:g} m to {high:g} m; the first must be the smaller"
+        )
+
+
+def _check_number(what: str, value: float, lower: float, upper: float, unit: str = "m") -> None:
+    if not lower <= value <= upper:
+        hint = "; are these millimetres? lengths are metres" if unit == "m" else ""
+        if not math.isfinite(value) or abs(value) <= _FAR:
+            hint = ""
+        raise ConfigurationError(
+            f"{what}: {value:g} {unit} is outside {lower:g} .. {upper:g} {unit}{hint}"
+        )
