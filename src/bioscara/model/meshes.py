@@ -1,0 +1,70 @@
+"""Writes the arm's drawing as files: meshes as binary STL, masses and inertias as YAML.
+
+The numbers are rounded to a micrometre and to six digits, so that every machine writes the same
+bytes; ``make generate`` writes them, ``make fresh`` compares.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from bioscara.model.parameters import GeometryParameters
+from bioscara.model.parts import Link, drawing
+from bioscara.model.solids import Array, Inertial, Solid, weigh
+
+FINISHES = ("printed", "metal")
+"""Every link is seen as two meshes: what is printed, and the metal and rubber in it."""
+
+_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
+_HEADER = 80
+
+
+def stl(solids: tuple[Solid, ...]) -> bytes:
+    """Return solids as one binary STL file."""
+    triangles = np.concatenate([solid.triangles for solid in solids]).round(6) + 0.0
+    normals = np.concatenate([solid.doubled_areas() for solid in solids])
+    records = np.zeros(len(triangles), _TRIANGLE)
+    records["normal"] = (normals / np.linalg.norm(normals, axis=1, keepdims=True)).round(5) + 0.0
+    records["corners"] = triangles
+    return bytes(_HEADER) + len(records).to_bytes(4, "little") + records.tobytes()
+
+
+def read_stl(content: bytes) -> Array:
+    """Return the triangles of a binary STL file, shape (n, 3 corners, 3)."""
+    records = np.frombuffer(content, _TRIANGLE, offset=_HEADER + 4)
+    return records["corners"].astype(np.float64)
+
+
+def files(geometry: GeometryParameters) -> dict[str, bytes]:
+    """Return every file that follows from the drawing, by its path in the description."""
+    links = drawing(geometry)
+    out = {"inertials.yaml": _inertials(links).encode()}
+    for link in links:
+        for finish, printed in zip(FINISHES, (True, False), strict=True):
+            solids = tuple(part.solid for part in link.parts if part.printed is printed)
+            out[f"meshes/visual/{link.name}_{finish}.stl"] = stl(solids)
+        for name, solid in link.hull.items():
+            out[f"meshes/collision/{link.name}_{name}.stl"] = stl((solid,))
+    return out
+
+
+def _inertials(links: tuple[Link, ...]) -> str:
+    lines = [
+        "# Estimates, generated from the drawing (bioscara.model.parts): printed parts are shells",
+        "# of PLA, motors and rods are solid. kg, m and kg m^2; inertias about the centre of mass.",
+    ]
+    for link in links:
+        lines += _lines(link.name, weigh(part.moments() for part in link.parts))
+    return "\n".join([*lines, ""])
+
+
+def _lines(name: str, inertial: Inertial) -> list[str]:
+    # Beyond these decimals there is only rounding, which differs between machines.
+    centre = ", ".join(f"{number:.6f}" for number in inertial.centre.round(6) + 0.0)
+    inertia = inertial.inertia.round(9) + 0.0
+    return [
+        f"{name}:",
+        f"  mass: {inertial.mass:.6f}",
+        f"  centre: [{centre}]",
+        *(f"  i{'xyz'[i]}{'xyz'[k]}: {inertia[i, k]:.9f}" for i in range(3) for k in range(i, 3)),
+    ]

@@ -1,0 +1,205 @@
+"""The drawing of the arm: of which convex parts each link consists.
+
+Outer dimensions are those of the existing arm's links; what is inside them is drawn so that a
+person recognises the arm, and is no manufacturing data. Metres, in the frames of the description.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+from bioscara.model.parameters import GeometryParameters
+from bioscara.model.solids import Moments, Solid, box, capsule, cylinder, filled, prism, shell
+
+PLA = 1240.0
+"""Density of the printed material [kg/m^3]."""
+WALL = 0.004
+"""Wall of a printed part: perimeters and infill together, spread over the surface [m]."""
+STEEL, ALUMINIUM, RUBBER = 7850.0, 2700.0, 1200.0
+"""Densities [kg/m^3]."""
+MOTOR = 4000.0
+"""Density of a stepper motor: 0.28 kg in 42 x 42 x 40 mm [kg/m^3]."""
+
+
+class Part(NamedTuple):
+    """One part of a link.
+
+    Attributes:
+        solid: Its shape.
+        density: Of its material [kg/m^3].
+        printed: Whether it is printed, which is a shell, or solid.
+    """
+
+    solid: Solid
+    density: float
+    printed: bool
+
+    def moments(self) -> Moments:
+        """Return its mass and moments."""
+        if self.printed:
+            return shell(self.solid, self.density, WALL)
+        return filled(self.solid, self.density)
+
+
+@dataclass(frozen=True, slots=True)
+class Link:
+    """One link of the arm.
+
+    Attributes:
+        name: As in the description, without a prefix.
+        parts: What one sees, and what has a mass.
+        hull: Convex bodies that contain all parts, by the name of each.
+    """
+
+    name: str
+    parts: tuple[Part, ...]
+    hull: dict[str, Solid]
+
+
+def _printed(*solids: Solid) -> tuple[Part, ...]:
+    return tuple(Part(solid, PLA, printed=True) for solid in solids)
+
+
+def _solid(density: float, *solids: Solid) -> tuple[Part, ...]:
+    return tuple(Part(solid, density, printed=False) for solid in solids)
+
+
+def _base() -> Link:
+    disc, back = cylinder((0, 0), 0.115, 0.0, 0.0873), (-0.205, -0.1222, 0.0)
+    return Link(
+        "base_link",
+        (
+            *_printed(box(back, (-0.04, 0.1222, 0.0623)), cylinder((0, 0), 0.115, 0.0, 0.08)),
+            *_solid(ALUMINIUM, cylinder((0, 0), 0.095, 0.08, 0.0873)),
+            *_solid(MOTOR, box((-0.19, -0.021, 0.04), (-0.148, 0.021, 0.08))),
+        ),
+        {"back": box(back, (-0.04, 0.1222, 0.08)), "disc": disc},
+    )
+
+
+def _column() -> Link:
+    bottom = cylinder((0, 0), 0.1119, -0.0477, -0.02)
+    top = cylinder((0, 0), 0.1119, 0.495, 0.5213)
+    rods = (cylinder((0.045, side), 0.006, -0.02, 0.495) for side in (-0.035, 0.035))
+    return Link(
+        "link_1",
+        (
+            *_printed(
+                bottom,
+                top,
+                box((-0.1513, -0.06, -0.0477), (-0.0876, 0.06, 0.142)),
+                box((-0.0876, -0.07, -0.02), (-0.068, 0.07, 0.495)),
+                box((-0.1513, -0.05, 0.495), (-0.0876, 0.05, 0.5213)),
+            ),
+            *_solid(STEEL, *rods, cylinder((0.02, 0), 0.004, -0.02, 0.495)),
+            *_solid(MOTOR, box((-0.1513, -0.021, 0.455), (-0.1093, 0.021, 0.495))),
+        ),
+        {
+            "bottom": bottom,
+            "top": top,
+            "back": box((-0.1513, -0.07, -0.0477), (-0.068, 0.07, 0.5213)),
+            "rods": box((0.016, -0.041, -0.02), (0.051, 0.041, 0.495)),
+        },
+    )
+
+
+def _upper_arm(length: float) -> Link:
+    carriage = box((0, -0.0528, -0.0132), (0.0856, 0.0528, 0.1279))
+    profile = ((0.0856, -0.0132), (0.156, 0.0426), (0.0856, 0.0426))
+    # Outlines across y are z, x.
+    gusset = prism([(z, x) for x, z in reversed(profile)], -0.03, 0.03, "y")
+    centres = (0.06, 0), (length, 0)
+    return Link(
+        "link_2",
+        (
+            *_printed(carriage, gusset, capsule(*centres, 0.0528, 0.0426, 0.1069)),
+            *_solid(MOTOR, box((0.1, -0.021, 0.0879), (0.142, 0.021, 0.1279))),
+        ),
+        {
+            "carriage": carriage,
+            "gusset": gusset,
+            "bar": capsule(*centres, 0.0528, 0.0426, 0.1069),
+            "motor": box((0.1, -0.021, 0.1069), (0.142, 0.021, 0.1279)),
+        },
+    )
+
+
+def _forearm(length: float) -> Link:
+    bar = capsule((0, 0), (length, 0), 0.0359, 0.1109, 0.1632)
+    motor = box((length - 0.09, -0.021, 0.0709), (length - 0.048, 0.021, 0.1109))
+    hub = cylinder((length, 0), 0.032, 0.0155, 0.1109)
+    bearing = cylinder((0, 0), 0.03, 0.1069, 0.1109)
+    return Link(
+        "link_3",
+        (*_printed(bar, hub), *_solid(STEEL, bearing), *_solid(MOTOR, motor)),
+        {"bar": bar, "hub": hub, "bearing": bearing, "motor": motor},
+    )
+
+
+def _wrist() -> Link:
+    return Link(
+        "link_4",
+        (
+            *_printed(box((-0.0215, -0.014, 0.006), (0.0215, 0.014, 0.1555))),
+            *_solid(ALUMINIUM, box((-0.0215, -0.014, 0.0021), (0.0215, 0.014, 0.006))),
+        ),
+        {"post": box((-0.0215, -0.014, 0.0021), (0.0215, 0.014, 0.1555))},
+    )
+
+
+def _gripper() -> Link:
+    rails = (cylinder((side, -0.075), 0.004, -0.086, 0.086, "x") for side in (-0.015, 0.015))
+    mount = box((-0.03, -0.0277, -0.014), (0.03, 0.0277, 0.0069))
+    return Link(
+        "gripper_base",
+        (
+            *_printed(
+                mount,
+                box((-0.086, -0.0277, -0.0606), (0.086, 0.0277, -0.014)),
+                box((-0.086, -0.0277, -0.089), (-0.081, 0.0277, -0.0606)),
+                box((0.081, -0.0277, -0.089), (0.086, 0.0277, -0.0606)),
+            ),
+            *_solid(STEEL, *rails),
+            *_solid(1350.0, box((-0.02, 0.0277, -0.06), (0.02, 0.0371, -0.02))),  # the servo
+        ),
+        {"body": box((-0.086, -0.0277, -0.089), (0.086, 0.0371, -0.014)), "mount": mount},
+    )
+
+
+def _jaw(name: str, side: float, rack_at: float) -> Link:
+    """Return a jaw whose face is at x = 0; ``side`` is the direction in which it opens."""
+
+    def across(near: float, far: float, low: tuple[float, float], high: tuple[float, float]) -> Solid:
+        x0, x1 = sorted((side * near, side * far))
+        return box((x0, *low), (x1, *high))
+
+    carriage = across(0.0, 0.02, (-0.039, -0.1), (0.026, -0.0606))
+    rack = across(-0.1509, 0.0, (rack_at, -0.0706), (rack_at + 0.012, -0.0606))
+    finger = (-0.1391, -0.1466), (-0.039, -0.0906)
+    return Link(
+        name,
+        (
+            *_printed(carriage, rack, across(0.003, 0.02, *finger)),
+            *_solid(RUBBER, across(0.0, 0.003, *finger)),
+        ),
+        {"carriage": carriage, "rack": rack, "finger": across(0.0, 0.02, *finger)},
+    )
+
+
+def drawing(geometry: GeometryParameters) -> tuple[Link, ...]:
+    """Return the links that have a body, from the base to the jaws.
+
+    Args:
+        geometry: Lengths of the arm; the arms are as long as it says.
+    """
+    return (
+        _base(),
+        _column(),
+        _upper_arm(geometry.upper_arm),
+        _forearm(geometry.forearm),
+        _wrist(),
+        _gripper(),
+        _jaw("left_jaw_link", 1.0, 0.014),
+        _jaw("right_jaw_link", -1.0, -0.002),
+    )

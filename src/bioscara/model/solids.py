@@ -1,0 +1,162 @@
+"""Convex solids as triangles, and what they weigh. Metres, in the frame of a link."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+
+_SIDES = 32
+"""Of the polygon that stands for a circle."""
+_AXES = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """A convex body.
+
+    Attributes:
+        triangles: Its surface, shape (n, 3 corners, 3): corners counter-clockwise from outside.
+    """
+
+    triangles: Array
+
+    def doubled_areas(self) -> Array:
+        """Return the outward normal of each triangle, twice as long as its area, shape (n, 3)."""
+        first, second, third = np.moveaxis(self.triangles, 1, 0)
+        return np.cross(second - first, third - first)
+
+
+def prism(outline: npt.ArrayLike, lower: float, upper: float, axis: str = "z") -> Solid:
+    """Return an extruded convex polygon.
+
+    Args:
+        outline: Corners counter-clockwise, shape (n, 2): x, y for axis z; y, z for x; z, x for y.
+        lower: Where it begins along the axis [m].
+        upper: Where it ends [m].
+        axis: ``"x"``, ``"y"`` or ``"z"``.
+    """
+    corners = np.asarray(outline, dtype=np.float64)
+    count = len(corners)
+    points = np.zeros((2, count, 3))
+    first, second, along = _AXES[axis]
+    points[:, :, first], points[:, :, second] = corners[:, 0], corners[:, 1]
+    points[0, :, along], points[1, :, along] = lower, upper
+    (bottom, top), after = points, np.roll(np.arange(count), -1)
+    fan, rest = np.arange(1, count - 1), np.arange(2, count)
+    start = np.zeros_like(fan)
+    triangles = (
+        np.stack((bottom[start], bottom[rest], bottom[fan]), axis=1),
+        np.stack((top[start], top[fan], top[rest]), axis=1),
+        np.stack((bottom, bottom[after], top[after]), axis=1),
+        np.stack((bottom, top[after], top), axis=1),
+    )
+    return Solid(np.concatenate(triangles))
+
+
+def box(lower: Sequence[float], upper: Sequence[float]) -> Solid:
+    """Return a box with its edges along the axes, from corner to corner."""
+    (x0, y0, z0), (x1, y1, z1) = lower, upper
+    return prism(((x0, y0), (x1, y0), (x1, y1), (x0, y1)), z0, z1)
+
+
+def capsule(
+    start: Sequence[float],
+    end: Sequence[float],
+    radius: float,
+    lower: float,
+    upper: float,
+    axis: str = "z",
+) -> Solid:
+    """Return a bar with round ends, whose cross section goes from one centre to another.
+
+    Args:
+        start: Centre of one end, in the plane across the axis as for :func:`prism`.
+        end: Centre of the other, further along the plane's first coordinate.
+        radius: Of both ends [m].
+        lower: Where it begins along the axis [m].
+        upper: Where it ends [m].
+        axis: ``"x"``, ``"y"`` or ``"z"``.
+    """
+    half = np.linspace(-np.pi / 2.0, np.pi / 2.0, _SIDES // 2 + 1)
+    right = np.asarray(end) + radius * np.column_stack((np.cos(half), np.sin(half)))
+    left = np.asarray(start) - radius * np.column_stack((np.cos(half), np.sin(half)))
+    return prism(np.concatenate((right, left)), lower, upper, axis)
+
+
+def cylinder(
+    centre: Sequence[float], radius: float, lower: float, upper: float, axis: str = "z"
+) -> Solid:
+    """Return a cylinder; arguments as for :func:`capsule`."""
+    angles = np.arange(_SIDES) * (2.0 * np.pi / _SIDES)
+    outline = np.asarray(centre) + radius * np.column_stack((np.cos(angles), np.sin(angles)))
+    return prism(outline, lower, upper, axis)
+
+
+class Inertial(NamedTuple):
+    """Mass, centre and inertia of a body.
+
+    Attributes:
+        mass: Mass [kg].
+        centre: Centre of mass in the link's frame [m], shape (3,).
+        inertia: About the centre, along the link's axes [kg m^2], shape (3, 3).
+    """
+
+    mass: float
+    centre: Array
+    inertia: Array
+
+
+class Moments(NamedTuple):
+    """Integrals over a body; those of several bodies add up.
+
+    Attributes:
+        mass: Mass [kg].
+        first: Of position [kg m], shape (3,).
+        second: Of position times position [kg m^2], shape (3, 3).
+    """
+
+    mass: float
+    first: Array
+    second: Array
+
+
+def filled(solid: Solid, density: float) -> Moments:
+    """Return the integrals over a solid body of a density [kg/m^3]."""
+    volumes = np.linalg.det(solid.triangles) / 6.0
+    return _moments(solid, density * volumes, corners=4)
+
+
+def shell(solid: Solid, density: float, wall: float) -> Moments:
+    """Return the integrals over a body with a thin wall [m]; a body too thin for it is filled."""
+    areas = np.linalg.norm(solid.doubled_areas(), axis=1) / 2.0
+    whole = filled(solid, density)
+    if density * wall * float(areas.sum()) >= whole.mass:
+        return whole
+    return _moments(solid, density * wall * areas, corners=3)
+
+
+def _moments(solid: Solid, masses: Array, corners: int) -> Moments:
+    """Return the integrals over triangles (3 corners), or the tetrahedra to the origin (4)."""
+    points = solid.triangles
+    sums = points.sum(axis=1)
+    squares = np.einsum("nci,ncj->nij", points, points) + np.einsum("ni,nj->nij", sums, sums)
+    return Moments(
+        float(masses.sum()),
+        masses @ sums / corners,
+        np.einsum("n,nij->ij", masses, squares) / (corners * (corners + 1)),
+    )
+
+
+def weigh(bodies: Iterable[Moments]) -> Inertial:
+    """Return mass, centre and inertia of several bodies as one."""
+    masses, firsts, seconds = zip(*bodies, strict=True)
+    mass = float(sum(masses))
+    centre = sum(firsts, np.zeros(3)) / mass
+    second = sum(seconds, np.zeros((3, 3))) - mass * np.outer(centre, centre)
+    return Inertial(mass, centre, np.trace(second) * np.eye(3) - second)

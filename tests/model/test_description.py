@@ -1,0 +1,204 @@
+"""The description against an independent loader, and against our own kinematics."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bioscara.kinematics import Geometry, Pose, Scara
+from bioscara.model import load_parameters
+from bioscara.model.meshes import read_stl
+from bioscara.model.parts import drawing
+from bioscara.model.solids import Solid
+from bioscara.model.urdf import DESCRIPTION, SRDF, URDF
+
+PARAMETERS = load_parameters()
+SHAPE = PARAMETERS.geometry
+LOWER = np.array([joint.lower for joint in PARAMETERS.joints])
+UPPER = np.array([joint.upper for joint in PARAMETERS.joints])
+ROOT = ET.parse(URDF).getroot()
+HAND = ("gripper_base", "left_jaw_link", "right_jaw_link")
+BODIES = ("base_link", "link_1", "link_2", "link_3", "link_4", *HAND)
+
+pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
+
+
+def scara(tool: Pose) -> Scara:
+    return Scara(
+        Geometry(SHAPE.upper_arm, SHAPE.forearm, SHAPE.height), PARAMETERS.joints, tool
+    )
+
+
+@pytest.fixture(scope="module")
+def pin() -> Any:
+    return pytest.importorskip("pinocchio", reason="pip install pin: the independent loader")
+
+
+@pytest.fixture(scope="module")
+def share(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a folder in which package://bioscara_description is the description."""
+    folder = tmp_path_factory.mktemp("share")
+    (folder / "bioscara_description").symlink_to(DESCRIPTION)
+    return folder
+
+
+def configuration(pin: Any, model: Any, arm: np.ndarray, width: float) -> np.ndarray:
+    q = pin.neutral(model)
+    at = dict(zip(("j1", "j2", "j3", "j4"), arm, strict=True))
+    at |= {"gripper": width, "left_jaw": 0.5 * width, "right_jaw": -0.5 * width}
+    for name, value in at.items():
+        q[model.joints[model.getJointId(name)].idx_q] = value
+    return q
+
+
+def test_frames_are_those_of_the_kinematics(pin: Any) -> None:
+    model = pin.buildModelFromUrdf(str(URDF))
+    data = model.createData()
+    flange = scara(Pose(0.0, 0.0, 0.0, 0.0))
+    tool = scara(Pose(SHAPE.tool_x, SHAPE.tool_y, SHAPE.tool_z, 0.0))
+    rng = np.random.default_rng(4)
+    for arm in rng.uniform(LOWER, UPPER, (500, 4)):
+        pin.framesForwardKinematics(model, data, configuration(pin, model, arm, 0.08))
+        for frame, expected in (("link_4", flange.forward(arm)), ("tool_link", tool.forward(arm))):
+            placed = data.oMf[model.getFrameId(frame)]
+            c, s = math.cos(expected.yaw), math.sin(expected.yaw)
+            assert placed.translation == pytest.approx(expected[:3], abs=1e-9)
+            assert placed.rotation == pytest.approx(
+                np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0))), abs=1e-9
+            )
+        flipped = data.oMf[model.getFrameId("tool_flange")].rotation
+        assert flipped[2, 2] == pytest.approx(-1.0, abs=1e-9)
+
+
+def test_the_fingers_are_as_far_apart_as_the_gripper_says(pin: Any, share: Path) -> None:
+    model = pin.buildModelFromUrdf(str(URDF))
+    geometry = pin.buildGeomFromUrdf(model, str(URDF), pin.GeometryType.VISUAL, [str(share)])
+    data = model.createData()
+    for width in (0.04, 0.0787, 0.12):
+        pin.framesForwardKinematics(model, data, configuration(pin, model, np.zeros(4), width))
+        tool = data.oMf[model.getFrameId("tool_link")]
+        faces = []
+        for side in ("left", "right"):
+            link = data.oMf[model.getFrameId(f"{side}_jaw_link")]
+            names = [g for g in geometry.geometryObjects if g.name.startswith(f"{side}_jaw")]
+            points = np.concatenate([read_stl(Path(g.meshPath).read_bytes()) for g in names])
+            points = points.reshape(-1, 3)
+            finger = points[points[:, 1] < -0.1]
+            world = finger @ link.rotation.T + link.translation
+            in_tool = (world - tool.translation) @ tool.rotation
+            assert in_tool[:, 0].min() < 0.0 < in_tool[:, 0].max()
+            assert in_tool[:, 2].min() < 0.0 < in_tool[:, 2].max()
+            faces.append(in_tool[:, 1])
+        left, right = sorted(faces, key=lambda across: float(across.min()))
+        assert right.min() - left.max() == pytest.approx(width, abs=2e-6)
+
+
+def test_masses_are_plausible_and_inertias_those_of_bodies(pin: Any) -> None:
+    model = pin.buildModelFromUrdf(str(URDF))
+    masses = {}
+    for link in ROOT.findall("link"):
+        inertial = link.find("inertial")
+        if inertial is None:
+            continue
+        mass, inertia = inertial.find("mass"), inertial.find("inertia")
+        assert mass is not None
+        assert inertia is not None
+        masses[link.attrib["name"]] = float(mass.attrib["value"])
+        i = {key: float(value) for key, value in inertia.attrib.items()}
+        matrix = np.array(
+            (
+                (i["ixx"], i["ixy"], i["ixz"]),
+                (i["ixy"], i["iyy"], i["iyz"]),
+                (i["ixz"], i["iyz"], i["izz"]),
+            )
+        )
+        a, b, c = np.linalg.eigvalsh(matrix)
+        assert a > 0.0
+        assert a + b >= c  # no body has another inertia
+    assert set(masses) == {*BODIES, "width_link"}
+    # What the lift carries, and what turns about the column with the arm stretched: about the
+    # load with which the simulated joints behave as the real ones.
+    assert 2.5 < sum(masses[name] for name in BODIES[2:]) < 5.0
+    turned = pin.crba(model, model.createData(), configuration(pin, model, np.zeros(4), 0.08))
+    assert 0.3 < turned[0, 0] < 0.9
+
+
+def test_what_never_touches_never_does_and_what_may_is_checked(pin: Any, share: Path) -> None:
+    disabled = {
+        frozenset((tag.attrib["link1"], tag.attrib["link2"])): tag.attrib["reason"]
+        for tag in ET.parse(SRDF).getroot().findall("disable_collisions")
+    }
+    every = {frozenset(pair) for pair in itertools.combinations(BODIES, 2)}
+    assert len(every) == 28
+    assert len(disabled) == 22
+    assert every - set(disabled) == {
+        frozenset(pair) for pair in itertools.product(("base_link", "link_1"), HAND)
+    }
+    model = pin.buildModelFromUrdf(str(URDF))
+    bodies = pin.buildGeomFromUrdf(model, str(URDF), pin.GeometryType.COLLISION, [str(share)])
+    link_of = [model.frames[body.parentFrame].name for body in bodies.geometryObjects]
+    for i, k in itertools.combinations(range(len(link_of)), 2):
+        pair = frozenset((link_of[i], link_of[k]))
+        if len(pair) == 2 and disabled.get(pair) != "Adjacent":
+            bodies.addCollisionPair(pin.CollisionPair(i, k))
+    data, found = model.createData(), bodies.createData()
+    touched = set()
+    rng = np.random.default_rng(5)
+    folded = np.array([0.0, 0.0, 2.62672, 0.0])
+    samples = rng.uniform(LOWER, UPPER, (300, 4))
+    samples[:150] = folded + rng.uniform((-3, 0, -0.1, -3), (3, 0.338, 0, 3), (150, 4))
+    for arm in samples:
+        q = configuration(pin, model, arm, rng.uniform(0.04, 0.12))
+        pin.computeCollisions(model, data, bodies, found, q, False)
+        for pair, result in zip(bodies.collisionPairs, found.collisionResults, strict=True):
+            if result.isCollision():
+                touched.add(frozenset((link_of[pair.first], link_of[pair.second])))
+    assert not touched & set(disabled)
+    # The test sees collisions at all: the hand reaches the column.
+    assert touched
+
+
+def inside(points: np.ndarray, hull: Solid) -> np.ndarray:
+    normals = hull.doubled_areas()
+    normals = normals / np.linalg.norm(normals, axis=1, keepdims=True)
+    offsets = np.einsum("ij,ij->i", normals, hull.triangles[:, 0])
+    return np.all(points @ normals.T <= offsets + 2e-6, axis=1)
+
+
+def test_collision_bodies_are_convex_and_contain_what_is_seen() -> None:
+    for link in drawing(SHAPE):
+        for hull in link.hull.values():
+            assert inside(hull.triangles.reshape(-1, 3), hull).all()
+        for part in link.parts:
+            corners = part.solid.triangles.reshape(-1, 3)
+            assert any(inside(corners, hull).all() for hull in link.hull.values()), link.name
+
+
+def test_links_are_as_large_as_those_of_the_existing_arm() -> None:
+    boxes = {
+        "base_link": ((-0.205, -0.1222, 0), (0.115, 0.1222, 0.0873)),
+        "link_1": ((-0.1513, -0.1119, -0.0477), (0.1119, 0.1119, 0.5213)),
+        "link_2": ((0, -0.0528, -0.0132), (0.3822, 0.0528, 0.1279)),
+        "link_3": ((-0.0359, -0.0359, 0.0155), (0.3209, 0.0359, 0.1632)),
+        "link_4": ((-0.0215, -0.014, 0.0021), (0.0215, 0.014, 0.1555)),
+        "gripper_base": ((-0.086, -0.0277, -0.089), (0.086, 0.0371, 0.0069)),
+        "left_jaw_link": ((-0.1509, -0.1391, -0.1466), (0.02, 0.026, -0.0606)),
+        "right_jaw_link": ((-0.02, -0.1391, -0.1466), (0.1509, 0.026, -0.0606)),
+    }
+    for link in drawing(SHAPE):
+        points = np.concatenate([part.solid.triangles.reshape(-1, 3) for part in link.parts])
+        lower, upper = boxes[link.name]
+        assert points.min(axis=0) == pytest.approx(lower, abs=1e-4)
+        assert points.max(axis=0) == pytest.approx(upper, abs=1e-4)
+
+
+def test_the_description_names_the_meshes_that_are_there() -> None:
+    named = {mesh.attrib["filename"] for mesh in ROOT.iter("mesh")}
+    there = {path.relative_to(DESCRIPTION) for path in DESCRIPTION.glob("meshes/*/*.stl")}
+    assert named == {f"package://bioscara_description/{path.as_posix()}" for path in there}
