@@ -13,6 +13,7 @@ TOPICS = {
     "cycle": "One control cycle",
     "control": "The control loop",
     "tracking": "Tracking a ramp",
+    "kinematics": "Kinematics",
     "trajectory_sampling": "Sampling a trajectory",
     "startup": "Start-up",
 }

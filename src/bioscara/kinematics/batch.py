@@ -7,9 +7,13 @@ import math
 import numpy as np
 import numpy.typing as npt
 
-from bioscara.kinematics.scara import Scara
+from bioscara.kinematics.pose import TURN
+from bioscara.kinematics.scara import LIMIT_ROUNDING, STRETCH_ROUNDING, Scara
 
 Array = npt.NDArray[np.float64]
+
+_BLOCK = 8192
+"""Poses that are worked on at once, so that what is between stays in the cache."""
 
 
 def forward(arm: Scara, joints: npt.ArrayLike) -> Array:
@@ -56,29 +60,43 @@ def inverse(arm: Scara, poses: npt.ArrayLike) -> Array:
         are not checked.
     """
     p = np.asarray(poses, dtype=np.float64)
+    rows = p.reshape(-1, 4)
+    result = np.empty((len(rows), 2, 4))
+    with np.errstate(invalid="ignore"):
+        for start in range(0, len(rows), _BLOCK):
+            block = slice(start, start + _BLOCK)
+            _inverse_block(arm, rows[block], result[block])
+    return result.reshape(*p.shape[:-1], 2, 4)
+
+
+def _inverse_block(arm: Scara, poses: Array, result: Array) -> None:
+    """Fill ``result`` (n, 2, 4) for ``poses`` (n, 4)."""
     to_base = arm.base.inverse()
     l1, l2, height = arm.geometry
     tx, ty, tz, tyaw = arm.tool
-    turn = p[..., 3] + (to_base.yaw - tyaw)
+    place_x, place_y, place_z, yaw = poses.T
+    turn = yaw + (to_base.yaw - tyaw)
     cb, sb = math.cos(to_base.yaw), math.sin(to_base.yaw)
     c, s = np.cos(turn), np.sin(turn)
-    x = to_base.x + cb * p[..., 0] - sb * p[..., 1] - c * tx + s * ty
-    y = to_base.y + sb * p[..., 0] + cb * p[..., 1] - s * tx - c * ty
+    x = to_base.x + cb * place_x - sb * place_y - c * tx + s * ty
+    y = to_base.y + sb * place_x + cb * place_y - s * tx - c * ty
     cosine = (x * x + y * y - (l1 * l1 + l2 * l2)) / (2.0 * l1 * l2)
-    rounding = np.abs(cosine) <= 1.0 + 1e-12
-    with np.errstate(invalid="ignore"):
-        q3 = np.arccos(np.where(rounding, np.clip(cosine, -1.0, 1.0), np.nan))
+    size = np.abs(cosine)
+    if not (size <= 1.0).all():
+        cosine = np.where(size <= 1.0 + STRETCH_ROUNDING, np.clip(cosine, -1.0, 1.0), np.nan)
+    q2 = place_z + (to_base.z - tz - height)
+    # One value that is no number makes the whole way none.
+    cosine = cosine + 0.0 * q2
+    q2 += 0.0 * cosine
+    q3 = np.arccos(cosine)
     bearing = np.arctan2(y, x)
-    inside = np.arctan2(l2 * np.sin(q3), l1 + l2 * np.cos(q3))
-    result = np.empty((*p.shape[:-1], 2, 4))
-    result[..., 1] = (p[..., 2] + (to_base.z - tz - height))[..., None]
+    inside = np.arctan2(l2 * np.sqrt((1.0 - cosine) * (1.0 + cosine)), l1 + l2 * cosine)
     for branch, sign in enumerate((1.0, -1.0)):
+        ways = result[:, branch]
         q1 = _wrap(bearing - sign * inside, arm, 0)
-        result[..., branch, 0] = q1
-        result[..., branch, 2] = sign * q3
-        result[..., branch, 3] = _wrap(turn - q1 - sign * q3, arm, 3)
-    result[~rounding] = np.nan
-    return result
+        elbow = sign * q3
+        ways[:, 0], ways[:, 1], ways[:, 2] = q1, q2, elbow
+        ways[:, 3] = _wrap(turn - q1 - elbow, arm, 3)
 
 
 def jacobian(arm: Scara, joints: npt.ArrayLike) -> Array:
@@ -153,8 +171,13 @@ def tool_motion(
 
 
 def _wrap(angles: Array, arm: Scara, joint: int) -> Array:
-    turn = 2.0 * math.pi
-    angles = angles - turn * np.round(angles / turn)
-    lower, upper = arm.limits[joint].lower, arm.limits[joint].upper
-    angles = np.where((angles < lower) & (angles + turn <= upper), angles + turn, angles)
-    return np.where((angles > upper) & (angles - turn >= lower), angles - turn, angles)
+    slack = 0.5 * LIMIT_ROUNDING
+    lower, upper = arm.limits[joint].lower - slack, arm.limits[joint].upper + slack
+    angles = angles - TURN * np.rint(angles * (1.0 / TURN))
+    # Within half a turn either way, no other turn of the angle can be within these limits.
+    if lower > -math.pi and upper < math.pi:
+        return angles
+    up = angles + TURN * np.ceil((lower - angles) / TURN)
+    down = angles - TURN * np.ceil((angles - upper) / TURN)
+    angles = np.where((angles < lower) & (up <= upper), up, angles)
+    return np.where((angles > upper) & (down >= lower), down, angles)

@@ -21,6 +21,9 @@ class Pose(NamedTuple):
     z: float
     yaw: float = 0.0
 
+    def __str__(self) -> str:
+        return f"({self.x:.4g}, {self.y:.4g}, {self.z:.4g}) m, yaw {self.yaw:.4g} rad"
+
     def compose(self, other: Pose) -> Pose:
         """Return ``other``, given in this frame, in the frame that this one is given in."""
         c, s = math.cos(self.yaw), math.sin(self.yaw)
@@ -39,11 +42,14 @@ class Pose(NamedTuple):
         )
 
 
+TURN = 2.0 * math.pi
+"""One full turn [rad]."""
+
 IDENTITY = Pose(0.0, 0.0, 0.0, 0.0)
 """The frame itself."""
 
 
 def wrapped(angle: float) -> float:
     """Return ``angle`` [rad] as the equal one above -pi and up to pi."""
-    turned = math.remainder(angle, 2.0 * math.pi)
+    turned = math.remainder(angle, TURN)
     return math.pi if turned == -math.pi else turned

@@ -14,11 +14,15 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
-from bioscara.errors import UnreachableError
-from bioscara.kinematics.pose import IDENTITY, Pose, wrapped
+from bioscara.errors import InvalidArgumentError, UnreachableError
+from bioscara.kinematics.pose import IDENTITY, TURN, Pose, wrapped
 
 _SINGULAR = 1e-9
 """Sine of the elbow angle below which the arm counts as stretched or folded."""
+STRETCH_ROUNDING = 1e-12
+"""How far beyond 1 rounding may take the cosine of the elbow angle."""
+LIMIT_ROUNDING = 1e-9
+"""How far rounding may take a joint beyond its limit [rad or m]."""
 
 
 class Range(Protocol):
@@ -101,7 +105,9 @@ class Scara:
         self.tool, self.base = tool, base
         self._l1, self._l2, self._height = geometry
         self._to_base = base.inverse()
-        self._bounds = tuple((limit.lower, limit.upper) for limit in limits)
+        # Half of what rounding may do is for what is found, the rest for adding its turns.
+        slack = 0.5 * LIMIT_ROUNDING
+        self._bounds = tuple((limit.lower - slack, limit.upper + slack) for limit in limits)
         self._plain_base = base == IDENTITY
 
     def forward(self, joints: Sequence[float]) -> Pose:
@@ -135,9 +141,9 @@ class Scara:
         Raises:
             UnreachableError: It is too far out or too close in; says by how much.
         """
-        if not self._plain_base:
-            pose = self._to_base.compose(pose)
-        x, y, z, yaw = pose
+        if not math.isfinite(pose[0] + pose[1] + pose[2] + pose[3]):
+            raise UnreachableError(f"{pose} is not a finite pose")
+        x, y, z, yaw = pose if self._plain_base else self._to_base.compose(pose)
         tx, ty, tz, tyaw = self.tool
         turn = yaw - tyaw
         c, s = math.cos(turn), math.sin(turn)
@@ -146,8 +152,7 @@ class Scara:
         cosine = (x * x + y * y - l1 * l1 - l2 * l2) / (2.0 * l1 * l2)
         if not -1.0 <= cosine <= 1.0:
             cosine = self._stretch(pose, x, y, cosine)
-        q3 = math.acos(cosine)
-        sine = math.sin(q3)
+        q3, sine = math.acos(cosine), math.sqrt((1.0 - cosine) * (1.0 + cosine))
         bearing, inside = math.atan2(y, x), math.atan2(l2 * sine, l1 + l2 * cosine)
         q2 = z - tz - self._height
         first, second = self._wrap(0, bearing - inside), self._wrap(0, bearing + inside)
@@ -159,6 +164,8 @@ class Scara:
     def solve(self, pose: Pose, near: Sequence[float]) -> Joints:
         """Return the way to reach a pose that is within limits and closest to ``near``.
 
+        A joint that has more than one full turn takes the turn closest to where it is.
+
         Args:
             pose: Of the tool.
             near: Joints from which the arm comes [rad, m, rad, rad].
@@ -166,19 +173,26 @@ class Scara:
         Raises:
             UnreachableError: No way is within the limits; says for each which joint is beyond
                 its limit, and by how much.
+            InvalidArgumentError: ``near`` is not finite.
         """
+        if not all(map(math.isfinite, near)):
+            raise InvalidArgumentError(f"joints to start from: {tuple(near)} must be finite")
         both = self.inverse(pose)
-        good = [joints for joints in both if not self.beyond(joints)]
+        good = [self._unwound(joints, near) for joints in both if not self.beyond(joints)]
         if not good:
             reasons = " or ".join(", ".join(self.beyond(joints)) for joints in dict.fromkeys(both))
-            raise UnreachableError(f"{_told(pose)} cannot be reached: it would take {reasons}")
+            hint = self._unit_hint(pose)
+            raise UnreachableError(f"{pose} cannot be reached: it would take {reasons}{hint}")
         return min(good, key=lambda joints: _distance(joints, near))
 
     def beyond(self, joints: Sequence[float]) -> list[str]:
         """Return a sentence for each joint that is outside its limits, or not finite."""
         sentences = []
         for limit, value in zip(self.limits, joints, strict=True):
-            if limit.lower - 1e-9 <= value <= limit.upper + 1e-9:
+            if not math.isfinite(value):
+                sentences.append(f"{limit.name} at {value}, which is not a finite number")
+                continue
+            if limit.lower - LIMIT_ROUNDING <= value <= limit.upper + LIMIT_ROUNDING:
                 continue
             over = value - limit.upper if value > limit.upper else limit.lower - value
             sentences.append(
@@ -217,9 +231,10 @@ class Scara:
         a, b, c, d = x1 - x4, x3 - x4, y1 - y4, y3 - y4
         determinant = a * d - b * c
         if abs(determinant) < _SINGULAR * self._l1 * self._l2:
+            off = abs(math.remainder(joints[2], math.pi))
             raise UnreachableError(
-                f"j3 is at {joints[2]:.4f} rad: stretched or folded, the arm cannot move so; go "
-                "through it with a joint motion"
+                f"j3 is at {joints[2]:.4f} rad, {off:.1e} rad from stretched "
+                "or folded: there the arm cannot move so; go through it with a joint motion"
             )
         r1 = (wx * d - b * wy) / determinant
         r3 = (a * wy - wx * c) / determinant
@@ -237,37 +252,47 @@ class Scara:
         vx, vy = x1 * r1 + x3 * r3 + x4 * r4, y1 * r1 + y3 * r3 + y4 * r4
         return math.sqrt(vx * vx + vy * vy + r2 * r2)
 
+    def _unwound(self, joints: Joints, near: Sequence[float]) -> Joints:
+        """Return the same way with each turning joint on its turn closest to ``near``."""
+        turned = [self._closest(i, joints[i], near[i]) for i in (0, 2, 3)]
+        return Joints(turned[0], joints.j2, turned[1], turned[2])
+
+    def _closest(self, joint: int, angle: float, near: float) -> float:
+        lower, upper = self._bounds[joint]
+        least, most = math.ceil((lower - angle) / TURN), math.floor((upper - angle) / TURN)
+        if least > most:
+            return angle  # it is beyond, by no more than rounding
+        return angle + TURN * min(max(round((near - angle) / TURN), least), most)
+
     def _wrap(self, joint: int, angle: float) -> float:
         angle = wrapped(angle)
         lower, upper = self._bounds[joint]
-        if angle < lower and angle + 2.0 * math.pi <= upper:
-            return angle + 2.0 * math.pi
-        if angle > upper and angle - 2.0 * math.pi >= lower:
-            return angle - 2.0 * math.pi
-        return angle
+        if angle < lower:
+            other = angle + TURN * math.ceil((lower - angle) / TURN)
+        elif angle > upper:
+            other = angle - TURN * math.ceil((angle - upper) / TURN)
+        else:
+            return angle
+        return other if lower <= other <= upper else angle
 
     def _stretch(self, pose: Pose, x: float, y: float, cosine: float) -> float:
         """Return the cosine bounded where only rounding is beyond it, else complain."""
-        if abs(cosine) <= 1.0 + 1e-12:
+        if abs(cosine) <= 1.0 + STRETCH_ROUNDING:
             return math.copysign(1.0, cosine)
         distance = math.hypot(x, y)
-        if not math.isfinite(distance):
-            raise UnreachableError(f"{_told(pose)} is not a finite pose")
         reach, least = self._l1 + self._l2, abs(self._l1 - self._l2)
-        hint = ""
-        if distance > 50.0 * reach:
-            hint = "; are these millimetres? lengths are metres"
+        hint = self._unit_hint(pose)
         if distance > reach:
             text = f"{distance - reach:.4f} m beyond the reach of {reach:.4f} m"
         else:
             text = f"{least - distance:.4f} m inside the least distance of {least:.4f} m"
         raise UnreachableError(
-            f"{_told(pose)} cannot be reached: the wrist would be {text} from the column{hint}"
+            f"{pose} cannot be reached: the wrist would be {text} from the column{hint}"
         )
 
-
-def _told(pose: Pose) -> str:
-    return f"({pose.x:.4g}, {pose.y:.4g}, {pose.z:.4g}) m, yaw {pose.yaw:.4g} rad"
+    def _unit_hint(self, pose: Pose) -> str:
+        far = max(map(abs, pose[:3])) > 10.0 * (self._l1 + self._l2)
+        return "; are these millimetres? lengths are metres" if far else ""
 
 
 def _distance(joints: Sequence[float], near: Sequence[float]) -> float:
