@@ -105,6 +105,8 @@ class PathError(UnreachableError):
         self.segment, self.joint = segment, joint
         self.position, self.largest_speed = position, largest_speed
         super().__init__(message)
+
+
 class ZoneError(InvalidArgumentError):
     """The arm would come too near to something that it must keep clear of.
 

@@ -30,9 +30,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 
 
 def scara(tool: Pose) -> Scara:
-    return Scara(
-        Geometry(SHAPE.upper_arm, SHAPE.forearm, SHAPE.height), PARAMETERS.joints, tool
-    )
+    return Scara(Geometry(SHAPE.upper_arm, SHAPE.forearm, SHAPE.height), PARAMETERS.joints, tool)
 
 
 @pytest.fixture(scope="module")
