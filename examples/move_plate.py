@@ -22,6 +22,5 @@ with robot:
         robot.move_linear(place, speed=0.3)
         robot.gripper.move(after)
         robot.move_linear(above)
-        print(
-            f"left ({place.x:.2f}, {place.y:.2f}) with {1e3 * robot.gripper.width:.0f} mm between the jaws"
-        )
+        width = 1e3 * robot.gripper.width
+        print(f"left ({place.x:.2f}, {place.y:.2f}) with {width:.0f} mm between the jaws")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
@@ -16,9 +17,9 @@ from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
 from bioscara.planning.zones import Scene
 
-FULL = ToolLimits(speed=5.0, acceleration=20.0, yaw_speed=20.0, yaw_acceleration=100.0)
-"""What the tool may do at full speed: more than the joints can, so that they are the limit."""
-REDUCED = ToolLimits(speed=REDUCED_SPEED)
+FULL = ToolLimits(math.inf, math.inf, math.inf, math.inf)
+"""At full speed the joints alone are the limit."""
+REDUCED = ToolLimits()
 """What it may do until full speed is asked for."""
 
 
