@@ -319,6 +319,7 @@ class _Extremes(NamedTuple):
 
     def crossings(self, way: float) -> Iterator[tuple[float, _Point]]:
         """Yield duration and member of every one that makes this way [unit]."""
+
         def excess(depth: float) -> float:
             return self.way(_Point(depth, 0.0)) - way
 
@@ -381,9 +382,9 @@ def _root(function: Callable[[float], float], left: float, right: float) -> floa
             return best
         xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
         if phi * phi < xi and (1.0 - phi) ** 2 < 1.0 - xi:
-            share = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (
-                fc - fa
-            ) * fb / (fc - fb)
+            share = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (
+                fc - fb
+            )
         else:
             share = 0.5
         share = min(max(share, tolerance), 1.0 - tolerance)
