@@ -15,6 +15,7 @@ TOPICS = {
     "tracking": "Tracking a ramp",
     "kinematics": "Kinematics",
     "trajectory_sampling": "Sampling a trajectory",
+    "linear": "Lines of the tool",
     "startup": "Start-up",
 }
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
