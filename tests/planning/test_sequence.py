@@ -33,17 +33,18 @@ def nearest(poses, pose) -> float:
 
 def test_a_rectangle_with_rounded_corners():
     ways = [Waypoint(pose, blend=0.01) for pose in RECTANGLE[:3]] + [Waypoint(RECTANGLE[3])]
-    trajectory, warnings = sequence(ARM, START, ways, LIMITS)
+    start = ARM.solve(RECTANGLE[3], START)
+    trajectory, warnings = sequence(ARM, start, ways, LIMITS)
     assert warnings == ()
     assert check(trajectory, LIMITS) == []
     _, poses, speeds = motion_of(trajectory)
     assert speeds.max() <= 0.25 * (1 + 1e-6)
     # It slows down for the corners, but stops at none.
-    assert speeds[30:-30].min() > 0.03
+    assert speeds[50:-50].min() > 0.03
     for pose in RECTANGLE[:3]:
         assert 1e-3 < nearest(poses, pose) <= 0.01
     assert nearest(poses, RECTANGLE[3]) < 1e-9
-    stopping, _ = sequence(ARM, START, [Waypoint(pose) for pose in RECTANGLE], LIMITS)
+    stopping, _ = sequence(ARM, start, [Waypoint(pose) for pose in RECTANGLE], LIMITS)
     assert trajectory.duration < stopping.duration
     _, poses, _ = motion_of(stopping)
     assert max(nearest(poses, pose) for pose in RECTANGLE) < 1e-5
@@ -56,7 +57,7 @@ ways = st.builds(
     Waypoint,
     places,
     st.sampled_from((LIN, LIN, PTP)),
-    st.floats(0.0, 0.1),
+    st.just(0.0) | st.floats(1e-3, 0.1),
     st.none(),
     st.floats(0.1, 1.0),
 )
@@ -114,15 +115,16 @@ def test_an_arc_between_lines_with_blends():
 
 
 def test_approach_and_retract_are_straight_beside_the_target():
-    target, above = Pose(0.4, 0.1, 0.2, 0.3), Pose(0.0, 0.0, 0.05)
+    target, above = Pose(0.4, 0.1, 0.19, 0.3), Pose(0.0, 0.0, 0.05)
     ways = [*approach(target, above, speed=0.1), retract(target, above)]
     trajectory, _ = sequence(ARM, START, ways, LIMITS)
     _, poses, speeds = motion_of(trajectory)
     assert nearest(poses, target) < 1e-5
-    low = (poses[:, 2] < 0.249) & (poses[:, 2] > 0.0)
+    low = poses[:, 2] < 0.199
     assert np.abs(poses[low, :2] - target[:2]).max() < 1e-6
     down = low & (np.arange(len(poses)) < poses[:, 2].argmin())
-    assert speeds[down].max() == pytest.approx(0.025, rel=1e-3)
+    # A tenth of what the lift can do, which is slower than the tool may be.
+    assert speeds[down].max() == pytest.approx(0.1 * LIMITS[1].max_velocity, rel=1e-3)
 
 
 def test_beside_the_target_is_in_its_frame():
@@ -145,6 +147,14 @@ A, B, C = RECTANGLE[:3]
         ([Waypoint(A), Waypoint(B, CIRC, 0.0, C._replace(x=math.inf))], "waypoint 1: via x is inf"),
         ([Waypoint(A, blend=-0.01), Waypoint(B)], r"waypoint 0: blend -0.01 m"),
         ([Waypoint(A, blend=math.nan), Waypoint(B)], "waypoint 0: blend nan m"),
+        (
+            [Waypoint(A, blend=1e-5), Waypoint(B)],
+            r"waypoint 0: blend 1e-05 m is less than 0.0001 m",
+        ),
+        (
+            [Waypoint(A, blend=0.01), Waypoint(A._replace(x=0.4999))],
+            r"waypoint 0: blend 0.01 m, but .* only 0.0001 m",
+        ),
         ([Waypoint(A), Waypoint(B, blend=0.01)], r"waypoint 1: blend 0.01 m, .* ends there"),
         ([Waypoint(A, PTP, 0.01), Waypoint(B)], r"waypoint 0: blend 0.01 m, .* PTP"),
         ([Waypoint(A, LIN, 0.01), Waypoint(B, PTP)], r"waypoint 0: blend 0.01 m, .* PTP"),

@@ -29,6 +29,10 @@ from bioscara.planning.tool_speed import reduced
 from bioscara.planning.trajectory import Trajectory
 
 
+_LEAST_BLEND = 1e-4
+"""Smallest blend [m]; at a smaller one the tool all but stops, and 0 does that better."""
+
+
 class Motion(Enum):
     """How the tool gets to a waypoint."""
 
@@ -168,6 +172,10 @@ def _check_values(waypoint: Waypoint) -> None:
         raise InvalidArgumentError(
             f"blend {waypoint.blend} m must be a finite number, 0 or more; 0 rests there"
         )
+    if 0.0 < waypoint.blend < _LEAST_BLEND:
+        raise InvalidArgumentError(
+            f"blend {waypoint.blend:g} m is less than {_LEAST_BLEND:g} m; 0 rests there"
+        )
     circular = waypoint.motion is Motion.CIRC
     if circular != (waypoint.via is not None):
         text = "an arc needs via" if circular else f"via does not belong to {waypoint.motion.name}"
@@ -232,11 +240,16 @@ def _pieces(here: Pose, first: int, run: Sequence[Waypoint]) -> list[Line | Arc]
 
 
 def _shrunk(first: int, run: Sequence[Waypoint], path: Rounded) -> Iterator[str]:
-    for index, (waypoint, radius) in enumerate(zip(run, path.radii, strict=False)):
+    for index, (waypoint, radius) in enumerate(zip(run[:-1], path.radii, strict=True), first):
+        if radius < _LEAST_BLEND:
+            raise InvalidArgumentError(
+                f"waypoint {index}: blend {waypoint.blend:g} m, but the way to it or from it is "
+                f"only {2.0 * radius:.4g} m; leave one of the two waypoints out, or give blend 0"
+            )
         if radius < waypoint.blend:
             yield (
-                f"waypoint {first + index}: blend {waypoint.blend:g} m is more than half of the "
-                f"way to it or from it; {radius:.4g} m is used"
+                f"waypoint {index}: blend {waypoint.blend:g} m is more than half of the way to it "
+                f"or from it; {radius:.4g} m is used"
             )
 
 
