@@ -149,7 +149,7 @@ A, B, C = RECTANGLE[:3]
         ([Waypoint(A, blend=math.nan), Waypoint(B)], "waypoint 0: blend nan m"),
         (
             [Waypoint(A, blend=1e-5), Waypoint(B)],
-            r"waypoint 0: blend 1e-05 m is less than 0.0001 m",
+            r"waypoint 0: blend 1e-05 m is less",
         ),
         (
             [Waypoint(A, blend=0.01), Waypoint(A._replace(x=0.4999))],

@@ -28,7 +28,6 @@ from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.tool_speed import reduced
 from bioscara.planning.trajectory import Trajectory
 
-
 _LEAST_BLEND = 1e-4
 """Smallest blend [m]; at a smaller one the tool all but stops, and 0 does that better."""
 
