@@ -1,8 +1,10 @@
 import math
+from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError, UnreachableError
@@ -13,7 +15,7 @@ from bioscara.planning.tool_limits import ToolLimits
 from planning.limits import LIMITS
 
 ARM = Scara(Geometry(0.329476, 0.285, 0.135), LIMITS)
-START = ARM.solve(Pose(0.45, 0.0, 0.25, 0.2), (0.0, 0.1, 1.0, 0.0))
+START = ARM.solve(Pose(0.45, 0.0, 0.2, 0.2), (0.0, 0.1, 1.0, 0.0))
 PTP, LIN, CIRC = Motion.PTP, Motion.LIN, Motion.CIRC
 RECTANGLE = [Pose(x, y, 0.2) for x, y in ((0.5, -0.2), (0.5, 0.2), (0.4, 0.2), (0.4, -0.2))]
 
@@ -31,17 +33,18 @@ def nearest(poses, pose) -> float:
 
 def test_a_rectangle_with_rounded_corners():
     ways = [Waypoint(pose, blend=0.01) for pose in RECTANGLE[:3]] + [Waypoint(RECTANGLE[3])]
-    trajectory, warnings = sequence(ARM, START, ways, LIMITS)
+    start = ARM.solve(RECTANGLE[3], START)
+    trajectory, warnings = sequence(ARM, start, ways, LIMITS)
     assert warnings == ()
     assert check(trajectory, LIMITS) == []
     _, poses, speeds = motion_of(trajectory)
     assert speeds.max() <= 0.25 * (1 + 1e-6)
     # It slows down for the corners, but stops at none.
-    assert speeds[30:-30].min() > 0.03
+    assert speeds[50:-50].min() > 0.03
     for pose in RECTANGLE[:3]:
         assert 1e-3 < nearest(poses, pose) <= 0.01
     assert nearest(poses, RECTANGLE[3]) < 1e-9
-    stopping, _ = sequence(ARM, START, [Waypoint(pose) for pose in RECTANGLE], LIMITS)
+    stopping, _ = sequence(ARM, start, [Waypoint(pose) for pose in RECTANGLE], LIMITS)
     assert trajectory.duration < stopping.duration
     _, poses, _ = motion_of(stopping)
     assert max(nearest(poses, pose) for pose in RECTANGLE) < 1e-5
@@ -51,12 +54,11 @@ places = st.builds(
     Pose, st.floats(0.3, 0.5), st.floats(-0.25, 0.25), st.floats(0.16, 0.3), st.floats(-0.5, 0.5)
 )
 ways = st.builds(
-    lambda pose, ptp, blend, speed: Waypoint(
-        pose, PTP if ptp else LIN, 0.0 if ptp else blend, None, speed
-    ),
+    Waypoint,
     places,
-    st.booleans(),
-    st.floats(0.0, 0.1),
+    st.sampled_from((LIN, LIN, PTP)),
+    st.just(0.0) | st.floats(1e-3, 0.1),
+    st.none(),
     st.floats(0.1, 1.0),
 )
 
@@ -65,14 +67,10 @@ ways = st.builds(
 @settings(max_examples=25, deadline=None)
 def test_every_waypoint_is_passed_within_its_blend_and_every_limit_kept(wanted):
     fixed = []
-    for index, way in enumerate(wanted):
-        following = wanted[index + 1] if index + 1 < len(wanted) else None
-        rests = following is None or following.motion is PTP
-        fixed.append(Waypoint(way.pose, way.motion, 0.0 if rests else way.blend, None, way.speed))
-    if any(
-        math.dist(a.pose[:3], b.pose[:3]) < 1e-3 for a, b in zip(fixed, fixed[1:], strict=False)
-    ):
-        return
+    for way, following in zip(wanted, (*wanted[1:], None), strict=True):
+        rests = following is None or PTP in (way.motion, following.motion)
+        fixed.append(replace(way, blend=0.0) if rests else way)
+    assume(all(math.dist(a.pose[:3], b.pose[:3]) > 1e-3 for a, b in pairwise(fixed)))
     trajectory, _ = sequence(ARM, START, fixed, LIMITS)
     assert check(trajectory, LIMITS) == []
     _, poses, speeds = motion_of(trajectory)
@@ -84,7 +82,7 @@ def test_every_waypoint_is_passed_within_its_blend_and_every_limit_kept(wanted):
 
 
 def test_each_way_has_its_speed_and_a_blend_the_lower_one():
-    goals = (Pose(0.45, 0.2, 0.25, 0.2), Pose(0.35, 0.2, 0.25, 0.2))
+    goals = (Pose(0.45, 0.2, 0.2, 0.2), Pose(0.35, 0.2, 0.2, 0.2))
     ways = [Waypoint(goals[0], blend=0.02), Waypoint(goals[1], speed=0.1)]
     trajectory, _ = sequence(ARM, START, ways, LIMITS)
     _, poses, speeds = motion_of(trajectory)
@@ -94,7 +92,7 @@ def test_each_way_has_its_speed_and_a_blend_the_lower_one():
 
 
 def test_radii_that_do_not_fit_shrink_and_say_so():
-    ways = [Waypoint(Pose(0.45, 0.1, 0.25, 0.2), blend=0.08), Waypoint(Pose(0.35, 0.1, 0.25, 0.2))]
+    ways = [Waypoint(Pose(0.45, 0.1, 0.2, 0.2), blend=0.08), Waypoint(Pose(0.35, 0.1, 0.2, 0.2))]
     trajectory, warnings = sequence(ARM, START, ways, LIMITS)
     (text,) = warnings
     assert "waypoint 0: blend 0.08 m" in text
@@ -104,28 +102,29 @@ def test_radii_that_do_not_fit_shrink_and_say_so():
 
 def test_an_arc_between_lines_with_blends():
     ways = [
-        Waypoint(Pose(0.45, 0.1, 0.25, 0.2), blend=0.02),
-        Waypoint(Pose(0.35, 0.1, 0.25, 0.2), CIRC, 0.02, Pose(0.4, 0.15, 0.25)),
-        Waypoint(Pose(0.35, 0.0, 0.25, 0.2)),
+        Waypoint(Pose(0.45, 0.1, 0.2, 0.2), blend=0.02),
+        Waypoint(Pose(0.35, 0.1, 0.2, 0.2), CIRC, 0.02, Pose(0.4, 0.15, 0.2)),
+        Waypoint(Pose(0.35, 0.0, 0.2, 0.2)),
     ]
     trajectory, warnings = sequence(ARM, START, ways, LIMITS)
     assert warnings == ()
     _, poses, speeds = motion_of(trajectory)
     assert speeds[30:-30].min() > 0.01
-    assert nearest(poses, Pose(0.4, 0.15, 0.25)) < 1e-3
+    assert nearest(poses, Pose(0.4, 0.15, 0.2)) < 1e-3
     assert check(trajectory, LIMITS) == []
 
 
 def test_approach_and_retract_are_straight_beside_the_target():
-    target, above = Pose(0.4, 0.1, 0.2, 0.3), Pose(0.0, 0.0, 0.05)
+    target, above = Pose(0.4, 0.1, 0.19, 0.3), Pose(0.0, 0.0, 0.05)
     ways = [*approach(target, above, speed=0.1), retract(target, above)]
     trajectory, _ = sequence(ARM, START, ways, LIMITS)
     _, poses, speeds = motion_of(trajectory)
     assert nearest(poses, target) < 1e-5
-    low = (poses[:, 2] < 0.249) & (poses[:, 2] > 0.0)
+    low = poses[:, 2] < 0.199
     assert np.abs(poses[low, :2] - target[:2]).max() < 1e-6
     down = low & (np.arange(len(poses)) < poses[:, 2].argmin())
-    assert speeds[down].max() == pytest.approx(0.025, rel=1e-3)
+    # A tenth of what the lift can do, which is slower than the tool may be.
+    assert speeds[down].max() == pytest.approx(0.1 * LIMITS[1].max_velocity, rel=1e-3)
 
 
 def test_beside_the_target_is_in_its_frame():
@@ -148,6 +147,14 @@ A, B, C = RECTANGLE[:3]
         ([Waypoint(A), Waypoint(B, CIRC, 0.0, C._replace(x=math.inf))], "waypoint 1: via x is inf"),
         ([Waypoint(A, blend=-0.01), Waypoint(B)], r"waypoint 0: blend -0.01 m"),
         ([Waypoint(A, blend=math.nan), Waypoint(B)], "waypoint 0: blend nan m"),
+        (
+            [Waypoint(A, blend=1e-5), Waypoint(B)],
+            r"waypoint 0: blend 1e-05 m is less",
+        ),
+        (
+            [Waypoint(A, blend=0.01), Waypoint(A._replace(x=0.4999))],
+            r"waypoint 0: blend 0.01 m, but .* only 0.0001 m",
+        ),
         ([Waypoint(A), Waypoint(B, blend=0.01)], r"waypoint 1: blend 0.01 m, .* ends there"),
         ([Waypoint(A, PTP, 0.01), Waypoint(B)], r"waypoint 0: blend 0.01 m, .* PTP"),
         ([Waypoint(A, LIN, 0.01), Waypoint(B, PTP)], r"waypoint 0: blend 0.01 m, .* PTP"),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
@@ -19,17 +19,17 @@ import numpy as np
 from bioscara.errors import InvalidArgumentError, PathError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.kinematics.pose import wrapped
-from bioscara.planning.blending import Rounded, rounded
+from bioscara.planning.blending import Blend, Rounded, rounded
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.parameterisation import parameterise
-from bioscara.planning.path import LEVER, SHORTEST, Arc, Array, Line
+from bioscara.planning.path import LEVER, SHORTEST, Arc, Line
 from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.tool_speed import reduced
 from bioscara.planning.trajectory import Trajectory
 
-_AT = 1e-9
-"""Rounding of a path's parameter [m]."""
+_LEAST_BLEND = 1e-4
+"""Smallest blend [m]; at a smaller one the tool all but stops, and 0 does that better."""
 
 
 class Motion(Enum):
@@ -171,6 +171,10 @@ def _check_values(waypoint: Waypoint) -> None:
         raise InvalidArgumentError(
             f"blend {waypoint.blend} m must be a finite number, 0 or more; 0 rests there"
         )
+    if 0.0 < waypoint.blend < _LEAST_BLEND:
+        raise InvalidArgumentError(
+            f"blend {waypoint.blend:g} m is less than {_LEAST_BLEND:g} m; 0 rests there"
+        )
     circular = waypoint.motion is Motion.CIRC
     if circular != (waypoint.via is not None):
         text = "an arc needs via" if circular else f"via does not belong to {waypoint.motion.name}"
@@ -235,30 +239,29 @@ def _pieces(here: Pose, first: int, run: Sequence[Waypoint]) -> list[Line | Arc]
 
 
 def _shrunk(first: int, run: Sequence[Waypoint], path: Rounded) -> Iterator[str]:
-    for index, (waypoint, radius) in enumerate(zip(run, path.radii, strict=False)):
+    for index, (waypoint, radius) in enumerate(zip(run[:-1], path.radii, strict=True), first):
+        if radius < _LEAST_BLEND:
+            raise InvalidArgumentError(
+                f"waypoint {index}: blend {waypoint.blend:g} m, but the way to it or from it is "
+                f"only {2.0 * radius:.4g} m; leave one of the two waypoints out, or give blend 0"
+            )
         if radius < waypoint.blend:
             yield (
-                f"waypoint {first + index}: blend {waypoint.blend:g} m is more than half of the "
-                f"way to it or from it; {radius:.4g} m is used"
+                f"waypoint {index}: blend {waypoint.blend:g} m is more than half of the way to it "
+                f"or from it; {radius:.4g} m is used"
             )
 
 
-def _speeds(run: Sequence[Waypoint], path: Rounded) -> float | Callable[[Array], Array]:
-    """Return the share of speed, over the parameter of the path where it is not always the same."""
-    shares = [waypoint.speed for waypoint in run]
-    if len(set(shares)) == 1:
-        return shares[0]
-    starts = (0.0, *(at - radius for at, radius in zip(path.corners, path.radii, strict=True)))
-    ends = (*(at + radius for at, radius in zip(path.corners, path.radii, strict=True)), math.inf)
-
-    def share(s: Array) -> Array:
-        within = [
-            np.where((s >= start - _AT) & (s <= end + _AT), speed, 1.0)
-            for start, end, speed in zip(starts, ends, shares, strict=True)
-        ]
-        return np.min(within, axis=0)
-
-    return share
+def _speeds(run: Sequence[Waypoint], path: Rounded) -> list[float]:
+    """Return the share of speed of each piece of the path."""
+    speeds, index = [], 0
+    for piece in path.path.pieces:
+        if isinstance(piece, Blend):
+            speeds.append(min(run[index].speed, run[index + 1].speed))
+            index += 1
+        else:
+            speeds.append(run[index].speed)
+    return speeds
 
 
 def _one_after_the_other(trajectories: Sequence[Trajectory]) -> Trajectory:
