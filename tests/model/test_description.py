@@ -30,9 +30,7 @@ pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
 
 
 def scara(tool: Pose) -> Scara:
-    return Scara(
-        Geometry(SHAPE.upper_arm, SHAPE.forearm, SHAPE.height), PARAMETERS.joints, tool
-    )
+    return Scara(Geometry(SHAPE.upper_arm, SHAPE.forearm, SHAPE.height), PARAMETERS.joints, tool)
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +76,9 @@ def test_frames_are_those_of_the_kinematics(pin: Any) -> None:
 
 def test_the_fingers_are_as_far_apart_as_the_gripper_says(pin: Any, share: Path) -> None:
     model = pin.buildModelFromUrdf(str(URDF))
-    geometry = pin.buildGeomFromUrdf(model, str(URDF), pin.GeometryType.VISUAL, package_dirs=[str(share)])
+    geometry = pin.buildGeomFromUrdf(
+        model, str(URDF), pin.GeometryType.VISUAL, package_dirs=[str(share)]
+    )
     data = model.createData()
     for width in (0.04, 0.0787, 0.12):
         pin.framesForwardKinematics(model, data, configuration(pin, model, np.zeros(4), width))
@@ -141,7 +141,9 @@ def test_what_never_touches_never_does_and_what_may_is_checked(pin: Any, share: 
         frozenset(pair) for pair in itertools.product(("base_link", "link_1"), HAND)
     }
     model = pin.buildModelFromUrdf(str(URDF))
-    bodies = pin.buildGeomFromUrdf(model, str(URDF), pin.GeometryType.COLLISION, package_dirs=[str(share)])
+    bodies = pin.buildGeomFromUrdf(
+        model, str(URDF), pin.GeometryType.COLLISION, package_dirs=[str(share)]
+    )
     link_of = [model.frames[body.parentFrame].name for body in bodies.geometryObjects]
     for i, k in itertools.combinations(range(len(link_of)), 2):
         pair = frozenset((link_of[i], link_of[k]))

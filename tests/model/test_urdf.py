@@ -13,7 +13,6 @@ import pytest
 from bioscara.errors import ConfigurationError
 from bioscara.model import load_parameters, urdf
 
-
 FRESH = pytest.mark.skipif(
     importlib.util.find_spec("xacro") is None, reason="pip install xacro pyyaml: the generator"
 )
@@ -59,8 +58,8 @@ def test_the_arguments_of_the_description_do_what_they_say() -> None:
         )
     )  # fmt: skip
     links = {link.attrib["name"] for link in root.findall("link")}
-    assert links == {"bench", *(f"left_{each}" for each in ("base_link", "link_1", "link_2",
-                                                            "link_3", "link_4", "tool_flange"))}  # fmt: skip
+    arm = ("base_link", "link_1", "link_2", "link_3", "link_4", "tool_flange")
+    assert links == {"bench", *(f"left_{name}" for name in arm)}
     base = root.find("joint[@name='left_base']/origin")
     assert base is not None
     assert base.attrib["xyz"] == "0.1 0 0.2"

@@ -170,7 +170,9 @@ def _gripper() -> Link:
 def _jaw(name: str, side: float, rack_at: float) -> Link:
     """Return a jaw whose face is at x = 0; ``side`` is the direction in which it opens."""
 
-    def across(near: float, far: float, low: tuple[float, float], high: tuple[float, float]) -> Solid:
+    def across(
+        near: float, far: float, low: tuple[float, float], high: tuple[float, float]
+    ) -> Solid:
         x0, x1 = sorted((side * near, side * far))
         return box((x0, *low), (x1, *high))
 
