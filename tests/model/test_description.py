@@ -76,7 +76,9 @@ def test_frames_are_those_of_the_kinematics(pin: Any) -> None:
 
 def test_the_fingers_are_as_far_apart_as_the_gripper_says(pin: Any, share: Path) -> None:
     model = pin.buildModelFromUrdf(str(URDF))
-    geometry = pin.buildGeomFromUrdf(model, str(URDF), pin.GeometryType.VISUAL, [str(share)])
+    geometry = pin.buildGeomFromUrdf(
+        model, str(URDF), pin.GeometryType.VISUAL, package_dirs=[str(share)]
+    )
     data = model.createData()
     for width in (0.04, 0.0787, 0.12):
         pin.framesForwardKinematics(model, data, configuration(pin, model, np.zeros(4), width))
@@ -87,7 +89,7 @@ def test_the_fingers_are_as_far_apart_as_the_gripper_says(pin: Any, share: Path)
             names = [g for g in geometry.geometryObjects if g.name.startswith(f"{side}_jaw")]
             points = np.concatenate([read_stl(Path(g.meshPath).read_bytes()) for g in names])
             points = points.reshape(-1, 3)
-            finger = points[points[:, 1] < -0.1]
+            finger = points[(points[:, 1] < -0.038) & (points[:, 2] < -0.09)]
             world = finger @ link.rotation.T + link.translation
             in_tool = (world - tool.translation) @ tool.rotation
             assert in_tool[:, 0].min() < 0.0 < in_tool[:, 0].max()
@@ -139,7 +141,9 @@ def test_what_never_touches_never_does_and_what_may_is_checked(pin: Any, share: 
         frozenset(pair) for pair in itertools.product(("base_link", "link_1"), HAND)
     }
     model = pin.buildModelFromUrdf(str(URDF))
-    bodies = pin.buildGeomFromUrdf(model, str(URDF), pin.GeometryType.COLLISION, [str(share)])
+    bodies = pin.buildGeomFromUrdf(
+        model, str(URDF), pin.GeometryType.COLLISION, package_dirs=[str(share)]
+    )
     link_of = [model.frames[body.parentFrame].name for body in bodies.geometryObjects]
     for i, k in itertools.combinations(range(len(link_of)), 2):
         pair = frozenset((link_of[i], link_of[k]))
@@ -157,7 +161,7 @@ def test_what_never_touches_never_does_and_what_may_is_checked(pin: Any, share: 
         for pair, result in zip(bodies.collisionPairs, found.collisionResults, strict=True):
             if result.isCollision():
                 touched.add(frozenset((link_of[pair.first], link_of[pair.second])))
-    assert not touched & set(disabled)
+    assert [sorted(pair) for pair in touched if pair in disabled] == []
     # The test sees collisions at all: the hand reaches the column.
     assert touched
 

@@ -2,29 +2,77 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
+import shutil
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
 
+from bioscara.errors import ConfigurationError
 from bioscara.model import load_parameters, urdf
 
+FRESH = pytest.mark.skipif(
+    importlib.util.find_spec("xacro") is None, reason="pip install xacro pyyaml: the generator"
+)
 
-def test_the_urdf_is_fresh() -> None:
-    assert urdf.URDF.read_text() == urdf.render(load_parameters()), "run make generate"
+
+@FRESH
+def test_the_description_is_fresh() -> None:
+    assert urdf.write(urdf.DESCRIPTION, check=True) == [], "run make generate"
 
 
-def test_a_stale_urdf_is_reported_and_then_written(
+@FRESH
+def test_what_is_stale_is_reported_and_then_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(urdf, "URDF", tmp_path / "bioscara.urdf")
+    folder = tmp_path / "model" / "description"
+    shutil.copytree(urdf.DESCRIPTION, folder)
+    parameters = folder.parent / "parameters.yaml"
+    shutil.copy(urdf.DESCRIPTION.parent / "parameters.yaml", parameters)
+    monkeypatch.setattr(urdf, "DESCRIPTION", folder)
+    assert urdf.main(["--check"]) == 0
+    parameters.write_text(parameters.read_text().replace("3.04647", "3.1"))
+    mesh = folder / "meshes/visual/link_1_metal.stl"
+    mesh.write_bytes(b"")
+    (folder / "meshes/visual/link_9_metal.stl").write_bytes(b"")
     assert urdf.main(["--check"]) == 1
-    assert "bioscara.urdf is stale" in capsys.readouterr().err
+    complaint = capsys.readouterr().err
+    for name in ("bioscara.urdf", "link_1_metal.stl", "link_9_metal.stl"):
+        assert name in complaint
     assert urdf.main([]) == 0
     assert urdf.main(["--check"]) == 0
-    urdf.URDF.write_text(urdf.URDF.read_text().replace("3.04647", "3.1"))
-    assert urdf.main(["--check"]) == 1
+    assert 'upper="3.1"' in (folder / "bioscara.urdf").read_text()
+    shipped = urdf.URDF.parent / "meshes/visual/link_1_metal.stl"
+    assert mesh.read_bytes() == shipped.read_bytes()
+
+
+@FRESH
+def test_the_arguments_of_the_description_do_what_they_say() -> None:
+    source = urdf.DESCRIPTION / "bioscara.urdf.xacro"
+    root = ET.fromstring(
+        urdf.render(
+            source, prefix="left_", parent="bench", xyz="0.1 0 0.2", gripper="false",
+            hardware="mock", meshes="file:///meshes",
+        )
+    )  # fmt: skip
+    links = {link.attrib["name"] for link in root.findall("link")}
+    arm = ("base_link", "link_1", "link_2", "link_3", "link_4", "tool_flange")
+    assert links == {"bench", *(f"left_{name}" for name in arm)}
+    base = root.find("joint[@name='left_base']/origin")
+    assert base is not None
+    assert base.attrib["xyz"] == "0.1 0 0.2"
+    assert [tag.attrib["name"] for tag in root.findall("ros2_control")] == ["left_bioscara_arm"]
+    plugins = {plugin.text for plugin in root.iter("plugin")}
+    assert plugins == {"mock_components/GenericSystem"}
+    assert all(mesh.attrib["filename"].startswith("file:///meshes/") for mesh in root.iter("mesh"))
+
+
+@FRESH
+def test_an_unknown_kind_of_hardware_is_refused() -> None:
+    with pytest.raises(ConfigurationError, match="hardware is fake but must be real or mock"):
+        urdf.render(urdf.DESCRIPTION / "bioscara.urdf.xacro", hardware="fake")
 
 
 def _pose(joint: ET.Element, q: float) -> list[list[float]]:

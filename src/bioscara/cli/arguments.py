@@ -43,6 +43,7 @@ class Options(argparse.Namespace):
         plot: Where to draw it.
         socket: Where the simulated arm listens.
         seed: Seed of the simulation.
+        port: Where the 3D view listens.
     """
 
     command: str
@@ -65,6 +66,7 @@ class Options(argparse.Namespace):
     plot: Path | None
     socket: Path
     seed: int
+    port: int
 
     def load_command(self) -> Callable[[Options], int]:
         """Import the module of the command and return what runs it."""
@@ -93,6 +95,7 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     _add_move(commands)
     _add_joints(commands)
     _add_simulate(commands)
+    _add_view(commands)
     options = parser.parse_args(arguments, namespace=Options())
     if getattr(options, "v1", False) and getattr(options, "bus", "sim") != "sim":
         parser.error("--v1 is about the arm simulated in this process; leave out --bus")
@@ -209,6 +212,27 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
         "--v1", action="store_true", help="joints that speak protocol version 1 only"
     )
     simulate.add_argument("--seed", type=int, default=0, help="seed of the simulation (default 0)")
+
+
+def _add_view(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    view = _add(
+        commands,
+        "view",
+        "Show the arm in 3D in the browser, with a slider for each joint; nothing moves.",
+    )
+    view.add_argument(
+        "--port",
+        metavar="N",
+        type=_port,
+        default=8080,
+        help="where to listen (default 8080); the next free one is taken if it is in use",
+    )
+
+
+def _port(text: str) -> int:
+    if not (text.isascii() and text.isdigit() and int(text) < 2**16):
+        raise argparse.ArgumentTypeError(f"{text!r} is not a port: it is a number, 0 .. 65535")
+    return int(text)
 
 
 def _add_bus(parser: argparse.ArgumentParser) -> None:

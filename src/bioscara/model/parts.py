@@ -120,7 +120,7 @@ def _upper_arm(length: float) -> Link:
             "carriage": carriage,
             "gusset": gusset,
             "bar": capsule(*centres, 0.0528, 0.0426, 0.1069),
-            "motor": box((0.1, -0.021, 0.1069), (0.142, 0.021, 0.1279)),
+            "motor": box((0.1, -0.021, 0.0879), (0.142, 0.021, 0.1279)),
         },
     )
 
@@ -176,16 +176,19 @@ def _jaw(name: str, side: float, rack_at: float) -> Link:
         x0, x1 = sorted((side * near, side * far))
         return box((x0, *low), (x1, *high))
 
-    carriage = across(0.0, 0.02, (-0.039, -0.1), (0.026, -0.0606))
-    rack = across(-0.1509, 0.0, (rack_at, -0.0706), (rack_at + 0.012, -0.0606))
+    # The rack passes over the carriage of the other jaw, beside its rack.
+    rack_end = rack_at + 0.012
+    carriage = across(0.0, 0.02, (-0.039, -0.1), (0.026, -0.0716))
+    head = across(0.0, 0.02, (rack_at, -0.0716), (rack_end, -0.0606))
+    rack = across(-0.1509, 0.0, (rack_at, -0.0706), (rack_end, -0.0606))
     finger = (-0.1391, -0.1466), (-0.039, -0.0906)
     return Link(
         name,
         (
-            *_printed(carriage, rack, across(0.003, 0.02, *finger)),
+            *_printed(carriage, head, rack, across(0.003, 0.02, *finger)),
             *_solid(RUBBER, across(0.0, 0.003, *finger)),
         ),
-        {"carriage": carriage, "rack": rack, "finger": across(0.0, 0.02, *finger)},
+        {"carriage": carriage, "head": head, "rack": rack, "finger": across(0.0, 0.02, *finger)},
     )
 
 

@@ -1,0 +1,137 @@
+"""The page: the arm in 3D, and a slider for each joint."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from xml.etree.ElementTree import Element
+
+import numpy as np
+import viser
+
+from bioscara.hardware.urdf_reader import Urdf
+from bioscara.model.meshes import read_stl
+from bioscara.model.urdf import DESCRIPTION, URDF
+from bioscara.viewer.tree import Tree
+
+LOOPBACK = "127.0.0.1"
+"""The only address that the page is served on: it asks nobody who they are."""
+_PACKAGE = "package://bioscara_description/"
+_STEPS = {"revolute": 0.001, "prismatic": 0.0001}
+_UNITS = {"revolute": "rad", "prismatic": "m"}
+_AXES = 0.08
+_AT_START = {"j2": 0.15, "j3": 0.9, "j4": -0.5}
+"""Joints that do not begin in the middle of their range: the stretched arm hides its elbow."""
+
+
+class _LoopbackServer(viser.ViserServer):
+    """A server that nobody can ask for a public address: any page in the browser could."""
+
+    def request_share_url(self, verbose: bool = True) -> str | None:  # noqa: ARG002
+        """Refuse."""
+        return None
+
+
+class Page:
+    """The description of the arm on a page; call :meth:`close` at the end.
+
+    Args:
+        port: Where to listen; the next free one is taken if it is in use, 0 for any.
+
+    Attributes:
+        tree: Joints and links.
+        positions: Where each slider is, by the joint's name [rad or m].
+    """
+
+    def __init__(self, port: int) -> None:
+        urdf = Urdf.load(URDF)
+        self.tree = Tree(urdf)
+        self.positions = {joint.name: _at_start(joint.lower, joint.upper, joint.name)
+                          for joint in self.tree.free}  # fmt: skip
+        self._server = _LoopbackServer(host=LOOPBACK, port=port, verbose=False)
+        self._server.gui.configure_theme(show_share_button=False, control_layout="collapsible")
+        self._server.scene.add_grid("/floor", width=2.0, height=2.0, cell_size=0.1)
+        self._server.initial_camera.position = (1.25, -1.0, 0.95)
+        self._server.initial_camera.look_at = (0.2, 0.0, 0.3)
+        self._frames = {name: self._link(name) for name in self.tree.place(self.positions)}
+        for tag in urdf.root.findall("link"):
+            self._add_meshes(urdf.attribute(tag, "name"), tag)
+        self.sliders = {joint.name: self._slider(joint.name) for joint in self.tree.free}
+        self._tool = self._server.gui.add_markdown("")
+        self._show()
+
+    @property
+    def url(self) -> str:
+        """Address of the page."""
+        return f"http://{LOOPBACK}:{self._server.get_port()}"
+
+    def frames(self) -> Mapping[str, viser.FrameHandle]:
+        """Return what is shown for each link, by its name: position [m] and quaternion (w first).
+
+        They are given in the world frame.
+        """
+        return self._frames
+
+    def move(self, joint: str, position: float) -> None:
+        """Move a joint as its slider does.
+
+        Args:
+            joint: Its name.
+            position: Where to [rad or m].
+        """
+        self.positions[joint] = position
+        self._show()
+
+    def close(self) -> None:
+        """Stop serving."""
+        self._server.stop()
+
+    def _link(self, name: str) -> viser.FrameHandle:
+        return self._server.scene.add_frame(
+            f"/{name}", show_axes=name in ("world", "tool_link"), axes_length=_AXES,
+            axes_radius=_AXES / 25,
+        )  # fmt: skip
+
+    def _add_meshes(self, link: str, tag: Element) -> None:
+        for number, visual in enumerate(tag.findall("visual")):
+            mesh, color = visual.find("geometry/mesh"), visual.find("material/color")
+            if mesh is None or color is None:
+                continue
+            path = DESCRIPTION / mesh.attrib["filename"].removeprefix(_PACKAGE)
+            corners = read_stl(path.read_bytes()).reshape(-1, 3)
+            red, green, blue, _ = (
+                round(255 * float(each)) for each in color.attrib["rgba"].split()
+            )
+            self._server.scene.add_mesh_simple(
+                f"/{link}/{number}",
+                corners,
+                np.arange(len(corners)).reshape(-1, 3),
+                color=(red, green, blue),
+                flat_shading=True,
+            )
+
+    def _slider(self, name: str) -> viser.GuiSliderHandle[float]:
+        joint = next(joint for joint in self.tree.free if joint.name == name)
+        slider = self._server.gui.add_slider(
+            f"{name} [{_UNITS[joint.kind]}]",
+            min=joint.lower,
+            max=joint.upper,
+            step=_STEPS[joint.kind],
+            initial_value=self.positions[name],
+        )
+        slider.on_update(lambda _: self.move(name, slider.value))
+        return slider
+
+    def _show(self) -> None:
+        links = self.tree.place(self.positions)
+        with self._server.atomic():
+            for name, frame in self._frames.items():
+                frame.position = links[name].translation()
+                frame.wxyz = links[name].rotation().wxyz
+        tool = links["tool_link"]
+        x, y, z = tool.translation()
+        yaw = tool.rotation().compute_yaw_radians()
+        self._tool.content = f"tool: x {x:.4f}, y {y:.4f}, z {z:.4f} m, yaw {yaw:.4f} rad"
+
+
+def _at_start(lower: float, upper: float, name: str) -> float:
+    return _AT_START.get(name, round((lower + upper) / 2.0, 3))
