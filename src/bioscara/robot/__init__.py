@@ -2,7 +2,8 @@
 
 ``robot`` has the one object, ``wiring`` finds its devices, ``stack`` wires everything above them,
 ``running`` keeps the loop going while something moves, ``gripper`` moves the jaws, ``records`` is
-what the joints said, ``pacing`` simulated time for people who watch.
+what the joints said, ``pacing`` simulated time for people who watch. ``tools`` and ``poses`` are
+what has a name, ``teach_file`` keeps it.
 
 Law: whatever ends a motion, every joint that can be reached is at rest before control returns to
 the caller's exception.
