@@ -11,20 +11,13 @@ import numpy as np
 
 import bioscara.model
 from benchmarks.measure import Row, seconds
-from bioscara.kinematics import Geometry, Pose, Scara, batch
+from bioscara.kinematics import Pose, Scara, batch
 from bioscara.model import load_parameters
+from bioscara.robot import kinematics_of
 
 POSES = 10_000
 ALL_AT_ONCE = 1_000_000
 DESCRIPTION = Path(bioscara.model.__file__).with_name("bioscara.urdf")
-
-
-def _arm() -> Scara:
-    parameters = load_parameters()
-    built = parameters.geometry
-    geometry = Geometry(built.upper_arm, built.forearm, built.height)
-    tool = Pose(built.tool_x, built.tool_y, built.tool_z)
-    return Scara(geometry, parameters.joints, tool)
 
 
 def _joints(arm: Scara, count: int) -> np.ndarray:
@@ -94,7 +87,7 @@ def _pinocchio(arm: Scara, joints: np.ndarray) -> tuple[float, float]:
 
 def rows() -> list[Row]:
     """Measure single poses, whole arrays, and the way there and back."""
-    arm = _arm()
+    arm = kinematics_of(load_parameters())
     joints = _joints(arm, ALL_AT_ONCE)
     poses = batch.forward(arm, joints)
     single = _single(arm, poses)

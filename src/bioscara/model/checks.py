@@ -52,8 +52,9 @@ class Section(ABC):
         value = self.value(key)
         if isinstance(value, bool) or not isinstance(value, int | float):
             raise self.error(f"{self.name(key)}: {value!r} is not a number", key)
-        if not (math.isfinite(value) and lower <= value <= upper):
-            text = f"{self.name(key)}: {value:g} is outside {lower:g} .. {upper:g} {unit}"
+        if not lower <= value <= upper:
+            told = f"{value:g}" if isinstance(value, float) else str(value)[:12]
+            text = f"{self.name(key)}: {told} is outside {lower:g} .. {upper:g} {unit}"
             raise self.error(text.rstrip(), key)
         return float(value)
 

@@ -129,6 +129,7 @@ class GeometryParameters:
         tool_x: Of the point between the finger tips, in the wrist's frame [m].
         tool_y: Likewise [m].
         tool_z: Likewise [m].
+        tool_mass: Of the gripper, with everything that turns with it [kg].
     """
 
     height: float
@@ -137,6 +138,7 @@ class GeometryParameters:
     tool_x: float
     tool_y: float
     tool_z: float
+    tool_mass: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -4,7 +4,8 @@
 ``pose_motions`` and ``planner`` the motions of the tool, ``fault_handling`` the way out of a fault,
 ``gripper`` the jaws. Behind them ``wiring`` finds the devices, ``stack`` wires everything above
 these, ``running`` keeps the loop going while something moves, ``records`` is what the joints said,
-``pacing`` simulated time for people who watch.
+``pacing`` simulated time for people who watch. ``tools`` and ``poses`` are what has a name,
+``teach_file`` keeps it.
 
 Law: whatever ends a motion, every joint that can be reached is at rest before control returns to
 the caller's exception.

@@ -9,9 +9,10 @@ from bioscara.bus import Bus
 from bioscara.bus.select import open_bus
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.drivers import Gripper, Pwm
-from bioscara.kinematics import Geometry, Pose, Scara
+from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
 from bioscara.robot.pacing import PacedClock
+from bioscara.robot.tools import fingers, kinematics_with
 
 WIDTH_FILE = Path("~/.local/state/bioscara/gripper-width")
 """Where the last width of a real gripper is kept."""
@@ -83,9 +84,4 @@ def real_gripper(parameters: ArmParameters, clock: Clock) -> Gripper:
 
 def kinematics_of(parameters: ArmParameters) -> Scara:
     """Return the kinematics of an arm; the tool is the point between the finger tips."""
-    built = parameters.geometry
-    return Scara(
-        Geometry(built.upper_arm, built.forearm, built.height),
-        parameters.joints,
-        Pose(built.tool_x, built.tool_y, built.tool_z),
-    )
+    return kinematics_with(parameters, fingers(parameters))

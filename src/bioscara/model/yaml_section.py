@@ -1,0 +1,136 @@
+"""Sections of a YAML file; every complaint says in which line."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+from bioscara.errors import ConfigurationError
+from bioscara.model.checks import Section
+
+SIZE_MAX = 2**20
+"""Largest file that is read [bytes]; the arm's own has a hundredth of it."""
+
+
+class YamlSection(Section):
+    """One mapping of a file.
+
+    Args:
+        source: Name of the file.
+        where: Names on the way to the mapping, with dots between; empty for the whole file.
+        node: What stands there.
+        line: The line in which it begins.
+
+    Raises:
+        ConfigurationError: It is no mapping.
+    """
+
+    def __init__(self, source: str, where: str, node: Any, line: int) -> None:
+        self._source, self._where, self._line = source, where, line
+        if not isinstance(node, dict):
+            raise self.error(f"{where or 'the file'} must be a mapping of names to values")
+        self._node: Any = node
+
+    def error(self, text: str, key: str | None = None) -> ConfigurationError:
+        """Return an error that says where the value of ``key`` stands."""
+        line = self._line
+        if key is not None and key in self._node:
+            line = self._node.lc.key(key)[0] + 1
+        return ConfigurationError(f"{self._source}, line {line}: {text}")
+
+    def name(self, key: str) -> str:
+        """Return what the file calls the value."""
+        return f"{self._where}.{key}" if self._where else key
+
+    def keys(self) -> Iterable[str]:
+        """Return the keys that the file has here."""
+        return tuple(self._node)
+
+    def value(self, key: str) -> Any:
+        """Return the value as it stands in the file.
+
+        Raises:
+            ConfigurationError: There is none.
+        """
+        if key not in self._node:
+            raise self.error(f"{self.name(key)} is missing")
+        return self._node[key]
+
+    def section(self, key: str) -> YamlSection:
+        """Return the mapping that stands there.
+
+        Raises:
+            ConfigurationError: There is none.
+        """
+        node = self.value(key)
+        return YamlSection(self._source, self.name(key), node, self._node.lc.key(key)[0] + 1)
+
+    def sections(self, key: str) -> list[YamlSection]:
+        """Return the mappings of the list that stands there.
+
+        Raises:
+            ConfigurationError: There is no list, it is empty, or an item is no mapping.
+        """
+        nodes = self.value(key)
+        if not isinstance(nodes, list) or not nodes:
+            raise self.error(f"{self.name(key)} must be a list of mappings", key)
+        lines: Any = getattr(nodes, "lc", None)
+        return [
+            YamlSection(self._source, f"{self.name(key)}[{i}]", node, lines.item(i)[0] + 1)
+            for i, node in enumerate(nodes)
+        ]
+
+
+def read_text(path: Path, source: str) -> str:
+    """Return what is in a file.
+
+    Args:
+        path: The file.
+        source: What complaints call it.
+
+    Raises:
+        ConfigurationError: It cannot be read, is too large or is no text.
+    """
+    try:
+        with path.open("rb") as file:
+            data = file.read(SIZE_MAX + 1)
+    except OSError as error:
+        raise ConfigurationError(f"{source}: {error.strerror or error}") from error
+    if len(data) > SIZE_MAX:
+        raise ConfigurationError(f"{source}: is larger than {SIZE_MAX // 2**20} MiB")
+    try:
+        return data.decode()
+    except UnicodeDecodeError as error:
+        raise ConfigurationError(f"{source}: not a text file: {error}") from error
+
+
+def sections_of(text: str, source: str) -> YamlSection:
+    """Return the mapping that a YAML text is.
+
+    Args:
+        text: The text.
+        source: What complaints call it.
+
+    Raises:
+        ConfigurationError: It is no YAML, or no mapping.
+    """
+    # Only who reads a file pays for the parser.
+    from ruamel.yaml import YAML  # noqa: PLC0415
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError  # noqa: PLC0415
+
+    try:
+        node = YAML(typ="rt").load(text)
+    except MarkedYAMLError as error:
+        line = error.problem_mark.line + 1 if error.problem_mark else 1
+        raise ConfigurationError(f"{source}, line {line}: {error.problem}") from error
+    except (YAMLError, ValueError) as error:
+        raise ConfigurationError(f"{source}: not a YAML file: {error}") from error
+    except RecursionError:
+        raise ConfigurationError(f"{source}: not such a file: it is nested too deeply") from None
+    return YamlSection(source, "", node, 1)
+
+
+def read_sections(path: Path, source: str) -> YamlSection:
+    """Return the mapping that a YAML file is; arguments and errors as the two above."""
+    return sections_of(read_text(path, source), source)

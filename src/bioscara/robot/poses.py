@@ -1,0 +1,152 @@
+"""Poses by name: what was taught, and what every arm has."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+from bioscara.errors import InvalidArgumentError
+from bioscara.kinematics import Joints, Pose
+from bioscara.robot.tools import ANGLE_MAX, FINGERS, Tool, check_name, check_number, unknown
+
+PLACE_MAX = 10.0
+"""Farthest place that is taken for one [m]: beyond it stand millimetres."""
+
+
+@dataclass(frozen=True, slots=True)
+class NamedPose:
+    """A place to go back to.
+
+    Joints say where the arm goes, whatever tool it has. A pose alone is reached by whichever way
+    is closest. Where there are both, the joints are gone to and the pose says where the tool was.
+
+    Attributes:
+        name: Letters, digits, ``_`` and ``-``; begins with a letter.
+        joints: Positions of the joints [rad, m, rad, rad], or None.
+        pose_tool_in_base: Where the tool is, or None.
+        tool: Name of the tool that it was taught with.
+        calibration: Which calibration of the arm it was taught with; empty where nobody said.
+
+    Raises:
+        InvalidArgumentError: There is neither joints nor pose, or a value cannot be.
+    """
+
+    name: str
+    joints: Joints | None = None
+    pose_tool_in_base: Pose | None = None
+    tool: str = FINGERS
+    calibration: str = ""
+
+    def __post_init__(self) -> None:
+        check_name("pose", self.name)
+        check_name("tool", self.tool)
+        if self.joints is None and self.pose_tool_in_base is None:
+            raise InvalidArgumentError(f"pose {self.name} has neither joints nor a pose")
+        if len(self.calibration) > 100 or not self.calibration.isprintable():
+            raise InvalidArgumentError(
+                f"pose {self.name}, calibration {self.calibration!r}: an id is one printable line "
+                "of at most 100 characters"
+            )
+        for part in (self.joints, self.pose_tool_in_base):
+            if part is None:
+                continue
+            for field, value in zip(part._fields, part, strict=True):
+                length = field in {"j2", "x", "y", "z"}
+                size, unit = (PLACE_MAX, "m") if length else (ANGLE_MAX, "rad")
+                check_number(f"pose {self.name}, {field}", value, size, unit)
+
+
+BUILT_IN = (NamedPose("center", Joints(0.0, 0.2, 0.0, 0.0)),)
+"""Poses that every arm has; ``center`` is that of the arm's description."""
+
+
+@dataclass(frozen=True, slots=True)
+class TeachTable:
+    """The tools and poses of one arm. Changing it gives another table.
+
+    Attributes:
+        fingers: The tool that the parameters describe.
+        tools: Further tools.
+        poses: Taught poses.
+
+    Raises:
+        InvalidArgumentError: A name stands twice or is built in, or a pose has an unknown tool.
+    """
+
+    fingers: Tool
+    tools: tuple[Tool, ...] = ()
+    poses: tuple[NamedPose, ...] = ()
+
+    def __post_init__(self) -> None:
+        _refuse_twice("tool", (tool.name for tool in self.all_tools()))
+        _refuse_twice("pose", (pose.name for pose in self.all_poses()))
+        tools = {tool.name for tool in self.all_tools()}
+        for pose in self.poses:
+            if pose.tool not in tools:
+                complaint = unknown("tool", pose.tool, tools)
+                raise InvalidArgumentError(f"pose {pose.name}: {complaint}")
+
+    def all_tools(self) -> tuple[Tool, ...]:
+        """Return the fingers and the further tools."""
+        return (self.fingers, *self.tools)
+
+    def all_poses(self) -> tuple[NamedPose, ...]:
+        """Return the poses that every arm has and the taught ones."""
+        return (*BUILT_IN, *self.poses)
+
+    def tool(self, name: str) -> Tool:
+        """Return the tool of this name.
+
+        Raises:
+            InvalidArgumentError: There is none; proposes the nearest.
+        """
+        for tool in self.all_tools():
+            if tool.name == name:
+                return tool
+        raise unknown("tool", name, (tool.name for tool in self.all_tools()))
+
+    def pose(self, name: str) -> NamedPose:
+        """Return the pose of this name.
+
+        Raises:
+            InvalidArgumentError: There is none; proposes the nearest.
+        """
+        for pose in self.all_poses():
+            if pose.name == name:
+                return pose
+        raise unknown("pose", name, (pose.name for pose in self.all_poses()))
+
+    def with_tool(self, tool: Tool) -> TeachTable:
+        """Return the table with one more tool.
+
+        Raises:
+            InvalidArgumentError: There is one of this name.
+        """
+        return replace(self, tools=(*self.tools, tool))
+
+    def with_pose(self, pose: NamedPose) -> TeachTable:
+        """Return the table with one more pose.
+
+        Raises:
+            InvalidArgumentError: There is one of this name, or its tool is unknown.
+        """
+        return replace(self, poses=(*self.poses, pose))
+
+    def without_pose(self, name: str) -> TeachTable:
+        """Return the table without a taught pose.
+
+        Raises:
+            InvalidArgumentError: There is none, or every arm has it.
+        """
+        self.pose(name)
+        if any(pose.name == name for pose in BUILT_IN):
+            raise InvalidArgumentError(f"pose {name} is built in; only taught poses can go")
+        return replace(self, poses=tuple(pose for pose in self.poses if pose.name != name))
+
+
+def _refuse_twice(what: str, names: Iterator[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise InvalidArgumentError(f"there is a {what} {name} already; choose another name")
+        seen.add(name)

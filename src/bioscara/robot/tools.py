@@ -1,0 +1,98 @@
+"""Tools by name: where the point is that is moved, and what hangs on the flange."""
+
+from __future__ import annotations
+
+import difflib
+import math
+import re
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from bioscara.errors import InvalidArgumentError
+from bioscara.kinematics import Geometry, Pose, Scara
+from bioscara.model import ArmParameters
+
+OFFSET_MAX = 1.0
+"""How far a tool may reach from the flange, along each axis [m]: three forearms."""
+MASS_MAX = 10.0
+"""Heaviest tool that is taken for one [kg]; the arm carries less."""
+ANGLE_MAX = 4.0 * math.pi
+"""Largest angle that is taken for one [rad]: beyond it stand degrees."""
+FINGERS = "fingers"
+"""Name of the tool that the parameters describe."""
+
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
+
+
+@dataclass(frozen=True, slots=True)
+class Tool:
+    """Something on the flange.
+
+    Attributes:
+        name: Letters, digits, ``_`` and ``-``; begins with a letter.
+        pose_tool_in_flange: The point that is moved.
+        mass: Of all of it [kg].
+
+    Raises:
+        InvalidArgumentError: A value is not finite or cannot be.
+    """
+
+    name: str
+    pose_tool_in_flange: Pose
+    mass: float
+
+    def __post_init__(self) -> None:
+        check_name("tool", self.name)
+        x, y, z, yaw = self.pose_tool_in_flange
+        for axis, value in zip("xyz", (x, y, z), strict=True):
+            check_number(f"tool {self.name}, {axis}", value, OFFSET_MAX, "m")
+        check_number(f"tool {self.name}, yaw", yaw, ANGLE_MAX, "rad")
+        check_number(f"tool {self.name}, mass", self.mass, MASS_MAX, "kg")
+        if self.mass < 0.0:
+            raise InvalidArgumentError(f"tool {self.name}, mass: {self.mass:g} kg is below zero")
+
+
+def fingers(parameters: ArmParameters) -> Tool:
+    """Return the gripper of the arm; the point is between the finger tips."""
+    built = parameters.geometry
+    return Tool(FINGERS, Pose(built.tool_x, built.tool_y, built.tool_z), built.tool_mass)
+
+
+def kinematics_with(parameters: ArmParameters, tool: Tool) -> Scara:
+    """Return the kinematics of the arm with a tool on its flange."""
+    built = parameters.geometry
+    geometry = Geometry(built.upper_arm, built.forearm, built.height)
+    return Scara(geometry, parameters.joints, tool.pose_tool_in_flange)
+
+
+def check_name(what: str, name: str) -> None:
+    """Raise unless ``name`` can be the name of a tool or pose.
+
+    Raises:
+        InvalidArgumentError: It cannot.
+    """
+    if not _NAME.fullmatch(name):
+        raise InvalidArgumentError(
+            f"{what} name {name!r}: a name begins with a letter and has up to 64 letters, digits, "
+            "'_' or '-'"
+        )
+
+
+def check_number(what: str, value: float, size: float, unit: str) -> None:
+    """Raise unless ``value`` is a number of at most ``size`` either way.
+
+    Raises:
+        InvalidArgumentError: It is not.
+    """
+    if not -size <= value <= size:
+        raise InvalidArgumentError(
+            f"{what}: {value:g} {unit} is outside {-size:.4g} .. {size:.4g} {unit}"
+        )
+
+
+def unknown(what: str, name: str, known: Iterable[str]) -> InvalidArgumentError:
+    """Return the complaint about a name that there is not, with a proposal."""
+    names = sorted(known)
+    near = difflib.get_close_matches(name, names, 1)
+    hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(names)}"
+    return InvalidArgumentError(f"there is no {what} {name!r}; {hint}")

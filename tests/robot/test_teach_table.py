@@ -1,0 +1,235 @@
+"""Tools and poses by name: the same after a file, and a file is whole or refused."""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import stat
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bioscara.errors import ConfigurationError, InvalidArgumentError
+from bioscara.kinematics import Joints, Pose
+from bioscara.model import load_parameters
+from bioscara.robot.poses import BUILT_IN, NamedPose, TeachTable
+from bioscara.robot.teach_file import load_table, save_table
+from bioscara.robot.tools import ANGLE_MAX, Tool, fingers, kinematics_with
+
+PARAMETERS = load_parameters()
+FINGERS = fingers(PARAMETERS)
+NEEDLE = Tool("needle", Pose(0.05, 0.0, -0.2, 0.1), 0.12)
+PLATE = NamedPose("plate", Joints(0.3, 0.1, 0.8, 0.0), Pose(0.5, 0.3, 0.03, 1.1), "needle", "7")
+TABLE = TeachTable(FINGERS, (NEEDLE,), (PLATE, NamedPose("gate", None, Pose(0.4, 0.0, 0.2))))
+
+# Names that mean something else in YAML are among them.
+NAMES = st.one_of(
+    st.from_regex(r"[A-Za-z][A-Za-z0-9_-]{0,20}", fullmatch=True),
+    st.sampled_from(("null", "true", "No", "y", "inf", "NaN", "e1")),
+).filter(lambda name: name not in {"fingers", "center"})
+TEXTS = st.text(max_size=30).filter(str.isprintable) | st.sampled_from(
+    ("2026-11-03", "1.5", "~", "null", "'", '"', ": ", "# 3", "- a", "{x", "...", "---", " a ")
+)
+ANGLES, PLACES = st.floats(-ANGLE_MAX, ANGLE_MAX), st.floats(-1.0, 1.0)
+POSES = st.builds(Pose, PLACES, PLACES, PLACES, ANGLES)
+JOINTS = st.builds(Joints, ANGLES, PLACES, ANGLES, ANGLES)
+
+
+@st.composite
+def tables(draw: st.DrawFn) -> TeachTable:
+    tools = [
+        draw(st.builds(Tool, st.just(name), POSES, st.floats(0.0, 10.0)))
+        for name in draw(st.lists(NAMES, max_size=3, unique=True))
+    ]
+    used = st.sampled_from(["fingers", *(tool.name for tool in tools)])
+    poses = []
+    for name in draw(st.lists(NAMES, max_size=4, unique=True)):
+        joints, pose = draw(
+            st.tuples(JOINTS, st.none()) | st.tuples(st.none(), POSES) | st.tuples(JOINTS, POSES)
+        )
+        poses.append(NamedPose(name, joints, pose, draw(used), draw(TEXTS)))
+    return TeachTable(FINGERS, tuple(tools), tuple(poses))
+
+
+@given(table=tables())
+def test_what_is_saved_is_loaded(table: TeachTable, tmp_path_factory: pytest.TempPathFactory):
+    file = tmp_path_factory.getbasetemp() / "poses.yaml"
+    save_table(file, table)
+    assert load_table(file, FINGERS) == table
+    # repr tells -0.0 from 0.0
+    assert repr(load_table(file, FINGERS)) == repr(table)
+
+
+def test_a_file_cut_anywhere_is_refused(tmp_path: Path) -> None:
+    file = tmp_path / "poses.yaml"
+    save_table(file, TABLE)
+    whole = file.read_bytes()
+    for length in range(len(whole)):
+        file.write_bytes(whole[:length])
+        with pytest.raises(ConfigurationError, match=r"poses\.yaml, line \d+: the file is trunc"):
+            load_table(file, FINGERS)
+
+
+@given(cut=st.integers(0, 500), byte=st.integers(0, 255))
+def test_a_changed_byte_is_refused_or_read(
+    cut: int, byte: int, tmp_path_factory: pytest.TempPathFactory
+) -> None:
+    """Nothing but the one kind of error, whatever stands there."""
+    file = tmp_path_factory.getbasetemp() / "changed.yaml"
+    save_table(file, TABLE)
+    data = bytearray(file.read_bytes())
+    data[cut % len(data)] = byte
+    file.write_bytes(data)
+    with contextlib.suppress(ConfigurationError):
+        load_table(file, FINGERS)
+
+
+def written(tmp_path: Path, text: str) -> Path:
+    file = tmp_path / "poses.yaml"
+    file.write_text(text + "...\n")
+    return file
+
+
+GOOD = """schema: 1
+tools:
+  needle: {x: 0.05, y: 0.0, z: -0.2, yaw: 0.0, mass: 0.1}
+poses:
+  plate:
+    joints: {j1: 0.3, j2: 0.1, j3: 0.8, j4: 0.0}
+    tool: needle
+"""
+
+
+def test_a_file_written_by_hand_is_read(tmp_path: Path) -> None:
+    table = load_table(written(tmp_path, GOOD), FINGERS)
+    assert table.pose("plate") == NamedPose("plate", Joints(0.3, 0.1, 0.8, 0.0), None, "needle")
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "complaint"),
+    [
+        ("schema: 1", "schema: 2", 1, "schema 2 is not known: this version reads schema 1"),
+        ("schema: 1", "schema: yes", 1, "'yes' is not a number"),
+        ("schema: 1\n", "", 1, "schema is missing"),
+        ("poses:", "pose:", 4, "did you mean poses?"),
+        ("j3: 0.8", "j5: 0.8", 6, "known here: j1, j2, j3, j4"),
+        ("j3: 0.8, ", "", 6, "poses.plate.joints.j3 is missing"),
+        ("j3: 0.8", "j3: .nan", 6, "poses.plate.joints.j3: nan is outside"),
+        ("j3: 0.8", "j3: 45.8", 6, "j3: 45.8 is outside -12.5664 .. 12.5664 rad"),
+        ("j3: 0.8", f"j3: {10**400}", 6, "is outside"),
+        ("j3: 0.8", "j3: true", 6, "True is not a number"),
+        ("tool: needle", "tool: neddle", 5, "no tool 'neddle'; did you mean needle?"),
+        ("tool: needle", "tol: needle", 7, "did you mean tool?"),
+        ("x: 0.05", "x: 50.0", 3, "tools.needle.x: 50 is outside -1 .. 1 m"),
+        ("mass: 0.1", "mass: -1.0", 3, "tools.needle.mass: -1 is outside 0 .. 10 kg"),
+        ("  plate:", "  center:", 5, "there is a pose center already"),
+        ("  needle: {", "  fingers: {", 3, "there is a tool fingers already"),
+        ("  plate:", "  a b:", 5, "pose name 'a b'"),
+        ("  plate:", "  7:", 5, "7 is not a name; quote it"),
+        ("    joints: {j1: 0.3, j2: 0.1, j3: 0.8, j4: 0.0}\n", "", 5, "neither joints nor a pose"),
+        ("    tool: needle", '    calibration: "a\\nb"', 5, "printable"),
+        ("    tool: needle", "    calibration: 2026-11-03", 7, "calibration"),
+        ("    tool: needle\n", "    tool: needle\n    tool: needle\n", 8, "duplicate key"),
+        ("j3: 0.8", "j3: [", 6, ""),
+    ],
+)
+def test_a_fault_is_told_with_its_line(
+    old: str, new: str, line: int, complaint: str, tmp_path: Path
+) -> None:
+    assert old in GOOD
+    with pytest.raises(ConfigurationError) as caught:
+        load_table(written(tmp_path, GOOD.replace(old, new, 1)), FINGERS)
+    assert complaint in str(caught.value)
+    if complaint:
+        assert f"poses.yaml, line {line}: " in str(caught.value)
+
+
+@pytest.mark.parametrize("text", ["[" * 100_000 + "\n", "&a [*a]\n", "7\n", "a\0b\n", "- 1\n"])
+def test_strange_files_are_refused(text: str, tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match=r"poses\.yaml"):
+        load_table(written(tmp_path, text), FINGERS)
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match=r"none\.yaml: No such file"):
+        load_table(tmp_path / "none.yaml", FINGERS)
+    with pytest.raises(ConfigurationError, match="directory"):
+        load_table(tmp_path, FINGERS)
+
+
+def test_what_cannot_be_written_leaves_the_file_as_it_was(tmp_path: Path) -> None:
+    file = tmp_path / "poses.yaml"
+    save_table(file, TABLE)
+    before = file.read_bytes()
+    broken = TeachTable(FINGERS, (), (NamedPose("a", Joints(0.0, 0.0, 0.0, 0.0)),))
+    file.parent.joinpath(f".poses.yaml.{os.getpid()}.new").mkdir()
+    with pytest.raises(ConfigurationError, match=r"cannot be kept .* name another file"):
+        save_table(file, broken)
+    assert file.read_bytes() == before
+    with pytest.raises(ConfigurationError, match="cannot be kept"):
+        save_table(tmp_path / "no" / "poses.yaml", TABLE)
+
+
+def test_saving_leaves_nothing_else_and_keeps_mode_and_link(tmp_path: Path) -> None:
+    file, link = tmp_path / "poses.yaml", tmp_path / "link.yaml"
+    save_table(file, TeachTable(FINGERS))
+    file.chmod(0o640)
+    link.symlink_to(file)
+    save_table(link, TABLE)
+    assert link.is_symlink()
+    assert load_table(file, FINGERS) == TABLE
+    assert stat.S_IMODE(file.stat().st_mode) == 0o640
+    assert {path.name for path in tmp_path.iterdir()} == {"poses.yaml", "link.yaml"}
+
+
+def test_names_that_there_are_not_get_a_proposal() -> None:
+    with pytest.raises(InvalidArgumentError, match=r"no pose 'palte'; did you mean plate\?"):
+        TABLE.pose("palte")
+    with pytest.raises(InvalidArgumentError, match=r"no tool 'finger'; did you mean fingers\?"):
+        TABLE.tool("finger")
+    with pytest.raises(InvalidArgumentError, match="there are center, gate, plate"):
+        TABLE.pose("xyz")
+
+
+def test_a_name_is_given_once() -> None:
+    with pytest.raises(InvalidArgumentError, match="there is a pose plate already"):
+        TABLE.with_pose(PLATE)
+    with pytest.raises(InvalidArgumentError, match="there is a pose center already"):
+        TABLE.with_pose(NamedPose("center", Joints(0.0, 0.0, 0.0, 0.0)))
+    with pytest.raises(InvalidArgumentError, match="there is a tool fingers already"):
+        TABLE.with_tool(FINGERS)
+
+
+def test_a_pose_can_go_unless_every_arm_has_it() -> None:
+    assert TABLE.without_pose("plate").poses == TABLE.poses[1:]
+    with pytest.raises(InvalidArgumentError, match="center is built in"):
+        TABLE.without_pose("center")
+    with pytest.raises(InvalidArgumentError, match="no pose 'plates'; did you mean plate"):
+        TABLE.without_pose("plates")
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf, 350.0])
+def test_values_that_cannot_be_are_refused(value: float) -> None:
+    with pytest.raises(InvalidArgumentError, match=r"pose a, x: .* is outside"):
+        NamedPose("a", None, Pose(value, 0.0, 0.0))
+    with pytest.raises(InvalidArgumentError, match=r"pose a, j3: .* is outside"):
+        NamedPose("a", Joints(0.0, 0.0, value, 0.0))
+    with pytest.raises(InvalidArgumentError, match=r"tool a, mass: .* is outside"):
+        Tool("a", Pose(0.0, 0.0, 0.0), value)
+
+
+def test_the_fingers_are_those_of_the_parameters() -> None:
+    assert FINGERS.pose_tool_in_flange == (0.11908, 0.0, -0.14409, 0.0)
+    joints = (0.3, 0.1, 0.8, -0.4)
+    flange = kinematics_with(PARAMETERS, Tool("none", Pose(0.0, 0.0, 0.0), 0.0)).forward(joints)
+    with_needle = kinematics_with(PARAMETERS, NEEDLE).forward(joints)
+    assert with_needle == pytest.approx(flange.compose(NEEDLE.pose_tool_in_flange))
+
+
+def test_every_arm_has_a_pose_that_it_can_take() -> None:
+    arm = kinematics_with(PARAMETERS, FINGERS)
+    assert [pose.name for pose in BUILT_IN] == ["center"]
+    assert all(pose.joints and arm.beyond(pose.joints) == [] for pose in BUILT_IN)
