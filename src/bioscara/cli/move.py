@@ -9,7 +9,7 @@ from bioscara.cli.arguments import Options
 from bioscara.cli.arm import open_arm
 from bioscara.cli.interruption import Interruption
 from bioscara.cli.output import Output
-from bioscara.cli.pictures import write_pictures
+from bioscara.cli.pictures import require_drawing, write_pictures
 from bioscara.cli.status import Status
 from bioscara.cli.target import check_target, describe, plan_target
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
@@ -22,6 +22,7 @@ def run(options: Options) -> int:
     Raises:
         BioscaraError: It could not be moved there.
     """
+    require_drawing(options)
     parameters, output = load_parameters(), Output()
     with Interruption() as cancelled, open_arm(options, parameters) as robot:
         check_target(robot.kinematics, options)
@@ -34,7 +35,7 @@ def run(options: Options) -> int:
             plan = plan_target(robot.plan, options)
             for line in describe(plan, robot.kinematics):
                 output.line(line)
-            write_pictures(plan, robot.kinematics, options, output)
+            write_pictures(plan, robot.kinematics, parameters.joints, options, output)
             robot.execute(plan, cancelled=cancelled)
         except MotionCancelledError as error:
             complain(f"{error}; all joints were stopped and disabled")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bioscara.cli.arguments import Options
 from bioscara.cli.output import Output
-from bioscara.cli.pictures import write_pictures
+from bioscara.cli.pictures import require_drawing, write_pictures
 from bioscara.cli.status import Status
 from bioscara.cli.target import describe, plan_target
 from bioscara.errors import InvalidArgumentError
@@ -19,6 +19,7 @@ def run(options: Options) -> int:
     Raises:
         BioscaraError: It cannot be planned.
     """
+    require_drawing(options)
     parameters, output = load_parameters(), Output()
     kinematics = kinematics_of(parameters)
     problems = kinematics.beyond(options.start)
@@ -28,6 +29,6 @@ def run(options: Options) -> int:
     plan = plan_target(planner, options)
     for line in describe(plan, kinematics):
         output.line(line)
-    write_pictures(plan, kinematics, options, output)
+    write_pictures(plan, kinematics, parameters.joints, options, output)
     output.check()
     return Status.OK
