@@ -133,9 +133,7 @@ def layout_of(
     held = [i for i, body in enumerate(arm) if body in mounted]
     stood = [i for i, body in enumerate(bodies) if body.link in ("base_link", "link_1")]
     near.extend((i, k) for i in held for k in stood)
-    above = (
-        [] if table is None else [i for i, body in enumerate(arm) if body.link not in _ON_TABLE]
-    )
+    above = [] if table is None else [i for i, body in enumerate(arm) if body.link not in _ON_TABLE]
     pairs = (
         *(Pair(bodies[i].link, bodies[k].link) for i, k in near),
         *(Pair(bodies[i].link, bodies[k].link, keep_in=True) for i, k in inside),

@@ -182,7 +182,8 @@ def _flat(one: Placed, other: Placed) -> Array:
     square = np.minimum(
         _corners(there, cos, sin, other, one), _corners(back, cos, -sin, one, other)
     )
-    return np.where(gap > 0.0, np.sqrt(square), gap)
+    result: Array = np.where(gap > 0.0, np.sqrt(square), gap)
+    return result
 
 
 def _corners(

@@ -17,14 +17,14 @@ import numpy.typing as npt
 from bioscara.errors import ConfigurationError, TrajectoryError
 from bioscara.kinematics import Scara
 from bioscara.planning.bodies import GRIPPER, Body
-from bioscara.planning.layout import LINKS, Array, Layout, layout_of
-from bioscara.planning.shapes import Prism
+from bioscara.planning.layout import LINKS, Layout, layout_of
+from bioscara.planning.shapes import Array, Prism
 from bioscara.planning.sweep import sweep
 from bioscara.planning.trajectory import Trajectory
 
 MARGINS = (1e-3, 0.1)
 """Smallest and largest margin [m]: what is missed between samples is less than the smallest."""
-_FAR = 10.0
+FAR = 10.0
 """Coordinates of a scene are below this [m]: larger ones are millimetres."""
 
 
@@ -92,9 +92,9 @@ class Cylinder:
 
     def __post_init__(self) -> None:
         _check_zone(self.name, self.links)
-        _check_number(f"zone {self.name}: x", self.x, -_FAR, _FAR)
-        _check_number(f"zone {self.name}: y", self.y, -_FAR, _FAR)
-        _check_number(f"zone {self.name}: radius", self.radius, 1e-4, _FAR)
+        _check_number(f"zone {self.name}: x", self.x, -FAR, FAR)
+        _check_number(f"zone {self.name}: y", self.y, -FAR, FAR)
+        _check_number(f"zone {self.name}: radius", self.radius, 1e-4, FAR)
         _check_range(self.name, "z", self.low, self.high)
 
     @property
@@ -129,13 +129,11 @@ class Scene:
     def __post_init__(self) -> None:
         names = [zone.name for zone in self.zones]
         for name in names:
-            if names.count(name) > 1 or name in (*LINKS, "table"):
-                raise ConfigurationError(
-                    f"zone {name}: the name is taken by another zone, a link or the table"
-                )
+            if names.count(name) > 1:
+                raise ConfigurationError(f"zone {name}: the name is taken by another zone")
         _check_number("margin", self.margin, *MARGINS)
         if self.table_height is not None:
-            _check_number("table_height", self.table_height, -_FAR, _FAR)
+            _check_number("table_height", self.table_height, -FAR, FAR)
 
     def layout(self, arm: Scara) -> Layout:
         """Return the scene prepared for one arm and its tool.
@@ -163,7 +161,8 @@ class Scene:
             The margin is not taken off.
         """
         rows = np.asarray(joints, dtype=np.float64)
-        return self.layout(arm).clearances(arm, rows).min(axis=0, initial=math.inf)
+        nearest: Array = self.layout(arm).clearances(arm, rows).min(axis=0, initial=math.inf)
+        return nearest
 
     def check(
         self, arm: Scara, trajectory: Trajectory, elsewhere: Sequence[float] | None = None
@@ -202,6 +201,8 @@ class Scene:
 def _check_zone(name: str, links: tuple[str, ...]) -> None:
     if not name.strip():
         raise ConfigurationError(f"zone {name!r}: it needs a name")
+    if name in (*LINKS, "base_link", "table"):
+        raise ConfigurationError(f"zone {name}: the name is taken by the table or a link")
     for link in links:
         if link not in LINKS:
             raise ConfigurationError(
@@ -211,7 +212,7 @@ def _check_zone(name: str, links: tuple[str, ...]) -> None:
 
 def _check_range(name: str, axis: str, low: float, high: float) -> None:
     for value in (low, high):
-        _check_number(f"zone {name}: {axis}", value, -_FAR, _FAR)
+        _check_number(f"zone {name}: {axis}", value, -FAR, FAR)
     if not low < high:
         raise ConfigurationError(
             f"zone {name}: {axis} goes from {low:g} m to {high:g} m; the first must be the smaller"
@@ -221,7 +222,7 @@ def _check_range(name: str, axis: str, low: float, high: float) -> None:
 def _check_number(what: str, value: float, lower: float, upper: float, unit: str = "m") -> None:
     if not lower <= value <= upper:
         hint = "; are these millimetres? lengths are metres" if unit == "m" else ""
-        if not math.isfinite(value) or abs(value) <= _FAR:
+        if not math.isfinite(value) or abs(value) <= FAR:
             hint = ""
         raise ConfigurationError(
             f"{what}: {value:g} {unit} is outside {lower:g} .. {upper:g} {unit}{hint}"
