@@ -15,6 +15,7 @@ OPEN, GRIP = 0.10, 0.083
 robot = Robot.connect(sys.argv[1]) if sys.argv[1:] else Robot.simulated()
 with robot:
     robot.home()
+    robot.move_joints([0.0, 0.2, 0.0, 0.0])  # Out of the folded place in which homing ends.
     for place, before, after in ((FROM, OPEN, GRIP), (TO, GRIP, OPEN)):
         above = place._replace(z=place.z + LIFT)
         robot.gripper.move(before)

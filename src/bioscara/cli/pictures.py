@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
+
 from bioscara.cli.arguments import Options
 from bioscara.cli.output import Output
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Scara
 from bioscara.model import JointParameters
 from bioscara.planning import write_csv
-from bioscara.report.plan_png import require_matplotlib, write_plan
-from bioscara.robot.planner import FULL, REDUCED, Plan
+from bioscara.report.plan_png import ToolBounds, require_matplotlib, write_plan
+from bioscara.robot.planner import REDUCED, Plan
 
 
 def require_drawing(options: Options) -> None:
@@ -35,7 +37,7 @@ def write_pictures(
             write_csv(options.csv, plan.trajectory)
             output.line(f"wrote {options.csv}")
         if options.plot is not None:
-            tool = FULL if options.full_speed else REDUCED
+            tool = ToolBounds() if options.full_speed else ToolBounds(*astuple(REDUCED))
             write_plan(options.plot, plan.trajectory, arm, limits, tool, str(options.command))
             output.line(f"wrote {options.plot}")
     except OSError as error:

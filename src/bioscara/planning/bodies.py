@@ -41,7 +41,7 @@ GRIPPER = (
 """The gripper, whatever its width, in the frame of the wrist."""
 
 FIXED = (
-    Body("base_link", _BASE, Prism.between((-0.205, -0.1222, 0.0), (0.115, 0.1222, 0.0623))),
+    Body("base_link", _BASE, Prism.between((-0.205, -0.1222, 0.0), (0.0, 0.1222, 0.0623))),
     Body("base_link", _BASE, Prism(0.0, 0.0, 0.0, 0.0, 0.0, 0.0873, 0.115)),
 )
 """The base: it does not move, so only the gripper is kept from it."""
@@ -57,11 +57,10 @@ def moving(geometry: Geometry, tool: Pose, mounted: tuple[Body, ...]) -> tuple[B
     """
     upper, fore = geometry.upper_arm, geometry.forearm
     return (
-        Body(
-            "link_1", _COLUMN, Prism.between((-0.1513, -0.1119, -0.0477), (0.1119, 0.1119, 0.142))
-        ),
-        Body("link_1", _COLUMN, Prism.between((-0.0876, -0.1119, 0.142), (0.1119, 0.1119, 0.332))),
-        Body("link_1", _COLUMN, Prism.between((-0.1513, -0.1119, 0.332), (0.1119, 0.1119, 0.5213))),
+        Body("link_1", _COLUMN, Prism(0.0, 0.0, 0.0, 0.0, -0.0477, 0.5213, 0.1119)),
+        Body("link_1", _COLUMN, Prism.between((-0.1513, -0.1119, -0.0477), (0.0, 0.1119, 0.142))),
+        Body("link_1", _COLUMN, Prism.between((-0.0876, -0.1119, 0.142), (0.0, 0.1119, 0.332))),
+        Body("link_1", _COLUMN, Prism.between((-0.1513, -0.1119, 0.332), (0.0, 0.1119, 0.5213))),
         Body("link_2", _UPPER_ARM, Prism.between((0.0, -0.0528, -0.0132), (0.156, 0.0528, 0.1279))),
         Body("link_2", _UPPER_ARM, _bar(0.156, upper, 0.0426, 0.1279, 0.0528)),
         Body("link_3", _FOREARM, _bar(0.0, fore, 0.0155, 0.1632, 0.0359)),

@@ -110,10 +110,14 @@ def layout_of(
     mounted: tuple[Body, ...],
     geometry: Geometry,
     tool: Pose,
+    *,
+    own: bool = False,
 ) -> Layout:
     """Return what is looked at in a scene.
 
     Args:
+        own: Whether to look at the arm's own links against each other, and at nothing else;
+            False for all the rest.
         zones: Of the scene.
         table: Height of its table [m], or None.
         mounted: What the wrist carries.
@@ -130,10 +134,15 @@ def layout_of(
     for number, (_, _, keep_in, links) in enumerate(zones, first):
         concerned = [i for i, body in enumerate(arm) if not links or body.link in links]
         (inside if keep_in else near).extend((i, number) for i in concerned)
-    held = [i for i, body in enumerate(arm) if body in mounted]
-    stood = [i for i, body in enumerate(bodies) if body.link in ("base_link", "link_1")]
-    near.extend((i, k) for i in held for k in stood)
-    above = [] if table is None else [i for i, body in enumerate(arm) if body.link not in _ON_TABLE]
+    if own:
+        held = [i for i, body in enumerate(arm) if body in mounted]
+        stood = [i for i, body in enumerate(bodies) if body.link in ("base_link", "link_1")]
+        near, inside = [(i, k) for i in held for k in stood], []
+    above = (
+        []
+        if table is None or own
+        else [i for i, body in enumerate(arm) if body.link not in _ON_TABLE]
+    )
     pairs = (
         *(Pair(bodies[i].link, bodies[k].link) for i, k in near),
         *(Pair(bodies[i].link, bodies[k].link, keep_in=True) for i, k in inside),

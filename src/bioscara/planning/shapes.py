@@ -152,7 +152,8 @@ def room_within(body: Placed, box: Placed) -> Array:
     along, across = np.abs(_turned(body, dx, dy))
     circle = box.radius - np.hypot(along + body.half_x, across + body.half_y)
     flat = np.where(box.radius > 0.0, circle, straight) - body.radius
-    return np.minimum(flat, np.minimum(body.low - box.low, box.high - body.high))
+    room: Array = np.minimum(flat, np.minimum(body.low - box.low, box.high - body.high))
+    return room
 
 
 def _turned(frame: Placed, x: Array, y: Array) -> tuple[Array, Array]:
@@ -182,7 +183,8 @@ def _flat(one: Placed, other: Placed) -> Array:
     square = np.minimum(
         _corners(there, cos, sin, other, one), _corners(back, cos, -sin, one, other)
     )
-    return np.where(gap > 0.0, np.sqrt(square), gap)
+    result: Array = np.where(gap > 0.0, np.sqrt(square), gap)
+    return result
 
 
 def _corners(

@@ -51,12 +51,12 @@ def sweep(layout: Layout, arm: Scara, trajectory: Trajectory, rest: Array, margi
         pairs = layout.clearances(arm, joints)
         clearance: Array = pairs.min(axis=0)
         if (clearance < margin).any():
-            _refuse(layout, times, pairs, margin)
+            raise refusal(layout, times, pairs, margin)
         return clearance
 
     starts, lengths, speeds = _steps(trajectory, layout.reach[columns])
-    first = look(starts)
-    last = look(starts + lengths)
+    nodes = look(np.append(starts, trajectory.times[-1]))
+    first, last = nodes[:-1], nodes[1:]
     while True:
         ways = speeds * lengths
         # Neither end can be left by more than the way, so the middle bounds what is between.
@@ -73,8 +73,6 @@ def sweep(layout: Layout, arm: Scara, trajectory: Trajectory, rest: Array, margi
 
 def _steps(trajectory: Trajectory, reach: Array) -> tuple[Array, Array, Array]:
     """Return start, length and highest speed of any point [m/s] of the first steps."""
-    if len(trajectory.times) == 1:
-        return trajectory.times, np.zeros(1), np.zeros(1)
     durations = np.diff(trajectory.times)
     powers = trajectory.coefficients[..., 1:] * np.arange(1, 6)
     powers = powers * durations[:, None, None] ** np.arange(5)
@@ -86,19 +84,24 @@ def _steps(trajectory: Trajectory, reach: Array) -> tuple[Array, Array, Array]:
     return trajectory.times[segment] + within * lengths, lengths, speeds[segment]
 
 
-def _refuse(layout: Layout, times: Array, pairs: Array, margin: float) -> None:
+def refusal(layout: Layout, times: Array, pairs: Array, margin: float) -> ZoneError:
+    """Return the error that tells where the margin is not kept.
+
+    Args:
+        layout: What was looked at.
+        times: When [s], shape (n,).
+        pairs: Distance of each pair [m], shape (pairs, n).
+        margin: Distance to keep [m].
+    """
     row, sample = np.unravel_index(int(pairs.argmin()), pairs.shape)
     pair, clearance = layout.pairs[int(row)], float(pairs[row, sample])
     begins = float(times[pairs.min(axis=0) < margin].min())
-    where = "at its start" if begins <= times.min() else f"from {begins:.3f} s on"
-    raise ZoneError(
-        pair.zone, pair.link, begins, margin - clearance, margin,
-        f"{where}, nearest at {times[sample]:.3f} s: {told(pair.keep_in, clearance)}",
-    )  # fmt: skip
+    where = "at the start" if begins <= 0.0 else f"from {begins:.3f} s on"
+    nearest = f"{where}, nearest at {times[sample]:.3f} s: {_told(pair.keep_in, clearance)}"
+    return ZoneError(pair.zone, pair.link, begins, margin - clearance, margin, nearest)
 
 
-def told(keep_in: bool, clearance: float) -> str:
-    """Return where a body is, in words."""
+def _told(keep_in: bool, clearance: float) -> str:
     if keep_in:
         return (
             f"{clearance * 1e3:.1f} mm from the zone's border"

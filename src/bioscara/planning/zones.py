@@ -17,14 +17,14 @@ import numpy.typing as npt
 from bioscara.errors import ConfigurationError, TrajectoryError
 from bioscara.kinematics import Scara
 from bioscara.planning.bodies import GRIPPER, Body
-from bioscara.planning.layout import LINKS, Array, Layout, layout_of
-from bioscara.planning.shapes import Prism
-from bioscara.planning.sweep import sweep
+from bioscara.planning.layout import LINKS, Layout, layout_of
+from bioscara.planning.shapes import Array, Prism
+from bioscara.planning.sweep import SLACK, sweep
 from bioscara.planning.trajectory import Trajectory
 
 MARGINS = (1e-3, 0.1)
 """Smallest and largest margin [m]: what is missed between samples is less than the smallest."""
-_FAR = 10.0
+FAR = 10.0
 """Coordinates of a scene are below this [m]: larger ones are millimetres."""
 
 
@@ -92,9 +92,9 @@ class Cylinder:
 
     def __post_init__(self) -> None:
         _check_zone(self.name, self.links)
-        _check_number(f"zone {self.name}: x", self.x, -_FAR, _FAR)
-        _check_number(f"zone {self.name}: y", self.y, -_FAR, _FAR)
-        _check_number(f"zone {self.name}: radius", self.radius, 1e-4, _FAR)
+        _check_number(f"zone {self.name}: x", self.x, -FAR, FAR)
+        _check_number(f"zone {self.name}: y", self.y, -FAR, FAR)
+        _check_number(f"zone {self.name}: radius", self.radius, 1e-4, FAR)
         _check_range(self.name, "z", self.low, self.high)
 
     @property
@@ -129,26 +129,22 @@ class Scene:
     def __post_init__(self) -> None:
         names = [zone.name for zone in self.zones]
         for name in names:
-            if names.count(name) > 1 or name in (*LINKS, "table"):
-                raise ConfigurationError(
-                    f"zone {name}: the name is taken by another zone, a link or the table"
-                )
+            if names.count(name) > 1:
+                raise ConfigurationError(f"zone {name}: the name is taken by another zone")
         _check_number("margin", self.margin, *MARGINS)
         if self.table_height is not None:
-            _check_number("table_height", self.table_height, -_FAR, _FAR)
+            _check_number("table_height", self.table_height, -FAR, FAR)
 
-    def layout(self, arm: Scara) -> Layout:
-        """Return the scene prepared for one arm and its tool.
+    def layouts(self, arm: Scara) -> tuple[Layout, Layout]:
+        """Return the scene prepared for one arm and its tool: what is around it, and itself.
 
         Raises:
             ConfigurationError: A zone is for a link that is not there.
         """
-        return layout_of(
-            tuple((zone.name, zone.shape, zone.keep_in, zone.links) for zone in self.zones),
-            self.table_height,
-            self.mounted,
-            arm.geometry,
-            arm.tool,
+        zones = tuple((zone.name, zone.shape, zone.keep_in, zone.links) for zone in self.zones)
+        around = layout_of(zones, self.table_height, self.mounted, arm.geometry, arm.tool)
+        return around, layout_of(
+            zones, self.table_height, self.mounted, arm.geometry, arm.tool, own=True
         )
 
     def clearance(self, arm: Scara, joints: npt.ArrayLike) -> Array:
@@ -163,12 +159,20 @@ class Scene:
             The margin is not taken off.
         """
         rows = np.asarray(joints, dtype=np.float64)
-        return self.layout(arm).clearances(arm, rows).min(axis=0, initial=math.inf)
+        around, itself = (
+            layout.clearances(arm, rows).min(axis=0, initial=math.inf)
+            for layout in self.layouts(arm)
+        )
+        nearest: Array = np.minimum(around, itself)
+        return nearest
 
     def check(
         self, arm: Scara, trajectory: Trajectory, elsewhere: Sequence[float] | None = None
     ) -> None:
         """Make sure that the arm keeps the margin all along a trajectory.
+
+        Folded up, as homing leaves it, the gripper is beside the column, nearer than the margin
+        and by the boxes that stand for both even inside. From there it may move, but not nearer.
 
         Between the instants that are looked at, the fastest points of the arm bound how near it
         can come; the steps are made smaller until nothing nearer than the margin is left out. What
@@ -195,13 +199,32 @@ class Scene:
                 f"zones cannot be checked: the trajectory does not say where {', '.join(missing)} "
                 f"{'are' if len(missing) > 1 else 'is'}"
             )
-        rest = (0.0,) * len(names) if elsewhere is None else elsewhere
-        sweep(self.layout(arm), arm, trajectory, np.asarray(rest, dtype=np.float64), self.margin)
+        rest = np.zeros(len(names)) if elsewhere is None else np.asarray(elsewhere, dtype=float)
+        around, itself = self.layouts(arm)
+        sweep(around, arm, trajectory, rest, self.margin)
+        start = rest.copy()
+        start[[names.index(name) for name in trajectory.joint_names]] = trajectory.positions[0]
+        sweep(itself, arm, trajectory, rest, own_margin(itself, arm, start, self.margin))
+
+
+def own_margin(itself: Layout, arm: Scara, start: Array, margin: float) -> float:
+    """Return the distance that the arm's links keep from each other [m].
+
+    Args:
+        itself: The links.
+        arm: The arm.
+        start: Joints where the motion begins [rad, m, rad, rad].
+        margin: Of the scene [m].
+    """
+    begins = float(itself.clearances(arm, start[None]).min(initial=math.inf))
+    return min(margin, begins - SLACK)
 
 
 def _check_zone(name: str, links: tuple[str, ...]) -> None:
     if not name.strip():
         raise ConfigurationError(f"zone {name!r}: it needs a name")
+    if name in (*LINKS, "base_link", "table"):
+        raise ConfigurationError(f"zone {name}: the name is taken by the table or a link")
     for link in links:
         if link not in LINKS:
             raise ConfigurationError(
@@ -211,7 +234,7 @@ def _check_zone(name: str, links: tuple[str, ...]) -> None:
 
 def _check_range(name: str, axis: str, low: float, high: float) -> None:
     for value in (low, high):
-        _check_number(f"zone {name}: {axis}", value, -_FAR, _FAR)
+        _check_number(f"zone {name}: {axis}", value, -FAR, FAR)
     if not low < high:
         raise ConfigurationError(
             f"zone {name}: {axis} goes from {low:g} m to {high:g} m; the first must be the smaller"
@@ -221,7 +244,7 @@ def _check_range(name: str, axis: str, low: float, high: float) -> None:
 def _check_number(what: str, value: float, lower: float, upper: float, unit: str = "m") -> None:
     if not lower <= value <= upper:
         hint = "; are these millimetres? lengths are metres" if unit == "m" else ""
-        if not math.isfinite(value) or abs(value) <= _FAR:
+        if not math.isfinite(value) or abs(value) <= FAR:
             hint = ""
         raise ConfigurationError(
             f"{what}: {value:g} {unit} is outside {lower:g} .. {upper:g} {unit}{hint}"

@@ -1,0 +1,234 @@
+"""Motion by streamed velocities, which at every instant has room to come to rest.
+
+Each step takes the largest share of what is asked for after which the arm can still brake, every
+joint with its own acceleration, without passing a joint limit, the tool's speed or a zone's margin
+on the way. Where no share allows it, the arm brakes along the way that was looked at a step before.
+So it slows down towards a zone and rests at its border; leaving it is always possible.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from bioscara.errors import InvalidArgumentError, LimitError, UnreachableError
+from bioscara.kinematics import Joints, Scara
+from bioscara.planning.limits import JointLimits
+from bioscara.planning.shapes import Array
+from bioscara.planning.stopping import Bounds, Ranges, Stops
+from bioscara.planning.tool_speed import REDUCED_SPEED
+from bioscara.planning.zones import Scene
+
+EXPIRY = 0.15
+"""How long a command holds [s]: a client that vanishes must not leave the arm moving."""
+_FASTEST = 1.0
+"""Tool velocity that no command asks for [m/s]: a larger one is in millimetres."""
+_STRETCHED = 0.02
+"""Elbow angle that tool velocities do not pass [rad]: beyond it the arm would flip over."""
+_ROUNDING = 1e-12
+_SHARES = (0.97, 0.9, 0.8, 0.65, 0.5, 0.3, 0.1, 0.0)
+"""What is tried when all of what is asked for is too much."""
+
+
+class JointVelocity(NamedTuple):
+    """Velocities of the joints.
+
+    Attributes:
+        j1: [rad/s].
+        j2: [m/s].
+        j3: [rad/s].
+        j4: [rad/s].
+    """
+
+    j1: float = 0.0
+    j2: float = 0.0
+    j3: float = 0.0
+    j4: float = 0.0
+
+
+class ToolVelocity(NamedTuple):
+    """Velocity of the tool in the frame that poses are given in.
+
+    Attributes:
+        x: [m/s].
+        y: [m/s].
+        z: [m/s].
+        yaw: [rad/s].
+    """
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    yaw: float = 0.0
+
+
+class Jog:
+    """An arm that is moved by velocities.
+
+    Args:
+        arm: The arm with its tool.
+        limits: Of its joints.
+        start: Where the joints are, at rest [rad, m, rad, rad].
+        scene: What to keep clear of; None for nothing.
+        tool_speed: Highest speed of the tool [m/s].
+
+    Attributes:
+        tool_speed: As given; may be changed at any time.
+        positions: Where the joints are commanded to be [rad, m, rad, rad].
+        velocities: How they are commanded to move [rad/s, m/s, rad/s, rad/s].
+        reason: Why the arm does not do all that is asked: ``"expired"``, ``"stretched"``,
+            ``"tool speed"``, ``"j1 limit"`` or the name of a zone; ``""`` where it does.
+
+    Raises:
+        LimitError: The start is outside a joint's limits, or the tool speed is not above zero.
+        ZoneError: The start is nearer to something than the scene's margin.
+    """
+
+    def __init__(
+        self,
+        arm: Scara,
+        limits: Sequence[JointLimits],
+        start: Sequence[float],
+        scene: Scene | None = None,
+        tool_speed: float = REDUCED_SPEED,
+    ) -> None:
+        for limit, value in zip(limits, start, strict=True):
+            if not limit.lower - 1e-9 <= value <= limit.upper + 1e-9:
+                raise LimitError(
+                    f"{limit.name} at the start", value, limit.lower, limit.upper, limit.unit
+                )
+        if not tool_speed > 0.0:
+            raise InvalidArgumentError(f"tool speed {tool_speed} m/s must be above zero")
+        self._arm, self._limits = arm, tuple(limits)
+        self._stops = Stops(arm, limits, scene)
+        self.tool_speed = tool_speed
+        self.positions, self.velocities = Joints(*start), Joints(0.0, 0.0, 0.0, 0.0)
+        self.reason = ""
+        self._velocity: JointVelocity | ToolVelocity = JointVelocity()
+        self._since = -math.inf
+        self._stops.check_start(self.positions)
+
+    def command(self, velocity: JointVelocity | ToolVelocity, time: float) -> None:
+        """Ask for a velocity; it holds until the next one, at most for :data:`EXPIRY`.
+
+        Args:
+            velocity: Of the joints or of the tool.
+            time: When it was received [s].
+
+        Raises:
+            LimitError: It is larger than any that the arm can do.
+            InvalidArgumentError: A value is not finite.
+        """
+        if not all(map(math.isfinite, (*velocity, time))):
+            raise InvalidArgumentError(
+                f"jog: {velocity!r} at {time} s: every value must be a finite number"
+            )
+        if isinstance(velocity, JointVelocity):
+            most = [(limit.name, limit.max_velocity, limit.unit) for limit in self._limits]
+        else:
+            yaw = self._limits[3].max_velocity
+            most = [(axis, _FASTEST, "m") for axis in "xyz"] + [("yaw", yaw, "rad")]
+        for (name, limit_, unit), value in zip(most, velocity, strict=True):
+            if abs(value) > limit_ * (1.0 + 1e-9):
+                remedy = "are these mm/s or degrees? velocities are m/s and rad/s"
+                raise LimitError(f"{name} velocity", value, -limit_, limit_, f"{unit}/s", remedy)
+        self._velocity, self._since = velocity, time
+
+    def step(self, time: float, period: float) -> tuple[Joints, Joints]:
+        """Move on by one period.
+
+        Args:
+            time: Now [s], on the clock of :meth:`command`.
+            period: Until the next step [s].
+
+        Returns:
+            Positions and velocities of the joints at the end of the period.
+
+        Raises:
+            InvalidArgumentError: The period is not above zero, or the time not a number.
+        """
+        if not (0.0 < period < math.inf and math.isfinite(time)):
+            raise InvalidArgumentError(
+                f"jog: a step of {period} s at {time} s cannot be; give finite seconds above zero"
+            )
+        target = np.array(self._target(time, period))
+        here, moving = np.array(self.positions), np.array(self.velocities)
+        ranges, straight = self._ranges(), isinstance(self._velocity, ToolVelocity)
+        for shares in ((1.0,), _SHARES):
+            next_ = self._stops.approach(moving, np.outer(shares, target), period, straight)
+            there = here + (moving + next_) * (period / 2.0)
+            good, hindrance = self._stops.allowed(
+                here, moving, there, next_, period, self.tool_speed, ranges
+            )
+            if good.any():
+                first = int(good.argmax())
+                return self._go(there[first], next_[first])
+            self.reason = hindrance or self.reason
+        positions, velocities = self._stops.brake(here, moving, period)
+        return self._go(positions, velocities)
+
+    def _go(self, positions: Array, velocities: Array) -> tuple[Joints, Joints]:
+        self.positions = Joints(*positions.tolist())
+        self.velocities = Joints(*velocities.tolist())
+        return self.positions, self.velocities
+
+    def _target(self, time: float, period: float) -> tuple[float, ...]:
+        """Return the joint velocities to go for, within limits of joints and tool."""
+        self.reason = ""
+        rest = (0.0,) * 4
+        if not any(self._velocity):
+            return rest
+        if not 0.0 <= time - self._since <= EXPIRY:
+            self.reason = "expired"
+            return rest
+        ahead = [p + v * period for p, v in zip(self.positions, self.velocities, strict=True)]
+        bounds = self._stops.speeds(self.positions, self.velocities, self._ranges(), period)
+        if isinstance(self._velocity, JointVelocity):
+            wanted = self._clipped(self._velocity, bounds)
+        else:
+            try:
+                rates = self._arm.rates(ahead, self._velocity)
+            except UnreachableError:
+                self.reason = "stretched"
+                return rest
+            wanted = self._scaled(rates, bounds)
+        speed = self._arm.tool_speed(ahead, wanted)
+        if speed <= self.tool_speed:
+            return wanted
+        self.reason = self.reason or "tool speed"
+        return tuple(value * self.tool_speed / speed for value in wanted)
+
+    def _ranges(self) -> Ranges:
+        """Return where the joints may be; tool velocities keep the elbow on its side."""
+        lower, upper = (
+            [limit.lower for limit in self._limits],
+            [limit.upper for limit in self._limits],
+        )
+        if isinstance(self._velocity, ToolVelocity):
+            elbow = self.positions.j3
+            if elbow >= 0.0:
+                lower[2] = min(elbow, _STRETCHED)
+            else:
+                upper[2] = max(elbow, -_STRETCHED)
+        return np.array(lower), np.array(upper)
+
+    def _clipped(self, wanted: Sequence[float], bounds: Bounds) -> tuple[float, ...]:
+        result = []
+        for limit, value, low, high in zip(self._limits, wanted, *bounds, strict=True):
+            result.append(min(max(value, low), high))
+            if result[-1] != value:
+                self.reason = f"{limit.name} limit"
+        return tuple(result)
+
+    def _scaled(self, wanted: Sequence[float], bounds: Bounds) -> tuple[float, ...]:
+        """Return all velocities times one share, so that the tool keeps its direction."""
+        share = 1.0
+        for index, (value, low, high) in enumerate(zip(wanted, *bounds, strict=True)):
+            most = max(high, 0.0) if value > 0.0 else max(-low, 0.0)
+            if abs(value) * share > most + _ROUNDING:
+                share = most / abs(value)
+                self.reason = f"{self._limits[index].name} limit"
+        return tuple(value * share for value in wanted)

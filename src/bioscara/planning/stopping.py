@@ -1,0 +1,192 @@
+"""Whether a moving arm can still come to rest without touching anything."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from bioscara.kinematics import Scara, batch
+from bioscara.planning.layout import Layout
+from bioscara.planning.limits import JointLimits
+from bioscara.planning.shapes import Array
+from bioscara.planning.sweep import SLACK, refusal
+from bioscara.planning.zones import Scene
+
+Bounds = tuple[tuple[float, ...], tuple[float, ...]]
+"""Lowest and highest velocity of each joint [rad/s or m/s]."""
+Ranges = tuple[Array, Array]
+"""Lowest and highest position of each joint [rad or m], each of shape (4,)."""
+_SAMPLES = (3, 48)
+"""Fewest and most instants at which a step, and the way to rest after it, are looked at."""
+_ROUNDING = 1e-9
+_SPEED_ROUNDING = 1.0 + 1e-3
+"""By what the tool may be faster while it turns: speeds are bounded a step ahead."""
+
+
+class Stops:
+    """The ways to rest of one arm in one scene.
+
+    Args:
+        arm: The arm with its tool.
+        limits: Of its joints.
+        scene: What to keep clear of, or None.
+    """
+
+    def __init__(self, arm: Scara, limits: Sequence[JointLimits], scene: Scene | None) -> None:
+        self._arm = arm
+        self._fastest = tuple(limit.max_velocity for limit in limits)
+        self._braking = np.array([limit.max_acceleration for limit in limits])
+        self._margin = math.inf if scene is None else scene.margin
+        self._layouts: tuple[Layout, ...] = () if scene is None else scene.layouts(arm)
+
+    def check_start(self, positions: Sequence[float]) -> None:
+        """Make sure that the arm keeps the margin where it is.
+
+        Raises:
+            ZoneError: It does not.
+        """
+        if not self._layouts or not self._layouts[0].pairs:
+            return
+        around = self._layouts[0]
+        clearances = around.clearances(self._arm, np.array([positions]))
+        # Where a jog came to rest the next one begins, also when the digits were rounded.
+        if clearances.min() < self._margin - SLACK:
+            raise refusal(around, np.zeros(1), clearances, self._margin)
+
+    def approach(self, moving: Array, targets: Array, period: float, straight: bool) -> Array:
+        """Return the velocities after a period, as near to ``targets`` as accelerations allow.
+
+        Args:
+            moving: Velocities now, shape (4,).
+            targets: Velocities to go for, shape (k, 4).
+            period: [s].
+            straight: Whether all joints take the same share of their change, so that the tool
+                keeps its direction; else each changes as fast as it can.
+        """
+        most = self._braking * period
+        change = targets - moving
+        if straight:
+            excess = np.abs(change) / most
+            change = change / np.maximum(excess.max(axis=1, keepdims=True), 1.0)
+        bounded: Array = moving + np.clip(change, -most, most)
+        return bounded
+
+    def brake(self, here: Array, moving: Array, period: float) -> tuple[Array, Array]:
+        """Return positions and velocities after a period of braking each joint by itself."""
+        there, slower = self._braked(here[None], moving[None], np.full((1, 1), period))
+        return there[0, 0], slower[0, 0]
+
+    def speeds(
+        self,
+        positions: Sequence[float],
+        velocities: Sequence[float],
+        ranges: Ranges,
+        period: float,
+    ) -> Bounds:
+        """Return between which velocities after a period each joint can stop within a range."""
+        low, high = [], []
+        lower, upper = ranges
+        for joint, (here, moving) in enumerate(zip(positions, velocities, strict=True)):
+            up, down = float(upper[joint]) - here, here - float(lower[joint])
+            high.append(self._speed_within(joint, up, moving, period))
+            low.append(-self._speed_within(joint, down, -moving, period))
+        return tuple(low), tuple(high)
+
+    def _speed_within(self, joint: int, room: float, moving: float, period: float) -> float:
+        """Return how fast a joint may be after a period so that it can still stop.
+
+        Args:
+            joint: Number of the joint, from 0.
+            room: How far it may go on [rad or m].
+            moving: How fast it goes there now [rad/s or m/s].
+            period: [s].
+        """
+        # (moving + v) / 2 period + v^2 / (2 a) = room, for v.
+        a = float(self._braking[joint])
+        square = period * period / 4.0 + (2.0 * room - moving * period) / a
+        if square <= 0.0:
+            return 0.0
+        return min(max(a * (math.sqrt(square) - period / 2.0), 0.0), self._fastest[joint])
+
+    def allowed(
+        self,
+        here: Array,
+        moving: Array,
+        there: Array,
+        next_: Array,
+        period: float,
+        fastest: float,
+        ranges: Ranges,
+    ) -> tuple[npt.NDArray[np.bool_], str]:
+        """Return after which steps the arm can still come to rest, and what hinders the first.
+
+        Args:
+            here: Joints before the step, shape (4,).
+            moving: Their velocities, shape (4,).
+            there: Joints after each of the steps, shape (k, 4).
+            next_: Their velocities then, shape (k, 4).
+            period: Of the step [s].
+            fastest: Speed of the tool [m/s].
+            ranges: Where the joints may be.
+        """
+        lower, upper = ranges
+        seconds = (np.abs(next_) / self._braking).max(axis=1)
+        samples = self._samples(np.abs(next_).max(axis=0) * seconds.max() / 2.0)
+        way, speeds = self._braked(there, next_, np.outer(seconds, np.linspace(0.0, 1.0, samples)))
+        room = _ROUNDING + np.maximum(np.maximum(lower - here, here - upper), 0.0)
+        inside = ((way[:, -1] >= lower - room) & (way[:, -1] <= upper + room)).all(axis=1)
+        slow = batch.tool_speeds(self._arm, way, speeds).max(axis=1) <= fastest * _SPEED_ROUNDING
+        good: npt.NDArray[np.bool_] = np.logical_and(inside, slow)
+        hindrance = "joint limit" if not inside[0] else "tool speed" if not slow[0] else ""
+        if not self._layouts:
+            return good, hindrance
+        passed = np.maximum(np.abs(moving), np.abs(next_)) * period
+        times = np.linspace(0.0, period, self._samples(passed.max(axis=0)))[:-1, None]
+        change = (next_ - moving)[:, None] / period
+        step = here + (moving + change * times / 2.0) * times
+        ways = np.concatenate(
+            (
+                np.repeat(passed[:, None] / len(times), len(times), axis=1),
+                np.abs(np.diff(way, axis=1)),
+            ),
+            axis=1,
+        )
+        clear, zone = self._clear(np.concatenate((step, way), axis=1), ways)
+        return good & clear, hindrance or zone
+
+    def _samples(self, way: Array) -> int:
+        """Return at how many instants joints are looked at that go so far [rad or m], (4,)."""
+        if not self._layouts:
+            return _SAMPLES[0]
+        count = math.ceil(float(way @ self._layouts[0].reach) / (2.0 * SLACK)) + 1
+        return min(max(count, _SAMPLES[0]), _SAMPLES[1])
+
+    def _braked(self, there: Array, moving: Array, times: Array) -> tuple[Array, Array]:
+        """Return positions and velocities (k, m, 4) at ``times`` (k, m) since braking began."""
+        speed, a = np.abs(moving)[:, None], self._braking
+        time = np.minimum(times[..., None], speed / a)
+        sign = np.sign(moving)[:, None]
+        return there[:, None] + sign * (speed - a * time / 2.0) * time, sign * (speed - a * time)
+
+    def _clear(self, path: Array, ways: Array) -> tuple[npt.NDArray[np.bool_], str]:
+        """Return which paths keep the margin, and the zone that the first one does not.
+
+        Args:
+            path: Joints, shape (k, m, 4); all paths begin where the arm is.
+            ways: How far the joints go between them, shape (k, m - 1, 4).
+        """
+        kept, zone = np.ones(len(path), dtype=np.bool_), ""
+        for layout in self._layouts:
+            pairs = layout.clearances(self._arm, path.reshape(-1, 4))
+            clearance = pairs.min(axis=0, initial=math.inf).reshape(path.shape[:2])
+            # Neither rounding nor the arm's own folding may shut it in where it is.
+            floor = min(self._margin, float(clearance[0, 0]))
+            between = (clearance[:, :-1] + clearance[:, 1:] - ways @ layout.reach) / 2.0
+            kept &= (clearance >= floor).all(axis=1) & (between >= floor - SLACK).all(axis=1)
+            if not kept[0] and not zone:
+                nearest = int(pairs[:, : path.shape[1]].min(axis=1).argmin())
+                zone = layout.pairs[nearest].zone
+        return kept, zone

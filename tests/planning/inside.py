@@ -1,0 +1,83 @@
+"""Whether the arm touches a zone, found by trying points: knows nothing of distances."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from bioscara.kinematics import Scara
+from bioscara.planning.bodies import GRIPPER, moving
+from bioscara.planning.shapes import Prism
+from bioscara.planning.zones import Box, Cylinder
+
+Array = npt.NDArray[np.float64]
+
+
+def _outline(shape: Prism) -> Array:
+    """Return points on the border of the flat shape and in it, (n, 2), in its own frame."""
+    turns = np.linspace(0.0, 2.0 * math.pi, 17)
+    points = [
+        (
+            a * shape.half_x + share * shape.radius * math.cos(turn),
+            b * shape.half_y + share * shape.radius * math.sin(turn),
+        )
+        for a in np.linspace(-1.0, 1.0, 9)
+        for b in np.linspace(-1.0, 1.0, 5)
+        for share, some in ((1.0, turns), (0.5, turns[::4]))
+        for turn in (some if shape.radius else (0.0,))
+    ]
+    return np.unique(np.round(np.array(points), 9), axis=0)
+
+
+def _turned(points: Array, x: float, y: float, yaw: float) -> Array:
+    c, s = math.cos(yaw), math.sin(yaw)
+    return np.stack(
+        (x + c * points[:, 0] - s * points[:, 1], y + s * points[:, 0] + c * points[:, 1]), axis=1
+    )
+
+
+def points_of(arm: Scara, joints: Sequence[float]) -> Iterator[tuple[str, Array]]:
+    """Yield for each body its link and points (n, 3) in the base frame."""
+    q1, q2, q3, q4 = joints
+    upper, fore, height = arm.geometry
+    elbow = (upper * math.cos(q1), upper * math.sin(q1))
+    wrist = (elbow[0] + fore * math.cos(q1 + q3), elbow[1] + fore * math.sin(q1 + q3))
+    lift = height + q2
+    frames = {1: (0.0, 0.0, height, q1), 2: (0.0, 0.0, lift, q1), 3: (*elbow, lift, q1 + q3)}
+    frames[4] = (*wrist, lift, q1 + q3 + q4)
+    for body in moving(arm.geometry, arm.tool, GRIPPER):
+        x, y, z, yaw = frames[body.frame]
+        shape = body.shape
+        flat = _turned(_turned(_outline(shape), shape.x, shape.y, shape.yaw), x, y, yaw)
+        heights = np.linspace(z + shape.low, z + shape.high, 7)
+        yield (
+            body.link,
+            np.concatenate([np.column_stack((flat, np.full(len(flat), h))) for h in heights]),
+        )
+
+
+def within(zone: Box | Cylinder, points: Array) -> Array:
+    """Return which points are in a zone."""
+    if isinstance(zone, Cylinder):
+        far = np.hypot(points[:, 0] - zone.x, points[:, 1] - zone.y)
+        return (far < zone.radius) & (points[:, 2] > zone.low) & (points[:, 2] < zone.high)
+    centre = (np.array(zone.lower) + np.array(zone.upper)) / 2.0
+    own = np.column_stack((_turned(points[:, :2] - centre[:2], 0.0, 0.0, -zone.yaw), points[:, 2]))
+    own[:, 2] -= centre[2]
+    half = (np.array(zone.upper) - np.array(zone.lower)) / 2.0
+    return (np.abs(own) < half).all(axis=1)
+
+
+def touched(arm: Scara, zones: Sequence[Box | Cylinder], joints: Sequence[float]) -> list[str]:
+    """Return the names of zones that are entered, or left, at these joints."""
+    names = []
+    for link, points in points_of(arm, joints):
+        for zone in zones:
+            if not zone.links or link in zone.links:
+                inside = within(zone, points)
+                if not inside.all() if zone.keep_in else inside.any():
+                    names.append(zone.name)
+    return names

@@ -1,0 +1,273 @@
+"""Zones keep the arm out, all along its path, and say by how much it is too near."""
+
+from __future__ import annotations
+
+import math
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from bioscara.errors import ConfigurationError, TrajectoryError, ZoneError
+from bioscara.kinematics import Joints
+from bioscara.planning.ramp import ramp
+from bioscara.planning.scene_file import read_scene
+from bioscara.planning.trajectory import Trajectory
+from bioscara.planning.zones import Box, Cylinder, Scene
+from planning.inside import touched
+from planning.limits import LIMITS, NAMES
+from planning.scenes import ARM, COUNT, free_joints, random_joints, random_scene
+
+SEEDS = st.integers(0, 2**32 - 1)
+REST = Joints(0.0, 0.2, 0.0, 0.0)
+
+
+@given(SEEDS)
+def test_a_point_of_the_arm_is_in_a_zone_only_where_the_clearance_is_negative(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    scene, joints = random_scene(rng), random_joints(rng)
+    alone = Scene(scene.zones)
+    names = touched(ARM, scene.zones, joints)
+    pairs = alone.layouts(ARM)[1].clearances(ARM, np.array([joints]))[:, 0]
+    if names:
+        assert alone.clearance(ARM, [joints])[0] < 0.0
+        assert (
+            min(
+                distance
+                for pair, distance in zip(alone.layouts(ARM)[1].pairs, pairs, strict=True)
+                if pair.zone == names[0]
+            )
+            < 1e-9
+            or len(set(names)) > 1
+        )
+
+
+@given(SEEDS, st.integers(0, 4), st.floats(0.01, 0.3), st.floats(-math.pi, math.pi))
+def test_clearance_is_the_distance_to_a_thin_pole(
+    seed: int, link: int, distance: float, bearing: float
+) -> None:
+    """A pole that is moved away from the outermost point of the tool, by known lengths."""
+    rng = np.random.default_rng(seed)
+    joints = random_joints(rng)
+    pose = ARM.forward(joints)
+    x, y = pose.x + distance * math.cos(bearing), pose.y + distance * math.sin(bearing)
+    pole = Cylinder("pole", x, y, 1e-3, pose.z - 0.01, pose.z + 0.01, links=("tool",))
+    scene = Scene((pole,), mounted=())
+    assert scene.clearance(ARM, [joints])[0] == pytest.approx(distance - 1e-3, abs=1e-9)
+
+
+@given(SEEDS)
+def test_clearance_changes_no_faster_than_the_arm_moves(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    scene = random_scene(rng)
+    here = np.array([random_joints(rng) for _ in range(20)])
+    there = here + rng.normal(size=here.shape) * rng.choice([1e-4, 1e-2, 0.2], size=(20, 1))
+    way = np.abs(there - here) @ scene.layouts(ARM)[0].reach
+    change = np.abs(scene.clearance(ARM, there) - scene.clearance(ARM, here))
+    assert (change <= way + 1e-12).all()
+
+
+def test_no_sample_of_a_random_move_enters_a_zone() -> None:
+    rng = np.random.default_rng(4)
+    tried = accepted = refused = 0
+    while tried < COUNT:
+        scene = random_scene(rng)
+        start, goal = free_joints(rng, scene), free_joints(rng, scene)
+        if start is None or goal is None:
+            continue
+        tried += 1
+        move = ramp(NAMES, start, goal, LIMITS)
+        instants = np.linspace(0.0, move.duration, max(int(move.duration / 1e-3), 100))
+        positions = move.sample_many(instants)[0]
+        least = scene.clearance(ARM, positions).min()
+        try:
+            scene.check(ARM, move)
+        except ZoneError as error:
+            refused += 1
+            # What was refused does come too near: found without the search of the checker.
+            assert least < scene.margin + 1e-3
+            assert error.depth > 0.0
+            continue
+        accepted += 1
+        assert least >= scene.margin - 4e-4
+        for row in positions[:: max(len(positions) // 3, 1)]:
+            assert not touched(ARM, scene.zones, row)
+    assert accepted > 0.02 * COUNT
+    assert refused > 0.02 * COUNT
+
+
+def test_a_thin_pole_is_not_missed_between_two_points() -> None:
+    """A blade of 0.2 mm in the way of a trajectory of two points, met for a millisecond."""
+    radius = ARM.forward(REST).x
+    pole = Cylinder("pole", 0.0, radius, 1e-4, 0.0, 0.6, links=("tool",))
+    move = Trajectory(NAMES, (0.0, 0.4), (REST, REST._replace(j1=3.0)))
+    with pytest.raises(ZoneError, match=r"tool comes too near to pole from 0\.2") as caught:
+        Scene((pole,), margin=1e-3).check(ARM, move)
+    error = caught.value
+    assert (error.zone, error.link, error.margin) == ("pole", "tool", 1e-3)
+    entry = (math.pi / 2 - math.asin(1.1e-3 / radius)) / 3.0 * 0.4
+    assert error.time == pytest.approx(entry, abs=0.02)
+    Scene((pole,), margin=1e-3).check(ARM, Trajectory(NAMES, (0.0, 0.4), (REST, REST)))
+
+
+@pytest.mark.parametrize("margin", [1e-3, 5e-3, 0.02])
+def test_the_margin_decides(margin: float) -> None:
+    """The tool's point passes a wall in parallel, a little nearer and a little farther."""
+    high = ARM.forward(REST).z
+    move = Trajectory(NAMES, (0.0, 5.0), (REST, REST._replace(j1=1.0)))
+    for miss, fine in ((1e-3, True), (-1e-3, False)):
+        top = high - margin - miss
+        scene = Scene((Box("wall", (-1, -1, 0), (1, 1, top), links=("tool",)),), margin=margin)
+        if fine:
+            scene.check(ARM, move)
+            continue
+        with pytest.raises(ZoneError) as caught:
+            scene.check(ARM, move)
+        assert caught.value.depth == pytest.approx(1e-3, abs=1e-9)
+        assert caught.value.time == 0.0
+
+
+def test_a_zone_that_contains_the_start_is_refused_with_numbers() -> None:
+    pose = ARM.forward(REST)
+    zone = Box("reader", (pose.x - 0.05, -0.1, 0.0), (pose.x + 0.1, 0.1, 0.3))
+    move = ramp(NAMES, REST, REST._replace(j1=1.0), LIMITS)
+    with pytest.raises(ZoneError, match=r"jaws .* reader at the start.* mm inside.*5 mm") as caught:
+        Scene((zone,)).check(ARM, move)
+    assert caught.value.time == 0.0
+    assert caught.value.depth > 0.005
+
+
+def test_the_table_is_kept_clear() -> None:
+    move = ramp(NAMES, REST, REST._replace(j2=0.0), LIMITS)
+    with pytest.raises(ZoneError) as caught:
+        Scene(table_height=0.0).check(ARM, move)
+    assert caught.value.zone == "table"
+    # The lowest points of the jaws are 146.6 mm below the wrist, which is 135 mm above the base.
+    assert caught.value.depth == pytest.approx(0.1466 - 0.135 + 0.005, abs=1e-6)
+    Scene(table_height=-0.02).check(ARM, move)
+    # A microplate is gripped with the tool 11 mm above the table.
+    Scene(table_height=0.0).check(ARM, ramp(NAMES, REST, REST._replace(j2=0.02009), LIMITS))
+
+
+def test_the_gripper_is_kept_from_the_column() -> None:
+    folded = REST._replace(j3=2.6, j4=1.5)
+    with pytest.raises(ZoneError, match=r"comes too near to (link_1|base_link)"):
+        Scene().check(ARM, ramp(NAMES, REST, folded, LIMITS))
+
+
+def test_the_arm_may_stand_where_it_is_parked() -> None:
+    parked = ((0.0, 0.2, 0.0, 0.0), (0.58611, 0.051, 2.4804, -1.9100))
+    assert (Scene(table_height=0.0).clearance(ARM, parked) > 0.02).all()
+
+
+def test_a_keep_in_zone_is_not_left() -> None:
+    scene = Scene((Cylinder("cell", 0.0, 0.0, 0.6, -0.1, 0.9, keep_in=True),))
+    inside = REST._replace(j3=2.0)
+    with pytest.raises(ZoneError, match=r"cell from .* mm outside of the zone"):
+        scene.check(ARM, ramp(NAMES, inside, REST, LIMITS))
+    scene.check(ARM, ramp(NAMES, inside, inside._replace(j1=2.0), LIMITS))
+
+
+def test_joints_that_a_trajectory_does_not_name_stay_where_they_are() -> None:
+    scene = Scene(table_height=0.0)
+    turn = ramp(NAMES[:1], (0.0,), (1.0,), LIMITS[:1])
+    scene.check(ARM, turn, REST)
+    with pytest.raises(ZoneError):
+        scene.check(ARM, turn, REST._replace(j2=0.0))
+    with pytest.raises(TrajectoryError, match="where j2, j3, j4 are"):
+        scene.check(ARM, turn)
+    with pytest.raises(TrajectoryError, match="j9 is not a joint"):
+        scene.check(ARM, ramp(("j9",), (0.0,), (1.0,), LIMITS[:1]), REST)
+
+
+def test_a_thousand_samples_of_six_zones_are_quick() -> None:
+    rng = np.random.default_rng(1)
+    zones = tuple(
+        Box(f"b{i}", (0.3 + 0.1 * i, 0.1, 0.0), (0.35 + 0.1 * i, 0.4, 0.3), yaw=0.3 * i)
+        for i in range(6)
+    )
+    scene, joints = Scene(zones, 0.0), np.array([random_joints(rng) for _ in range(1000)])
+    scene.clearance(ARM, joints)
+
+    def seconds() -> float:
+        start = time.perf_counter()
+        scene.clearance(ARM, joints)
+        return time.perf_counter() - start
+
+    assert min(seconds() for _ in range(10)) < 0.02
+
+
+GOOD = """\
+version: 1
+table_height: 0.0
+margin: 0.005
+zones:
+  - {name: reader, keep: out, shape: box, lower: [0.3, 0.1, 0.0], upper: [0.5, 0.3, 0.2], yaw: 0.1}
+  - {name: cell, keep: in, shape: cylinder, x: 0.0, y: 0.0, radius: 0.9, low: -0.1, high: 1.0}
+  - {name: hood, keep: in, shape: cylinder, x: 0, y: 0, radius: 0.7, low: 0, high: 1, links: [tool]}
+"""
+
+
+def written(tmp_path: Path, text: str) -> Path:
+    path = tmp_path / "scene.yaml"
+    path.write_text(text)
+    return path
+
+
+def test_a_scene_is_read(tmp_path: Path) -> None:
+    assert read_scene(written(tmp_path, GOOD)) == Scene(
+        (
+            Box("reader", (0.3, 0.1, 0.0), (0.5, 0.3, 0.2), 0.1),
+            Cylinder("cell", 0.0, 0.0, 0.9, -0.1, 1.0, keep_in=True),
+            Cylinder("hood", 0.0, 0.0, 0.7, 0.0, 1.0, keep_in=True, links=("tool",)),
+        ),
+        0.0,
+        0.005,
+    )
+    empty = GOOD[: GOOD.index("zones:")].replace("0.0\n", "null\n", 1) + "zones: []\n"
+    assert read_scene(written(tmp_path, empty)) == Scene()
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ("version: 1", "version: 2", r"line 1: version: 2 cannot be read.*reads 1"),
+        ("margin: 0.005\n", "", "margin is missing"),
+        ("margin: 0.005", "margin: 0", r"line 3: margin: 0 is outside 0\.001 \.\. 0\.1 m"),
+        ("margin: 0.005", "margin: .nan", "line 3: margin: nan is outside"),
+        ("table_height: 0.0", "table_height: .inf", "line 2: table_height: inf is outside"),
+        ("margin", "magrin", "line 3: magrin is not a known parameter; did you mean margin"),
+        ("keep: out", "keep: off", r"line 5: zones\[0\].keep: 'off' .* one of in, out"),
+        ("[0.3, 0.1, 0.0]", "[0.3, 0.1]", r"line 5: zones\[0\].lower: .* not \[x, y, z\]"),
+        ("[0.3, 0.1, 0.0]", "[300, 100, 0]", "line 5: zone reader: x: 300 m.*millimetres"),
+        ("[0.3, 0.1, 0.0]", "[0.3, 0.1, .nan]", "line 5: zone reader: z: nan m is outside"),
+        ("[0.3, 0.1, 0.0]", "[0.3, 0.4, 0.0]", "line 5: zone reader: y goes from"),
+        ("radius: 0.9", "radius: 0", "line 6: zone cell: radius: 0 m is outside"),
+        ("radius: 0.9", "diameter: 0.9", "line 6: .*diameter is not a known parameter"),
+        ("name: cell", "name: reader", "line 6: zone reader is there twice"),
+        ("name: cell", "name: table", "line 6: zone table: the name is taken"),
+        ("[tool]", "[tol]", "line 7: zone hood: 'tol' is not a link that moves; those are link_1"),
+        ("yaw: 0.1", "yaw: 90", r"line 5: zone reader: yaw: 90 rad is outside"),
+        ("zones:", "zones: [", "line 5"),
+    ],
+)  # fmt: skip
+def test_a_scene_file_is_strict(tmp_path: Path, old: str, new: str, complaint: str) -> None:
+    with pytest.raises(ConfigurationError, match=complaint):
+        read_scene(written(tmp_path, GOOD.replace(old, new, 1)))
+
+
+def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match=r"nowhere\.yaml: No such file"):
+        read_scene(tmp_path / "nowhere.yaml")
+
+
+@given(st.sampled_from([math.nan, math.inf, -math.inf]), st.integers(0, 5))
+@settings(max_examples=20)
+def test_zones_of_no_number_are_refused(value: float, which: int) -> None:
+    corners = [0.1, 0.1, 0.1, 0.2, 0.2, 0.2]
+    corners[which] = value
+    with pytest.raises(ConfigurationError, match="zone box"):
+        Box("box", (*corners[:3],), (*corners[3:],))  # type: ignore[arg-type]
