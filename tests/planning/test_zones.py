@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from bioscara.errors import ConfigurationError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints
-from bioscara.planning.ramp import ramp
+from bioscara.planning import point_to_point
 from bioscara.planning.scene_file import read_scene
 from bioscara.planning.trajectory import Trajectory
 from bioscara.planning.zones import Box, Cylinder, Scene
@@ -31,13 +31,13 @@ def test_a_point_of_the_arm_is_in_a_zone_only_where_the_clearance_is_negative(se
     scene, joints = random_scene(rng), random_joints(rng)
     alone = Scene(scene.zones)
     names = touched(ARM, scene.zones, joints)
-    pairs = alone.layouts(ARM)[1].clearances(ARM, np.array([joints]))[:, 0]
+    pairs = alone.layouts(ARM)[0].clearances(ARM, np.array([joints]))[:, 0]
     if names:
         assert alone.clearance(ARM, [joints])[0] < 0.0
         assert (
             min(
                 distance
-                for pair, distance in zip(alone.layouts(ARM)[1].pairs, pairs, strict=True)
+                for pair, distance in zip(alone.layouts(ARM)[0].pairs, pairs, strict=True)
                 if pair.zone == names[0]
             )
             < 1e-9
@@ -79,7 +79,7 @@ def test_no_sample_of_a_random_move_enters_a_zone() -> None:
         if start is None or goal is None:
             continue
         tried += 1
-        move = ramp(NAMES, start, goal, LIMITS)
+        move = point_to_point(NAMES, start, goal, LIMITS)
         instants = np.linspace(0.0, move.duration, max(int(move.duration / 1e-3), 100))
         positions = move.sample_many(instants)[0]
         least = scene.clearance(ARM, positions).min()
@@ -133,7 +133,7 @@ def test_the_margin_decides(margin: float) -> None:
 def test_a_zone_that_contains_the_start_is_refused_with_numbers() -> None:
     pose = ARM.forward(REST)
     zone = Box("reader", (pose.x - 0.05, -0.1, 0.0), (pose.x + 0.1, 0.1, 0.3))
-    move = ramp(NAMES, REST, REST._replace(j1=1.0), LIMITS)
+    move = point_to_point(NAMES, REST, REST._replace(j1=1.0), LIMITS)
     with pytest.raises(ZoneError, match=r"jaws .* reader at the start.* mm inside.*5 mm") as caught:
         Scene((zone,)).check(ARM, move)
     assert caught.value.time == 0.0
@@ -141,7 +141,7 @@ def test_a_zone_that_contains_the_start_is_refused_with_numbers() -> None:
 
 
 def test_the_table_is_kept_clear() -> None:
-    move = ramp(NAMES, REST, REST._replace(j2=0.0), LIMITS)
+    move = point_to_point(NAMES, REST, REST._replace(j2=0.0), LIMITS)
     with pytest.raises(ZoneError) as caught:
         Scene(table_height=0.0).check(ARM, move)
     assert caught.value.zone == "table"
@@ -149,13 +149,15 @@ def test_the_table_is_kept_clear() -> None:
     assert caught.value.depth == pytest.approx(0.1466 - 0.135 + 0.005, abs=1e-6)
     Scene(table_height=-0.02).check(ARM, move)
     # A microplate is gripped with the tool 11 mm above the table.
-    Scene(table_height=0.0).check(ARM, ramp(NAMES, REST, REST._replace(j2=0.02009), LIMITS))
+    Scene(table_height=0.0).check(
+        ARM, point_to_point(NAMES, REST, REST._replace(j2=0.02009), LIMITS)
+    )
 
 
 def test_the_gripper_is_kept_from_the_column() -> None:
     folded = REST._replace(j3=2.6, j4=1.5)
     with pytest.raises(ZoneError, match=r"comes too near to (link_1|base_link)"):
-        Scene().check(ARM, ramp(NAMES, REST, folded, LIMITS))
+        Scene().check(ARM, point_to_point(NAMES, REST, folded, LIMITS))
 
 
 def test_the_arm_may_stand_where_it_is_parked() -> None:
@@ -167,20 +169,20 @@ def test_a_keep_in_zone_is_not_left() -> None:
     scene = Scene((Cylinder("cell", 0.0, 0.0, 0.6, -0.1, 0.9, keep_in=True),))
     inside = REST._replace(j3=2.0)
     with pytest.raises(ZoneError, match=r"cell from .* mm outside of the zone"):
-        scene.check(ARM, ramp(NAMES, inside, REST, LIMITS))
-    scene.check(ARM, ramp(NAMES, inside, inside._replace(j1=2.0), LIMITS))
+        scene.check(ARM, point_to_point(NAMES, inside, REST, LIMITS))
+    scene.check(ARM, point_to_point(NAMES, inside, inside._replace(j1=2.0), LIMITS))
 
 
 def test_joints_that_a_trajectory_does_not_name_stay_where_they_are() -> None:
     scene = Scene(table_height=0.0)
-    turn = ramp(NAMES[:1], (0.0,), (1.0,), LIMITS[:1])
+    turn = point_to_point(NAMES[:1], (0.0,), (1.0,), LIMITS[:1])
     scene.check(ARM, turn, REST)
     with pytest.raises(ZoneError):
         scene.check(ARM, turn, REST._replace(j2=0.0))
     with pytest.raises(TrajectoryError, match="where j2, j3, j4 are"):
         scene.check(ARM, turn)
     with pytest.raises(TrajectoryError, match="j9 is not a joint"):
-        scene.check(ARM, ramp(("j9",), (0.0,), (1.0,), LIMITS[:1]), REST)
+        scene.check(ARM, point_to_point(("j9",), (0.0,), (1.0,), LIMITS[:1]), REST)
 
 
 def test_a_thousand_samples_of_six_zones_are_quick() -> None:

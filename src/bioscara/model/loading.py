@@ -51,10 +51,15 @@ def _output(section: YamlSection) -> PwmOutput:
 
 def _geometry(section: YamlSection) -> GeometryParameters:
     section.refuse_unknown(GeometryParameters.__slots__)
-    lengths = [section.number(key, 0.01, 2.0, "m") for key in ("height", "upper_arm", "forearm")]
-    tool = [section.number(key, -1.0, 1.0, "m") for key in ("tool_x", "tool_y", "tool_z")]
-    mass = section.number("tool_mass", 0.0, 10.0, "kg")
-    return GeometryParameters(*lengths, *tool, mass)
+    return GeometryParameters(
+        height=section.number("height", 0.01, 2.0, "m"),
+        upper_arm=section.number("upper_arm", 0.01, 2.0, "m"),
+        forearm=section.number("forearm", 0.01, 2.0, "m"),
+        tool_x=section.number("tool_x", -1.0, 1.0, "m"),
+        tool_y=section.number("tool_y", -1.0, 1.0, "m"),
+        tool_z=section.number("tool_z", -1.0, 1.0, "m"),
+        tool_mass=section.number("tool_mass", 0.0, 10.0, "kg"),
+    )
 
 
 def _arm(top: YamlSection) -> ArmParameters:

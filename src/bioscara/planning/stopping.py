@@ -138,7 +138,8 @@ class Stops:
         way, speeds = self._braked(there, next_, np.outer(seconds, np.linspace(0.0, 1.0, samples)))
         room = _ROUNDING + np.maximum(np.maximum(lower - here, here - upper), 0.0)
         inside = ((way[:, -1] >= lower - room) & (way[:, -1] <= upper + room)).all(axis=1)
-        slow = batch.tool_speeds(self._arm, way, speeds).max(axis=1) <= fastest * _SPEED_ROUNDING
+        speed: Array = batch.tool_speeds(self._arm, way, speeds).max(axis=1)
+        slow: npt.NDArray[np.bool_] = np.less_equal(speed, fastest * _SPEED_ROUNDING)
         good: npt.NDArray[np.bool_] = np.logical_and(inside, slow)
         hindrance = "joint limit" if not inside[0] else "tool speed" if not slow[0] else ""
         if not self._layouts:
