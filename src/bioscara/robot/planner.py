@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from bioscara.errors import InvalidArgumentError
@@ -17,6 +18,9 @@ from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
 from bioscara.planning.zones import Scene
 
+RESERVE = 0.8
+"""Share of a joint's acceleration that motions planned here use. With all of it a joint that slips
+a step on the way could not catch up before it has to brake, and would overshoot."""
 FULL = ToolLimits(math.inf, math.inf, math.inf, math.inf)
 """At full speed the joints alone are the limit."""
 REDUCED = ToolLimits()
@@ -62,6 +66,9 @@ class Planner:
         self.scene = Scene()
         self.full_speed = False
         self._limits, self._here = tuple(limits), here
+        self._planned = tuple(
+            replace(limit, max_acceleration=RESERVE * limit.max_acceleration) for limit in limits
+        )
         self._names = tuple(limit.name for limit in limits)
 
     def joints(self, goal: Sequence[float], speed: float = 1.0) -> Plan:
@@ -78,7 +85,7 @@ class Planner:
         if len(goal) != len(self._names):
             raise InvalidArgumentError(f"{len(goal)} positions for {len(self._names)} joints")
         here = self._start()
-        return self._free(point_to_point(self._names, here, goal, self._limits, speed=speed), here)
+        return self._free(point_to_point(self._names, here, goal, self._planned, speed=speed), here)
 
     def to(self, pose: Pose, speed: float = 1.0) -> Plan:
         """Plan to a pose by the joints' shortest way; the tool's path is not a line.
@@ -107,7 +114,7 @@ class Planner:
         here = self._start()
         tool = self._tool_limits()
         return self._free(
-            linear(self.kinematics, here, pose, self._limits, tool, speed=speed), here
+            linear(self.kinematics, here, pose, self._planned, tool, speed=speed), here
         )
 
     def circular(self, via: Pose, pose: Pose, speed: float = 1.0) -> Plan:
@@ -125,7 +132,7 @@ class Planner:
         here = self._start()
         tool = self._tool_limits()
         return self._free(
-            circular(self.kinematics, here, via, pose, self._limits, tool, speed=speed), here
+            circular(self.kinematics, here, via, pose, self._planned, tool, speed=speed), here
         )
 
     def sequence(self, waypoints: Sequence[Waypoint]) -> Plan:
@@ -140,7 +147,7 @@ class Planner:
         """
         here = self._start()
         trajectory, warnings = sequence(
-            self.kinematics, here, waypoints, self._limits, self._tool_limits()
+            self.kinematics, here, waypoints, self._planned, self._tool_limits()
         )
         return self._free(trajectory, here, warnings)
 
