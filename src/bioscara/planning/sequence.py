@@ -266,21 +266,15 @@ def _speeds(run: Sequence[Waypoint], path: Rounded) -> list[float]:
 
 def _one_after_the_other(trajectories: Sequence[Trajectory]) -> Trajectory:
     """Return cubics from rest to rest as one trajectory; the arm does not wait between them."""
-    begin = 0.0
-    times, positions, velocities = [], [], []
-    for index, trajectory in enumerate(trajectories):
-        # The first point is where the motion before it ends.
-        own = trajectory.times[1:] if index else trajectory.times
-        states = trajectory.sample_many(own)
-        times.append(begin + own)
-        positions.append(states[0])
-        velocities.append(states[1])
-        begin += trajectory.duration
-    return Trajectory(
+    begins = np.cumsum([0.0, *(trajectory.duration for trajectory in trajectories)])
+    times = [begin + part.times[:-1] for begin, part in zip(begins, trajectories, strict=False)]
+    last = trajectories[-1].positions[-1]
+    return Trajectory.of_cubics(
         trajectories[0].joint_names,
-        np.concatenate(times),
-        np.concatenate(positions),
-        np.concatenate(velocities),
+        np.concatenate((*times, begins[-1:])),
+        np.concatenate([trajectory.coefficients[..., :4] for trajectory in trajectories]),
+        last.tolist(),
+        [0.0] * len(last),
     )
 
 
