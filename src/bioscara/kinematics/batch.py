@@ -137,19 +137,15 @@ def tool_motion(
         Derivatives and second derivatives of x, y, z [m] and yaw [rad] by time, shape (..., 4).
     """
     q, v, a = (np.asarray(part, dtype=np.float64) for part in (joints, rates, accelerations))
-    velocity, acceleration = np.zeros_like(v), np.zeros_like(a)
-    velocity[..., 2], acceleration[..., 2] = v[..., 1], a[..., 1]
-    angle, rate, gain = arm.base.yaw, 0.0, 0.0
     lengths = (arm.geometry.upper_arm, arm.geometry.forearm, complex(arm.tool.x, arm.tool.y))
-    plane, plane_gain = 0.0, 0.0
-    for joint, length in zip((0, 2, 3), lengths, strict=True):
-        angle, rate, gain = angle + q[..., joint], rate + v[..., joint], gain + a[..., joint]
-        link = length * np.exp(1j * angle)
-        plane, plane_gain = plane + 1j * rate * link, plane_gain + (1j * gain - rate**2) * link
-    velocity[..., 0], velocity[..., 1], velocity[..., 3] = plane.real, plane.imag, rate
-    acceleration[..., 0], acceleration[..., 1] = plane_gain.real, plane_gain.imag
-    acceleration[..., 3] = gain
-    return velocity, acceleration
+    angles, rates, gains = (np.cumsum(part[..., (0, 2, 3)], axis=-1) for part in (q, v, a))
+    links = lengths * np.exp(1j * (angles + arm.base.yaw))
+    across = (1j * rates * links).sum(axis=-1)
+    gained = ((1j * gains - rates**2) * links).sum(axis=-1)
+    return (
+        np.stack((across.real, across.imag, v[..., 1], rates[..., 2]), axis=-1),
+        np.stack((gained.real, gained.imag, a[..., 1], gains[..., 2]), axis=-1),
+    )
 
 
 def _wrap(angles: Array, arm: Scara, joint: int) -> Array:

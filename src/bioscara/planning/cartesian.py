@@ -36,7 +36,7 @@ def linear(
         UnreachableError: Start, goal or a place between is out of reach or limits.
     """
     path = Line(arm.forward(start), goal)
-    arm.inverse(goal)
+    arm.solve(goal, start)
     return parameterise(arm, path, start, limits, tool, speed=speed)
 
 
@@ -66,5 +66,5 @@ def circular(
         UnreachableError: Start, goal or a place between is out of reach or limits.
     """
     path = Arc.through(arm.forward(start), via, goal)
-    arm.inverse(goal)
+    arm.solve(goal, start)
     return parameterise(arm, path, start, limits, tool, speed=speed)

@@ -33,8 +33,8 @@ _STEP, _FEWEST, _MOST = 10e-3, 60, 4000
 _EXCESS = 1e-3
 """Share by which the curve may exceed a limit before a finer grid is tried."""
 _REFINEMENTS = 3
-_LOOK = 1e-3
-"""Time between two looks at the tool's motion [s]."""
+_LOOK, _LOOKS = 1e-3, 20_000
+"""Time between two looks at the tool's motion [s], and how many looks there may be."""
 
 
 def parameterise(
@@ -168,7 +168,8 @@ def _excess(
     turn = np.where(turning, v0 + 0.5 * t * a0 * a0 / np.where(turning, a0 - a1, 1.0), 0.0)
     speeds = np.abs(np.concatenate((v0, v1, turn))).max(axis=0)
     hardest = np.abs(np.concatenate((a0, a1))).max(axis=0)
-    times = np.arange(0.0, trajectory.duration, _LOOK)
+    duration = trajectory.duration
+    times = np.arange(0.0, duration, max(_LOOK, duration / _LOOKS))
     states = zip(
         trajectory.sample_many(times),
         (trajectory.positions[:-1], v0, a0),
@@ -176,7 +177,7 @@ def _excess(
         strict=True,
     )
     velocity, acceleration = batch.tool_motion(arm, *(np.concatenate(part) for part in states))
-    return max(
+    factor: float = max(
         *(top / limit.max_velocity for top, limit in zip(speeds.tolist(), limits, strict=True)),
         _speed(velocity) / tool.speed,
         float(np.abs(velocity[:, 3]).max()) / tool.yaw_speed,
@@ -187,6 +188,7 @@ def _excess(
         math.sqrt(_speed(acceleration) / tool.acceleration),
         math.sqrt(float(np.abs(acceleration[:, 3]).max()) / tool.yaw_acceleration),
     )
+    return factor
 
 
 def _speed(rates: Array) -> float:

@@ -1,0 +1,339 @@
+"""Lines and arcs of the tool: on the path, as fast as allowed and no faster, or refused."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from bioscara.errors import (
+    InvalidArgumentError,
+    PathError,
+    TrajectoryError,
+    UnreachableError,
+)
+from bioscara.kinematics import Geometry, Joints, Pose, Scara, batch
+from bioscara.model import load_parameters
+from bioscara.planning import Trajectory, check
+from bioscara.planning.cartesian import circular, linear
+from bioscara.planning.joint_path import along
+from bioscara.planning.parameterisation import parameterise
+from bioscara.planning.path import Arc, Joined, Line, Path
+from bioscara.planning.tool_limits import ToolLimits
+from planning.limits import LIMITS
+
+PARAMETERS = load_parameters()
+BARE = Scara(Geometry(*(getattr(PARAMETERS.geometry, name) for name in Geometry._fields)), LIMITS)
+TOOLED = Scara(BARE.geometry, LIMITS, tool=Pose(0.119, 0.02, -0.144, 0.3), base=Pose(1, 2, 0.5, 2))
+FREE = ToolLimits(math.inf, math.inf, math.inf, math.inf)
+FROM, TO = Pose(0.45, -0.20, 0.25), Pose(0.35, 0.30, 0.28)
+REACH = BARE.geometry.upper_arm + BARE.geometry.forearm
+FOLDED = BARE.geometry.upper_arm - BARE.geometry.forearm
+WITHOUT_STOPS = tuple(
+    replace(limit, lower=-10.0, upper=10.0) if limit.unit == "rad" else limit for limit in LIMITS
+)
+WIDE = Scara(BARE.geometry, WITHOUT_STOPS)
+
+angles = st.tuples(
+    st.floats(-2.8, 2.8), st.floats(0.02, 0.32), st.floats(0.2, 2.5), st.floats(-2.5, 2.5)
+)
+elbows = st.sampled_from((1.0, -1.0))
+
+
+def exceeded(trajectory: Trajectory, arm: Scara, tool: ToolLimits) -> float:
+    """Return the largest ratio of anything limited to its limit, on a grid of 1 ms."""
+    times = np.append(np.arange(0.0, trajectory.duration, 1e-3), trajectory.duration - 1e-9)
+    states = trajectory.sample_many(times)
+    velocity, acceleration = batch.tool_motion(arm, *states)
+    return max(
+        *(
+            float(np.abs(states[1][:, joint]).max()) / limit.max_velocity
+            for joint, limit in enumerate(arm.limits)
+        ),
+        *(
+            float(np.abs(states[2][:, joint]).max()) / limit.max_acceleration
+            for joint, limit in enumerate(arm.limits)
+        ),
+        float(np.linalg.norm(velocity[:, :3], axis=1).max()) / tool.speed,
+        float(np.linalg.norm(acceleration[:, :3], axis=1).max()) / tool.acceleration,
+        float(np.abs(velocity[:, 3]).max()) / tool.yaw_speed,
+        float(np.abs(acceleration[:, 3]).max()) / tool.yaw_acceleration,
+    )
+
+
+def beside(trajectory: Trajectory, arm: Scara, path: Path) -> float:
+    """Return how far the poses get from the path [m or rad]."""
+    poses = batch.forward(arm, trajectory.sample_many(np.linspace(0, trajectory.duration, 301))[0])
+    poses[:, 3] += path.sample([0.0]).poses[0, 3] - poses[0, 3]
+    grid = np.linspace(0.0, path.length, 1001)
+    way = path.sample(grid).poses
+    nearest = grid[[int(np.abs(way - pose).max(axis=1).argmin()) for pose in poses]]
+    for _ in range(3):
+        at, first, _ = path.sample(nearest)
+        nearest += ((poses - at) * first).sum(axis=1) / (first**2).sum(axis=1)
+    return float(np.abs(poses - path.sample(nearest).poses).max())
+
+
+@pytest.mark.parametrize("branch", [0, 1])
+def test_the_line_of_the_reference_is_as_fast_as_its_dense_solution(branch: int) -> None:
+    start = BARE.inverse(FROM)[branch]
+    trajectory = linear(BARE, start, TO, LIMITS, FREE)
+    assert trajectory.duration <= 1.01 * (1.5836, 1.698)[branch]
+    assert exceeded(trajectory, BARE, FREE) <= 1.0 + 1e-6
+    assert check(trajectory, LIMITS) == []
+    assert beside(trajectory, BARE, Line(FROM, TO)) < 1e-7
+
+
+def toppra_duration(arm: Scara, path: Path, start: Joints) -> float:
+    """Return the duration that toppra finds for the joint path on a fine grid [s]."""
+    toppra = pytest.importorskip("toppra")
+    toppra.setup_logging("ERROR")
+    way = np.linspace(0.0, path.length, 401)
+    spline = toppra.SplineInterpolator(way, along(arm, path.sample(way), start).joints)
+    constraints = [
+        toppra.constraint.JointVelocityConstraint(
+            [[-x.max_velocity, x.max_velocity] for x in LIMITS]
+        ),
+        toppra.constraint.JointAccelerationConstraint(
+            [[-x.max_acceleration, x.max_acceleration] for x in LIMITS]
+        ),
+    ]
+    ends = 0.5 * path.length * (1.0 - np.cos(np.linspace(0.0, math.pi, 1001)))
+    instance = toppra.algorithm.TOPPRA(
+        constraints, spline, gridpoints=ends, parametrizer="ParametrizeConstAccel"
+    )
+    return float(instance.compute_trajectory().duration)
+
+
+@pytest.mark.parametrize("branch", [0, 1])
+@pytest.mark.parametrize(
+    "path",
+    [
+        Line(FROM, TO),
+        Line(Pose(0.2, -0.3, 0.2, 0.3), Pose(0.2, 0.3, 0.2, 1.5)),
+        Arc.through(FROM, Pose(0.5, 0.1, 0.25), TO),
+    ],
+)
+def test_toppra_finds_nothing_faster(path: Path, branch: int) -> None:
+    start = BARE.inverse(Pose(*path.sample([0.0]).poses[0].tolist()))[branch]
+    own = parameterise(BARE, path, start, LIMITS, FREE).duration
+    peer = toppra_duration(BARE, path, start)
+    assert 0.998 * peer <= own <= 1.005 * peer
+
+
+@given(angles, angles, elbows, st.booleans(), st.booleans())
+@settings(max_examples=60, deadline=None)
+def test_every_line_keeps_every_limit_and_stays_on_it(
+    first: tuple[float, ...], last: tuple[float, ...], elbow: float, tooled: bool, capped: bool
+) -> None:
+    arm, tool = (TOOLED if tooled else BARE), (ToolLimits() if capped else FREE)
+    start = Joints(first[0], first[1], elbow * first[2], first[3])
+    here = arm.forward(start)
+    goal = arm.forward((last[0], last[1], elbow * last[2], last[3]))
+    assume(math.dist(here, goal) > 1e-3)
+    path = Line(here, goal)
+    try:
+        trajectory = linear(arm, start, goal, LIMITS, tool)
+    except UnreachableError:
+        return
+    assert exceeded(trajectory, arm, tool) <= 1.0 + 1e-6
+    check(trajectory, LIMITS)
+    assert beside(trajectory, arm, path) < 1e-6
+    ends = batch.forward(arm, trajectory.positions[[0, -1]])
+    assert np.allclose(ends[:, :3], [here[:3], goal[:3]], atol=1e-9)
+    assert not trajectory.velocities[[0, -1]].any()
+
+
+@given(angles, st.floats(-0.1, 0.1), st.floats(0.02, 0.1), st.floats(-1.5, 1.5), st.booleans())
+@settings(max_examples=40, deadline=None)
+def test_every_arc_keeps_every_limit_and_stays_on_it(
+    first: tuple[float, ...], lift: float, size: float, turn: float, capped: bool
+) -> None:
+    tool = ToolLimits() if capped else FREE
+    start = Joints(*first)
+    here = TOOLED.forward(start)
+    via = here._replace(x=here.x + size, y=here.y + size, z=here.z + 0.3 * lift)
+    goal = Pose(here.x + size, here.y - size, here.z + lift, here.yaw + turn)
+    try:
+        trajectory = circular(TOOLED, start, via, goal, LIMITS, tool)
+    except UnreachableError:
+        return
+    assert exceeded(trajectory, TOOLED, tool) <= 1.0 + 1e-6
+    assert beside(trajectory, TOOLED, Arc.through(here, via, goal)) < 1e-6
+
+
+def test_the_tool_speed_is_used_and_kept() -> None:
+    start = BARE.solve(FROM, (0, 0, 1, 0))
+    trajectory = linear(BARE, start, TO, LIMITS)
+    times = np.arange(0.0, trajectory.duration, 1e-3)
+    positions, velocities, _ = trajectory.sample_many(times)
+    speeds = batch.tool_speeds(BARE, positions, velocities)
+    assert speeds.max() <= 0.25 * (1.0 + 1e-6)
+    assert np.median(speeds) > 0.2499
+
+
+def test_a_turn_on_the_spot_keeps_the_tool_there_and_uses_the_yaw_speed() -> None:
+    start = TOOLED.inverse(Pose(1.1, 1.6, 0.7, 2.0))[0]
+    here = TOOLED.forward(start)
+    trajectory = linear(TOOLED, start, here._replace(yaw=here.yaw + 0.8), LIMITS)
+    poses = batch.forward(
+        TOOLED, trajectory.sample_many(np.arange(0, trajectory.duration, 1e-3))[0]
+    )
+    assert np.abs(poses[:, :3] - here[:3]).max() < 1e-7
+    assert exceeded(trajectory, TOOLED, ToolLimits()) <= 1.0 + 1e-6
+    assert trajectory.duration < 1.5
+
+
+def test_limits_hold_across_a_break_of_the_curvature() -> None:
+    a, b, c = Pose(0.45, -0.2, 0.2), Pose(0.45, 0.0, 0.2), Pose(0.35, 0.1, 0.2)
+    middle = Pose(0.35 + 0.1 * math.cos(0.5), 0.1 * math.sin(0.5), 0.2)
+    path = Joined((Line(a, b), Arc.through(b, middle, c), Line(c, Pose(0.2, 0.1, 0.2))))
+    start = BARE.inverse(a)[1]
+    for tool in (FREE, ToolLimits()):
+        trajectory = parameterise(BARE, path, start, LIMITS, tool)
+        assert exceeded(trajectory, BARE, tool) <= 1.0 + 1e-6
+        assert beside(trajectory, BARE, path) < 1e-6
+    # Half a metre at 0.25 m/s: the breaks cost next to nothing.
+    assert trajectory.duration < path.length / 0.25 + 1.0
+
+
+def test_a_share_of_the_speed_is_the_same_motion_in_more_time() -> None:
+    start = BARE.solve(FROM, (0, 0, 1, 0))
+    whole, half = (linear(BARE, start, TO, LIMITS, speed=speed) for speed in (1.0, 0.5))
+    assert half.duration == pytest.approx(2.0 * whole.duration)
+    assert np.array_equal(half.positions, whole.positions)
+
+
+@pytest.mark.parametrize("distance", [1e-3, 1e-4, 1e-6])
+def test_near_the_folded_arm_a_line_slows_down(distance: float) -> None:
+    start = WIDE.inverse(Pose(FOLDED + distance, -0.3, 0.25))[1]
+    goal = Pose(FOLDED + distance, 0.3, 0.25)
+    trajectory = linear(WIDE, start, goal, WITHOUT_STOPS, FREE)
+    assert exceeded(trajectory, WIDE, FREE) <= 1.0 + 1e-6
+    assert beside(trajectory, WIDE, Line(WIDE.forward(start), goal)) < 1e-6
+    positions, velocities, _ = trajectory.sample_many(np.arange(0, trajectory.duration, 1e-4))
+    inside = np.abs(batch.forward(WIDE, positions)[:, 1]) < 0.2
+    speeds = batch.tool_speeds(WIDE, positions[inside], velocities[inside])
+    # The elbow's second derivative grows with the root of the distance: so does the square of
+    # the speed that its acceleration allows.
+    assert speeds.min() < 0.3 * distance**0.25 < 0.3 * speeds.max()
+
+
+@pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6])
+def test_a_line_may_end_nearly_stretched(distance: float) -> None:
+    start = BARE.solve(Pose(0.3, -0.2, 0.25), (0, 0, 1, 0))
+    trajectory = linear(BARE, start, Pose(REACH - distance, 0.0, 0.25), LIMITS, FREE)
+    assert exceeded(trajectory, BARE, FREE) <= 1.0 + 1e-6
+    assert trajectory.duration < 2.0
+
+
+def test_where_slowing_down_does_not_help_the_largest_speed_is_told() -> None:
+    x = FOLDED + 1e-9
+    start = WIDE.inverse(Pose(x, -0.3, 0.25))[1]
+    with pytest.raises(PathError, match=r"0\.3000 m along .* m/s at most .* PTP") as caught:
+        linear(WIDE, start, Pose(x, 0.3, 0.25), WITHOUT_STOPS, FREE)
+    assert caught.value.segment == 0
+    assert caught.value.joint in {"j1", "j3", "j4"}
+    assert caught.value.position == pytest.approx(0.3, abs=1e-3)
+    assert 0.0 < caught.value.largest_speed < 1e-3
+
+
+def test_the_stretched_arm_is_no_goal_of_a_line() -> None:
+    start = BARE.solve(Pose(0.3, -0.2, 0.25), (0, 0, 1, 0))
+    with pytest.raises(PathError, match=r"stretched or folded .* PTP") as caught:
+        linear(BARE, start, Pose(REACH, 0.0, 0.25), LIMITS, FREE)
+    assert caught.value.largest_speed == 0.0
+
+
+def test_a_goal_of_the_other_elbow_names_joint_and_alternatives() -> None:
+    start = BARE.inverse(Pose(0.4, 0.0, 0.2, 1.8))[0]
+    goal = Pose(-0.35, 0.4, 0.2, -1.3)
+    assert not BARE.beyond(BARE.solve(goal, start))
+    with pytest.raises(PathError, match=r"m along the path of .* beyond its range") as caught:
+        linear(BARE, start, goal, LIMITS, FREE)
+    assert "can be reached with a PTP motion" in str(caught.value)
+    assert caught.value.joint in {"j1", "j4"}
+
+
+def test_the_elbow_that_can_is_offered() -> None:
+    for first in np.random.default_rng(1).uniform(-2.6, 2.6, (200, 4)):
+        start = Joints(first[0], 0.2, first[2], first[3])
+        goal = BARE.forward((first[0] + 1.2, 0.2, first[2], first[3]))
+        try:
+            linear(BARE, start, goal, LIMITS)
+        except PathError as error:
+            if "elbow on the other side" in str(error):
+                numbers = str(error).split("start from (")[1].split(")")[0]
+                other = Joints(*map(float, numbers.split(",")))
+                assert other.j3 * start.j3 < 0.0
+                assert linear(BARE, other, goal, LIMITS).duration > 0.0
+                return
+        except UnreachableError:
+            pass
+    pytest.fail("no start was found of which only the other elbow can do the line")
+
+
+def test_a_place_between_out_of_reach_is_named() -> None:
+    start = WIDE.inverse(Pose(0.02, -0.3, 0.25))[1]
+    with pytest.raises(PathError, match=r"0\.2\d* m along .* inside the least distance"):
+        linear(WIDE, start, Pose(0.02, 0.3, 0.25), WITHOUT_STOPS, FREE)
+
+
+GOOD = BARE.inverse(FROM)[0]
+
+
+@pytest.mark.parametrize(
+    ("goal", "message"),
+    [
+        (Pose(350.0, 300.0, 280.0), "millimetres"),
+        (Pose(0.7, 0.3, 0.28), "beyond the reach"),
+        (Pose(0.35, 0.30, 0.6), r"j2 at 0\.4"),
+        (Pose(0.35, math.nan, 0.28), "y of the goal is nan"),
+        (Pose(0.35, 0.3, math.inf), "z of the goal is inf"),
+        (FROM, "same pose"),
+    ],
+)
+def test_bad_goals_are_refused(goal: Pose, message: str) -> None:
+    with pytest.raises(InvalidArgumentError, match=message):
+        linear(BARE, GOOD, goal, LIMITS)
+
+
+@pytest.mark.parametrize(
+    ("via", "goal", "message"),
+    [
+        (Pose(0.40, 0.05, 0.265), TO, "one line"),
+        (TO, TO, "one line"),
+        (Pose(0.5, 0.0, 0.25), FROM, "full circle"),
+        (Pose(0.5, math.nan, 0.25), TO, "y of the via is nan"),
+        (Pose(0.62, 0.0, 0.25), TO, "beyond the reach"),
+    ],
+)
+def test_bad_arcs_are_refused(via: Pose, goal: Pose, message: str) -> None:
+    with pytest.raises(InvalidArgumentError, match=message):
+        circular(BARE, GOOD, via, goal, LIMITS)
+
+
+def test_bad_starts_are_refused() -> None:
+    with pytest.raises(UnreachableError, match=r"starts outside its limits: j2 at 0\.5"):
+        linear(BARE, GOOD._replace(j2=0.5), TO, LIMITS)
+    with pytest.raises(InvalidArgumentError, match="nan"):
+        linear(BARE, GOOD._replace(j2=math.nan), TO, LIMITS)
+    with pytest.raises(TrajectoryError, match=r"begins 0\.\d+ m .* from where the tool is"):
+        parameterise(BARE, Line(TO, FROM), GOOD, LIMITS)
+
+
+@pytest.mark.parametrize("speed", [0.0, 10.0, -1.0, math.nan])
+def test_bad_shares_of_the_speed_are_refused(speed: float) -> None:
+    with pytest.raises(InvalidArgumentError, match=r"outside 0 \.\. 1"):
+        linear(BARE, GOOD, TO, LIMITS, speed=speed)
+
+
+@pytest.mark.parametrize("value", [0.0, -1.0, math.nan])
+@pytest.mark.parametrize("name", ["speed", "acceleration", "yaw_speed", "yaw_acceleration"])
+def test_bad_tool_limits_are_refused(name: str, value: float) -> None:
+    with pytest.raises(InvalidArgumentError, match=name.replace("_", " ")):
+        ToolLimits(**{name: value})
