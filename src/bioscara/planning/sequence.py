@@ -31,6 +31,9 @@ from bioscara.planning.trajectory import Trajectory
 _LEAST_BLEND = 1e-4
 """Smallest blend [m]; at a smaller one the tool all but stops, and 0 does that better."""
 
+_BETWEEN = 1e-5
+"""Share by which the tool may be faster than where it was looked at."""
+
 
 class Motion(Enum):
     """How the tool gets to a waypoint."""
@@ -224,7 +227,7 @@ def _free(
     goal = arm.solve(waypoint.pose, joints)
     names = [limit.name for limit in limits]
     motion = point_to_point(names, joints, goal, limits, speed=waypoint.speed)
-    return reduced(motion, arm, joints, tool.speed * waypoint.speed)[0]
+    return reduced(motion, arm, joints, (1.0 - _BETWEEN) * tool.speed * waypoint.speed)[0]
 
 
 def _pieces(here: Pose, first: int, run: Sequence[Waypoint]) -> list[Line | Arc]:
