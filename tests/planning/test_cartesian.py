@@ -218,7 +218,9 @@ def test_near_the_folded_arm_a_line_slows_down(distance: float) -> None:
     positions, velocities, _ = trajectory.sample_many(np.arange(0, trajectory.duration, 1e-4))
     inside = np.abs(batch.forward(WIDE, positions)[:, 1]) < 0.2
     speeds = batch.tool_speeds(WIDE, positions[inside], velocities[inside])
-    assert speeds.min() < 2.0 * math.sqrt(distance) < 0.3 * speeds.max()
+    # The elbow's second derivative grows with the root of the distance: so does the square of
+    # the speed that its acceleration allows.
+    assert speeds.min() < 0.3 * distance**0.25 < 0.3 * speeds.max()
 
 
 @pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6])

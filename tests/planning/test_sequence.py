@@ -9,7 +9,10 @@ from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError, UnreachableError
 from bioscara.kinematics import Geometry, Joints, Pose, Scara, batch
+from bioscara.planning.blending import rounded
 from bioscara.planning.check import check
+from bioscara.planning.parameterisation import parameterise
+from bioscara.planning.path import Line
 from bioscara.planning.sequence import Motion, Waypoint, approach, retract, sequence
 from bioscara.planning.tool_limits import ToolLimits
 from planning.limits import LIMITS
@@ -201,3 +204,58 @@ def test_a_start_outside_the_limits_is_refused():
 def test_limits_of_the_tool_are_those_given():
     trajectory, _ = sequence(ARM, START, [Waypoint(A, PTP), Waypoint(B)], LIMITS, ToolLimits(0.1))
     assert motion_of(trajectory)[2].max() == pytest.approx(0.1, rel=1e-3)
+
+
+def test_yaw_goes_on_across_the_half_turn():
+    # Seen from a base that is turned, the same poses have yaws on both sides of pi.
+    turned = Pose(0.1, -0.2, 0.05, math.pi - 0.1)
+    arm = Scara(ARM.geometry, LIMITS, base=turned)
+
+    def seen(pose: Pose) -> Pose:
+        there = turned.compose(pose)
+        return there._replace(yaw=math.remainder(there.yaw, 2 * math.pi))
+
+    goals = (Pose(0.45, 0.1, 0.2, -0.1), Pose(0.35, 0.1, 0.2, 0.4), Pose(0.35, -0.1, 0.2, -0.2))
+    ways = [Waypoint(goal, blend=0.02) for goal in goals[:2]] + [Waypoint(goals[2])]
+    plain, _ = sequence(ARM, START, ways, LIMITS)
+    ways = [replace(way, pose=seen(way.pose)) for way in ways]
+    other, _ = sequence(arm, START, ways, LIMITS)
+    assert other.duration == pytest.approx(plain.duration, rel=1e-6)
+    at = np.linspace(0.0, plain.duration, 200)
+    assert np.allclose(other.sample_many(at)[0], plain.sample_many(at)[0], atol=1e-5)
+
+
+def test_the_tool_goes_back_the_way_it_came_without_reaching_the_turning_point():
+    there, back = Pose(0.45, 0.15, 0.2, 0.2), Pose(0.45, 0.05, 0.2, 0.2)
+    trajectory, _ = sequence(ARM, START, [Waypoint(there, blend=0.02), Waypoint(back)], LIMITS)
+    _, poses, _ = motion_of(trajectory)
+    assert 0.15 - 0.02 <= poses[:, 1].max() < 0.15
+    assert np.abs(poses[:, 0] - 0.45).max() < 1e-6
+    assert check(trajectory, LIMITS) == []
+
+
+def test_a_share_for_each_piece_is_the_share_for_all_where_they_are_equal():
+    here = ARM.forward(START)
+    pieces = [Line(here, A), Line(A, B)]
+    path = rounded(pieces, [0.01]).path
+    one = parameterise(ARM, path, START, LIMITS, speed=0.4)
+    each = parameterise(ARM, path, START, LIMITS, speed=[0.4, 0.4, 0.4])
+    assert each.duration == pytest.approx(one.duration, rel=1e-9)
+    with pytest.raises(InvalidArgumentError, match="2 shares of speed do not fit the 3 pieces"):
+        parameterise(ARM, path, START, LIMITS, speed=[0.4, 0.4])
+    with pytest.raises(InvalidArgumentError, match=r"speed scale 1.5 is outside"):
+        parameterise(ARM, path, START, LIMITS, speed=[0.4, 1.5, 1.0])
+
+
+def test_motions_with_a_stop_are_the_motions_by_themselves():
+    ways = [Waypoint(A, PTP), Waypoint(B, speed=0.5), Waypoint(C, CIRC, 0.0, Pose(0.46, 0.22, 0.2))]
+    whole, _ = sequence(ARM, START, ways, LIMITS)
+    joints, begin = START, 0.0
+    for way in ways:
+        alone, _ = sequence(ARM, joints, [way], LIMITS)
+        at = np.linspace(0.0, alone.duration, 50)
+        positions, velocities, _ = whole.sample_many(begin + at)
+        assert np.allclose(alone.sample_many(at)[0], positions, atol=1e-9)
+        assert np.allclose(alone.sample_many(at)[1], velocities, atol=1e-9)
+        joints, begin = Joints(*alone.positions[-1].tolist()), begin + alone.duration
+    assert whole.duration == pytest.approx(begin)

@@ -2,8 +2,9 @@
 
 The path is looked at on a grid; the phase plane gives the largest speed at each of its points. From
 the second look on, the grid is even in time, hence fine wherever the arm must be slow: at both ends
-and next to where it is stretched. What the curve between the points still exceeds, a few parts in
-ten thousand, is taken back by stretching all of it in time.
+and next to where it is stretched. Pieces on which the curve between the points exceeds a limit are
+cut in two. What it still exceeds then, a few parts in ten thousand, is taken back by stretching
+all of it in time.
 """
 
 from __future__ import annotations
@@ -29,12 +30,14 @@ _PIECES = 80
 _PIECES_BETWEEN = 8
 """Of the first grid between two breaks, so that no blend is overlooked."""
 _STEP, _FEWEST, _MOST = 10e-3, 60, 4000
-"""Time between two points of the result [s], and how many pieces it may have."""
-_EXCESS = 1e-3
-"""Share by which the curve may exceed a limit before a finer grid is tried."""
-_REFINEMENTS = 3
+"""Time between two points [s], and how many pieces there may be before the refinement."""
+_EXCESS, _FINEST, _REFINEMENTS = 1e-3, 1e-4, 6
+"""Share by which a piece may exceed a limit before it is cut in two, the shortest time of a piece
+that is cut [s], and how often that happens at most."""
 _LOOK, _LOOKS = 1e-3, 20_000
 """Time between two looks at the tool's motion [s], and how many looks there may be."""
+_BETWEEN = 1e-5
+"""Share by which the tool may exceed a limit between two looks."""
 
 
 def parameterise(
@@ -73,24 +76,29 @@ def parameterise(
     check_start(arm, path, start)
     grid = _first_grid(path)
     _, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares / highest)
-    step = _STEP
+    grid = _even_in_time(grid, squares, path.breaks)
+    names = [limit.name for limit in limits]
     for _ in range(_REFINEMENTS + 1):
-        grid = _even_in_time(grid, squares, step, path.breaks)
         seen, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares / highest)
-        names = [limit.name for limit in limits]
         velocities = seen.joints.first * np.sqrt(squares)[:, None]
         trajectory = Trajectory(names, _times(grid, squares), seen.joints.joints, velocities)
-        factor = _excess(trajectory, arm, limits, tool)
-        if factor <= 1.0 + _EXCESS:
+        factors = _factors_of_pieces(trajectory, arm, limits, tool)
+        coarse = (factors > 1.0 + _EXCESS) & (np.diff(trajectory.times) > _FINEST)
+        if not coarse.any():
             break
-        step /= 2.0
-    return stretched(trajectory, max(factor, 1.0) / highest)
+        coarse[:-1] |= coarse[1:]
+        coarse[1:] |= coarse[:-1]
+        grid = np.union1d(grid, 0.5 * (grid[:-1] + grid[1:])[coarse])
+    looks = np.arange(0.0, trajectory.duration, max(_LOOK, trajectory.duration / _LOOKS))
+    between = _factors(trajectory.sample_many(looks), arm, limits, tool)
+    factor = max(1.0, float(factors.max()), (1.0 + _BETWEEN) * float(between.max()))
+    return stretched(trajectory, factor / highest)
 
 
 def _shares(path: Path, speed: float | Sequence[float]) -> Array:
     """Return the share of speed of each piece between the breaks of a path."""
     pieces = len(path.breaks) + 1
-    shares = np.full(pieces, speed) if isinstance(speed, float) else np.array(speed)
+    shares = np.full(pieces, speed) if np.ndim(speed) == 0 else np.array(speed)
     if shares.shape != (pieces,):
         raise InvalidArgumentError(
             f"{len(shares)} shares of speed do not fit the {pieces} pieces of the path"
@@ -120,7 +128,7 @@ def _look_and_solve(
     slowed = Rows(along / share[:, None], across / share[:, None])
     lower = np.minimum(np.append(share, 1.0), np.append(1.0, share))
     squares, bound = fastest(np.diff(grid), slowed, lower * caps(seen, limits, tool))
-    check_speeds(arm, path, seen, bound / share)
+    check_speeds(arm, path, start, seen, bound / share)
     return seen, squares
 
 
@@ -137,10 +145,10 @@ def _times(grid: Array, squares: Array) -> Array:
     return np.concatenate(([0.0], np.cumsum(2.0 * np.diff(grid) / (rates[:-1] + rates[1:]))))
 
 
-def _even_in_time(grid: Array, squares: Array, step: float, breaks: tuple[float, ...]) -> Array:
-    """Return a grid whose pieces take about ``step`` [s] each, with the path's breaks."""
+def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...]) -> Array:
+    """Return a grid whose pieces all take about the same time, with the path's breaks."""
     times, rates = _times(grid, squares), np.sqrt(squares)
-    count = min(max(math.ceil(times[-1] / step), _FEWEST), _MOST)
+    count = min(max(math.ceil(times[-1] / _STEP), _FEWEST), _MOST)
     at = np.linspace(0.0, times[-1], count + 1)[1:-1]
     piece = np.searchsorted(times, at, side="right") - 1
     t = (at - times[piece]) / np.diff(times)[piece]
@@ -154,42 +162,49 @@ def _even_in_time(grid: Array, squares: Array, step: float, breaks: tuple[float,
     return np.concatenate((grid[:1], inner, grid[-1:]))
 
 
-def _excess(
+def _factors_of_pieces(
     trajectory: Trajectory, arm: Scara, limits: Sequence[JointLimits], tool: ToolLimits
-) -> float:
-    """Return the factor in time that a trajectory needs to keep every limit.
+) -> Array:
+    """Return the factor in time that each piece needs to keep every limit, shape (n - 1,).
 
-    For the joints it is exact; the tool is looked at each millisecond and at all points.
+    For the joints, whose accelerations are straight lines on a piece, it is exact; the tool is
+    looked at where pieces begin and end.
     """
     c, t = trajectory.coefficients, np.diff(trajectory.times)[:, None]
     v0, a0, a1 = c[..., 1], 2.0 * c[..., 2], 2.0 * c[..., 2] + 6.0 * t * c[..., 3]
     v1 = v0 + 0.5 * t * (a0 + a1)
     turning = a0 * a1 < 0.0
     turn = np.where(turning, v0 + 0.5 * t * a0 * a0 / np.where(turning, a0 - a1, 1.0), 0.0)
-    speeds = np.abs(np.concatenate((v0, v1, turn))).max(axis=0)
-    hardest = np.abs(np.concatenate((a0, a1))).max(axis=0)
-    duration = trajectory.duration
-    times = np.arange(0.0, duration, max(_LOOK, duration / _LOOKS))
-    states = zip(
-        trajectory.sample_many(times),
-        (trajectory.positions[:-1], v0, a0),
-        (trajectory.positions[1:], v1, a1),
-        strict=True,
-    )
-    velocity, acceleration = batch.tool_motion(arm, *(np.concatenate(part) for part in states))
-    factor: float = max(
-        *(top / limit.max_velocity for top, limit in zip(speeds.tolist(), limits, strict=True)),
-        _speed(velocity) / tool.speed,
-        float(np.abs(velocity[:, 3]).max()) / tool.yaw_speed,
-        *(
-            math.sqrt(top / limit.max_acceleration)
-            for top, limit in zip(hardest.tolist(), limits, strict=True)
-        ),
-        math.sqrt(_speed(acceleration) / tool.acceleration),
-        math.sqrt(float(np.abs(acceleration[:, 3]).max()) / tool.yaw_acceleration),
-    )
-    return factor
+    begin = _factors((trajectory.positions[:-1], v0, a0), arm, limits, tool)
+    end = _factors((trajectory.positions[1:], v1, a1), arm, limits, tool)
+    most = np.array([limit.max_velocity for limit in limits])
+    factors: Array = np.maximum(np.maximum(begin, end), (np.abs(turn) / most).max(axis=1))
+    return factors
 
 
-def _speed(rates: Array) -> float:
-    return float(np.linalg.norm(rates[:, :3], axis=1).max())
+def _factors(
+    states: tuple[Array, Array, Array], arm: Scara, limits: Sequence[JointLimits], tool: ToolLimits
+) -> Array:
+    """Return the factor in time that each state needs to keep every limit, shape (n,).
+
+    Args:
+        states: Positions, velocities and accelerations of the joints, each of shape (n, 4).
+        arm: The arm.
+        limits: Of the joints.
+        tool: Limits of the tool.
+    """
+    tool_velocity, tool_acceleration = batch.tool_motion(arm, *states)
+    velocities = np.column_stack(
+        (states[1], np.linalg.norm(tool_velocity[:, :3], axis=1), tool_velocity[:, 3])
+    )
+    accelerations = np.column_stack(
+        (states[2], np.linalg.norm(tool_acceleration[:, :3], axis=1), tool_acceleration[:, 3])
+    )
+    fastest = [*(limit.max_velocity for limit in limits), tool.speed, tool.yaw_speed]
+    hardest = [*(limit.max_acceleration for limit in limits), tool.acceleration]
+    hardest.append(tool.yaw_acceleration)
+    factors: Array = np.maximum(
+        (np.abs(velocities) / fastest).max(axis=1),
+        np.sqrt((np.abs(accelerations) / hardest).max(axis=1)),
+    )
+    return factors

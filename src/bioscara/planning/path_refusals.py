@@ -12,6 +12,7 @@ from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.planning.joint_path import along
 from bioscara.planning.path import Path
 from bioscara.planning.path_limits import Look
+from bioscara.planning.trajectory import Array
 
 _NEAR = 1e-6
 """How far from the tool a path may begin [m or rad], for rounding."""
@@ -21,6 +22,8 @@ _SLOWEST = 1e-3
 """A path on which the tool must go slower than this is refused [m/s]."""
 _NEAR_END = 1e-3
 """Nearer than this to its ends the tool is slow in any case [m]."""
+_TURNING = (0, 2, 3)
+"""The joints that turn."""
 
 
 def check_start(arm: Scara, path: Path, start: Joints) -> None:
@@ -62,35 +65,31 @@ def check_places(arm: Scara, path: Path, start: Joints, look: Look) -> None:
         try:
             arm.inverse(pose)
         except UnreachableError as error:
-            raise _refusal(path, look, index, 2, arm, str(error)) from None
+            raise _refusal(arm, path, start, look, index, 2, str(error)) from None
     lower = np.array([limit.lower for limit in arm.limits]) - 1e-9
     upper = np.array([limit.upper for limit in arm.limits]) + 1e-9
     outside = (joints < lower) | (joints > upper)
     if outside.any():
         index, joint = (int(part) for part in np.argwhere(outside)[0])
-        sentence = ", ".join(arm.beyond(joints[index].tolist()))
-        remedy = _alternative(arm, look, start)
-        raise _refusal(path, look, index, joint, arm, f"it would take {sentence}; {remedy}")
+        why = f"it would take {', '.join(arm.beyond(joints[index].tolist()))}"
+        raise _refusal(arm, path, start, look, index, joint, why)
     flat = np.abs(np.sin(joints[:, 2])) < _STRETCHED
     if flat.any():
         index = int(np.argmax(flat))
-        raise _refusal(
-            path,
-            look,
-            index,
-            2,
-            arm,
-            f"the arm is stretched or folded there (j3 at {joints[index, 2]:.6f} rad), where its "
-            "tool has no speed along the path; stay a millimetre away, or use a PTP motion",
+        why = (
+            f"the arm is stretched or folded there (j3 at {joints[index, 2]:.6f} rad), where the "
+            "joints cannot lead the tool along the path; stay a millimetre away"
         )
+        raise _refusal(arm, path, start, look, index, 2, why)
 
 
-def check_speeds(arm: Scara, path: Path, look: Look, bound: np.ndarray) -> None:
+def check_speeds(arm: Scara, path: Path, start: Joints, look: Look, bound: Array) -> None:
     """Make sure that the tool can pass every place on the path at a noticeable speed.
 
     Args:
         arm: The arm.
         path: The path.
+        start: Joints at its beginning.
         look: The path at the points of a grid.
         bound: Square of the speed that each piece of the grid allows at most, shape (n - 1,).
 
@@ -103,38 +102,35 @@ def check_speeds(arm: Scara, path: Path, look: Look, bound: np.ndarray) -> None:
     index = int(np.argmin(bound))
     if bound[index] >= _SLOWEST**2:
         return
-    joint = int(np.argmax(np.abs(look.joints.second[index, [0, 2, 3]])))
-    joint = (0, 2, 3)[joint]
+    joint = _TURNING[int(np.argmax(np.abs(look.joints.second[index, _TURNING])))]
     largest = math.sqrt(float(bound[index]))
-    raise _refusal(
-        path,
-        look,
-        index,
-        joint,
-        arm,
+    why = (
         f"{arm.limits[joint].name} would have to turn so suddenly that the tool can pass at "
-        f"{largest:.2g} m/s at most (j3 at {look.joints.joints[index, 2]:.4f} rad, nearly "
-        "stretched); lead the path further inside, or use a PTP motion",
-        largest,
+        f"{largest:.2g} m/s at most (j3 at {look.joints.joints[index, 2]:.4f} rad: nearly stretched "
+        "or folded); lead the path further away from there"
     )
+    raise _refusal(arm, path, start, look, index, joint, why, largest)
 
 
 def _refusal(
-    path: Path, look: Look, index: int, joint: int, arm: Scara, why: str, largest: float = 0.0
+    arm: Scara,
+    path: Path,
+    start: Joints,
+    look: Look,
+    index: int,
+    joint: int,
+    why: str,
+    largest_speed: float = 0.0,
 ) -> PathError:
     s = float(look.grid[index])
     segment = bisect_right(path.breaks, s)
     piece = f"segment {segment}, " if path.breaks else ""
-    return PathError(
-        f"{piece}{s:.4f} m along the path of {path.length:.4f} m: {why}",
-        segment,
-        arm.limits[joint].name,
-        s,
-        largest,
-    )
+    text = f"{piece}{s:.4f} m along the path of {path.length:.4f} m: {why}"
+    name = arm.limits[joint].name
+    return PathError(f"{text}; {_alternative(arm, start, look)}", segment, name, s, largest_speed)
 
 
-def _alternative(arm: Scara, look: Look, start: Joints) -> str:
+def _alternative(arm: Scara, start: Joints, look: Look) -> str:
     """Return what the arm can do instead."""
     offers = []
     for other in arm.inverse(arm.forward(start)):

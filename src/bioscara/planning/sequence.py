@@ -31,6 +31,9 @@ from bioscara.planning.trajectory import Trajectory
 _LEAST_BLEND = 1e-4
 """Smallest blend [m]; at a smaller one the tool all but stops, and 0 does that better."""
 
+_BETWEEN = 1e-5
+"""Share by which the tool may be faster than where it was looked at."""
+
 
 class Motion(Enum):
     """How the tool gets to a waypoint."""
@@ -224,7 +227,7 @@ def _free(
     goal = arm.solve(waypoint.pose, joints)
     names = [limit.name for limit in limits]
     motion = point_to_point(names, joints, goal, limits, speed=waypoint.speed)
-    return reduced(motion, arm, joints, tool.speed * waypoint.speed)[0]
+    return reduced(motion, arm, joints, (1.0 - _BETWEEN) * tool.speed * waypoint.speed)[0]
 
 
 def _pieces(here: Pose, first: int, run: Sequence[Waypoint]) -> list[Line | Arc]:
@@ -266,21 +269,15 @@ def _speeds(run: Sequence[Waypoint], path: Rounded) -> list[float]:
 
 def _one_after_the_other(trajectories: Sequence[Trajectory]) -> Trajectory:
     """Return cubics from rest to rest as one trajectory; the arm does not wait between them."""
-    begin = 0.0
-    times, positions, velocities = [], [], []
-    for index, trajectory in enumerate(trajectories):
-        # The first point is where the motion before it ends.
-        own = trajectory.times[1:] if index else trajectory.times
-        states = trajectory.sample_many(own)
-        times.append(begin + own)
-        positions.append(states[0])
-        velocities.append(states[1])
-        begin += trajectory.duration
-    return Trajectory(
+    begins = np.cumsum([0.0, *(trajectory.duration for trajectory in trajectories)])
+    times = [begin + part.times[:-1] for begin, part in zip(begins, trajectories, strict=False)]
+    last = trajectories[-1].positions[-1]
+    return Trajectory.of_cubics(
         trajectories[0].joint_names,
-        np.concatenate(times),
-        np.concatenate(positions),
-        np.concatenate(velocities),
+        np.concatenate((*times, begins[-1:])),
+        np.concatenate([trajectory.coefficients[..., :4] for trajectory in trajectories]),
+        last.tolist(),
+        [0.0] * len(last),
     )
 
 
