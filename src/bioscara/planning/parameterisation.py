@@ -20,7 +20,7 @@ from bioscara.planning.fit import stretched
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.path import Path
 from bioscara.planning.path_limits import Look, caps, look, rows
-from bioscara.planning.path_refusals import check_places, check_speeds, check_start
+from bioscara.planning.path_refusals import check_places, check_speeds, check_start, check_turns
 from bioscara.planning.phase_plane import Rows, fastest
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.trajectory import Array, Trajectory
@@ -89,6 +89,7 @@ def parameterise(
         coarse[:-1] |= coarse[1:]
         coarse[1:] |= coarse[:-1]
         grid = np.union1d(grid, 0.5 * (grid[:-1] + grid[1:])[coarse])
+    check_turns(arm, path, start, seen, trajectory)
     looks = np.arange(0.0, trajectory.duration, max(_LOOK, trajectory.duration / _LOOKS))
     between = _factors(trajectory.sample_many(looks), arm, limits, tool)
     factor = max(1.0, float(factors.max()), (1.0 + _BETWEEN) * float(between.max()))
