@@ -70,6 +70,14 @@ def test_clearance_changes_no_faster_than_the_arm_moves(seed: int) -> None:
     assert (change <= way + 1e-12).all()
 
 
+def refusal(scene: Scene, move: Trajectory) -> ZoneError | None:
+    try:
+        scene.check(ARM, move)
+    except ZoneError as error:
+        return error
+    return None
+
+
 def test_no_sample_of_a_random_move_enters_a_zone() -> None:
     rng = np.random.default_rng(4)
     tried = accepted = refused = 0
@@ -80,16 +88,16 @@ def test_no_sample_of_a_random_move_enters_a_zone() -> None:
             continue
         tried += 1
         move = ramp(NAMES, start, goal, LIMITS)
-        instants = np.linspace(0.0, move.duration, max(int(move.duration / 1e-3), 100))
+        instants = np.linspace(0.0, move.duration, max(int(move.duration / 4e-3), 200))
         positions = move.sample_many(instants)[0]
         least = scene.clearance(ARM, positions).min()
-        try:
-            scene.check(ARM, move)
-        except ZoneError as error:
+        error = refusal(scene, move)
+        if error is not None:
             refused += 1
-            # What was refused does come too near: found without the search of the checker.
-            assert least < scene.margin + 1e-3
-            assert error.depth > 0.0
+            # It does come too near, when and as deep as was said.
+            around = move.sample_many(np.linspace(error.time - 1e-6, error.time + 1e-6, 3))[0]
+            assert scene.clearance(ARM, around).min() < scene.margin
+            assert 0.0 < error.depth < scene.margin - least + 0.02
             continue
         accepted += 1
         assert least >= scene.margin - 4e-4

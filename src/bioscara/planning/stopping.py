@@ -135,8 +135,10 @@ class Stops:
         samples = self._samples(np.abs(next_).max(axis=0) * seconds.max() / 2.0)
         way, speeds = self._braked(there, next_, np.outer(seconds, np.linspace(0.0, 1.0, samples)))
         room = _ROUNDING + np.maximum(np.maximum(lower - here, here - upper), 0.0)
-        inside = ((way[:, -1] >= lower - room) & (way[:, -1] <= upper + room)).all(axis=1)
-        slow = batch.tool_speeds(self._arm, way, speeds).max(axis=1) <= fastest * _SPEED_ROUNDING
+        beyond = (way[:, -1] < lower - room) | (way[:, -1] > upper + room)
+        inside = np.asarray(~beyond.any(axis=1))
+        speed = batch.tool_speeds(self._arm, way, speeds).max(axis=1)
+        slow = np.asarray(speed <= fastest * _SPEED_ROUNDING)
         good: npt.NDArray[np.bool_] = np.logical_and(inside, slow)
         hindrance = "joint limit" if not inside[0] else "tool speed" if not slow[0] else ""
         if self._layout is None or not self._layout.pairs:
