@@ -11,10 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bioscara.errors import ConfigurationError, TrajectoryError, ZoneError
+from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints
 from bioscara.planning.ramp import ramp
 from bioscara.planning.scene_file import read_scene
+from bioscara.planning.shapes import Prism
 from bioscara.planning.trajectory import Trajectory
 from bioscara.planning.zones import Box, Cylinder, Scene
 from planning.inside import touched
@@ -189,6 +190,25 @@ def test_joints_that_a_trajectory_does_not_name_stay_where_they_are() -> None:
         scene.check(ARM, turn)
     with pytest.raises(TrajectoryError, match="j9 is not a joint"):
         scene.check(ARM, ramp(("j9",), (0.0,), (1.0,), LIMITS[:1]), REST)
+
+
+def test_a_load_is_kept_clear_too() -> None:
+    scene, joints = Scene(table_height=0.0), [REST._replace(j2=0.05)]
+    plate = Prism(0.11908, 0.0, 0.064, 0.043, -0.17, -0.14)
+    assert scene.carrying(plate).clearance(ARM, joints) == pytest.approx(0.05 + 0.135 - 0.17)
+    assert scene.clearance(ARM, joints) == pytest.approx(0.05 + 0.135 - 0.1466)
+
+
+def test_joints_without_a_number_are_refused() -> None:
+    scene = Scene(table_height=0.0)
+    turn = ramp(NAMES[:1], (0.0,), (1.0,), LIMITS[:1])
+    with pytest.raises(InvalidArgumentError, match="a joint is at nan"):
+        scene.clearance(ARM, [(0.0, math.nan, 0.0, 0.0)])
+    with pytest.raises(InvalidArgumentError, match="a joint is at inf"):
+        scene.check(ARM, turn, (0.0, math.inf, 0.0, 0.0))
+    far = Trajectory(NAMES, (0.0, 1.0), (REST, REST._replace(j4=1e9)))
+    with pytest.raises(TrajectoryError, match="check the limits"):
+        scene.check(ARM, far)
 
 
 def test_a_thousand_samples_of_six_zones_are_quick() -> None:

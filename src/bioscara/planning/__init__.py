@@ -3,6 +3,8 @@
 ``trajectory`` is the one type that everything above executes; ``files`` reads and writes it;
 ``check`` tells whether an arm with given limits can do it, on the curve between the points;
 ``fit`` stretches it in time until it can; ``ramp`` brings an arm to its start, or to rest.
+``zones`` tells whether the arm keeps clear of all around it on the way; ``jog`` moves it by
+streamed velocities under the same rule.
 
 Law: what ``check`` accepts stays within every limit at every instant.
 """

@@ -18,7 +18,7 @@ Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 """Lowest and highest velocity of each joint [rad/s or m/s]."""
 Ranges = tuple[Array, Array]
 """Lowest and highest position of each joint [rad or m], each of shape (4,)."""
-_SAMPLES = (3, 48)
+_SAMPLES = (6, 48)
 """Fewest and most instants at which a step, and the way to rest after it, are looked at."""
 _ROUNDING = 1e-9
 _SPEED_ROUNDING = 1.0 + 1e-3
@@ -36,6 +36,7 @@ class Stops:
 
     def __init__(self, arm: Scara, limits: Sequence[JointLimits], scene: Scene | None) -> None:
         self._arm = arm
+        self._names = tuple(limit.name for limit in limits)
         self._fastest = tuple(limit.max_velocity for limit in limits)
         self._braking = np.array([limit.max_acceleration for limit in limits])
         self._margin = math.inf if scene is None else scene.margin
@@ -137,10 +138,14 @@ class Stops:
         room = _ROUNDING + np.maximum(np.maximum(lower - here, here - upper), 0.0)
         beyond = (way[:, -1] < lower - room) | (way[:, -1] > upper + room)
         inside = np.asarray(~beyond.any(axis=1))
-        speed = batch.tool_speeds(self._arm, way, speeds).max(axis=1)
-        slow = np.asarray(speed <= fastest * _SPEED_ROUNDING)
+        speed = batch.tool_speeds(self._arm, way, speeds)
+        # What a parabola through three neighbours may rise above the middle one.
+        speed[:, 1:-1] += np.abs(np.diff(speed, 2, axis=1)) / 8.0
+        slow = np.asarray(speed.max(axis=1) <= fastest * _SPEED_ROUNDING)
         good: npt.NDArray[np.bool_] = np.logical_and(inside, slow)
-        hindrance = "joint limit" if not inside[0] else "tool speed" if not slow[0] else ""
+        hindrance = "" if slow[0] else "tool speed"
+        if not inside[0]:
+            hindrance = f"{self._names[int(beyond[0].argmax())]} limit"
         if self._layout is None or not self._layout.pairs:
             return good, hindrance
         passed = np.maximum(np.abs(moving), np.abs(next_)) * period
@@ -155,7 +160,7 @@ class Stops:
             axis=1,
         )
         clear, zone = self._clear(np.concatenate((step, way), axis=1), ways)
-        return good & clear, hindrance or zone
+        return good & clear, zone or hindrance
 
     def _samples(self, way: Array) -> int:
         """Return at how many instants joints are looked at that go so far [rad or m], (4,)."""
