@@ -11,10 +11,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bioscara.errors import ConfigurationError, TrajectoryError, ZoneError
+from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints
 from bioscara.planning import point_to_point
 from bioscara.planning.scene_file import read_scene
+from bioscara.planning.shapes import Prism
 from bioscara.planning.trajectory import Trajectory
 from bioscara.planning.zones import Box, Cylinder, Scene
 from planning.inside import touched
@@ -70,6 +71,14 @@ def test_clearance_changes_no_faster_than_the_arm_moves(seed: int) -> None:
     assert (change <= way + 1e-12).all()
 
 
+def refusal(scene: Scene, move: Trajectory) -> ZoneError | None:
+    try:
+        scene.check(ARM, move)
+    except ZoneError as error:
+        return error
+    return None
+
+
 def test_no_sample_of_a_random_move_enters_a_zone() -> None:
     rng = np.random.default_rng(4)
     tried = accepted = refused = 0
@@ -80,16 +89,16 @@ def test_no_sample_of_a_random_move_enters_a_zone() -> None:
             continue
         tried += 1
         move = point_to_point(NAMES, start, goal, LIMITS)
-        instants = np.linspace(0.0, move.duration, max(int(move.duration / 1e-3), 100))
+        instants = np.linspace(0.0, move.duration, max(int(move.duration / 4e-3), 200))
         positions = move.sample_many(instants)[0]
         least = scene.clearance(ARM, positions).min()
-        try:
-            scene.check(ARM, move)
-        except ZoneError as error:
+        error = refusal(scene, move)
+        if error is not None:
             refused += 1
-            # What was refused does come too near: found without the search of the checker.
-            assert least < scene.margin + 1e-3
-            assert error.depth > 0.0
+            # It does come too near, when and as deep as was said.
+            around = move.sample_many(np.linspace(error.time - 1e-6, error.time + 1e-6, 3))[0]
+            assert scene.clearance(ARM, around).min() < scene.margin
+            assert 0.0 < error.depth < scene.margin - least + 0.02
             continue
         accepted += 1
         assert least >= scene.margin - 4e-4
@@ -149,9 +158,7 @@ def test_the_table_is_kept_clear() -> None:
     assert caught.value.depth == pytest.approx(0.1466 - 0.135 + 0.005, abs=1e-6)
     Scene(table_height=-0.02).check(ARM, move)
     # A microplate is gripped with the tool 11 mm above the table.
-    Scene(table_height=0.0).check(
-        ARM, point_to_point(NAMES, REST, REST._replace(j2=0.02009), LIMITS)
-    )
+    Scene(table_height=0.0).check(ARM, point_to_point(NAMES, REST, REST._replace(j2=0.02009), LIMITS))
 
 
 def test_the_gripper_is_kept_from_the_column() -> None:
@@ -183,6 +190,25 @@ def test_joints_that_a_trajectory_does_not_name_stay_where_they_are() -> None:
         scene.check(ARM, turn)
     with pytest.raises(TrajectoryError, match="j9 is not a joint"):
         scene.check(ARM, point_to_point(("j9",), (0.0,), (1.0,), LIMITS[:1]), REST)
+
+
+def test_a_load_is_kept_clear_too() -> None:
+    scene, joints = Scene(table_height=0.0), [REST._replace(j2=0.05)]
+    plate = Prism(0.11908, 0.0, 0.064, 0.043, -0.17, -0.14)
+    assert scene.carrying(plate).clearance(ARM, joints) == pytest.approx(0.05 + 0.135 - 0.17)
+    assert scene.clearance(ARM, joints) == pytest.approx(0.05 + 0.135 - 0.1466)
+
+
+def test_joints_without_a_number_are_refused() -> None:
+    scene = Scene(table_height=0.0)
+    turn = point_to_point(NAMES[:1], (0.0,), (1.0,), LIMITS[:1])
+    with pytest.raises(InvalidArgumentError, match="a joint is at nan"):
+        scene.clearance(ARM, [(0.0, math.nan, 0.0, 0.0)])
+    with pytest.raises(InvalidArgumentError, match="a joint is at inf"):
+        scene.check(ARM, turn, (0.0, math.inf, 0.0, 0.0))
+    far = Trajectory(NAMES, (0.0, 1.0), (REST, REST._replace(j4=1e9)))
+    with pytest.raises(TrajectoryError, match="check the limits"):
+        scene.check(ARM, far)
 
 
 def test_a_thousand_samples_of_six_zones_are_quick() -> None:

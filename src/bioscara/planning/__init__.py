@@ -4,7 +4,9 @@
 ``check`` tells whether an arm with given limits can do it, on the curve between the points;
 ``fit`` stretches it in time until it can; ``point_to_point`` brings an arm from place to place, and
 ``state_to_state`` also in motion; ``cartesian`` leads the tool on lines and arcs,
-``parameterisation`` on any ``path``, and ``sequence`` through waypoints.
+``parameterisation`` on any ``path``, and ``sequence`` through waypoints. ``zones`` tells whether
+the arm keeps clear of all around it on the way; ``jog`` moves it by streamed velocities under the
+same rule.
 
 Law: what ``check`` accepts stays within every limit at every instant.
 """

@@ -13,7 +13,7 @@ import numpy as np
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.planning.shapes import Array, Prism
 
-_BASE, _COLUMN, _UPPER_ARM, _FOREARM, _WRIST = range(5)
+_BASE, _COLUMN, _UPPER_ARM, _FOREARM, WRIST = range(5)
 """Frames that bodies stand in; the lift's is that of the upper arm."""
 
 
@@ -32,11 +32,11 @@ class Body(NamedTuple):
 
 
 GRIPPER = (
-    Body("gripper", _WRIST, Prism.between((-0.0371, -0.086, -0.089), (0.0277, 0.086, 0.0069))),
+    Body("gripper", WRIST, Prism.between((-0.0371, -0.086, -0.089), (0.0277, 0.086, 0.0069))),
     # Jaws wherever they are between 40 and 120 mm: the carriers reach out most when closed, the
     # fingers when open.
-    Body("jaws", _WRIST, Prism.between((-0.026, -0.1309, -0.1466), (0.039, 0.1309, -0.0606))),
-    Body("jaws", _WRIST, Prism.between((0.039, -0.08, -0.1466), (0.1391, 0.08, -0.0606))),
+    Body("jaws", WRIST, Prism.between((-0.026, -0.1309, -0.1466), (0.039, 0.1309, -0.0606))),
+    Body("jaws", WRIST, Prism.between((0.039, -0.08, -0.1466), (0.1391, 0.08, -0.0606))),
 )
 """The gripper, whatever its width, in the frame of the wrist."""
 
@@ -64,9 +64,9 @@ def moving(geometry: Geometry, tool: Pose, mounted: tuple[Body, ...]) -> tuple[B
         Body("link_2", _UPPER_ARM, Prism.between((0.0, -0.0528, -0.0132), (0.156, 0.0528, 0.1279))),
         Body("link_2", _UPPER_ARM, _bar(0.156, upper, 0.0426, 0.1279, 0.0528)),
         Body("link_3", _FOREARM, _bar(0.0, fore, 0.0155, 0.1632, 0.0359)),
-        Body("link_4", _WRIST, Prism.between((-0.0215, -0.014, 0.0021), (0.0215, 0.014, 0.1555))),
+        Body("link_4", WRIST, Prism.between((-0.0215, -0.014, 0.0021), (0.0215, 0.014, 0.1555))),
         *mounted,
-        Body("tool", _WRIST, Prism(tool.x, tool.y, 0.0, 0.0, tool.z, tool.z)),
+        Body("tool", WRIST, Prism(tool.x, tool.y, 0.0, 0.0, tool.z, tool.z)),
     )
 
 
@@ -76,7 +76,7 @@ def reaches(geometry: Geometry, bodies: tuple[Body, ...]) -> Array:
     Returns:
         [m/rad, 1, m/rad, m/rad], shape (4,).
     """
-    wrist = max(_extent(body.shape) for body in bodies if body.frame == _WRIST)
+    wrist = max(_extent(body.shape) for body in bodies if body.frame == WRIST)
     fore = max(geometry.forearm + wrist, *_extents(bodies, _FOREARM))
     upper = max(geometry.upper_arm + fore, *_extents(bodies, _UPPER_ARM))
     return np.array([max(upper, *_extents(bodies, _COLUMN)), 1.0, fore, wrist])

@@ -80,7 +80,8 @@ class Jog:
         positions: Where the joints are commanded to be [rad, m, rad, rad].
         velocities: How they are commanded to move [rad/s, m/s, rad/s, rad/s].
         reason: Why the arm does not do all that is asked: ``"expired"``, ``"stretched"``,
-            ``"tool speed"``, ``"j1 limit"`` or the name of a zone; ``""`` where it does.
+            ``"tool speed"``, ``"j1 limit"``, the name of a zone, ``"table"`` or a link of the arm;
+            ``""`` where it does.
 
     Raises:
         LimitError: The start is outside a joint's limits, or the tool speed is not above zero.
@@ -203,10 +204,8 @@ class Jog:
 
     def _ranges(self) -> Ranges:
         """Return where the joints may be; tool velocities keep the elbow on its side."""
-        lower, upper = (
-            [limit.lower for limit in self._limits],
-            [limit.upper for limit in self._limits],
-        )
+        lower = [limit.lower for limit in self._limits]
+        upper = [limit.upper for limit in self._limits]
         if isinstance(self._velocity, ToolVelocity):
             elbow = self.positions.j3
             if elbow >= 0.0:
@@ -230,5 +229,6 @@ class Jog:
             most = max(high, 0.0) if value > 0.0 else max(-low, 0.0)
             if abs(value) * share > most + _ROUNDING:
                 share = most / abs(value)
-                self.reason = f"{self._limits[index].name} limit"
+                near = index == 2 and value * self.positions.j3 < 0.0
+                self.reason = "stretched" if near else f"{self._limits[index].name} limit"
         return tuple(value * share for value in wanted)

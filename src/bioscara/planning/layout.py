@@ -77,14 +77,16 @@ class Layout:
             body, zone = (placed.take(index) for index in self._within)
             result[apart : apart + within] = room_within(body, zone)
         result[apart + within :] = placed.low[self._above] - self._table
-        one, other = (placed.take(index) for index in self._apart)
-        least, most = bounds(one, other)
+        one, other = self._apart
+        least, most = bounds(placed, one, other)
         nearest = np.minimum(
             most.min(axis=0, initial=np.inf), result[apart:].min(axis=0, initial=np.inf)
         )
         # Only what may be the nearest of all is worth the exact distance.
         pair, instant = np.nonzero(least <= nearest)
-        least[pair, instant] = distances(one.at(pair, instant), other.at(pair, instant))
+        least[pair, instant] = distances(
+            placed.at(one[pair], instant), placed.at(other[pair], instant)
+        )
         result[:apart] = least
 
     def _placed(self, arm: Scara, joints: Array) -> Placed:

@@ -96,24 +96,28 @@ class Placed(NamedTuple):
         )
 
 
-def bounds(one: Placed, other: Placed) -> tuple[Array, Array]:
+def bounds(placed: Placed, one: Index, other: Index) -> tuple[Array, Array]:
     """Return limits of the distances between shapes, which cost less than :func:`distances`.
 
     Args:
-        one: Shapes.
-        other: As many.
+        placed: Shapes.
+        one: Numbers of the first of each pair.
+        other: And of the second.
 
     Returns:
         Lower and upper limit [m], each of shape (pairs, instants). The lower one is minus infinity
         where the circles around the shapes overlap at the same height.
     """
-    centres = np.hypot(other.x - one.x, other.y - one.y)
-    upright = np.maximum(np.maximum(other.low - one.high, one.low - other.high), 0.0)
-    inner = one.radius + other.radius
-    outer = inner + np.hypot(one.half_x, one.half_y) + np.hypot(other.half_x, other.half_y)
-    least = np.hypot(np.maximum(centres - outer, 0.0), upright)
-    most = np.hypot(np.maximum(centres - inner, 0.0), upright)
-    return np.where(least > 0.0, least, -np.inf), most
+    x, y, low, high = placed.x, placed.y, placed.low, placed.high
+    centres = np.sqrt((x[other] - x[one]) ** 2 + (y[other] - y[one]) ** 2)
+    upright = np.maximum(np.maximum(low[other] - high[one], low[one] - high[other]), 0.0) ** 2
+    inner = placed.radius[one] + placed.radius[other]
+    around = placed.radius + np.hypot(placed.half_x, placed.half_y)
+    outer = around[one] + around[other]
+    least = np.sqrt(np.maximum(centres - outer, 0.0) ** 2 + upright)
+    most = np.sqrt(np.maximum(centres - inner, 0.0) ** 2 + upright)
+    least[least <= 0.0] = -np.inf
+    return least, most
 
 
 def distances(one: Placed, other: Placed) -> Array:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from bioscara.errors import ZoneError
+from bioscara.errors import TrajectoryError, ZoneError
 from bioscara.kinematics import Scara
 from bioscara.planning.layout import Layout
 from bioscara.planning.shapes import Array
@@ -15,6 +15,8 @@ SLACK = 4e-4
 does not pass it would else take steps without end."""
 _COARSE = 0.02
 """Longest way of a point of the arm between the first samples [m]."""
+_LONGEST = 1e4
+"""Longest way that is looked through [m]: hours at full speed."""
 _BERNSTEIN = np.array(
     [
         [1.0, 0.0, 0.0, 0.0, 0.0],
@@ -39,6 +41,7 @@ def sweep(layout: Layout, arm: Scara, trajectory: Trajectory, rest: Array, margi
 
     Raises:
         ZoneError: It is not kept.
+        TrajectoryError: The way is longer than any motion's.
     """
     names = [limit.name for limit in arm.limits]
     columns = [names.index(name) for name in trajectory.joint_names]
@@ -77,7 +80,13 @@ def _steps(trajectory: Trajectory, reach: Array) -> tuple[Array, Array, Array]:
     powers = trajectory.coefficients[..., 1:] * np.arange(1, 6)
     powers = powers * durations[:, None, None] ** np.arange(5)
     speeds = np.abs(powers @ _BERNSTEIN.T).max(axis=-1) @ reach
-    counts = np.maximum(np.ceil(speeds * durations / _COARSE), 1.0).astype(np.intp)
+    ways = speeds * durations
+    if not ways.sum() < _LONGEST:
+        raise TrajectoryError(
+            f"a point of the arm would go up to {ways.sum():.3g} m; zones are looked for on ways up "
+            f"to {_LONGEST:g} m; check the limits, or cut the motion in two"
+        )
+    counts = np.maximum(np.ceil(ways / _COARSE), 1.0).astype(np.intp)
     segment = np.repeat(np.arange(len(counts)), counts)
     within = np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts)
     lengths = (durations / counts)[segment]

@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from bioscara.errors import ConfigurationError, TrajectoryError
+from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara
-from bioscara.planning.bodies import GRIPPER, Body
+from bioscara.planning.bodies import GRIPPER, WRIST, Body
 from bioscara.planning.layout import LINKS, Layout, layout_of
 from bioscara.planning.shapes import Array, Prism
 from bioscara.planning.sweep import SLACK, sweep
@@ -114,8 +114,7 @@ class Scene:
         zones: Named spaces to keep in or out of.
         table_height: Height of the table's top in the base frame [m]; None where there is none.
         margin: Distance to keep from everything [m], one of :data:`MARGINS` or between.
-        mounted: Bodies that the wrist carries; the gripper, unless another tool is mounted. A load
-            is one more.
+        mounted: Bodies that the wrist carries; the gripper, unless another tool is mounted.
 
     Raises:
         ConfigurationError: Two zones have the same name, or a value cannot be.
@@ -135,12 +134,16 @@ class Scene:
         if self.table_height is not None:
             _check_number("table_height", self.table_height, -FAR, FAR)
 
-    def layouts(self, arm: Scara) -> tuple[Layout, Layout]:
-        """Return the scene prepared for one arm and its tool: what is around it, and itself.
+    def carrying(self, load: Prism) -> Scene:
+        """Return the scene of an arm whose tool holds something.
 
-        Raises:
-            ConfigurationError: A zone is for a link that is not there.
+        Args:
+            load: The shape of it in the frame of the wrist, like the tool.
         """
+        return replace(self, mounted=(*self.mounted, Body("load", WRIST, load)))
+
+    def layouts(self, arm: Scara) -> tuple[Layout, Layout]:
+        """Return the scene prepared for one arm and its tool: what is around it, and itself."""
         zones = tuple((zone.name, zone.shape, zone.keep_in, zone.links) for zone in self.zones)
         around = layout_of(zones, self.table_height, self.mounted, arm.geometry, arm.tool)
         return around, layout_of(
@@ -157,8 +160,12 @@ class Scene:
         Returns:
             Distance of the nearest pair [m], shape (n,); below zero how deep one is in the other.
             The margin is not taken off.
+
+        Raises:
+            InvalidArgumentError: A joint is not a finite number.
         """
         rows = np.asarray(joints, dtype=np.float64)
+        _check_finite(rows)
         around, itself = (
             layout.clearances(arm, rows).min(axis=0, initial=math.inf)
             for layout in self.layouts(arm)
@@ -185,7 +192,9 @@ class Scene:
 
         Raises:
             ZoneError: The arm comes too near; names zone, link, time, depth and margin.
-            TrajectoryError: Joints are missing from the trajectory, or unknown.
+            TrajectoryError: Joints are missing from the trajectory, or unknown, or go farther than
+                any motion does.
+            InvalidArgumentError: A joint elsewhere is not at a finite number.
         """
         names = [limit.name for limit in arm.limits]
         unknown = [name for name in trajectory.joint_names if name not in names]
@@ -199,25 +208,21 @@ class Scene:
                 f"zones cannot be checked: the trajectory does not say where {', '.join(missing)} "
                 f"{'are' if len(missing) > 1 else 'is'}"
             )
-        rest = np.zeros(len(names)) if elsewhere is None else np.asarray(elsewhere, dtype=float)
+        rest = np.array((0.0,) * len(names) if elsewhere is None else elsewhere)
+        _check_finite(rest)
         around, itself = self.layouts(arm)
         sweep(around, arm, trajectory, rest, self.margin)
         start = rest.copy()
         start[[names.index(name) for name in trajectory.joint_names]] = trajectory.positions[0]
-        sweep(itself, arm, trajectory, rest, own_margin(itself, arm, start, self.margin))
+        # Where the arm is folded up it may move, but its links may not come nearer.
+        begins = float(itself.clearances(arm, start[None]).min(initial=math.inf))
+        sweep(itself, arm, trajectory, rest, min(self.margin, begins - SLACK))
 
 
-def own_margin(itself: Layout, arm: Scara, start: Array, margin: float) -> float:
-    """Return the distance that the arm's links keep from each other [m].
-
-    Args:
-        itself: The links.
-        arm: The arm.
-        start: Joints where the motion begins [rad, m, rad, rad].
-        margin: Of the scene [m].
-    """
-    begins = float(itself.clearances(arm, start[None]).min(initial=math.inf))
-    return min(margin, begins - SLACK)
+def _check_finite(joints: Array) -> None:
+    if not np.isfinite(joints).all():
+        bad = joints[~np.isfinite(joints)][0]
+        raise InvalidArgumentError(f"a joint is at {bad}: zones need finite positions")
 
 
 def _check_zone(name: str, links: tuple[str, ...]) -> None:
