@@ -37,7 +37,7 @@ $(VENV)/.demo: $(VENV)/.native pyproject.toml constraints.txt
 
 $(VENV)/.dev: $(VENV)/.demo pyproject.toml constraints.txt
 	@echo "installing the tools for tests and checks"
-	@$(PIP) install --quiet -c constraints.txt -e '.[plot,dev]'
+	@$(PIP) install --quiet -c constraints.txt -e '.[plot,view,dev]'
 	@touch $@
 
 demo: $(VENV)/.demo
@@ -58,11 +58,11 @@ types: $(VENV)/.dev
 layers: $(VENV)/.dev
 	@$(BIN)/lint-imports
 
-fresh: $(VENV)/.demo
+fresh: $(VENV)/.dev
 	@$(BIN)/python -m bioscara.protocol.generate --check .
 	@$(BIN)/python -m bioscara.model.urdf --check
 
-generate: $(VENV)/.demo
+generate: $(VENV)/.dev
 	@$(BIN)/python -m bioscara.protocol.generate .
 	@$(BIN)/python -m bioscara.model.urdf
 

@@ -1,10 +1,9 @@
-"""Words of the ``<ros2_control>`` tags: who writes a URDF and who reads one share them."""
+"""Words of the ``<ros2_control>`` tags, as ``description/control.xacro`` writes them."""
 
 from __future__ import annotations
 
 ARM_COMPONENT, GRIPPER_COMPONENT = "bioscara_arm", "bioscara_gripper_128"
 """Names of the hardware components."""
-GRIPPER_JOINT = "gripper"
 
 JOINT_TAGS = {
     "address": "i2c_address",

@@ -114,7 +114,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description="Generate the description of the arm.")
     parser.add_argument("--check", action="store_true", help="write nothing, fail when stale")
     options = parser.parse_args(arguments)
-    stale = write(DESCRIPTION, check=options.check)
+    try:
+        stale = write(DESCRIPTION, check=options.check)
+    except ConfigurationError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
     if stale and options.check:
         sys.stderr.write(f"{', '.join(stale)}: stale; run python -m bioscara.model.urdf\n")
         return 1

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Mapping
 from xml.etree.ElementTree import Element
 
@@ -40,6 +41,7 @@ class Page:
     Attributes:
         tree: Joints and links.
         positions: Where each slider is, by the joint's name [rad or m].
+        sliders: The sliders, by the joint's name.
     """
 
     def __init__(self, port: int) -> None:
@@ -47,11 +49,13 @@ class Page:
         self.tree = Tree(urdf)
         self.positions = {joint.name: _at_start(joint.lower, joint.upper, joint.name)
                           for joint in self.tree.free}  # fmt: skip
+        self._lock = threading.Lock()
         self._server = _LoopbackServer(host=LOOPBACK, port=port, verbose=False)
-        self._server.gui.configure_theme(show_share_button=False, control_layout="collapsible")
+        self._server.gui.configure_theme(show_share_button=False)
+        self._server.gui.main_panel.dock_right()
         self._server.scene.add_grid("/floor", width=2.0, height=2.0, cell_size=0.1)
-        self._server.initial_camera.position = (1.25, -1.0, 0.95)
-        self._server.initial_camera.look_at = (0.2, 0.0, 0.3)
+        self._server.initial_camera.position = (1.0, -0.85, 0.75)
+        self._server.initial_camera.look_at = (0.2, 0.03, 0.24)
         self._frames = {name: self._link(name) for name in self.tree.place(self.positions)}
         for tag in urdf.root.findall("link"):
             self._add_meshes(urdf.attribute(tag, "name"), tag)
@@ -78,8 +82,10 @@ class Page:
             joint: Its name.
             position: Where to [rad or m].
         """
-        self.positions[joint] = position
-        self._show()
+        # Sliders call from threads of their own: the last one must be the one that is shown.
+        with self._lock:
+            self.positions[joint] = position
+            self._show()
 
     def close(self) -> None:
         """Stop serving."""

@@ -1,0 +1,19 @@
+"""The example on the page runs."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+PAGE = Path(__file__).parents[2] / "docs" / "model.md"
+
+
+def test_the_example_runs(capsys: pytest.CaptureFixture[str]) -> None:
+    found = re.search(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    assert found is not None
+    exec(compile(found[1], str(PAGE), "exec"), {})
+    printed = capsys.readouterr().out
+    assert "0.329476" in printed
+    assert "right_jaw_link" in printed

@@ -1,0 +1,153 @@
+"""The 3D page: what it shows is what the kinematics say, and only this computer sees it."""
+
+from __future__ import annotations
+
+import math
+import socket
+import time
+import urllib.request
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bioscara.hardware.urdf_reader import Urdf
+from bioscara.kinematics import Geometry, Pose, Scara
+from bioscara.model import load_parameters
+from bioscara.model.urdf import URDF
+
+viser = pytest.importorskip("viser", reason="pip install 'bioscara[view]': the 3D page")
+
+from bioscara.errors import ConfigurationError  # noqa: E402
+from bioscara.viewer.page import Page  # noqa: E402
+from bioscara.viewer.tree import Tree  # noqa: E402
+
+PARAMETERS = load_parameters()
+SHAPE = PARAMETERS.geometry
+ARM = Scara(
+    Geometry(SHAPE.upper_arm, SHAPE.forearm, SHAPE.height),
+    PARAMETERS.joints,
+    Pose(SHAPE.tool_x, SHAPE.tool_y, SHAPE.tool_z, 0.0),
+)
+
+
+@pytest.fixture(scope="module")
+def page() -> Iterator[Page]:
+    page = Page(0)
+    yield page
+    page.close()
+
+
+class Browser:
+    """What a browser's page says to the server."""
+
+    def __init__(self, page: Page) -> None:
+        self._msgspec = pytest.importorskip("msgspec.msgpack")
+        client = pytest.importorskip("websockets.sync.client")
+        self._socket = client.connect(
+            page.url.replace("http", "ws"),
+            subprotocols=[f"viser-v{viser.__version__}"],
+            max_size=None,
+        )
+        # A page counts once it has said where its camera is.
+        self.say(
+            type="ViewerCameraMessage", wxyz=[1, 0, 0, 0], position=[1, 1, 1], fov=1.0, near=0.1,
+            far=9.0, image_height=100, image_width=100, look_at=[0, 0, 0], up_direction=[0, 0, 1],
+        )  # fmt: skip
+
+    def say(self, **message: object) -> None:
+        self._socket.send(self._msgspec.encode(message))
+
+    def close(self) -> None:
+        self._socket.close()
+
+
+@pytest.fixture
+def browser(page: Page) -> Iterator[Browser]:
+    browser = Browser(page)
+    yield browser
+    browser.close()
+
+
+def wait(condition: Callable[[], bool]) -> None:
+    deadline = time.monotonic() + 10.0
+    while not condition():
+        assert time.monotonic() < deadline
+        time.sleep(0.005)
+
+
+def tool(page: Page) -> tuple[Any, float]:
+    frame = page.frames()["tool_link"]
+    w, x, y, z = frame.wxyz
+    assert (x, y) == pytest.approx((0.0, 0.0), abs=1e-9)
+    return frame.position, 2.0 * math.atan2(z, w)
+
+
+def test_a_slider_moves_the_frames_as_forward_kinematics_says(page: Page, browser: Browser) -> None:
+    rng = np.random.default_rng(6)
+    for _ in range(5):
+        joints = [float(rng.uniform(j.lower, j.upper)) for j in PARAMETERS.joints]
+        for limit, value in zip(PARAMETERS.joints, joints, strict=True):
+            uuid = page.sliders[limit.name]._impl.uuid
+            browser.say(type="GuiUpdateMessage", uuid=uuid, updates={"value": value})
+        expected = ARM.forward(joints)
+        wait(lambda expected=expected: np.allclose(tool(page)[0], expected[:3], atol=1e-9))
+        assert math.remainder(tool(page)[1] - expected.yaw, 2 * math.pi) == pytest.approx(0.0)
+
+
+def test_the_jaws_follow_the_width(page: Page) -> None:
+    page.move("gripper", 0.1)
+    left, right = (page.frames()[f"{side}_jaw_link"].position for side in ("left", "right"))
+    assert np.linalg.norm(left - right) == pytest.approx(0.1)
+
+
+def test_every_joint_has_a_slider_within_its_limits(page: Page) -> None:
+    assert set(page.sliders) == {"j1", "j2", "j3", "j4", "gripper"}
+    for limit in PARAMETERS.joints:
+        slider = page.sliders[limit.name]
+        assert (slider.min, slider.max) == (limit.lower, limit.upper)
+
+
+def test_only_this_computer_sees_the_page(page: Page) -> None:
+    port = int(page.url.rpartition(":")[2])
+    with urllib.request.urlopen(page.url) as answer:
+        assert answer.status == 200
+    # Who serves on all addresses serves on each of the loopback's.
+    with pytest.raises(ConnectionRefusedError):
+        socket.create_connection(("127.0.0.2", port), timeout=1.0)
+
+
+def test_a_request_for_a_public_address_is_refused(
+    page: Page, browser: Browser, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened: list[object] = []
+
+    def tunnel(*arguments: object) -> None:
+        opened.append(arguments)
+        raise AssertionError("a tunnel was opened")
+
+    monkeypatch.setattr("viser._viser.ViserTunnel", tunnel)
+    browser.say(type="ShareUrlRequest")
+    # The answer to what was asked later comes after the request was worked off.
+    uuid = page.sliders["j1"]._impl.uuid
+    browser.say(type="GuiUpdateMessage", uuid=uuid, updates={"value": 0.123})
+    wait(lambda: page.positions["j1"] == 0.123)
+    wait(page._server._thread_executor._work_queue.empty)
+    assert opened == []
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "complaint"),
+    [
+        ('<link name="base_link">', '<link name="lonely"/><link name="base_link">', "2 links are"),
+        ('type="prismatic"', 'type="planar"', "type 'planar' is not one of"),
+        ('<parent link="world"/>', '<parent link="link_1"/>', "joint base hangs on nothing"),
+        ('<axis xyz="0 0 1"/>', "", "joint j1 has no <axis>"),
+    ],
+)
+def test_a_description_that_is_no_tree_is_refused(old: str, new: str, complaint: str) -> None:
+    text = URDF.read_text()
+    assert old in text
+    with pytest.raises(ConfigurationError, match=complaint):
+        Tree(Urdf(text.replace(old, new, 1), "arm.urdf"))
