@@ -51,10 +51,12 @@ def _output(section: YamlSection) -> PwmOutput:
 
 def _geometry(section: YamlSection) -> GeometryParameters:
     section.refuse_unknown(GeometryParameters.__slots__)
-    lengths = [section.number(key, 0.01, 2.0, "m") for key in ("height", "upper_arm", "forearm")]
-    tool = [section.number(key, -1.0, 1.0, "m") for key in ("tool_x", "tool_y", "tool_z")]
-    mass = section.number("tool_mass", 0.0, 10.0, "kg")
-    return GeometryParameters(*lengths, *tool, tool_mass=mass)
+    lengths = ("height", "upper_arm", "forearm")
+    return GeometryParameters(
+        **{key: section.number(key, 0.01, 2.0, "m") for key in lengths},
+        **{key: section.number(key, -1.0, 1.0, "m") for key in ("tool_x", "tool_y", "tool_z")},
+        tool_mass=section.number("tool_mass", 0.0, 10.0, "kg"),
+    )
 
 
 def _arm(top: YamlSection) -> ArmParameters:
