@@ -158,7 +158,9 @@ def test_the_table_is_kept_clear() -> None:
     assert caught.value.depth == pytest.approx(0.1466 - 0.135 + 0.005, abs=1e-6)
     Scene(table_height=-0.02).check(ARM, move)
     # A microplate is gripped with the tool 11 mm above the table.
-    Scene(table_height=0.0).check(ARM, point_to_point(NAMES, REST, REST._replace(j2=0.02009), LIMITS))
+    Scene(table_height=0.0).check(
+        ARM, point_to_point(NAMES, REST, REST._replace(j2=0.02009), LIMITS)
+    )
 
 
 def test_the_gripper_is_kept_from_the_column() -> None:

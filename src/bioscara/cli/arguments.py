@@ -44,6 +44,11 @@ class Options(argparse.Namespace):
         socket: Where the simulated arm listens.
         seed: Seed of the simulation.
         port: Where the 3D view listens.
+        action: What to do with poses.
+        table: The file with taught poses.
+        name: Of a pose.
+        tool: Name of a tool.
+        calibration: Id of the arm's calibration; may be empty.
     """
 
     command: str
@@ -67,6 +72,11 @@ class Options(argparse.Namespace):
     socket: Path
     seed: int
     port: int
+    action: str
+    table: Path
+    name: str
+    tool: str
+    calibration: str
 
     def load_command(self) -> Callable[[Options], int]:
         """Import the module of the command and return what runs it."""
@@ -96,6 +106,7 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     _add_joints(commands)
     _add_simulate(commands)
     _add_view(commands)
+    _add_poses(commands)
     options = parser.parse_args(arguments, namespace=Options())
     if getattr(options, "v1", False) and getattr(options, "bus", "sim") != "sim":
         parser.error("--v1 is about the arm simulated in this process; leave out --bus")
@@ -233,6 +244,43 @@ def _port(text: str) -> int:
     if not (text.isascii() and text.isdigit() and int(text) < 2**16):
         raise argparse.ArgumentTypeError(f"{text!r} is not a port: it is a number, 0 .. 65535")
     return int(text)
+
+
+def _add_poses(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    poses = _add(commands, "poses", "List, show, save or delete poses by name; nothing moves.")
+    actions = poses.add_subparsers(dest="action", required=True, metavar="ACTION")
+    listing = _add(actions, "list", "List all poses and tools.")
+    show = _add(actions, "show", "Show one pose, and whether the arm can take it.")
+    save = _add(actions, "save", "Save a pose under a new name.")
+    delete = _add(actions, "delete", "Delete a saved pose.")
+    for action in (show, save, delete):
+        action.add_argument("name", metavar="NAME", help="name of the pose")
+    for action in (listing, show, save, delete):
+        action.add_argument(
+            "--table",
+            metavar="FILE",
+            type=Path,
+            default=Path("poses.yaml"),
+            help="file with the poses (default: poses.yaml)",
+        )
+    where = save.add_mutually_exclusive_group(required=True)
+    where.add_argument("--bus", metavar="BUS", help="where this arm is now; " + _BUS_HELP)
+    _add_four(where, "--joints", "J1 J2 J3 J4", "where the joints are [rad m rad rad]")
+    _add_four(where, "--pose", "X Y Z YAW", "where the tool is, in the base [m m m rad]")
+    save.add_argument("--tool", default="fingers", help="name of the tool (default: fingers)")
+    save.add_argument(
+        "--calibration",
+        metavar="ID",
+        default="",
+        help="which calibration of the arm this is, to know old poses by later",
+    )
+    save.set_defaults(v1=False)
+
+
+def _add_four(
+    group: argparse._MutuallyExclusiveGroup, name: str, values: str, help_text: str
+) -> None:
+    group.add_argument(name, metavar=tuple(values.split()), type=float, nargs=4, help=help_text)
 
 
 def _add_bus(parser: argparse.ArgumentParser) -> None:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 _STEP, _SAMPLES = 1e-3, 5000
+_EACH = "nij,nj->ni"  # a matrix times a vector, for each instant
 _VALUE, _LIMIT = "tab:blue", "tab:red"
 _ROUNDING = 1e-6
 """How far beyond a limit still counts as at it [rad or m]."""
@@ -163,14 +164,9 @@ def _sampled(trajectory: Trajectory, arm: Scara) -> _Motion:
         velocities,
         accelerations,
         batch.forward(arm, positions),
-        _times_vector(slopes, velocities),
-        _times_vector(slopes, accelerations) + _times_vector(bend, velocities),
+        np.einsum(_EACH, slopes, velocities),
+        np.einsum(_EACH, slopes, accelerations) + np.einsum(_EACH, bend, velocities),
     )
-
-
-def _times_vector(matrices: Array, vectors: Array) -> Array:
-    product: Array = (matrices @ vectors[..., None])[..., 0]
-    return product
 
 
 def _draw_joint(axes: Sequence[Axes], motion: _Motion, index: int, limit: JointLimits) -> None:

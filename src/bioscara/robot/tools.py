@@ -21,6 +21,7 @@ ANGLE_MAX = 4.0 * math.pi
 FINGERS = "fingers"
 """Name of the tool that the parameters describe."""
 
+_HINTS = {"m": "; are these millimetres?", "rad": "; are these degrees?"}
 _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
 
 
@@ -85,8 +86,9 @@ def check_number(what: str, value: float, size: float, unit: str) -> None:
         InvalidArgumentError: It is not.
     """
     if not -size <= value <= size:
+        hint = _HINTS.get(unit, "") if math.isfinite(value) else ""
         raise InvalidArgumentError(
-            f"{what}: {value:g} {unit} is outside {-size:.4g} .. {size:.4g} {unit}"
+            f"{what}: {value:g} {unit} is outside {-size:.4g} .. {size:.4g} {unit}{hint}"
         )
 
 

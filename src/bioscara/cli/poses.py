@@ -1,0 +1,154 @@
+"""``bioscara poses``."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+from bioscara.cli.arguments import Options
+from bioscara.cli.arm import open_arm
+from bioscara.cli.output import Output
+from bioscara.cli.status import Status
+from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
+from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.model import ArmParameters, load_parameters
+from bioscara.robot.poses import BUILT_IN, NamedPose, TeachTable
+from bioscara.robot.teach_file import load_table, save_table
+from bioscara.robot.tools import fingers, kinematics_with
+
+_END_STOP = 1e-3
+"""How far beyond its limit a joint may read that was pressed against its end stop [rad or m]."""
+_JOINTS = "joints [rad m rad rad]"
+_PLACE = "tool at [m m m rad]"
+
+
+def run(options: Options) -> int:
+    """List, show, save or delete poses; nothing moves.
+
+    Raises:
+        InvalidArgumentError: There is no such pose or tool, or the arm cannot take it.
+        ConfigurationError: The file cannot be read or written.
+        BioscaraError: The arm does not tell where it is.
+        OSError: Standard output cannot be written.
+    """
+    output, parameters = Output(), load_parameters()
+    actions = {"list": _list, "show": _show, "save": _save, "delete": _delete}
+    for line in actions[options.action](options, parameters):
+        output.line(line)
+    output.check()
+    return Status.OK
+
+
+def _list(options: Options, parameters: ArmParameters) -> list[str]:
+    table = _load(options, parameters)
+    poses = [("pose", _JOINTS, _PLACE, "tool", "calibration")]
+    poses += [
+        (
+            pose.name,
+            _numbers(pose.joints),
+            _numbers(pose.pose_tool_in_base),
+            pose.tool,
+            pose.calibration or "-",
+        )
+        for pose in table.all_poses()
+    ]
+    tools = [("tool", "offset in the flange [m m m rad]", "mass [kg]")]
+    tools += [
+        (tool.name, _numbers(tool.pose_tool_in_flange), f"{tool.mass:g}")
+        for tool in table.all_tools()
+    ]
+    lines = [*_columns(poses), "", *_columns(tools)]
+    if not options.table.exists():
+        lines += ["", f"{options.table} does not exist: these are what every arm has"]
+    return lines
+
+
+def _show(options: Options, parameters: ArmParameters) -> list[str]:
+    table = _load(options, parameters)
+    pose = table.pose(options.name)
+    tool = table.tool(pose.tool)
+    arm = kinematics_with(parameters, tool)
+    lines = [f"pose {pose.name}, {'built in' if pose in BUILT_IN else f'from {options.table}'}"]
+    joints, place, problem = pose.joints, pose.pose_tool_in_base, ""
+    if joints is not None:
+        place, problem = arm.forward(joints), "; ".join(arm.beyond(joints))
+    elif place is not None:
+        joints, problem = _reached(arm, place)
+    rows = [
+        (_JOINTS if pose.joints is not None else f"one way, {_JOINTS}", _numbers(joints)),
+        (_PLACE, _numbers(place)),
+        ("tool", f"{tool.name}, {tool.mass:g} kg"),
+        ("calibration", pose.calibration or "-"),
+        ("the arm can", "take it" if not problem else f"not take it: {problem}"),
+    ]
+    return [*lines, *(f"  {line}" for line in _columns(rows))]
+
+
+def _reached(arm: Scara, place: Pose) -> tuple[Joints | None, str]:
+    """Return the joints that reach a place from the middle, or why there are none."""
+    centre = Joints(*(0.5 * (limit.lower + limit.upper) for limit in arm.limits))
+    try:
+        return arm.solve(place, centre), ""
+    except UnreachableError as error:
+        return None, str(error)
+
+
+def _save(options: Options, parameters: ArmParameters) -> list[str]:
+    table = _load(options, parameters)
+    arm = kinematics_with(parameters, table.tool(options.tool))
+    joints, place, problem = None, None, ""
+    if options.pose is not None:
+        place = Pose(*options.pose)
+    else:
+        joints = _here(options, parameters) if options.joints is None else Joints(*options.joints)
+    pose = NamedPose(options.name, joints, place, options.tool, options.calibration)
+    if joints is not None:
+        place, problem = arm.forward(joints), "; ".join(arm.beyond(joints))
+        pose = replace(pose, pose_tool_in_base=place)
+    elif place is not None:
+        problem = _reached(arm, place)[1]
+    if problem:
+        raise InvalidArgumentError(f"pose {options.name} is not saved: {problem}")
+    changed = table.with_pose(pose)
+    save_table(options.table, changed)
+    return [f"saved {options.name} to {options.table}: tool {options.tool} at {place}"]
+
+
+def _delete(options: Options, parameters: ArmParameters) -> list[str]:
+    table = load_table(options.table, fingers(parameters))
+    save_table(options.table, table.without_pose(options.name))
+    return [f"deleted {options.name} from {options.table}"]
+
+
+def _load(options: Options, parameters: ArmParameters) -> TeachTable:
+    tool = fingers(parameters)
+    return load_table(options.table, tool) if options.table.exists() else TeachTable(tool)
+
+
+def _here(options: Options, parameters: ArmParameters) -> Joints:
+    """Return where the joints of the arm are."""
+    with open_arm(options, parameters) as robot:
+        positions = robot.state.positions
+    result = []
+    for limit, position in zip(parameters.joints, positions, strict=True):
+        if math.isnan(position):
+            raise NotHomedError(
+                f"{limit.name} is not homed: where it is, is not known; home the arm first",
+                limit.name,
+            )
+        within = min(max(position, limit.lower), limit.upper)
+        result.append(within if abs(position - within) <= _END_STOP else position)
+    return Joints(*result)
+
+
+def _numbers(values: Joints | Pose | None) -> str:
+    return "-" if values is None else " ".join(f"{value:+.4f}" for value in values)
+
+
+def _columns(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]

@@ -1,0 +1,126 @@
+"""``bioscara poses``: what is saved is listed, what cannot be is refused and changes nothing."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+import bioscara.sim
+from bioscara.bus import Bus
+from bioscara.cli import main
+from bioscara.kinematics import Joints
+from bioscara.model import load_parameters
+from bioscara.robot import Robot
+from bioscara.robot.teach_file import load_table
+from bioscara.robot.tools import fingers
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+PARAMETERS = load_parameters()
+JOINTS = ("0.3", "0.1", "0.8", "-0.4")
+
+
+@pytest.fixture(autouse=True)
+def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path / "poses.yaml"
+
+
+def test_saved_listed_shown_deleted(elsewhere: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["poses", "list"]) == 0
+    assert "poses.yaml does not exist" in capsys.readouterr().out
+    assert main(["poses", "save", "plate", "--joints", *JOINTS, "--calibration", "7 b"]) == 0
+    assert main(["poses", "save", "gate", "--pose", "0.35", "0.25", "0.2", "0.5"]) == 0
+    capsys.readouterr()
+    assert main(["poses", "list"]) == 0
+    out = capsys.readouterr().out
+    assert re.search(
+        r"^plate +\+0\.3000 \+0\.1000 \+0\.8000 -0\.4000 +\+0\.5351 .* 7 b$", out, re.M
+    )
+    assert re.search(r"^gate +- +\+0\.3500 \+0\.2500 \+0\.2000 \+0\.5000 +fingers +-$", out, re.M)
+    assert re.search(r"^center ", out, re.M)
+    assert main(["poses", "show", "gate"]) == 0
+    assert re.search(r"the arm can +take it", capsys.readouterr().out)
+    assert main(["poses", "delete", "plate"]) == 0
+    table = load_table(elsewhere, fingers(PARAMETERS))
+    assert [pose.name for pose in table.poses] == ["gate"]
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        ("save plate --joints 0 0.1 0 0", "there is a pose plate already"),
+        ("save center --joints 0 0.1 0 0", "there is a pose center already"),
+        ("save a --joints 0 0.1 0 45", "are these degrees?"),
+        ("save a --joints 4 0.1 0 0", "j1 at 4.0000 rad, 0.9535 rad beyond its range"),
+        ("save a --joints nan 0.1 0 0", "pose a, j1: nan rad"),
+        ("save a --pose 350 200 100 0", "are these millimetres?"),
+        ("save a --pose 0.9 0 0.1 0", "m beyond the reach"),
+        ("save a --pose 0.4 0.2 0.1 inf", "pose a, yaw: inf rad"),
+        ("save a --joints 0 0.1 0 0 --tool finger", "did you mean fingers?"),
+        ("save a.b --joints 0 0.1 0 0", "pose name 'a.b'"),
+        ("save a --bus sim", "j1 is not homed"),
+        ("save a --bus nowhere", "nowhere"),
+        ("show palte", "did you mean plate?"),
+        ("delete center", "center is built in"),
+        ("delete none", "no pose 'none'"),
+        ("delete plate --table other.yaml", "other.yaml: No such file"),
+        ("list --table .", "directory"),
+    ],
+)
+def test_a_refusal_changes_nothing(
+    words: str, complaint: str, elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["poses", "save", "plate", "--joints", *JOINTS]) == 0
+    before = elsewhere.read_bytes()
+    capsys.readouterr()
+    assert main(["poses", *words.split()]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert complaint in err
+    assert len(err.splitlines()) == 1
+    assert elsewhere.read_bytes() == before
+    assert [path.name for path in elsewhere.parent.iterdir()] == ["poses.yaml"]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        "poses",
+        "poses save a",
+        "poses save a --joints 1 2 3",
+        "poses save a --joints 0 0 0 0 --bus sim",
+        "poses save",
+    ],
+)
+def test_wrong_usage(words: str) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(words.split())
+    assert caught.value.code == 2
+
+
+def test_where_the_arm_is_can_be_saved(
+    elsewhere: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """One arm: homed and moved by a robot, then asked by the command, which leaves it there."""
+    near = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
+    arm = SimulatedArm(positions=near)
+    goal = Joints(-2.9, 0.31, 2.4, 2.7)
+    bus = FirmwareBus(arm)
+    with Robot(bus, arm.clock, PARAMETERS, "the arm") as robot:
+        robot.home()
+        robot.move_joints(goal)
+
+    def same_arm(_: SimulatedArm) -> Bus:
+        return FirmwareBus(arm)
+
+    monkeypatch.setattr(bioscara.sim, "FirmwareBus", same_arm)
+    places = [arm.position(name) for name in near]
+    assert main(["poses", "save", "here", "--bus", "sim"]) == 0
+    assert [arm.position(name) for name in near] == pytest.approx(places, abs=1e-4)
+    saved = load_table(elsewhere, fingers(PARAMETERS)).pose("here")
+    assert saved.joints == pytest.approx(goal, abs=5e-3)
+    assert saved.joints is not None
+    place = robot.kinematics.forward(saved.joints)
+    assert saved.pose_tool_in_base == pytest.approx(place)

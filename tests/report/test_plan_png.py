@@ -1,0 +1,110 @@
+"""The picture of a plan: what it says is what the trajectory does."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bioscara.errors import InvalidArgumentError, TrajectoryError
+from bioscara.kinematics import batch
+from bioscara.model import load_parameters
+from bioscara.planning import Trajectory, read
+from bioscara.report.plan_png import ToolBounds, draw_plan, require_matplotlib, write_plan
+from bioscara.robot import kinematics_of
+
+pytest.importorskip("matplotlib")
+
+PARAMETERS = load_parameters()
+ARM = kinematics_of(PARAMETERS)
+DATA = Path(__file__).parents[1] / "data"
+TOO_FAST = read(DATA / "planned_time_optimal.yaml").trajectory
+
+
+def captions(trajectory: Trajectory, tool: ToolBounds) -> dict[str, tuple[str, bool]]:
+    """What stands above each panel, and whether it is marked as over its limit."""
+    figure = draw_plan(trajectory, ARM, PARAMETERS.joints, tool)
+    rows = ("j1", "j2", "j3", "j4", "tool", "yaw")
+    names = [f"{row} {what}" for row in rows for what in ("position", "velocity", "acceleration")]
+    return {
+        name: (axis.get_title(), axis.title.get_color() != "black")
+        for name, axis in zip(names, figure.axes, strict=False)
+    }
+
+
+def test_it_says_what_is_reached_and_marks_what_is_over() -> None:
+    said = captions(TOO_FAST, ToolBounds(0.1, 1.0, 1.57, 6.0))
+    assert said["j2 velocity"] == ("at most 0.035 of 0.03 m/s (115 %)", True)
+    assert said["j3 velocity"] == ("at most 1.036 of 5 rad/s (21 %)", False)
+    assert said["j1 position"] == ("-0.260 to 0.000 within -3.046 to 3.046 rad", False)
+    assert said["tool velocity"] == ("at most 0.141 of 0.1 m/s (141 %)", True)
+    assert {name for name, (_, over) in said.items() if over} == {
+        "j1 acceleration",
+        "j2 velocity",
+        "tool velocity",
+    }
+
+
+def test_without_a_bound_it_says_so() -> None:
+    said = captions(TOO_FAST, ToolBounds())
+    assert said["tool velocity"] == ("at most 0.141 m/s, no limit", False)
+
+
+def test_beyond_the_range_is_marked() -> None:
+    upper = PARAMETERS.joints[3].upper
+    beyond = Trajectory(ARM_NAMES, [0.0, 1.0], [[0.0, 0.1, 0.5, 0.0], [0.0, 0.1, 0.5, upper + 0.1]])
+    assert captions(beyond, ToolBounds())["j4 position"][1]
+
+
+ARM_NAMES = tuple(limit.name for limit in ARM.limits)
+
+
+def test_the_curves_of_the_tool_are_derivatives_of_one_another() -> None:
+    figure = draw_plan(TOO_FAST, ARM, PARAMETERS.joints, ToolBounds())
+    (yaw,), (rate,), (acceleration,) = (axis.get_lines() for axis in figure.axes[15:18])
+    times = yaw.get_xdata()
+    assert np.allclose(np.gradient(yaw.get_ydata(), times)[5:-5], rate.get_ydata()[5:-5], atol=2e-3)
+    # The acceleration's norm against that of differences of places.
+    place = batch.forward(ARM, TOO_FAST.sample_many(times)[0])[:, :3]
+    expected = np.gradient(np.gradient(place, times, axis=0), times, axis=0)
+    drawn = figure.axes[14].get_lines()[0].get_ydata()
+    assert np.median(np.abs(np.linalg.norm(expected, axis=1) - drawn)[5:-5]) < 1e-3
+    assert np.allclose(
+        np.gradient(rate.get_ydata(), times)[5:-5], acceleration.get_ydata()[5:-5], atol=0.2
+    )
+
+
+def test_joints_in_another_order_are_drawn_alike() -> None:
+    order = [2, 0, 3, 1]
+    assert TOO_FAST.velocities is not None
+    turned = Trajectory(
+        [TOO_FAST.joint_names[i] for i in order],
+        TOO_FAST.times,
+        TOO_FAST.positions[:, order],
+        TOO_FAST.velocities[:, order],
+        None if TOO_FAST.accelerations is None else TOO_FAST.accelerations[:, order],
+    )
+    assert captions(turned, ToolBounds()) == captions(TOO_FAST, ToolBounds())
+
+
+def test_the_file_is_a_picture(tmp_path: Path) -> None:
+    # Also where nothing moves, and by another ending.
+    rest = Trajectory(ARM_NAMES, [0.0], [[0.0, 0.1, 0.5, 0.0]])
+    write_plan(tmp_path / "rest.picture", rest, ARM, PARAMETERS.joints, ToolBounds())
+    assert (tmp_path / "rest.picture").read_bytes().startswith(b"\x89PNG")
+
+
+def test_a_trajectory_of_other_joints_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(TrajectoryError, match="j1, j2, j3, j4; this one is of j1, j5"):
+        draw_plan(
+            Trajectory(["j1", "j5"], [0.0], [[0.0, 0.0]]), ARM, PARAMETERS.joints, ToolBounds()
+        )
+
+
+def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    require_matplotlib()
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    with pytest.raises(InvalidArgumentError, match=r"pip install 'bioscara\[plot\]'"):
+        require_matplotlib()
