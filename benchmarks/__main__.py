@@ -16,6 +16,7 @@ TOPICS = {
     "kinematics": "Kinematics",
     "trajectory_sampling": "Sampling a trajectory",
     "linear": "Lines of the tool",
+    "point_to_point": "Point to point",
     "startup": "Start-up",
 }
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from bioscara.errors import InvalidArgumentError
+from bioscara.errors import TrajectoryError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import JointParameters
 from bioscara.planning import Trajectory, check
@@ -83,7 +83,7 @@ class Planner:
             ZoneError: The way leads through something.
         """
         if len(goal) != len(self._names):
-            raise InvalidArgumentError(f"{len(goal)} positions for {len(self._names)} joints")
+            raise TrajectoryError(f"{len(goal)} positions for {len(self._names)} joints")
         here = self._start()
         return self._free(point_to_point(self._names, here, goal, self._planned, speed=speed), here)
 
