@@ -1,4 +1,4 @@
-"""Whether the arm touches a zone, found by trying points: knows nothing of distances."""
+"""Whether the arm touches a zone, found by trying points of it one by one."""
 
 from __future__ import annotations
 
@@ -59,16 +59,19 @@ def points_of(arm: Scara, joints: Sequence[float]) -> Iterator[tuple[str, Array]
         )
 
 
-def within(zone: Box | Cylinder, points: Array) -> Array:
-    """Return which points are in a zone."""
+def beyond(zone: Box | Cylinder, points: Array) -> Array:
+    """Return how far points are outside of a zone [m]; below zero or zero inside."""
     if isinstance(zone, Cylinder):
-        far = np.hypot(points[:, 0] - zone.x, points[:, 1] - zone.y)
-        return (far < zone.radius) & (points[:, 2] > zone.low) & (points[:, 2] < zone.high)
-    centre = (np.array(zone.lower) + np.array(zone.upper)) / 2.0
-    own = np.column_stack((_turned(points[:, :2] - centre[:2], 0.0, 0.0, -zone.yaw), points[:, 2]))
-    own[:, 2] -= centre[2]
-    half = (np.array(zone.upper) - np.array(zone.lower)) / 2.0
-    return (np.abs(own) < half).all(axis=1)
+        flat = np.hypot(points[:, 0] - zone.x, points[:, 1] - zone.y) - zone.radius
+        up = np.maximum(zone.low - points[:, 2], points[:, 2] - zone.high)
+        sides = np.column_stack((flat, up))
+    else:
+        centre = (np.array(zone.lower) + np.array(zone.upper)) / 2.0
+        own = points - centre
+        own[:, :2] = _turned(own[:, :2], 0.0, 0.0, -zone.yaw)
+        sides = np.abs(own) - (np.array(zone.upper) - np.array(zone.lower)) / 2.0
+    far = np.linalg.norm(np.maximum(sides, 0.0), axis=1)
+    return np.where(far > 0.0, far, sides.max(axis=1))
 
 
 def touched(arm: Scara, zones: Sequence[Box | Cylinder], joints: Sequence[float]) -> list[str]:
@@ -77,7 +80,7 @@ def touched(arm: Scara, zones: Sequence[Box | Cylinder], joints: Sequence[float]
     for link, points in points_of(arm, joints):
         for zone in zones:
             if not zone.links or link in zone.links:
-                inside = within(zone, points)
+                inside = beyond(zone, points) < 0.0
                 if not inside.all() if zone.keep_in else inside.any():
                     names.append(zone.name)
     return names

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,12 +14,13 @@ from hypothesis import strategies as st
 
 from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints
+from bioscara.planning.layout import LINKS
 from bioscara.planning import point_to_point
 from bioscara.planning.scene_file import read_scene
 from bioscara.planning.shapes import Prism
 from bioscara.planning.trajectory import Trajectory
 from bioscara.planning.zones import Box, Cylinder, Scene
-from planning.inside import touched
+from planning.inside import beyond, points_of, touched
 from planning.limits import LIMITS, NAMES
 from planning.scenes import ARM, COUNT, free_joints, random_joints, random_scene
 
@@ -27,28 +29,31 @@ REST = Joints(0.0, 0.2, 0.0, 0.0)
 
 
 @given(SEEDS)
-def test_a_point_of_the_arm_is_in_a_zone_only_where_the_clearance_is_negative(seed: int) -> None:
+@settings(max_examples=25)
+def test_clearance_is_the_distance_of_the_nearest_point(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    scene, joints = random_scene(rng), random_joints(rng)
-    alone = Scene(scene.zones)
-    names = touched(ARM, scene.zones, joints)
-    pairs = alone.layouts(ARM)[0].clearances(ARM, np.array([joints]))[:, 0]
-    if names:
-        assert alone.clearance(ARM, [joints])[0] < 0.0
-        assert (
-            min(
-                distance
-                for pair, distance in zip(alone.layouts(ARM)[0].pairs, pairs, strict=True)
-                if pair.zone == names[0]
-            )
-            < 1e-9
-            or len(set(names)) > 1
-        )
+    joints = random_joints(rng)
+    bodies = list(points_of(ARM, joints))
+    for zone in random_scene(rng).zones:
+        if zone.keep_in:
+            continue
+        for link in LINKS[:-1]:
+            nearest = min(float(beyond(zone, p).min()) for name, p in bodies if name == link)
+            alone = Scene((replace(zone, links=(link,)),))
+            pairs = alone.layouts(ARM)[0]
+            rows = [number for number, pair in enumerate(pairs.pairs) if pair.zone == zone.name]
+            clearance = float(pairs.clearances(ARM, np.array([joints]))[rows].min())
+            if clearance > alone.clearance(ARM, [joints])[0]:
+                continue  # the arm itself is nearer, so this one was not worked out
+            assert clearance <= max(nearest, 0.0) + 1e-9
+            if clearance > 0.0:
+                # The points are at most 5 cm from any of the body.
+                assert nearest <= clearance + 0.05
 
 
-@given(SEEDS, st.integers(0, 4), st.floats(0.01, 0.3), st.floats(-math.pi, math.pi))
+@given(SEEDS, st.floats(0.01, 0.3), st.floats(-math.pi, math.pi))
 def test_clearance_is_the_distance_to_a_thin_pole(
-    seed: int, link: int, distance: float, bearing: float
+    seed: int, distance: float, bearing: float
 ) -> None:
     """A pole that is moved away from the outermost point of the tool, by known lengths."""
     rng = np.random.default_rng(seed)
@@ -223,9 +228,9 @@ def test_a_thousand_samples_of_six_zones_are_quick() -> None:
     scene.clearance(ARM, joints)
 
     def seconds() -> float:
-        start = time.perf_counter()
+        start = time.process_time()
         scene.clearance(ARM, joints)
-        return time.perf_counter() - start
+        return time.process_time() - start
 
     assert min(seconds() for _ in range(10)) < 0.02
 

@@ -83,8 +83,8 @@ def _steps(trajectory: Trajectory, reach: Array) -> tuple[Array, Array, Array]:
     ways = speeds * durations
     if not ways.sum() < _LONGEST:
         raise TrajectoryError(
-            f"a point of the arm would go up to {ways.sum():.3g} m; zones are looked for on ways "
-            f"up to {_LONGEST:g} m; check the limits, or cut the motion in two"
+            f"a point of the arm would go up to {ways.sum():.3g} m; ways above {_LONGEST:g} m are "
+            "not looked through for zones; check the limits, or cut the motion in two"
         )
     counts = np.maximum(np.ceil(ways / _COARSE), 1.0).astype(np.intp)
     segment = np.repeat(np.arange(len(counts)), counts)
