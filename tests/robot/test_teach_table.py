@@ -173,6 +173,15 @@ def test_what_cannot_be_written_leaves_the_file_as_it_was(tmp_path: Path) -> Non
         save_table(tmp_path / "no" / "poses.yaml", TABLE)
 
 
+def test_who_reads_meanwhile_reads_the_old_table_whole(tmp_path: Path) -> None:
+    file = tmp_path / "poses.yaml"
+    save_table(file, TABLE)
+    before = file.read_bytes()
+    with file.open("rb") as reader:
+        save_table(file, TeachTable(FINGERS))
+        assert reader.read() == before
+
+
 def test_saving_leaves_nothing_else_and_keeps_mode_and_link(tmp_path: Path) -> None:
     file, link = tmp_path / "poses.yaml", tmp_path / "link.yaml"
     save_table(file, TeachTable(FINGERS))
