@@ -147,7 +147,7 @@ def test_a_fault_is_told_with_its_line(
         assert f"poses.yaml, line {line}: " in str(caught.value)
 
 
-@pytest.mark.parametrize("text", ["[" * 100_000 + "\n", "&a [*a]\n", "7\n", "a\0b\n", "- 1\n"])
+@pytest.mark.parametrize("text", ["[" * 1000 + "\n", "&a [*a]\n", "7\n", "a\0b\n", "- 1\n"])
 def test_strange_files_are_refused(text: str, tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"poses\.yaml"):
         load_table(written(tmp_path, text), FINGERS)
