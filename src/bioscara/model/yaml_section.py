@@ -127,7 +127,7 @@ def sections_of(text: str, source: str) -> YamlSection:
     except (YAMLError, ValueError) as error:
         raise ConfigurationError(f"{source}: not a YAML file: {error}") from error
     except RecursionError:
-        raise ConfigurationError(f"{source}: not such a file: it is nested too deeply") from None
+        raise ConfigurationError(f"{source}: is nested too deeply") from None
     return YamlSection(source, "", node, 1)
 
 
