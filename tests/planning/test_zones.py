@@ -14,8 +14,8 @@ from hypothesis import strategies as st
 
 from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints
-from bioscara.planning.layout import LINKS
 from bioscara.planning import point_to_point
+from bioscara.planning.layout import LINKS
 from bioscara.planning.scene_file import read_scene
 from bioscara.planning.shapes import Prism
 from bioscara.planning.trajectory import Trajectory

@@ -181,6 +181,8 @@ def _add_target(parser: argparse.ArgumentParser) -> None:
         nargs=4,
         help="where the joints shall be [rad m rad rad]",
     )
+    target.add_argument("--name", metavar="NAME", default="", help="a pose that has a name")
+    _add_table(parser)
     parser.add_argument("--linear", action="store_true", help="lead the tool along a line")
     parser.add_argument(
         "--via",
@@ -256,13 +258,7 @@ def _add_poses(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     for action in (show, save, delete):
         action.add_argument("name", metavar="NAME", help="name of the pose")
     for action in (listing, show, save, delete):
-        action.add_argument(
-            "--table",
-            metavar="FILE",
-            type=Path,
-            default=Path("poses.yaml"),
-            help="file with the poses (default: poses.yaml)",
-        )
+        _add_table(action)
     where = save.add_mutually_exclusive_group(required=True)
     where.add_argument("--bus", metavar="BUS", help="where this arm is now; " + _BUS_HELP)
     _add_four(where, "--joints", "J1 J2 J3 J4", "where the joints are [rad m rad rad]")
@@ -324,4 +320,14 @@ def _add_full_speed(parser: argparse.ArgumentParser) -> None:
         "--full-speed",
         action="store_true",
         help="let the tool move faster than 250 mm/s",
+    )
+
+
+def _add_table(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--table",
+        metavar="FILE",
+        type=Path,
+        default=Path("poses.yaml"),
+        help="file with the poses (default: poses.yaml)",
     )

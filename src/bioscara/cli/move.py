@@ -14,6 +14,7 @@ from bioscara.cli.status import Status
 from bioscara.cli.target import check_target, describe, plan_target
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
 from bioscara.model import load_parameters
+from bioscara.robot.teach_file import load_table
 
 
 def run(options: Options) -> int:
@@ -25,7 +26,9 @@ def run(options: Options) -> int:
     require_drawing(options)
     parameters, output = load_parameters(), Output()
     with Interruption() as cancelled, open_arm(options, parameters) as robot:
-        check_target(robot.kinematics, options)
+        if options.table.exists():
+            robot.plan.table = load_table(options.table, robot.plan.tool)
+        check_target(robot.plan, options)
         output.line(f"arm: {robot.description}")
         for sentence in robot.clear_faults():
             output.line(sentence)

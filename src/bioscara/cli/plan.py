@@ -11,6 +11,7 @@ from bioscara.errors import InvalidArgumentError
 from bioscara.model import load_parameters
 from bioscara.robot import kinematics_of
 from bioscara.robot.planner import Planner
+from bioscara.robot.teach_file import load_table
 
 
 def run(options: Options) -> int:
@@ -25,7 +26,9 @@ def run(options: Options) -> int:
     problems = kinematics.beyond(options.start)
     if problems:
         raise InvalidArgumentError(f"--from is outside the limits: {'; '.join(problems)}")
-    planner = Planner(kinematics, parameters.joints, lambda: options.start)
+    planner = Planner(parameters, lambda: options.start)
+    if options.table.exists():
+        planner.table = load_table(options.table, planner.tool)
     plan = plan_target(planner, options)
     for line in describe(plan, kinematics):
         output.line(line)

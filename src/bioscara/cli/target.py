@@ -12,13 +12,16 @@ from bioscara.planning.tool_speed import peak_tool_speed
 from bioscara.robot.planner import Plan, Planner
 
 
-def check_target(arm: Scara, options: Options) -> None:
+def check_target(planner: Planner, options: Options) -> None:
     """Refuse what cannot be reached from anywhere, before anything moves.
 
     Raises:
         InvalidArgumentError: The target is out of reach or outside the limits.
     """
-    if options.joints is not None:
+    arm = planner.kinematics
+    if options.name:
+        planner.table.pose(options.name)
+    elif options.joints is not None:
         problems = arm.beyond(options.joints)
         if problems:
             raise InvalidArgumentError(f"--joints: {'; '.join(problems)}")
@@ -34,6 +37,10 @@ def plan_target(planner: Planner, options: Options) -> Plan:
         UnreachableError, TrajectoryError, ZoneError: The arm cannot go there.
     """
     planner.full_speed = options.full_speed
+    if options.name:
+        if options.linear or options.via is not None:
+            raise InvalidArgumentError("--linear and --via need a --pose to go to")
+        return planner.named(options.name, options.speed)
     if options.joints is not None:
         if options.linear or options.via is not None:
             raise InvalidArgumentError("--linear and --via need a --pose to go to")

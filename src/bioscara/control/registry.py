@@ -7,6 +7,7 @@ from bioscara.control.forward_command_controller import ForwardCommandController
 from bioscara.control.gripper_action_controller import GripperActionController
 from bioscara.control.hold_controller import HoldController
 from bioscara.control.homing_controller import HomingController
+from bioscara.control.jog_controller import JogController
 from bioscara.control.joint_state_broadcaster import JointStateBroadcaster
 from bioscara.control.joint_trajectory import JointTrajectoryController
 
@@ -17,6 +18,7 @@ TYPES: dict[str, type[AnyController]] = {
         GripperActionController,
         HoldController,
         HomingController,
+        JogController,
         JointStateBroadcaster,
         JointTrajectoryController,
     )

@@ -19,6 +19,7 @@ class ToolSpeedCap:
         limit: Highest speed of the tool [m/s].
 
     Attributes:
+        speed_of: As given; changes with the tool.
         limit: As given; may be changed at any time.
         interventions: In how many cycles the joints were slowed down.
     """
@@ -29,7 +30,7 @@ class ToolSpeedCap:
         speed_of: Callable[[Sequence[float], Sequence[float]], float],
         limit: float,
     ) -> None:
-        self._guards, self._speed_of = tuple(guards), speed_of
+        self._guards, self.speed_of = tuple(guards), speed_of
         self.limit = limit
         self.interventions = 0
 
@@ -43,7 +44,7 @@ class ToolSpeedCap:
         speeds = [guard.speed if guard.commanded else 0.0 for guard in guards]
         if not any(speeds):
             return
-        speed = self._speed_of([guard.here for guard in guards], speeds)
+        speed = self.speed_of([guard.here for guard in guards], speeds)
         # Not written as speed > limit: an unknown position must not let anything pass.
         if speed <= self.limit * _ROUNDING:
             return

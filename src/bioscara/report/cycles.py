@@ -21,6 +21,8 @@ class Phase(Enum):
     TRAJECTORY = "trajectory"
     SETTLING = "settling"
     """The last setpoint is held for a moment, so that the arm comes to rest at it."""
+    JOG = "jog"
+    """Motion by streamed velocities."""
     STOPPING = "stopping"
     """The planned ramp to rest after Ctrl-C or a failure."""
 

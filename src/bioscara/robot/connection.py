@@ -30,7 +30,7 @@ from bioscara.robot.planner import Planner
 from bioscara.robot.records import Cancelled, Observe, ignore, never
 from bioscara.robot.running import Motion
 from bioscara.robot.stack import Stack
-from bioscara.robot.wiring import kinematics_of, named, real_gripper, simulated
+from bioscara.robot.wiring import named, real_gripper, simulated
 
 FAULTS = Path("faults")
 """Folder for the flight records of faults, unless another one is named."""
@@ -83,7 +83,7 @@ class Connection(FaultHandling):
             "bioscara_gripper", "gripper", gripper or real_gripper(parameters, clock), clock
         )
         self._servo = servo
-        self.plan = Planner(kinematics_of(parameters), parameters.joints, self._here)
+        self.plan = Planner(parameters, self._here)
         self.gripper = RobotGripper(
             self._jaws, self._running, lambda: self._motion(ignore, never), clock.now
         )

@@ -7,16 +7,20 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
-from bioscara.errors import TrajectoryError
+from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.model import JointParameters
+from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check
 from bioscara.planning.cartesian import circular, linear
+from bioscara.planning.jog import Jog
 from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.sequence import Waypoint, sequence
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
 from bioscara.planning.zones import Scene
+from bioscara.robot.poses import TeachTable
+from bioscara.robot.tools import fingers
+from bioscara.robot.wiring import kinematics_of
 
 RESERVE = 0.8
 """Share of a joint's acceleration that motions planned here use. With all of it a joint that slips
@@ -46,30 +50,29 @@ class Planner:
     clear of the scene.
 
     Args:
-        kinematics: Of the arm with its tool.
-        limits: Of its joints.
+        parameters: The arm as data.
         here: Returns where the joints are [rad, m, rad, rad].
 
     Attributes:
-        kinematics: As given; may be replaced by that of another tool.
+        table: The tools and poses that have names.
+        tool: The one that is mounted; :meth:`use_tool` changes it.
+        kinematics: Of the arm with that tool.
         scene: What the arm must keep clear of.
         full_speed: Whether the tool may be faster than 250 mm/s.
     """
 
-    def __init__(
-        self,
-        kinematics: Scara,
-        limits: Sequence[JointParameters],
-        here: Callable[[], Sequence[float]],
-    ) -> None:
-        self.kinematics = kinematics
+    def __init__(self, parameters: ArmParameters, here: Callable[[], Sequence[float]]) -> None:
+        self.tool = fingers(parameters)
+        self.table = TeachTable(self.tool)
+        self.kinematics = kinematics_of(parameters)
         self.scene = Scene()
         self.full_speed = False
-        self._limits, self._here = tuple(limits), here
+        self._limits, self._here = parameters.joints, here
         self._planned = tuple(
-            replace(limit, max_acceleration=RESERVE * limit.max_acceleration) for limit in limits
+            replace(limit, max_acceleration=RESERVE * limit.max_acceleration)
+            for limit in parameters.joints
         )
-        self._names = tuple(limit.name for limit in limits)
+        self._names = tuple(limit.name for limit in parameters.joints)
 
     def joints(self, goal: Sequence[float], speed: float = 1.0) -> Plan:
         """Plan to a place of the joints; they start and end together.
@@ -99,6 +102,53 @@ class Planner:
             ZoneError: The way leads through something.
         """
         return self.joints(self.kinematics.solve(pose, self._start()), speed)
+
+    def named(self, name: str, speed: float = 1.0) -> Plan:
+        """Plan to a pose of the teach table.
+
+        Args:
+            name: Of the pose.
+            speed: Share of the speed limits to use, above 0 and at most 1.
+
+        Raises:
+            InvalidArgumentError: No pose has that name, or it was taught with another tool.
+            UnreachableError: The arm cannot take the pose.
+            ZoneError: The way leads through something.
+        """
+        taught = self.table.pose(name)
+        if taught.joints is not None:
+            return self.joints(taught.joints, speed)
+        if taught.tool != self.tool.name or taught.pose_tool_in_base is None:
+            raise InvalidArgumentError(
+                f"pose {name} was taught with tool {taught.tool}, the arm has {self.tool.name}; "
+                f"set plan.use_tool({taught.tool!r}) once that is mounted"
+            )
+        return self.to(taught.pose_tool_in_base, speed)
+
+    def use_tool(self, name: str) -> None:
+        """Plan for another tool of the teach table from now on.
+
+        Args:
+            name: Of the tool that is mounted.
+
+        Raises:
+            InvalidArgumentError: No tool has that name.
+        """
+        self.tool = self.table.tool(name)
+        old = self.kinematics
+        self.kinematics = Scara(old.geometry, old.limits, self.tool.pose_tool_in_flange, old.base)
+
+    def jog(self, start: Sequence[float]) -> Jog:
+        """Return a jog that starts at rest.
+
+        Args:
+            start: Where the joints are [rad, m, rad, rad].
+
+        Raises:
+            ZoneError: The arm is too near to something.
+        """
+        speed = math.inf if self.full_speed else REDUCED_SPEED
+        return Jog(self.kinematics, self._planned, start, self.scene, speed)
 
     def linear(self, pose: Pose, speed: float = 1.0) -> Plan:
         """Plan to a pose along a line.

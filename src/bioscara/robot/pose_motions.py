@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from bioscara.kinematics import Pose
+from bioscara.planning.jog import JointVelocity, ToolVelocity
 from bioscara.planning.sequence import Waypoint
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.records import Cancelled, Observe, ignore, never
+
+Velocity = JointVelocity | ToolVelocity
 
 
 class PoseMotions(ABC):
@@ -55,6 +58,43 @@ class PoseMotions(ABC):
     def move_circular(self, via: Pose, pose: Pose, speed: float = 1.0) -> None:
         """Move to a pose along an arc through ``via``; the rest as :meth:`move_to`."""
         self.execute(self.plan.circular(via, pose, speed))
+
+    @abstractmethod
+    def jog(
+        self,
+        velocities: Callable[[], Velocity | None],
+        observe: Observe = ignore,
+        *,
+        timeout: float | None = None,
+    ) -> None:
+        """Move by streamed velocities until there are no more; the arm is then at rest.
+
+        Joint limits, the tool's speed and zones are kept, with room to come to rest in front of
+        them. A source that does not answer within 0.15 s lets the arm come to rest.
+
+        Args:
+            velocities: Asked each cycle: a velocity of the joints or of the tool, the one before
+                again for as long as it holds, or None to end.
+            observe: Takes a record of all joints each cycle.
+            timeout: Longest time that it may take [s]; None for no bound.
+
+        Raises:
+            InvalidArgumentError: A velocity is not finite or too large; the arm is at rest.
+            ZoneError: The arm is too near to something; nothing moved.
+            BioscaraError: As ``follow``.
+        """
+
+    def move_named(self, name: str, speed: float = 1.0) -> None:
+        """Move to a pose of the teach table; the rest as :meth:`move_to`.
+
+        Args:
+            name: Of the pose.
+            speed: Share of the speed limits to use, above 0 and at most 1.
+
+        Raises:
+            InvalidArgumentError: No pose has that name, or it was taught with another tool.
+        """
+        self.execute(self.plan.named(name, speed))
 
     def move_sequence(self, waypoints: Sequence[Waypoint]) -> None:
         """Move along waypoints with rounded corners; errors as :meth:`move_to`."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from bioscara.control.joint_trajectory import Status
 from bioscara.errors import (
@@ -15,9 +15,9 @@ from bioscara.planning.tool_speed import REDUCED_SPEED
 from bioscara.report import Phase
 from bioscara.robot.connection import Connection
 from bioscara.robot.planner import Plan
-from bioscara.robot.pose_motions import PoseMotions
+from bioscara.robot.pose_motions import PoseMotions, Velocity
 from bioscara.robot.records import Cancelled, Observe, ignore, never
-from bioscara.robot.stack import HOMING, TRAJECTORY
+from bioscara.robot.stack import HOMING, JOG, TRAJECTORY
 
 START_TOLERANCE = {"rad": math.radians(1.0), "m": 2e-3}
 """How far from its start a trajectory may find the arm: from there it is joined by a ramp."""
@@ -146,14 +146,45 @@ class Robot(Connection, PoseMotions):
         lead = self.plan.joints(begin).trajectory if approach else None
         self._follow(body.trajectory, observe, cancelled, timeout, lead)
 
-    def _prepare(self) -> None:
-        """Make the arm ready to follow a trajectory; nothing moves."""
+    def jog(
+        self,
+        velocities: Callable[[], Velocity | None],
+        observe: Observe = ignore,
+        *,
+        timeout: float | None = None,
+    ) -> None:
+        """As in :class:`~bioscara.robot.pose_motions.PoseMotions`."""
+        self._here()
+        self._ready()
         stack = self._running()
+        stack.jog.prepare = self.plan.jog
+        stack.use(JOG, self.clock.now())
+        motion, ended = self._motion(observe, never, timeout), False
+
+        def done() -> bool:
+            nonlocal ended
+            velocity = None if ended else velocities()
+            ended = velocity is None
+            if velocity is not None:
+                stack.jog.command(velocity, self.clock.now())
+            return ended and stack.jog.at_rest
+
+        motion.run(done, Phase.JOG)
+
+    def _ready(self) -> None:
+        """Engage the arm and look at it once; nothing moves."""
         self._pace(self._pace_motion)
         self._stopping.clear()
         self.enable()
-        stack.tool_speed.limit = math.inf if self.full_speed else REDUCED_SPEED
+        cap = self._running().tool_speed
+        cap.limit = math.inf if self.full_speed else REDUCED_SPEED
+        cap.speed_of = self.plan.kinematics.tool_speed
         self._cycle()
+
+    def _prepare(self) -> None:
+        """Make the arm ready to follow a trajectory; nothing moves."""
+        self._ready()
+        stack = self._running()
         stack.use(TRAJECTORY, self.clock.now())
         stack.trajectory.set_scaling(self._speed)
 

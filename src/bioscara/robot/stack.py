@@ -10,6 +10,7 @@ from bioscara.control.flight_record import FlightRecord
 from bioscara.control.gripper_action_controller import GripperActionController
 from bioscara.control.hold_controller import HoldController
 from bioscara.control.homing_controller import HomingController
+from bioscara.control.jog_controller import JogController
 from bioscara.control.joint_state_broadcaster import JointStateBroadcaster
 from bioscara.control.joint_trajectory import JointTrajectoryController
 from bioscara.control.limiting import Limiter
@@ -34,12 +35,13 @@ _HOMING_SHARE = 1.15
 """Travel in homing, as a share of the joint's range, after which there is no end stop; a little
 more than the joint itself allows (1.1), whose word says more."""
 
-BROADCASTER, TRAJECTORY, HOMING, HOLD, GRIPPER = (
+BROADCASTER, TRAJECTORY, HOMING, HOLD, GRIPPER, JOG = (
     "joint_state_broadcaster",
     "joint_trajectory_controller",
     "homing_controller",
     "hold_controller",
     "gripper_controller",
+    "jog_controller",
 )
 
 
@@ -64,6 +66,7 @@ class Stack:
         trajectory: Follows trajectories.
         homing: Homes joints.
         gripper: Moves the jaws.
+        jog: Moves the joints by streamed velocities.
         tool_speed: Keeps the tool at or below a speed.
     """
 
@@ -97,6 +100,7 @@ class Stack:
         self.trajectory = self._get(TRAJECTORY, JointTrajectoryController)
         self.homing = self._get(HOMING, HomingController)
         self.gripper = self._get(GRIPPER, GripperActionController)
+        self.jog = self._get(JOG, JogController)
         self.supervisor = Supervisor(self.manager, arm, HOLD, record, evidence)
         self.loop = Loop(
             self.manager,
@@ -167,6 +171,7 @@ def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str
                 ),
             },
         ),
+        (JOG, JogController.TYPE, {"joints": joints, "command_interfaces": commanded}),
         (
             HOLD,
             HoldController.TYPE,
