@@ -17,6 +17,7 @@ from bioscara.robot.connection import Connection
 from bioscara.robot.planner import Plan
 from bioscara.robot.pose_motions import PoseMotions, Velocity
 from bioscara.robot.records import Cancelled, Observe, ignore, never
+from bioscara.robot.running import SETTLING
 from bioscara.robot.stack import HOMING, JOG, TRAJECTORY
 
 START_TOLERANCE = {"rad": math.radians(1.0), "m": 2e-3}
@@ -159,17 +160,18 @@ class Robot(Connection, PoseMotions):
         stack = self._running()
         stack.jog.prepare = self.plan.jog
         stack.use(JOG, self.clock.now())
-        motion, ended = self._motion(observe, never, timeout), False
+        ended, since = False, math.inf
 
         def done() -> bool:
-            nonlocal ended
-            velocity = None if ended else velocities()
+            nonlocal ended, since
+            now, velocity = self.clock.now(), None if ended else velocities()
             ended = velocity is None
             if velocity is not None:
-                stack.jog.command(velocity, self.clock.now())
-            return ended and stack.jog.at_rest
+                stack.jog.command(velocity, now)
+            since = min(since, now) if ended and stack.jog.at_rest else math.inf
+            return now - since >= SETTLING
 
-        motion.run(done, Phase.JOG)
+        self._motion(observe, never, timeout).run(done, Phase.JOG)
 
     def _ready(self) -> None:
         """Engage the arm and look at it once; nothing moves."""

@@ -1,0 +1,226 @@
+"""Motions of the tool on the simulated arm: where it was told to go, by the way it was told."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bioscara.errors import (
+    InvalidArgumentError,
+    NotHomedError,
+    UnreachableError,
+    ZoneError,
+)
+from bioscara.kinematics import Pose, batch
+from bioscara.model import load_parameters
+from bioscara.planning.jog import JointVelocity, ToolVelocity
+from bioscara.planning.sequence import Motion, Waypoint
+from bioscara.planning.zones import Box, Scene
+from bioscara.report import CycleRecord, Phase
+from bioscara.robot import Robot
+from bioscara.robot.poses import NamedPose
+from bioscara.robot.tools import Tool
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+ARM = load_parameters()
+NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
+HERE = Pose(0.45, -0.20, 0.25)
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
+    arm = SimulatedArm(seed=4, positions=NEAR)
+    folder: Path = tmp_path_factory.mktemp("evidence")
+    with Robot(FirmwareBus(arm), arm.clock, ARM, "poses", evidence=folder) as made:
+        made.home()
+        made.move_joints((0.0, 0.2, 0.0, 0.0))
+        yield made
+
+
+def tool_path(robot: Robot, records: list[CycleRecord]) -> np.ndarray:
+    rows = [
+        [joint.position for joint in record.joints]
+        for record in records
+        if record.phase is Phase.TRAJECTORY
+    ]
+    return batch.forward(robot.kinematics, np.array(rows))
+
+
+def follow(robot: Robot, plan: object) -> np.ndarray:
+    records: list[CycleRecord] = []
+    robot.execute(plan, records.append)  # type: ignore[arg-type]
+    return tool_path(robot, records)
+
+
+def near(pose: Pose, expected: Pose) -> bool:
+    return math.dist(pose[:3], expected[:3]) < 2e-3 and abs(pose.yaw - expected.yaw) < 5e-3
+
+
+def test_a_pose_is_reached(robot: Robot) -> None:
+    robot.move_to(HERE)
+    assert near(robot.pose, HERE)
+
+
+def test_a_line_is_a_line(robot: Robot) -> None:
+    robot.move_to(HERE)
+    goal = Pose(0.35, 0.30, 0.28)
+    way = follow(robot, robot.plan.linear(goal))
+    assert near(robot.pose, goal)
+    start, end = np.array(HERE[:3]), np.array(goal[:3])
+    along = (end - start) / np.linalg.norm(end - start)
+    off = way[:, :3] - start
+    off -= np.outer(off @ along, along)
+    assert np.linalg.norm(off, axis=1).max() < 2e-3
+
+
+def test_an_arc_passes_its_point(robot: Robot) -> None:
+    robot.move_to(Pose(0.40, -0.15, 0.25))
+    via, goal = Pose(0.50, 0.0, 0.25), Pose(0.40, 0.15, 0.25)
+    way = follow(robot, robot.plan.circular(via, goal))
+    assert near(robot.pose, goal)
+    assert np.linalg.norm(way[:, :3] - np.array(via[:3]), axis=1).min() < 5e-3
+
+
+def test_a_sequence_rounds_its_corners_without_a_stop(robot: Robot) -> None:
+    corners = [(0.5, -0.2), (0.5, 0.2), (0.4, 0.2), (0.4, -0.2)]
+    robot.move_to(Pose(*corners[0], 0.2))
+    plan = robot.plan.sequence(
+        [Waypoint(Pose(x, y, 0.2), Motion.LIN, blend=0.01) for x, y in corners[1:-1]]
+        + [Waypoint(Pose(*corners[-1], 0.2), Motion.LIN)]
+    )
+    way = follow(robot, plan)
+    assert near(robot.pose, Pose(*corners[-1], 0.2))
+    for x, y in corners[1:-1]:
+        assert np.hypot(way[:, 0] - x, way[:, 1] - y).min() < 0.012
+    inner = plan.trajectory.sample_many(np.linspace(0.2, plan.trajectory.duration - 0.3, 500))
+    speeds = batch.tool_speeds(robot.kinematics, inner[0], inner[1])
+    assert speeds.min() > 0.02
+    assert speeds.max() <= 0.25 * (1 + 1e-6)
+
+
+@pytest.mark.parametrize(
+    ("pose", "error", "complaint"),
+    [
+        (Pose(450.0, -200.0, 250.0), UnreachableError, "millimetres"),
+        (Pose(0.9, 0.0, 0.2), UnreachableError, "beyond the reach"),
+        (Pose(0.45, -0.2, 0.9), UnreachableError, "j2"),
+        (Pose(math.nan, 0.0, 0.2), InvalidArgumentError, "finite"),
+    ],
+)
+@pytest.mark.parametrize("how", ["move_to", "move_linear"])
+def test_what_cannot_be_reached_is_refused_and_nothing_moves(
+    robot: Robot, how: str, pose: Pose, error: type[Exception], complaint: str
+) -> None:
+    before = robot.state.positions
+    with pytest.raises(error, match=complaint):
+        getattr(robot, how)(pose)
+    assert robot.state.positions == pytest.approx(before, abs=1e-4)
+
+
+def test_a_zone_is_not_entered(robot: Robot) -> None:
+    robot.move_to(HERE)
+    robot.plan.scene = Scene((Box("rack", (0.30, -0.05, 0.0), (0.6, 0.05, 0.4)),))
+    try:
+        with pytest.raises(ZoneError, match="rack"):
+            robot.move_linear(HERE._replace(y=0.2))
+        assert near(robot.pose, HERE)
+        stopped = jog(robot, ToolVelocity(y=0.1), 4.0)
+        assert stopped.y < -0.05
+        assert robot._running().jog.jog is not None
+    finally:
+        robot.plan.scene = Scene()
+    robot.move_to(HERE)
+
+
+def jog(robot: Robot, velocity: JointVelocity | ToolVelocity, seconds: float) -> Pose:
+    until = robot.clock.now() + seconds
+
+    def velocities() -> JointVelocity | ToolVelocity | None:
+        return velocity if robot.clock.now() < until else None
+
+    robot.jog(velocities)
+    return robot.pose
+
+
+def test_jogging_moves_as_asked_and_ends_at_rest(robot: Robot) -> None:
+    robot.move_to(HERE)
+    there = jog(robot, ToolVelocity(y=0.05), 1.0)
+    assert there.y - HERE.y == pytest.approx(0.05, abs=0.01)
+    assert (there.x, there.z) == pytest.approx((HERE.x, HERE.z), abs=2e-3)
+    assert max(map(abs, robot.state.velocities)) < 0.02
+    turned = jog(robot, JointVelocity(j4=0.3), 1.0)
+    assert turned.yaw - there.yaw == pytest.approx(0.3, abs=0.05)
+
+
+def test_a_source_that_raises_leaves_the_arm_at_rest(robot: Robot) -> None:
+    robot.move_to(HERE)
+    with pytest.raises(InvalidArgumentError):
+        jog(robot, ToolVelocity(x=math.nan), 1.0)
+    with pytest.raises(InvalidArgumentError):
+        jog(robot, ToolVelocity(x=50.0), 1.0)
+    assert max(map(abs, robot.state.velocities)) < 0.02
+    assert near(robot.pose, HERE)
+
+
+def test_the_speed_can_be_changed_in_motion(robot: Robot) -> None:
+    def duration(speed: float) -> float:
+        robot.move_joints((0.0, 0.2, 0.0, 0.0))
+        begin, changed = robot.clock.now(), False
+
+        def observe(record: CycleRecord) -> None:
+            nonlocal changed
+            if record.trajectory_time > 0.5 and not changed:
+                changed = True
+                robot.speed = speed
+
+        robot.move_joints((1.0, 0.2, 0.5, 0.5), observe=observe)
+        robot.speed = 1.0
+        return robot.clock.now() - begin
+
+    assert duration(0.5) > 1.5 * duration(1.0)
+    with pytest.raises(InvalidArgumentError, match="10"):
+        robot.speed = 10.0
+    with pytest.raises(InvalidArgumentError, match="outside 0"):
+        robot.move_joints((0.0, 0.2, 0.0, 0.0), speed=0.0)
+
+
+def test_poses_and_tools_have_names(robot: Robot) -> None:
+    table = robot.plan.table
+    probe = Tool("probe", Pose(0.05, 0.0, -0.1), 0.1)
+    try:
+        robot.plan.table = table.with_tool(probe).with_pose(
+            NamedPose("well", None, HERE, "probe", "")
+        )
+        robot.move_named("center")
+        assert robot.state.positions == pytest.approx((0.0, 0.2, 0.0, 0.0), abs=2e-3)
+        with pytest.raises(InvalidArgumentError, match=r"well.*probe"):
+            robot.move_named("well")
+        with pytest.raises(InvalidArgumentError, match="did you mean center"):
+            robot.move_named("centre")
+        with pytest.raises(InvalidArgumentError, match="did you mean probe"):
+            robot.plan.use_tool("prob")
+        robot.plan.use_tool("probe")
+        robot.move_named("well")
+        assert near(robot.pose, HERE)
+    finally:
+        robot.plan.use_tool("fingers")
+        robot.plan.table = table
+
+
+def test_a_plan_moves_nothing(robot: Robot) -> None:
+    before = robot.state.positions
+    plan = robot.plan.to(Pose(0.4, 0.2, 0.2))
+    assert plan.trajectory.duration > 0.5
+    assert robot.state.positions == pytest.approx(before, abs=1e-4)
+
+
+def test_an_arm_that_is_not_homed_has_no_pose(tmp_path: Path) -> None:
+    with Robot.simulated(evidence=tmp_path) as robot:
+        with pytest.raises(NotHomedError, match="not homed"):
+            _ = robot.pose
+        with pytest.raises(NotHomedError):
+            robot.move_to(HERE)
