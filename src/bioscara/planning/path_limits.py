@@ -41,13 +41,18 @@ class Look(NamedTuple):
 
 def look(arm: Scara, path: Path, start: Joints, grid: Array) -> Look:
     """Return the path at the points of a grid, which has all its breaks."""
+    tool = path.sample(grid)
+    joints = along(arm, tool, start)
     if not path.breaks:
-        tool = path.sample(grid)
-        joints = along(arm, tool, start)
         return Look(grid, tool, joints, tool, joints)
     beside = 1e-9 * path.length * np.isin(grid, path.breaks)
-    after, before = path.sample(grid + beside), path.sample(grid - beside)
-    return Look(grid, after, along(arm, after, start), before, along(arm, before, start))
+
+    def side(s: Array) -> tuple[PathSamples, JointSamples]:
+        shifted = path.sample(s)
+        bend = along(arm, shifted, start).second
+        return tool._replace(second=shifted.second), joints._replace(second=bend)
+
+    return Look(grid, *side(grid + beside), *side(grid - beside))
 
 
 def caps(look: Look, limits: Sequence[JointLimits], tool: ToolLimits) -> Array:
