@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bioscara.errors import InvalidArgumentError, TrajectoryError
-from bioscara.planning import Trajectory, check, fit, ramp, stop_ramp
+from bioscara.errors import TrajectoryError
+from bioscara.planning import Trajectory, check, fit
 from bioscara.planning.extrema import extrema
 from planning.limits import LIMITS, NAMES
 
@@ -133,46 +133,6 @@ def test_what_fits_stays_within_every_limit(trajectory: Trajectory) -> None:
     if factor > 1.0 + 1e-5:
         with pytest.raises(TrajectoryError, match="exceeds the limit"):
             check(trajectory, LIMITS)
-
-
-@given(poses, poses, st.floats(0.05, 1.0))
-def test_a_ramp_ends_at_rest_and_within_limits(
-    start: tuple[float, ...], goal: tuple[float, ...], scale: float
-) -> None:
-    motion = ramp(NAMES, start, goal, LIMITS, scale)
-    check(motion, LIMITS)
-    first, last = motion.sample(0.0), motion.sample(motion.duration)
-    assert first.positions == pytest.approx(start)
-    assert last.positions == pytest.approx(goal)
-    assert last.velocities == (0.0,) * len(NAMES)
-    peak = np.abs(motion.sample_many(np.linspace(0, motion.duration, 500))[1]).max(axis=0)
-    assert all(
-        value <= scale * limit.max_velocity * (1 + 1e-6)
-        for value, limit in zip(peak, LIMITS, strict=True)
-    )
-
-
-@given(st.tuples(*(st.floats(-l.max_velocity, l.max_velocity) for l in LIMITS)))  # noqa: E741
-def test_a_stop_decelerates_evenly_and_within_limits(velocities: tuple[float, ...]) -> None:
-    motion = stop_ramp(NAMES, _pose(0.5), velocities, LIMITS)
-    for index, limit in enumerate(LIMITS):
-        accelerations = motion.sample_many(np.linspace(0, motion.duration * 0.999, 50))[2][:, index]
-        assert np.abs(accelerations).max() <= limit.max_acceleration * (1 + 1e-6)
-        assert np.ptp(accelerations) <= 1e-6 * limit.max_acceleration
-    assert motion.sample(motion.duration).velocities == (0.0,) * len(NAMES)
-
-
-@pytest.mark.parametrize("scale", [0.0, -1.0, 1.5, float("nan")])
-def test_a_ramp_refuses_an_odd_speed_scale(scale: float) -> None:
-    with pytest.raises(InvalidArgumentError, match="speed scale"):
-        ramp(NAMES, _pose(0.2), _pose(0.4), LIMITS, scale)
-
-
-def test_a_ramp_refuses_a_goal_beyond_the_limits() -> None:
-    goal = _pose(0.5)
-    goal[2] = 2.7
-    with pytest.raises(TrajectoryError, match=r"j3: goal 2\.7 rad is outside"):
-        ramp(NAMES, _pose(0.5), goal, LIMITS)
 
 
 @pytest.mark.parametrize(

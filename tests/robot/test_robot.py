@@ -24,7 +24,7 @@ from bioscara.errors import (
     TrajectoryError,
 )
 from bioscara.model import load_parameters
-from bioscara.planning import Trajectory, ramp
+from bioscara.planning import Trajectory, point_to_point
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
@@ -109,7 +109,7 @@ def test_a_place_it_cannot_reach_is_refused_before_anything_moves(
 
 
 def test_pln2_a_trajectory_that_starts_elsewhere_is_refused_with_numbers(homed: Scene) -> None:
-    far = ramp(NAMES, (-1.9, 0.30, 2.0, 2.0), (-1.5, 0.30, 2.0, 2.0), ARM.joints)
+    far = point_to_point(NAMES, (-1.9, 0.30, 2.0, 2.0), (-1.5, 0.30, 2.0, 2.0), ARM.joints)
     with pytest.raises(TrajectoryError, match=r"j1 is at -2\.0\d* rad .* starts at -1\.9"):
         homed.robot.follow(far)
     homed.robot.follow(far, approach=True)
@@ -117,7 +117,7 @@ def test_pln2_a_trajectory_that_starts_elsewhere_is_refused_with_numbers(homed: 
 
 
 def test_pln2_a_small_gap_is_joined_by_a_ramp(homed: Scene) -> None:
-    near = ramp(NAMES, (-1.99, 0.301, 2.01, 2.01), (-1.8, 0.30, 2.0, 2.0), ARM.joints)
+    near = point_to_point(NAMES, (-1.99, 0.301, 2.01, 2.01), (-1.8, 0.30, 2.0, 2.0), ARM.joints)
     records: list[CycleRecord] = []
     homed.robot.follow(near, records.append)
     assert {record.phase for record in records} >= {Phase.APPROACH, Phase.TRAJECTORY}
@@ -270,7 +270,7 @@ def test_outside_a_with_statement_it_says_so(tmp_path: Path) -> None:
 
 @given(st.tuples(*(st.floats(joint.lower, joint.upper, allow_nan=False) for joint in ARM.joints)))
 def test_pln1_limits_hold_for_random_targets(goal: tuple[float, ...]) -> None:
-    trajectory = ramp(NAMES, START, goal, ARM.joints)
+    trajectory = point_to_point(NAMES, START, goal, ARM.joints)
     for joint, velocity, acceleration in zip(
         ARM.joints,
         *(abs(x).max(axis=0) for x in trajectory.sample_many([*_grid(trajectory)])[1:]),
@@ -288,6 +288,6 @@ def test_a_goal_is_refused_by_a_controller_that_is_not_active(scene: Scene) -> N
     from bioscara.control.joint_trajectory import Goal, JointTrajectory  # noqa: PLC0415
 
     stack = scene.robot._running()
-    trajectory = ramp(NAMES, START, START, ARM.joints)
+    trajectory = point_to_point(NAMES, START, START, ARM.joints)
     with pytest.raises(GoalRejectedError, match="inactive"):
         stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), 0.0)

@@ -4,6 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+JERK_TIME = 0.025
+"""Time in which a joint may build its highest acceleration up [s].
+
+A choice: it costs 25 ms per motion, and spreads the step that would ring the column over two
+cycles and more.
+"""
+
 
 @dataclass(frozen=True, slots=True)
 class HomingParameters:
@@ -60,6 +67,11 @@ class JointParameters:
     def home_position(self) -> float:
         """Joint position at the end stop that homing touches [unit]."""
         return self.upper if self.homing.velocity > 0.0 else self.lower
+
+    @property
+    def max_jerk(self) -> float:
+        """Highest jerk [unit/s^3]: the highest acceleration builds up in 25 ms."""
+        return self.max_acceleration / JERK_TIME
 
 
 @dataclass(frozen=True, slots=True)

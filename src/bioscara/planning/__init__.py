@@ -2,8 +2,9 @@
 
 ``trajectory`` is the one type that everything above executes; ``files`` reads and writes it;
 ``check`` tells whether an arm with given limits can do it, on the curve between the points;
-``fit`` stretches it in time until it can; ``ramp`` brings an arm to its start, or to rest;
-``cartesian`` leads the tool on lines and arcs, ``parameterisation`` on any ``path``.
+``fit`` stretches it in time until it can; ``point_to_point`` brings an arm from place to place, and
+``state_to_state`` also in motion; ``cartesian`` leads the tool on lines and arcs,
+``parameterisation`` on any ``path``, and ``sequence`` through waypoints.
 
 Law: what ``check`` accepts stays within every limit at every instant.
 """
@@ -17,8 +18,14 @@ from bioscara.planning.files import write_csv as write_csv
 from bioscara.planning.fit import fit as fit
 from bioscara.planning.limits import JointLimits as JointLimits
 from bioscara.planning.parameterisation import parameterise as parameterise
-from bioscara.planning.ramp import ramp as ramp
-from bioscara.planning.ramp import stop_ramp as stop_ramp
+from bioscara.planning.point_to_point import point_to_point as point_to_point
+from bioscara.planning.point_to_point import state_to_state as state_to_state
+from bioscara.planning.sequence import Motion as Motion
+from bioscara.planning.sequence import Sequenced as Sequenced
+from bioscara.planning.sequence import Waypoint as Waypoint
+from bioscara.planning.sequence import approach as approach
+from bioscara.planning.sequence import retract as retract
+from bioscara.planning.sequence import sequence as sequence
 from bioscara.planning.tool_limits import ToolLimits as ToolLimits
 from bioscara.planning.trajectory import Sample as Sample
 from bioscara.planning.trajectory import Trajectory as Trajectory

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from bioscara.errors import TrajectoryError
 from bioscara.planning.check import check
 from bioscara.planning.extrema import extrema
@@ -18,6 +20,14 @@ def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
     Velocities become 1/factor, accelerations 1/factor^2 of what they were.
     """
     velocities, accelerations = trajectory.velocities, trajectory.accelerations
+    if velocities is not None and accelerations is None and len(trajectory.times) > 1:
+        return Trajectory.of_cubics(
+            trajectory.joint_names,
+            trajectory.times * factor,
+            trajectory.coefficients[..., :4] / factor ** np.arange(4.0),
+            trajectory.positions[-1].tolist(),
+            (velocities[-1] / factor).tolist(),
+        )
     return Trajectory(
         trajectory.joint_names,
         trajectory.times * factor,

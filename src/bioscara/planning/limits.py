@@ -37,3 +37,8 @@ class JointLimits(Protocol):
     def max_acceleration(self) -> float:
         """Highest acceleration [unit/s^2]."""
         ...
+
+    @property
+    def max_jerk(self) -> float:
+        """Highest jerk [unit/s^3]."""
+        ...

@@ -21,12 +21,14 @@ from bioscara.planning.limits import JointLimits
 from bioscara.planning.path import Path
 from bioscara.planning.path_limits import Look, caps, look, rows
 from bioscara.planning.path_refusals import check_places, check_speeds, check_start, check_turns
-from bioscara.planning.phase_plane import fastest
+from bioscara.planning.phase_plane import Rows, fastest
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.trajectory import Array, Trajectory
 
 _PIECES = 80
 """Of the first grid."""
+_PIECES_BETWEEN = 8
+"""Of the first grid between two breaks, so that no blend is overlooked."""
 _STEP, _FEWEST, _MOST = 10e-3, 60, 4000
 """Time between two points [s], and how many pieces there may be before the refinement."""
 _EXCESS, _FINEST, _REFINEMENTS = 1e-3, 1e-4, 6
@@ -34,6 +36,8 @@ _EXCESS, _FINEST, _REFINEMENTS = 1e-3, 1e-4, 6
 that is cut [s], and how often that happens at most."""
 _LOOKS = (0.25, 0.5, 0.75)
 """Where between two points the tool is looked at, in shares of the time."""
+_BETWEEN = 1e-5
+"""Share by which the tool may exceed a limit between two looks."""
 
 
 def parameterise(
@@ -43,7 +47,7 @@ def parameterise(
     limits: Sequence[JointLimits],
     tool: ToolLimits | None = None,
     *,
-    speed: float = 1.0,
+    speed: float | Sequence[float] = 1.0,
 ) -> Trajectory:
     """Return the fastest motion of the tool along a path, from rest to rest.
 
@@ -54,6 +58,7 @@ def parameterise(
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
         speed: Share of the speed to use, above 0 and at most 1: the same in 1/speed of the time.
+            One share, or one for each piece of the path between its breaks.
 
     Returns:
         A trajectory of cubics on which no limit of a joint or the tool is exceeded by more than
@@ -66,15 +71,15 @@ def parameterise(
         TrajectoryError: The path begins elsewhere.
     """
     tool = ToolLimits() if tool is None else tool
-    if not 0.0 < speed <= 1.0:
-        raise InvalidArgumentError(f"speed scale {speed} is outside 0 .. 1 (0 excluded)")
+    shares = _shares(path, speed)
+    highest = float(shares.max())
     check_start(arm, path, start)
     grid = _first_grid(path)
-    _, squares = _look_and_solve(arm, path, start, limits, tool, grid)
+    _, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares / highest)
     grid = _even_in_time(grid, squares, path.breaks)
     names = [limit.name for limit in limits]
     for _ in range(_REFINEMENTS + 1):
-        seen, squares = _look_and_solve(arm, path, start, limits, tool, grid)
+        seen, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares / highest)
         velocities = seen.joints.first * np.sqrt(squares)[:, None]
         trajectory = Trajectory(names, _times(grid, squares), seen.joints.joints, velocities)
         factors = _factors_of_pieces(trajectory, arm, limits, tool)
@@ -85,7 +90,24 @@ def parameterise(
         coarse[1:] |= coarse[:-1]
         grid = np.union1d(grid, 0.5 * (grid[:-1] + grid[1:])[coarse])
     check_turns(arm, path, start, seen, trajectory)
-    return stretched(trajectory, max(1.0, float(factors.max())) / speed)
+    factor = max(1.0, (1.0 + _BETWEEN) * float(factors.max()))
+    return stretched(trajectory, factor / highest)
+
+
+def _shares(path: Path, speed: float | Sequence[float]) -> Array:
+    """Return the share of speed of each piece between the breaks of a path."""
+    pieces = len(path.breaks) + 1
+    shares = np.full(pieces, speed) if np.ndim(speed) == 0 else np.array(speed)
+    if shares.shape != (pieces,):
+        raise InvalidArgumentError(
+            f"{len(shares)} shares of speed do not fit the {pieces} pieces of the path"
+        )
+    wrong = ~((shares > 0.0) & (shares <= 1.0))
+    if wrong.any():
+        raise InvalidArgumentError(
+            f"speed scale {shares[np.argmax(wrong)]} is outside 0 .. 1 (0 excluded)"
+        )
+    return shares
 
 
 def _look_and_solve(
@@ -95,19 +117,26 @@ def _look_and_solve(
     limits: Sequence[JointLimits],
     tool: ToolLimits,
     grid: Array,
+    shares: Array,
 ) -> tuple[Look, Array]:
     """Return the path at the grid, and the squares of the largest speeds there."""
     seen = look(arm, path, start, grid)
     check_places(arm, path, start, seen)
-    squares, bound = fastest(np.diff(grid), rows(seen, limits, tool), caps(seen, limits, tool))
-    check_speeds(arm, path, start, seen, bound)
+    share = shares[np.searchsorted(path.breaks, grid[:-1], side="right")] ** 2
+    along, across = rows(seen, limits, tool)
+    slowed = Rows(along / share[:, None], across / share[:, None])
+    lower = np.minimum(np.append(share, 1.0), np.append(1.0, share))
+    squares, bound = fastest(np.diff(grid), slowed, lower * caps(seen, limits, tool))
+    check_speeds(arm, path, start, seen, bound / share)
     return seen, squares
 
 
 def _first_grid(path: Path) -> Array:
-    """Return a grid that is finer towards both ends, with the path's breaks."""
+    """Return a grid that is finer towards both ends, and fine in each piece between breaks."""
     ends = np.cos(np.linspace(0.0, math.pi, _PIECES + 1))
-    return np.union1d(0.5 * path.length * (1.0 - ends), path.breaks)
+    edges = np.array((0.0, *path.breaks, path.length))
+    pieces = np.linspace(edges[:-1], edges[1:], _PIECES_BETWEEN + 1).ravel()
+    return np.union1d(0.5 * path.length * (1.0 - ends), pieces)
 
 
 def _times(grid: Array, squares: Array) -> Array:

@@ -55,7 +55,10 @@ class Path(Protocol):
 
     @property
     def breaks(self) -> tuple[float, ...]:
-        """Parameters inside the path where the second derivative jumps, increasing."""
+        """Parameters inside the path where one formula ends and the next begins, increasing.
+
+        Between them every derivative is continuous; there the second may jump.
+        """
         ...
 
     def sample(self, s: npt.ArrayLike) -> PathSamples:
@@ -202,8 +205,9 @@ class Joined:
         pieces: The paths, at least one.
 
     Attributes:
+        pieces: As given.
         length: Largest parameter.
-        breaks: Where the second derivative jumps: at the seams, and inside the pieces.
+        breaks: The seams between the pieces, and the breaks inside them.
 
     Raises:
         InvalidArgumentError: There are none, or one begins elsewhere or in another direction than
@@ -213,13 +217,14 @@ class Joined:
     def __init__(self, pieces: Sequence[Path]) -> None:
         if not pieces:
             raise InvalidArgumentError("a path needs at least one piece; this one has none")
-        self._pieces = tuple(pieces)
+        self.pieces = tuple(pieces)
         ends = np.cumsum([piece.length for piece in pieces])
         self._starts = np.concatenate(([0.0], ends[:-1]))
         self.length = float(ends[-1])
         breaks: list[float] = []
         for index, (piece, start) in enumerate(zip(pieces, self._starts.tolist(), strict=True)):
-            if index and self._seam(index) > _KINK:
+            if index:
+                _check_seam(index, pieces[index - 1], piece)
                 breaks.append(start)
             breaks.extend(start + inside for inside in piece.breaks)
         self.breaks = tuple(breaks)
@@ -231,27 +236,26 @@ class Joined:
         all_samples = PathSamples(*(np.empty((len(at), 4)) for _ in range(3)))
         for number in np.unique(index).tolist():
             here = index == number
-            samples = self._pieces[number].sample(at[here] - self._starts[number])
+            samples = self.pieces[number].sample(at[here] - self._starts[number])
             for whole, part in zip(all_samples, samples, strict=True):
                 whole[here] = part
         return all_samples
 
-    def _seam(self, index: int) -> float:
-        """Return the jump of the second derivative before a piece; complain of other jumps."""
-        before, after = self._pieces[index - 1], self._pieces[index]
-        last, next_ = before.sample([before.length]), after.sample([0.0])
-        gap, kink, jump = (float(np.abs(b - a).max()) for a, b in zip(last, next_, strict=True))
-        if gap > _GAP:
-            raise InvalidArgumentError(
-                f"piece {index} of the path begins {gap:.3g} (m or rad) beside the end of piece "
-                f"{index - 1}; begin it there"
-            )
-        if kink > _KINK:
-            raise InvalidArgumentError(
-                f"piece {index} of the path leaves the direction of piece {index - 1} by "
-                f"{kink:.3g}: round the corner, or stop there"
-            )
-        return jump
+
+def _check_seam(index: int, before: Path, after: Path) -> None:
+    last, following = before.sample([before.length]), after.sample([0.0])
+    gap = float(np.abs(following.poses - last.poses).max())
+    kink = float(np.abs(following.first - last.first).max())
+    if gap > _GAP:
+        raise InvalidArgumentError(
+            f"piece {index} of the path begins {gap:.3g} (m or rad) beside the end of piece "
+            f"{index - 1}; begin it there"
+        )
+    if kink > _KINK:
+        raise InvalidArgumentError(
+            f"piece {index} of the path leaves the direction of piece {index - 1} by {kink:.3g}: "
+            "round the corner, or stop there"
+        )
 
 
 def _check_finite(*poses: tuple[str, Pose]) -> None:

@@ -42,17 +42,14 @@ class Look(NamedTuple):
 def look(arm: Scara, path: Path, start: Joints, grid: Array) -> Look:
     """Return the path at the points of a grid, which has all its breaks."""
     tool = path.sample(grid)
-    joints = along(arm, tool, start)
     if not path.breaks:
+        joints = along(arm, tool, start)
         return Look(grid, tool, joints, tool, joints)
+    # Only second derivatives jump; poses from beside a break would show as accelerations.
     beside = 1e-9 * path.length * np.isin(grid, path.breaks)
-
-    def side(s: Array) -> tuple[PathSamples, JointSamples]:
-        shifted = path.sample(s)
-        bend = along(arm, shifted, start).second
-        return tool._replace(second=shifted.second), joints._replace(second=bend)
-
-    return Look(grid, *side(grid + beside), *side(grid - beside))
+    after = tool._replace(second=path.sample(grid + beside).second)
+    before = tool._replace(second=path.sample(grid - beside).second)
+    return Look(grid, after, along(arm, after, start), before, along(arm, before, start))
 
 
 def caps(look: Look, limits: Sequence[JointLimits], tool: ToolLimits) -> Array:

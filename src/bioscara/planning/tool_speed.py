@@ -9,7 +9,7 @@ import numpy as np
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara, batch
 from bioscara.planning.fit import stretched
-from bioscara.planning.trajectory import Trajectory
+from bioscara.planning.trajectory import Array, Trajectory
 
 REDUCED_SPEED = 0.25
 """Speed of the tool until full speed is asked for [m/s]: the reduced speed of ISO 10218-1."""
@@ -39,7 +39,16 @@ def peak_tool_speed(trajectory: Trajectory, arm: Scara, elsewhere: Sequence[floa
     rates = np.zeros_like(joints)
     columns = [names.index(name) for name in trajectory.joint_names]
     joints[:, columns], rates[:, columns] = positions, velocities
-    return float(batch.tool_speeds(arm, joints, rates).max())
+    return _peak(batch.tool_speeds(arm, joints, rates))
+
+
+def _peak(speeds: Array) -> float:
+    """Return the largest speed, also between evenly spaced samples."""
+    before, here, after = speeds[:-2], speeds[1:-1], speeds[2:]
+    top = (here >= before) & (here >= after) & (2.0 * here > before + after)
+    # The summit of the parabola through three samples.
+    rise, bend = (after - before)[top], (2.0 * here - before - after)[top]
+    return float(np.max(here[top] + rise * rise / (8.0 * bend), initial=speeds.max()))
 
 
 def reduced(

@@ -82,14 +82,58 @@ class Trajectory:
         self.accelerations = (
             None if accelerations is None else self._column("acceleration", accelerations, shape)
         )
-        _check_times(self.times)
-        self._starts: list[float] = [float(time) for time in self.times]
+        _check_times(self.times, STEP_MIN)
         with np.errstate(all="ignore"):
-            self._coefficients = self._segments()
-        if not np.isfinite(self._coefficients).all():
+            self._take(self._segments())
+
+    @classmethod
+    def of_cubics(
+        cls,
+        joint_names: Sequence[str],
+        times: npt.ArrayLike,
+        coefficients: npt.ArrayLike,
+        end_positions: Sequence[float],
+        end_velocities: Sequence[float],
+    ) -> Trajectory:
+        """Return the trajectory of given polynomials; its points are where they meet.
+
+        Points alone would do, but for rounding: the acceleration of a piece of 10 us is known
+        to 1e-5 rad/s^2 at best from where it begins and ends.
+
+        Args:
+            joint_names: The joints.
+            times: Where pieces begin, and where the last one ends [s], shape (n,).
+            coefficients: Powers 0 to 3 of the time since the piece's begin, shape
+                (n - 1, joints, 4), continuous in position and velocity.
+            end_positions: Where the last piece ends [rad or m].
+            end_velocities: Likewise [rad/s or m/s].
+
+        Raises:
+            TrajectoryError: A size does not fit, a value is not finite, or times do not increase.
+        """
+        cubics = np.asarray(coefficients, dtype=np.float64)
+        result = cls.__new__(cls)
+        result.joint_names, result.times = tuple(joint_names), _frozen(times)
+        _check_names(result.joint_names)
+        _check_times(result.times, 0.0)
+        shape = (len(result.times), len(result.joint_names))
+        result.positions = result._column(
+            "position", np.vstack((cubics[:, :, 0], end_positions)), shape
+        )
+        result.velocities = result._column(
+            "velocity", np.vstack((cubics[:, :, 1], end_velocities)), shape
+        )
+        result.accelerations = None
+        result._take(np.concatenate((cubics, np.zeros((*cubics.shape[:2], 2))), axis=2))
+        return result
+
+    def _take(self, coefficients: Array) -> None:
+        if not np.isfinite(coefficients).all():
             raise TrajectoryError("the values are too large for a curve between the points")
+        self._coefficients = coefficients
+        self._starts: list[float] = self.times.tolist()
         # Plain floats: for four joints they are several times faster than arrays.
-        self._plain: list[list[list[float]]] = self._coefficients.tolist()
+        self._plain: list[list[list[float]]] = coefficients.tolist()
 
     def __repr__(self) -> str:
         return (
@@ -211,18 +255,18 @@ def _check_names(names: tuple[str, ...]) -> None:
         raise TrajectoryError(f"joint named twice: {', '.join(twice)}")
 
 
-def _check_times(times: Array) -> None:
+def _check_times(times: Array, least: float) -> None:
     if not np.isfinite(times).all():
         raise TrajectoryError(f"point {int(np.argmin(np.isfinite(times)))}: time is not finite")
     if times[0] < 0.0:
         raise TrajectoryError(f"point 0: time {times[0]:g} s is negative")
     steps = np.diff(times)
-    near = (steps > 0.0) & (steps < STEP_MIN)
+    near = (steps > 0.0) & (steps < least)
     if near.any():
         point = int(np.argmax(near)) + 1
         raise TrajectoryError(
             f"point {point}: comes {steps[point - 1]:g} s after the one before; points are at "
-            f"least {STEP_MIN:g} s apart"
+            f"least {least:g} s apart"
         )
     if (steps <= 0.0).any():
         point = int(np.argmax(steps <= 0.0)) + 1

@@ -27,7 +27,7 @@ from bioscara.errors import (
 from bioscara.hardware import ArmHardware, GripperHardware, State
 from bioscara.hardware.stopping import stop_and_disable
 from bioscara.model import ArmParameters, load_parameters
-from bioscara.planning import Trajectory, check, ramp
+from bioscara.planning import Trajectory, check, point_to_point
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
 from bioscara.protocol import Flags
 from bioscara.report import CycleRecord, Phase
@@ -332,7 +332,8 @@ class Robot:
             raise TrajectoryError(f"{len(positions)} positions for {len(self.joints)} joints")
         self._prepare()
         names, here = self._names, self._here()
-        motion = self._slowed(ramp(names, here, positions, self.parameters.joints, speed), here)
+        motion = point_to_point(names, here, positions, self.parameters.joints, speed=speed)
+        motion = self._slowed(motion, here)
         self._motion(observe, cancelled, timeout).follow(motion, Phase.TRAJECTORY)
 
     def follow(
@@ -353,7 +354,7 @@ class Robot:
             trajectory: For some or all of the joints; the others hold.
             observe: Takes a record of all joints each cycle.
             cancelled: Asked each cycle; True ends the motion.
-            approach: Whether to go to its start on a planned ramp from wherever the arm is.
+            approach: Whether to go to its start on a planned motion from wherever the arm is.
             timeout: Longest time that all of it may take [s]; None for no bound.
 
         Raises:
@@ -372,7 +373,8 @@ class Robot:
         goal = [start.get(name, where) for name, where in zip(self._names, here, strict=True)]
         if not approach:
             self._require_near(here, goal)
-        lead = self._slowed(ramp(self._names, here, goal, self.parameters.joints), here)
+        lead = point_to_point(self._names, here, goal, self.parameters.joints)
+        lead = self._slowed(lead, here)
         trajectory = self._slowed(trajectory, goal)
         motion = self._motion(observe, cancelled, timeout)
         motion.follow(lead, Phase.APPROACH, lead.duration)

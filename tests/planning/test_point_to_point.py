@@ -1,0 +1,220 @@
+"""Motions from state to state: laws, and ruckig as the oracle of what is fastest."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bioscara.errors import InvalidArgumentError, TrajectoryError
+from bioscara.planning import Trajectory, check, point_to_point, state_to_state
+from bioscara.planning.double_s import Bounds, Profile, State, durations, fastest, lasting
+from bioscara.planning.fit import stretched
+from planning.limits import LIMITS, NAMES
+
+ruckig = pytest.importorskip("ruckig")
+GOAL = (-0.26026, 0.0179, 0.53642, -0.69014)
+"""Of data/planned_time_optimal.yaml, from zero; ``FIELD`` are the limits it was planned with."""
+
+poses = st.tuples(*(st.floats(limit.lower, limit.upper) for limit in LIMITS))
+shares = st.floats(-1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Limit:
+    name: str
+    max_velocity: float
+    max_acceleration: float
+    lower: float = -math.pi
+    upper: float = math.pi
+    unit: str = "rad"
+
+    @property
+    def max_jerk(self) -> float:
+        return self.max_acceleration / 0.025
+
+
+FIELD = [Limit("j1", 0.5, 2.0), Limit("j2", 1.0, 2.0), *(Limit(n, 5.0, 14.0) for n in ("j3", "j4"))]
+
+
+@st.composite
+def bounds(draw: st.DrawFn) -> Bounds:
+    return Bounds(*(draw(st.floats(0.05, 20.0)) for _ in range(2)), draw(st.floats(0.5, 500.0)))
+
+
+@st.composite
+def states(draw: st.DrawFn, limits: Bounds) -> State:
+    """Draw a state that the joint can have come to and can leave."""
+    most, hardest, jerk = limits
+    acceleration = draw(shares) * min(hardest, math.sqrt(1.999 * jerk * most))
+    room = most - acceleration**2 / (2.0 * jerk)
+    return State(draw(st.floats(-3.0, 3.0)), draw(shares) * max(room, 0.0), acceleration)
+
+
+@st.composite
+def problems(draw: st.DrawFn) -> tuple[State, State, Bounds]:
+    limits = draw(bounds())
+    return draw(states(limits)), draw(states(limits)), limits
+
+
+def peer(starts: Sequence[State], goals: Sequence[State], limits: Sequence[Bounds]) -> float:
+    """Return the duration that ruckig finds [s]."""
+    planner, task = ruckig.Ruckig(len(starts)), ruckig.InputParameter(len(starts))
+    for prefix, given_states in (("current", starts), ("target", goals)):
+        for field in State._fields:
+            setattr(task, f"{prefix}_{field}", [getattr(state, field) for state in given_states])
+    for field in Bounds._fields:
+        setattr(task, f"max_{field}", [getattr(limit, field) for limit in limits])
+    result = ruckig.Trajectory(len(starts))
+    assert planner.calculate(task, result) in {ruckig.Result.Working, ruckig.Result.Finished}
+    return float(result.duration)
+
+
+def obeys(profile: Profile, start: State, goal: State, limits: Bounds) -> None:
+    assert profile.at(0.0) == start
+    assert profile.at(profile.duration) == pytest.approx(goal, rel=1e-9, abs=1e-9)
+    for time in np.arange(0.0, min(profile.duration, 3.0), 1e-3).tolist():
+        _, velocity, acceleration = profile.at(time)
+        assert abs(velocity) <= limits.velocity * (1.0 + 1e-9)
+        assert abs(acceleration) <= limits.acceleration * (1.0 + 1e-9)
+    for knot in profile.knots:
+        assert abs(knot.jerk) <= limits.jerk * (1.0 + 1e-12)
+
+
+@given(problems())
+def test_the_fastest_motion_is_as_fast_as_ruckigs_and_obeys(
+    problem: tuple[State, State, Bounds],
+) -> None:
+    start, goal, limits = problem
+    profile = fastest(start, goal, limits)
+    obeys(profile, start, goal, limits)
+    assert profile.duration <= peer([start], [goal], [limits]) * 1.001 + 1e-6
+
+
+@given(problems(), st.floats(0.0, 5.0))
+def test_a_motion_of_a_duration_is_found_where_there_is_one(
+    problem: tuple[State, State, Bounds], extra: float
+) -> None:
+    start, goal, limits = problem
+    changes = durations(start, goal, limits)
+    duration = changes[0] + extra
+    profile = lasting(duration, start, goal, limits)
+    if profile is None:
+        assert duration < changes[-1], "from the last change on every duration is possible"
+    else:
+        assert profile.duration == pytest.approx(duration, rel=1e-12)
+        obeys(profile, start, goal, limits)
+
+
+def test_random_states_of_four_joints_take_no_longer_than_ruckig() -> None:
+    rng = np.random.default_rng(4)
+    for _ in range(500):
+        limits = [Bounds(l.max_velocity, l.max_acceleration, l.max_jerk) for l in LIMITS]  # noqa: E741
+        starts, goals = ([_state(rng, limit) for limit in LIMITS] for _ in range(2))
+        try:
+            ours = state_to_state(NAMES, starts, goals, LIMITS)
+        except TrajectoryError as refusal:
+            assert "position" in str(refusal)  # noqa: PT017
+            continue
+        assert ours.duration <= peer(starts, goals, limits) * 1.001
+        _within(ours)
+
+
+def _state(rng: np.random.Generator, limit: Limit) -> State:
+    span = limit.upper - limit.lower
+    acceleration = float(rng.uniform(-1, 1) * limit.max_acceleration)
+    room = limit.max_velocity - acceleration**2 / (2.0 * limit.max_jerk)
+    position = limit.lower + span * rng.uniform(0.2, 0.8)
+    return State(float(position), float(rng.uniform(-1, 1) * room), acceleration)
+
+
+def _within(motion: Trajectory, limits: Sequence[Limit] = LIMITS) -> None:
+    """Assert that a motion keeps speed and acceleration on a grid of 1 ms."""
+    _, velocities, accelerations = motion.sample_many(np.arange(0.0, motion.duration, 1e-3))
+    for index, limit in enumerate(limits):
+        assert np.abs(velocities[:, index]).max(initial=0.0) <= limit.max_velocity * (1 + 1e-9)
+        peak = np.abs(accelerations[:, index]).max(initial=0.0)
+        assert peak <= limit.max_acceleration * (1 + 1e-9)
+
+
+@given(poses, poses, st.floats(0.05, 1.0), st.booleans())
+def test_point_to_point_goes_from_rest_to_rest_within_limits(
+    start: tuple[float, ...], goal: tuple[float, ...], speed: float, jerk_limited: bool
+) -> None:
+    motion = point_to_point(NAMES, start, goal, LIMITS, speed=speed, jerk_limited=jerk_limited)
+    check(motion, LIMITS)
+    check(stretched(motion, 1.5), LIMITS)
+    _within(motion)
+    first, last = motion.sample(0.0), motion.sample(motion.duration)
+    if motion.duration:
+        assert first.positions == start
+    assert last == (goal, (0.0,) * len(NAMES), (0.0,) * len(NAMES))
+    assert first.velocities == (0.0,) * len(NAMES)
+    full = point_to_point(NAMES, start, goal, LIMITS, jerk_limited=jerk_limited)
+    assert motion.duration == pytest.approx(full.duration / speed, rel=1e-6, abs=1e-9)
+    positions, velocities, _ = motion.sample_many(np.linspace(0.0, motion.duration, 300))
+    low, high = np.minimum(start, goal), np.maximum(start, goal)
+    assert (positions >= low - 1e-9).all(), "no joint overshoots"
+    assert (positions <= high + 1e-9).all(), "no joint overshoots"
+    for index, limit in enumerate(LIMITS):
+        assert np.abs(velocities[:, index]).max() <= speed * limit.max_velocity * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(("jerk_limited", "most"), [(False, 0.7706), (True, 0.7956)])
+def test_the_move_of_the_field_is_as_fast_as_it_can_be(jerk_limited: bool, most: float) -> None:
+    motion = point_to_point(NAMES, (0.0,) * 4, GOAL, FIELD, jerk_limited=jerk_limited)
+    assert motion.duration <= most
+    _within(motion, FIELD)
+    assert motion.sample(motion.duration).positions == GOAL
+
+
+def test_a_goal_that_is_the_start_takes_no_time() -> None:
+    here = tuple(0.5 * (limit.lower + limit.upper) for limit in LIMITS)
+    for jerk_limited in (True, False):
+        motion = point_to_point(NAMES, here, here, LIMITS, jerk_limited=jerk_limited)
+        assert motion.duration == 0.0
+        assert motion.sample(0.0).positions == here
+
+
+@pytest.mark.parametrize("speed", [0.0, -1.0, 10.0, math.nan])
+def test_an_odd_speed_is_refused(speed: float) -> None:
+    with pytest.raises(InvalidArgumentError, match=r"outside 0 \.\. 1"):
+        point_to_point(NAMES, (0.0,) * 4, GOAL, LIMITS, speed=speed)
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "words"),
+    [
+        ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 2.7, 0.0), r"j3: goal 2\.7 rad is outside -2\.6"),
+        ((0.0, 0.4, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0), r"j2: start 0\.4 m is outside .* 0\.338 m"),
+        ((0.0, 0.0, 0.0, 0.0), (math.nan, 0.0, 0.0, 0.0), "j1: goal is nan"),
+        ((0.0, 0.0, math.inf, 0.0), (0.0, 0.0, 0.0, 0.0), "j3: start is inf"),
+        ((0.0, 0.0), (0.0, 0.0, 0.0, 0.0), "start: 2 values for 4 joints"),
+    ],
+)
+def test_places_that_do_not_exist_are_refused(
+    start: tuple[float, ...], goal: tuple[float, ...], words: str
+) -> None:
+    with pytest.raises(TrajectoryError, match=words):
+        point_to_point(NAMES, start, goal, LIMITS)
+
+
+@pytest.mark.parametrize(
+    ("start", "words"),
+    [
+        (State(0.0, 1.1, 0.0), r"j1: velocity of the start, 1\.1 rad/s, exceeds .* 1 rad/s"),
+        (State(0.0, 0.0, -3.0), r"j1: acceleration of the start, -3 rad/s\^2, exceeds"),
+        (State(0.0, 0.99, 2.0), r"j1: velocity where the acceleration is zero of the start, 1\.0"),
+        (State(0.0, math.nan, 0.0), "j1: velocity of the start, nan"),
+        (State(3.0, 0.9, 0.0), r"j1 at .* position 3\.\d+ rad is outside"),
+    ],
+)
+def test_states_that_cannot_be_left_are_refused(start: State, words: str) -> None:
+    rest = [State(0.0)] * 3
+    with pytest.raises(TrajectoryError, match=words):
+        state_to_state(NAMES, [start, *rest], [State(0.0), *rest], LIMITS)
