@@ -13,6 +13,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Scara, batch
@@ -72,26 +73,32 @@ def parameterise(
     """
     tool = ToolLimits() if tool is None else tool
     shares = _shares(path, speed)
-    highest = float(shares.max())
+    highest, shares = float(shares.max()), shares / shares.max()
     check_start(arm, path, start)
     grid = _first_grid(path)
-    _, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares / highest)
+    _, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares)
     grid = _even_in_time(grid, squares, path.breaks)
     names = [limit.name for limit in limits]
     for _ in range(_REFINEMENTS + 1):
-        seen, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares / highest)
+        seen, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares)
         velocities = seen.joints.first * np.sqrt(squares)[:, None]
         trajectory = Trajectory(names, _times(grid, squares), seen.joints.joints, velocities)
         factors = _factors_of_pieces(trajectory, arm, limits, tool)
         coarse = (factors > 1.0 + _EXCESS) & (np.diff(trajectory.times) > _FINEST)
         if not coarse.any():
             break
-        coarse[:-1] |= coarse[1:]
-        coarse[1:] |= coarse[:-1]
-        grid = np.union1d(grid, 0.5 * (grid[:-1] + grid[1:])[coarse])
+        grid = _cut(grid, coarse)
     check_turns(arm, path, start, seen, trajectory)
     factor = max(1.0, (1.0 + _BETWEEN) * float(factors.max()))
     return stretched(trajectory, factor / highest)
+
+
+def _cut(grid: Array, coarse: npt.NDArray[np.bool_]) -> Array:
+    """Return the grid with the coarse pieces and those next to them cut in two."""
+    wide = coarse.copy()
+    wide[:-1] |= coarse[1:]
+    wide[1:] |= coarse[:-1]
+    return np.union1d(grid, 0.5 * (grid[:-1] + grid[1:])[wide])
 
 
 def _shares(path: Path, speed: float | Sequence[float]) -> Array:
