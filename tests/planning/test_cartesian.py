@@ -240,6 +240,7 @@ def test_where_slowing_down_does_not_help_the_largest_speed_is_told() -> None:
     assert caught.value.joint in {"j1", "j3", "j4"}
     assert caught.value.position == pytest.approx(0.3, abs=1e-3)
     assert 0.0 < caught.value.largest_speed < 1e-3
+    assert "other side" not in str(caught.value)
 
 
 def test_the_stretched_arm_is_no_goal_of_a_line() -> None:

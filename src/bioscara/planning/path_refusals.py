@@ -154,14 +154,15 @@ def _refusal(
     piece = f"segment {segment}, " if path.breaks else ""
     text = f"{piece}{s:.4f} m along the path of {path.length:.4f} m: {why}"
     name = arm.limits[joint].name
-    return PathError(f"{text}; {_alternative(arm, start, look)}", segment, name, s, largest_speed)
+    instead = _alternative(arm, start, look, elbow=largest_speed == 0.0)
+    return PathError(f"{text}; {instead}", segment, name, s, largest_speed)
 
 
-def _alternative(arm: Scara, start: Joints, look: Look) -> str:
-    """Return what the arm can do instead."""
+def _alternative(arm: Scara, start: Joints, look: Look, *, elbow: bool) -> str:
+    """Return what the arm can do instead; the other elbow is as slow as this one."""
     offers = []
     for other in arm.inverse(arm.forward(start)):
-        if other.j3 * start.j3 < 0.0 and not arm.beyond(other):
+        if elbow and other.j3 * start.j3 < 0.0 and not arm.beyond(other):
             joints = along(arm, look.tool, other).joints
             # The other elbow mirrors this one: where this is stretched, it is too.
             stretched = (np.abs(np.sin(joints[:, 2])) < _STRETCHED).any()
