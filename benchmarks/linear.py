@@ -8,7 +8,7 @@ from collections.abc import Callable
 import numpy as np
 import toppra
 
-from benchmarks.measure import Row, seconds
+from benchmarks.measure import Row, timings
 from bioscara.kinematics import Geometry, Joints, Pose, Scara, batch
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory
@@ -50,6 +50,11 @@ def _peer(waypoints: int, pieces: int) -> Callable[[], float]:
     return plan
 
 
+def _least(function: Callable[[], object]) -> float:
+    """Return the time of the call that other programs disturbed least [s]."""
+    return min(timings(function, 31))
+
+
 def _excess(trajectory: Trajectory) -> float:
     """Return by what share a joint exceeds a limit, on a grid of 1 ms; negative if none does."""
     _, velocities, accelerations = trajectory.sample_many(np.arange(0, trajectory.duration, 1e-3))
@@ -72,10 +77,10 @@ def rows() -> list[Row]:
         return linear(ARM, start, GOAL, _LIMITS, FREE)
 
     line = plan()
-    own = seconds(plan, 31)
+    own = _least(plan)
     coarse, dense = _peer(_WAYPOINTS, _PEER_PIECES), _peer(401, _DENSE_PIECES)
-    peer, coarse_duration, reference = seconds(coarse, 31), coarse(), dense()
-    arc = seconds(lambda: circular(ARM, FROM, VIA, GOAL, _LIMITS), 31)
+    peer, coarse_duration, reference = _least(coarse), coarse(), dense()
+    arc = _least(lambda: circular(ARM, FROM, VIA, GOAL, _LIMITS))
     excess = _excess(line)
     return [
         Row(
@@ -104,8 +109,9 @@ def rows() -> list[Row]:
         Row(
             "arc at the tool's limits, planned and checked",
             f"{1e3 * arc:.1f} ms",
-            "",
-            "at most 20 ms",
-            arc <= 20e-3,
+            f"toppra on the line, without limits of the tool: {1e3 * peer:.1f} ms "
+            f"({arc / peer:.2f} times)",
+            "at most 5 times",
+            arc <= 5.0 * peer,
         ),
     ]

@@ -13,6 +13,7 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+import numpy.typing as npt
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Scara, batch
@@ -20,7 +21,7 @@ from bioscara.planning.fit import stretched
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.path import Path
 from bioscara.planning.path_limits import Look, caps, look, rows
-from bioscara.planning.path_refusals import check_places, check_speeds, check_start
+from bioscara.planning.path_refusals import check_places, check_speeds, check_start, check_turns
 from bioscara.planning.phase_plane import Rows, fastest
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.trajectory import Array, Trajectory
@@ -34,8 +35,8 @@ _STEP, _FEWEST, _MOST = 10e-3, 60, 4000
 _EXCESS, _FINEST, _REFINEMENTS = 1e-3, 1e-4, 6
 """Share by which a piece may exceed a limit before it is cut in two, the shortest time of a piece
 that is cut [s], and how often that happens at most."""
-_LOOK, _LOOKS = 1e-3, 20_000
-"""Time between two looks at the tool's motion [s], and how many looks there may be."""
+_LOOKS = (0.25, 0.5, 0.75)
+"""Where between two points the tool is looked at, in shares of the time."""
 _BETWEEN = 1e-5
 """Share by which the tool may exceed a limit between two looks."""
 
@@ -72,27 +73,32 @@ def parameterise(
     """
     tool = ToolLimits() if tool is None else tool
     shares = _shares(path, speed)
-    highest = float(shares.max())
+    highest, shares = float(shares.max()), shares / shares.max()
     check_start(arm, path, start)
     grid = _first_grid(path)
-    _, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares / highest)
+    _, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares)
     grid = _even_in_time(grid, squares, path.breaks)
     names = [limit.name for limit in limits]
     for _ in range(_REFINEMENTS + 1):
-        seen, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares / highest)
+        seen, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares)
         velocities = seen.joints.first * np.sqrt(squares)[:, None]
         trajectory = Trajectory(names, _times(grid, squares), seen.joints.joints, velocities)
         factors = _factors_of_pieces(trajectory, arm, limits, tool)
         coarse = (factors > 1.0 + _EXCESS) & (np.diff(trajectory.times) > _FINEST)
         if not coarse.any():
             break
-        coarse[:-1] |= coarse[1:]
-        coarse[1:] |= coarse[:-1]
-        grid = np.union1d(grid, 0.5 * (grid[:-1] + grid[1:])[coarse])
-    looks = np.arange(0.0, trajectory.duration, max(_LOOK, trajectory.duration / _LOOKS))
-    between = _factors(trajectory.sample_many(looks), arm, limits, tool)
-    factor = max(1.0, float(factors.max()), (1.0 + _BETWEEN) * float(between.max()))
+        grid = _cut(grid, coarse)
+    check_turns(arm, path, start, seen, trajectory)
+    factor = max(1.0, (1.0 + _BETWEEN) * float(factors.max()))
     return stretched(trajectory, factor / highest)
+
+
+def _cut(grid: Array, coarse: npt.NDArray[np.bool_]) -> Array:
+    """Return the grid with the coarse pieces and those next to them cut in two."""
+    wide = coarse.copy()
+    wide[:-1] |= coarse[1:]
+    wide[1:] |= coarse[:-1]
+    return np.union1d(grid, 0.5 * (grid[:-1] + grid[1:])[wide])
 
 
 def _shares(path: Path, speed: float | Sequence[float]) -> Array:
@@ -168,22 +174,27 @@ def _factors_of_pieces(
     """Return the factor in time that each piece needs to keep every limit, shape (n - 1,).
 
     For the joints, whose accelerations are straight lines on a piece, it is exact; the tool is
-    looked at where pieces begin and end.
+    looked at where pieces begin and end, and between.
     """
-    c, t = trajectory.coefficients, np.diff(trajectory.times)[:, None]
-    v0, a0, a1 = c[..., 1], 2.0 * c[..., 2], 2.0 * c[..., 2] + 6.0 * t * c[..., 3]
+    p0, v0, half, sixth = np.moveaxis(trajectory.coefficients[..., :4], -1, 0)
+    t = np.diff(trajectory.times)[:, None]
+    a0, a1 = 2.0 * half, 2.0 * half + 6.0 * t * sixth
     v1 = v0 + 0.5 * t * (a0 + a1)
+    states = [(p0, v0, a0), (trajectory.positions[1:], v1, a1)]
+    for share in _LOOKS:
+        at = share * t
+        positions = p0 + at * (v0 + at * (half + at * sixth))
+        states.append((positions, v0 + at * (a0 + 3.0 * at * sixth), a0 + 6.0 * at * sixth))
+    together = [np.concatenate(part) for part in zip(*states, strict=True)]
+    factors = _factors(together, arm, limits, tool).reshape(len(states), -1).max(axis=0)
     turning = a0 * a1 < 0.0
     turn = np.where(turning, v0 + 0.5 * t * a0 * a0 / np.where(turning, a0 - a1, 1.0), 0.0)
-    begin = _factors((trajectory.positions[:-1], v0, a0), arm, limits, tool)
-    end = _factors((trajectory.positions[1:], v1, a1), arm, limits, tool)
     most = np.array([limit.max_velocity for limit in limits])
-    factors: Array = np.maximum(np.maximum(begin, end), (np.abs(turn) / most).max(axis=1))
-    return factors
+    return np.asarray(np.maximum(factors, (np.abs(turn) / most).max(axis=1)))
 
 
 def _factors(
-    states: tuple[Array, Array, Array], arm: Scara, limits: Sequence[JointLimits], tool: ToolLimits
+    states: Sequence[Array], arm: Scara, limits: Sequence[JointLimits], tool: ToolLimits
 ) -> Array:
     """Return the factor in time that each state needs to keep every limit, shape (n,).
 

@@ -12,7 +12,7 @@ from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.planning.joint_path import along
 from bioscara.planning.path import Path
 from bioscara.planning.path_limits import Look
-from bioscara.planning.trajectory import Array
+from bioscara.planning.trajectory import Array, Trajectory
 
 _NEAR = 1e-6
 """How far from the tool a path may begin [m or rad], for rounding."""
@@ -66,13 +66,7 @@ def check_places(arm: Scara, path: Path, start: Joints, look: Look) -> None:
             arm.inverse(pose)
         except UnreachableError as error:
             raise _refusal(arm, path, start, look, index, 2, str(error)) from None
-    lower = np.array([limit.lower for limit in arm.limits]) - 1e-9
-    upper = np.array([limit.upper for limit in arm.limits]) + 1e-9
-    outside = (joints < lower) | (joints > upper)
-    if outside.any():
-        index, joint = (int(part) for part in np.argwhere(outside)[0])
-        why = f"it would take {', '.join(arm.beyond(joints[index].tolist()))}"
-        raise _refusal(arm, path, start, look, index, joint, why)
+    _check_ranges(arm, path, start, look, joints)
     flat = np.abs(np.sin(joints[:, 2])) < _STRETCHED
     if flat.any():
         index = int(np.argmax(flat))
@@ -81,6 +75,29 @@ def check_places(arm: Scara, path: Path, start: Joints, look: Look) -> None:
             "joints cannot lead the tool along the path; stay a millimetre away"
         )
         raise _refusal(arm, path, start, look, index, 2, why)
+
+
+def check_turns(arm: Scara, path: Path, start: Joints, look: Look, trajectory: Trajectory) -> None:
+    """Make sure that no joint leaves its range between two points either.
+
+    Args:
+        arm: The arm.
+        path: The path.
+        start: Joints at its beginning.
+        look: The path at the points of the trajectory.
+        trajectory: Of cubics.
+
+    Raises:
+        PathError: One does, where it turns back.
+    """
+    c, t = trajectory.coefficients, np.diff(trajectory.times)[:, None]
+    v0, a0 = c[..., 1], 2.0 * c[..., 2]
+    v1 = v0 + t * (a0 + 3.0 * t * c[..., 3])
+    turning = v0 * v1 < 0.0
+    root = np.sqrt(np.where(turning, a0 * a0 - 12.0 * c[..., 3] * v0, 1.0))
+    at = np.where(turning, -2.0 * v0 / np.where(turning, a0 + np.sign(v1) * root, 1.0), 0.0)
+    turns = c[..., 0] + at * (v0 + at * (c[..., 2] + at * c[..., 3]))
+    _check_ranges(arm, path, start, look, turns)
 
 
 def check_speeds(arm: Scara, path: Path, start: Joints, look: Look, bound: Array) -> None:
@@ -106,10 +123,20 @@ def check_speeds(arm: Scara, path: Path, start: Joints, look: Look, bound: Array
     largest = math.sqrt(float(bound[index]))
     why = (
         f"{arm.limits[joint].name} would have to turn so suddenly that the tool can pass at "
-        f"{largest:.2g} m/s at most (j3 at {look.joints.joints[index, 2]:.4f} rad: nearly stretched "
-        "or folded); lead the path further away from there"
+        f"{largest:.2g} m/s at most (j3 at {look.joints.joints[index, 2]:.4f} rad: nearly "
+        "stretched or folded); lead the path further away from there"
     )
     raise _refusal(arm, path, start, look, index, joint, why, largest)
+
+
+def _check_ranges(arm: Scara, path: Path, start: Joints, look: Look, joints: Array) -> None:
+    lower = np.array([limit.lower for limit in arm.limits]) - 1e-9
+    upper = np.array([limit.upper for limit in arm.limits]) + 1e-9
+    outside = (joints < lower) | (joints > upper)
+    if outside.any():
+        index, joint = (int(part) for part in np.argwhere(outside)[0])
+        why = f"it would take {', '.join(arm.beyond(joints[index].tolist()))}"
+        raise _refusal(arm, path, start, look, index, joint, why)
 
 
 def _refusal(
@@ -127,18 +154,21 @@ def _refusal(
     piece = f"segment {segment}, " if path.breaks else ""
     text = f"{piece}{s:.4f} m along the path of {path.length:.4f} m: {why}"
     name = arm.limits[joint].name
-    return PathError(f"{text}; {_alternative(arm, start, look)}", segment, name, s, largest_speed)
+    instead = _alternative(arm, start, look, elbow=largest_speed == 0.0)
+    return PathError(f"{text}; {instead}", segment, name, s, largest_speed)
 
 
-def _alternative(arm: Scara, start: Joints, look: Look) -> str:
-    """Return what the arm can do instead."""
+def _alternative(arm: Scara, start: Joints, look: Look, *, elbow: bool) -> str:
+    """Return what the arm can do instead; the other elbow is as slow as this one."""
     offers = []
     for other in arm.inverse(arm.forward(start)):
-        if other.j3 * start.j3 < 0.0 and not arm.beyond(other):
+        if elbow and other.j3 * start.j3 < 0.0 and not arm.beyond(other):
             joints = along(arm, look.tool, other).joints
-            if not any(arm.beyond(row) for row in joints.tolist()):
+            # The other elbow mirrors this one: where this is stretched, it is too.
+            stretched = (np.abs(np.sin(joints[:, 2])) < _STRETCHED).any()
+            if not stretched and not any(arm.beyond(row) for row in joints.tolist()):
                 offers.append(
-                    "with the elbow on the other side the whole path is free: start from "
+                    "with the elbow on the other side the whole path is within limits: start from "
                     f"({', '.join(f'{value:.4f}' for value in other)})"
                 )
     goal = Pose(*look.tool.poses[-1].tolist())

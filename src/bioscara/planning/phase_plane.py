@@ -46,14 +46,15 @@ def fastest(steps: Array, rows: Rows, caps: Array) -> tuple[Array, Array]:
     along = np.where(np.abs(rows.along) < _LEAST, _LEAST, rows.along)
     c, m = 1.0 / np.abs(along), -rows.across / along
     twice = 2.0 * steps[:, None]
+    one, other = np.triu_indices(c.shape[1], 1)
     with np.errstate(divide="ignore"):
         # Every two limits must leave a u between them ...
-        between = (c[:, :, None] + c[:, None, :]) / np.abs(m[:, :, None] - m[:, None, :])
+        between = (c.T[one] + c.T[other]) / np.abs(m.T[one] - m.T[other])
         # ... that does not slow down below zero within the piece.
         ahead = 1.0 + twice * m
         stopping = np.where(ahead < 0.0, -twice * c / ahead, np.inf)
         gain = np.where(ahead > 0.0, 1.0 / ahead, np.inf)
-    bound = np.minimum(between.min(axis=(1, 2)), stopping.min(axis=1))
+    bound = np.minimum(between.min(axis=0), stopping.min(axis=1))
     bound = np.minimum(bound, caps[:-1])
     highest = _back(bound, twice * c, gain)
     return _forth(highest, twice * c, twice * m), bound
