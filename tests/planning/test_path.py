@@ -86,6 +86,14 @@ def test_a_known_half_circle():
     assert np.allclose(sampled(arc, 3).poses[1], (0.4, 0.0, 0.2, 0.25))
 
 
+def test_an_arc_on_which_the_tool_turns_much_is_as_long_as_the_turn():
+    arc = Arc.through(
+        Pose(0.3, 0.01, 0.2), Pose(0.31, 0.0, 0.2, 9.0), Pose(0.3, -0.01, 0.2, math.pi - 0.1)
+    )
+    assert arc.length == pytest.approx((math.pi - 0.1) * LEVER)
+    assert sampled(arc, 3).poses[1] == pytest.approx((0.31, 0.0, 0.2, (math.pi - 0.1) / 2))
+
+
 def test_the_tool_can_turn_on_the_spot():
     line = Line(Pose(0.3, 0.1, 0.2, 0.0), Pose(0.3, 0.1, 0.2, -1.5))
     assert line.length == pytest.approx(1.5 * LEVER)

@@ -94,6 +94,14 @@ def test_each_way_has_its_speed_and_a_blend_the_lower_one():
     assert speeds[~slow].max() == pytest.approx(0.25, rel=1e-2)
 
 
+def test_the_tool_may_turn_on_the_spot():
+    here = ARM.forward(START)
+    ways = [Waypoint(here._replace(yaw=here.yaw + 0.5)), Waypoint(here, blend=0.01), Waypoint(A)]
+    trajectory, _ = sequence(ARM, START, ways, LIMITS)
+    _, poses, _ = motion_of(trajectory)
+    assert poses[:, 3].max() == pytest.approx(here.yaw + 0.5, abs=1e-6)
+
+
 def test_radii_that_do_not_fit_shrink_and_say_so():
     ways = [Waypoint(Pose(0.45, 0.1, 0.2, 0.2), blend=0.08), Waypoint(Pose(0.35, 0.1, 0.2, 0.2))]
     trajectory, warnings = sequence(ARM, START, ways, LIMITS)

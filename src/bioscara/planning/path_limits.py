@@ -56,7 +56,7 @@ def caps(look: Look, limits: Sequence[JointLimits], tool: ToolLimits) -> Array:
     """Return the square of the speed along the path that each point allows, shape (n,)."""
     velocities = np.array([limit.max_velocity for limit in limits])
     first = look.tool.first
-    with np.errstate(divide="ignore"):
+    with np.errstate(divide="ignore", over="ignore"):
         speeds = np.minimum(
             (velocities / np.abs(look.joints.first)).min(axis=1),
             tool.speed / np.linalg.norm(first[:, :3], axis=1),
