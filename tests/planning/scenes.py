@@ -12,7 +12,7 @@ from bioscara.planning.zones import Box, Cylinder, Scene
 from planning.limits import LIMITS
 
 ARM = Scara(Geometry(0.329476, 0.285, 0.135), LIMITS, Pose(0.11908, 0.0, -0.14409))
-COUNT = int(os.environ.get("BIOSCARA_RANDOM_MOVES", "200"))
+COUNT = int(os.environ.get("BIOSCARA_RANDOM_MOVES", "150"))
 """How many random moves and jogs are tried."""
 
 

@@ -29,6 +29,14 @@ def random_velocity(rng: np.random.Generator) -> JointVelocity | ToolVelocity:
     return ToolVelocity(*(share * [0.3, 0.3, 0.03, 2.0]).tolist())
 
 
+def at_a_zone(rng: np.random.Generator, scene: Scene, joints: Joints) -> ToolVelocity:
+    shape = scene.zones[rng.integers(len(scene.zones))].shape
+    pose, speed = ARM.forward(joints), rng.uniform(0.05, 0.3)
+    x, y = shape.x - pose.x, shape.y - pose.y
+    far = max(math.hypot(x, y), 1e-3)
+    return ToolVelocity(x / far * speed, y / far * speed, 0.0, rng.uniform(-1.0, 1.0))
+
+
 def held(jog: Jog, velocity: JointVelocity | ToolVelocity, seconds: float) -> list[Joints]:
     """Return the positions while a command is repeated."""
     rows = []
@@ -51,7 +59,8 @@ def test_no_sample_of_a_random_jog_enters_a_zone() -> None:
         rows, speeds, fast = [start], [Joints(0.0, 0.0, 0.0, 0.0)], 0.0
         now = 0.0
         for _ in range(2):
-            velocity = random_velocity(rng)
+            aimed = rng.random() < 0.5
+            velocity = at_a_zone(rng, scene, jog.positions) if aimed else random_velocity(rng)
             for _ in range(int(rng.integers(5, 40))):
                 jog.command(velocity, now)
                 positions, rates = jog.step(now, PERIOD)
@@ -66,7 +75,7 @@ def test_no_sample_of_a_random_jog_enters_a_zone() -> None:
         assert not touched(ARM, scene.zones, rows[-1])
         assert fast <= 0.25 * 1.005
         within_limits(rows, speeds)
-    assert hindered > COUNT
+    assert hindered > 0.5 * COUNT
 
 
 def within_limits(rows: list[Joints], speeds: list[Joints]) -> None:

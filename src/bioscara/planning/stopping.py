@@ -150,24 +150,23 @@ class Stops:
             hindrance = f"{self._names[int(beyond[0].argmax())]} limit"
         if not self._layouts:
             return good, hindrance
+        step, passed = self._step(here, moving, next_, period)
+        ways = np.concatenate((passed, np.abs(np.diff(way, axis=1))), axis=1)
+        clear, zone = self._clear(np.concatenate((step, way), axis=1), ways)
+        return good & clear, zone or hindrance
+
+    def _step(self, here: Array, moving: Array, next_: Array, period: float) -> tuple[Array, Array]:
+        """Return joints during a step, its end left out, and how far they go between (k, m, 4)."""
         passed = np.maximum(np.abs(moving), np.abs(next_)) * period
         times = np.linspace(0.0, period, self._samples(passed.max(axis=0)))[:-1, None]
         change = (next_ - moving)[:, None] / period
         step = here + (moving + change * times / 2.0) * times
-        ways = np.concatenate(
-            (
-                np.repeat(passed[:, None] / len(times), len(times), axis=1),
-                np.abs(np.diff(way, axis=1)),
-            ),
-            axis=1,
-        )
-        clear, zone = self._clear(np.concatenate((step, way), axis=1), ways)
-        return good & clear, zone or hindrance
+        return step, np.repeat(passed[:, None] / len(times), len(times), axis=1)
 
     def _samples(self, way: Array) -> int:
         """Return at how many instants joints are looked at that go so far [rad or m], (4,)."""
         if not self._layouts:
-            return _SAMPLES[0]
+            return _SAMPLES[1]
         count = math.ceil(float(way @ self._layouts[0].reach) / (2.0 * SLACK)) + 1
         return min(max(count, _SAMPLES[0]), _SAMPLES[1])
 
