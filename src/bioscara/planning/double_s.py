@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections.abc import Callable, Iterator, Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 _EXACT = 1e-13
@@ -244,6 +245,8 @@ class _Extremes(NamedTuple):
         highest, limit, jerk = bounds
         (v0, a0), (v1, a1) = (sign * x for x in start[1:]), (sign * x for x in goal[1:])
         gain = jerk * (v1 - v0) + (a0 * a0 - a1 * a1) / 2.0
+        if abs(gain) <= _EXACT * (limit * limit + jerk * highest):
+            gain = 0.0  # else rounding would ask for a detour to change the velocity by nothing
         backwards = gain < 0.0
         if backwards:
             v0, a0, v1, a1, gain = v1, -a1, v0, -a0, -gain
@@ -306,7 +309,9 @@ class _Extremes(NamedTuple):
     def ranges(self) -> list[tuple[float, float]]:
         """Return the ranges of depths, each from its shortest duration to its longest."""
         last = (min(-self.gap, self.a1), self.cap)
-        return [(self.a1, self.gap), last] if self.a1 > self.gap else [last]
+        if self.a1 > 0.0 and self.a1 >= self.gap * (1.0 - _EXACT):
+            return [(self.a1, min(self.gap, self.a1)), last]
+        return [last]
 
     def lasting(self, duration: float) -> _Point | None:
         """Return the member of a duration [s], or None where there is none."""
@@ -349,7 +354,7 @@ class _Extremes(NamedTuple):
         for first, last in self.ranges():
             inner = sorted((turn for turn in turns if last < turn < first), reverse=True)
             edges = [first, *inner, last]
-            for high, low in zip(edges, edges[1:], strict=False):
+            for high, low in pairwise(edges):
                 if self.growth(high) * self.growth(low) < 0.0:
                     middle = _root(self.growth, high, low)
                     yield high, middle

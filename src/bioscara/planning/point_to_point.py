@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
+
+import numpy as np
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.planning.check import check
@@ -190,13 +193,13 @@ def _assembled(
 ) -> Trajectory:
     """Return one trajectory of the motions of all joints, which take the same time."""
     times = _apart(knot.time for knots in pieces for knot in knots)
+    columns = np.array([_cubics(knots, times) for knots in pieces]).reshape(len(names), -1, 4)
+    positions, velocities, *cubics = columns.transpose(2, 1, 0)
     ends = [[state.position for state in goal], [state.velocity for state in goal]]
-    if len(times) == 1:
-        return Trajectory(names, times, ends[:1], ends[1:])
-    columns = [_cubics(knots, times) for knots in pieces]
-    for column, state in zip(columns, start, strict=True):
-        column[0] = (state.position, state.velocity, *column[0][2:])
-    return Trajectory.of_cubics(names, times, list(zip(*columns, strict=True)), *ends)
+    positions, velocities = np.vstack((positions, ends[0])), np.vstack((velocities, ends[1]))
+    if len(times) > 1:
+        positions[0] = [state.position for state in start]
+    return Trajectory(names, times, positions, velocities, cubics=np.stack(cubics, axis=-1))
 
 
 def _apart(times: Iterable[float]) -> list[float]:
@@ -216,7 +219,7 @@ def _cubics(knots: Sequence[Knot], times: Sequence[float]) -> list[tuple[float, 
     """Return the polynomial of one joint from each time to the next."""
     rows: list[tuple[float, ...]] = []
     index = 0
-    for begin, end in zip(times, times[1:], strict=False):
+    for begin, end in pairwise(times):
         middle = (begin + end) / 2.0
         while index + 1 < len(knots) and knots[index + 1].time <= middle:
             index += 1
