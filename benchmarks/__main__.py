@@ -14,6 +14,7 @@ TOPICS = {
     "control": "The control loop",
     "tracking": "Tracking a ramp",
     "trajectory_sampling": "Sampling a trajectory",
+    "point_to_point": "Point to point",
     "startup": "Start-up",
 }
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"

@@ -69,16 +69,8 @@ class Knot(NamedTuple):
     jerk: float
 
 
-class Phase(NamedTuple):
-    """A while of constant jerk.
-
-    Attributes:
-        duration: [s].
-        jerk: [unit/s^3].
-    """
-
-    duration: float
-    jerk: float
+Phase = tuple[float, float]
+"""A while of constant jerk: its duration [s] and the jerk [unit/s^3]."""
 
 
 class Profile:
@@ -157,7 +149,7 @@ def fastest(start: State, goal: State, bounds: Bounds) -> Profile:
     if best is None:  # the two families share their ends, so that one has every way
         raise ArithmeticError(f"no motion from {start} to {goal} within {bounds}")
     _, sign, family, point = best
-    return Profile(start, [Phase(t, sign * jerk) for t, jerk in family.phases(point)])
+    return Profile(start, [(t, sign * jerk) for t, jerk in family.phases(point)])
 
 
 def lasting(duration: float, start: State, goal: State, bounds: Bounds) -> Profile | None:
@@ -179,7 +171,7 @@ def lasting(duration: float, start: State, goal: State, bounds: Bounds) -> Profi
         point = family.lasting(duration)
         if point is None:
             return None
-        phases = [Phase(t, sign * jerk) for t, jerk in family.phases(point)]
+        phases = [(t, sign * jerk) for t, jerk in family.phases(point)]
         ends.append((sign * family.way(point), phases))
     (longest, up), (shortest, down) = ends
     room, tiny = longest - shortest, _EXACT * _scale(bounds, duration)
@@ -195,17 +187,20 @@ def _scale(bounds: Bounds, duration: float) -> float:
 
 def _mixed(ups: Sequence[Phase], downs: Sequence[Phase], share: float) -> Iterator[Phase]:
     """Yield the mean of two motions of one duration, ``share`` of the first."""
-    one, other = iter(ups), iter(downs)
-    up, down = next(one, None), next(other, None)
-    while up is not None and down is not None:
-        step = min(up.duration, down.duration)
-        yield Phase(step, share * up.jerk + (1.0 - share) * down.jerk)
-        up = up._replace(duration=up.duration - step) if up.duration > step else next(one, None)
-        down = (
-            down._replace(duration=down.duration - step)
-            if down.duration > step
-            else next(other, None)
-        )
+    up, down = list(reversed(ups)), list(reversed(downs))
+    held, last = 0.0, 0.0
+    while up and down:
+        (rest, one), (other_rest, other) = up.pop(), down.pop()
+        step, jerk = min(rest, other_rest), share * one + (1.0 - share) * other
+        if jerk != last:
+            yield held, last
+            held, last = 0.0, jerk
+        held += step
+        if rest > step:
+            up.append((rest - step, one))
+        if other_rest > step:
+            down.append((other_rest - step, other))
+    yield held, last
 
 
 class _Point(NamedTuple):
@@ -295,16 +290,12 @@ class _Extremes(NamedTuple):
     def _phases(self, point: _Point) -> list[Phase]:
         jerk = self.bounds.jerk
         peak, high, valley, low = self.shape(point.depth)
-        rise, end = Phase((peak - self.a0) / jerk, jerk), Phase((self.a1 - valley) / jerk, jerk)
+        rise, end = ((peak - self.a0) / jerk, jerk), ((self.a1 - valley) / jerk, jerk)
         if point.cruise <= 0.0:
-            fall = [Phase((peak - valley) / jerk, -jerk)]
+            fall = [((peak - valley) / jerk, -jerk)]
         else:
-            fall = [
-                Phase(peak / jerk, -jerk),
-                Phase(point.cruise, 0.0),
-                Phase(-valley / jerk, -jerk),
-            ]
-        return [rise, Phase(high, 0.0), *fall, Phase(low, 0.0), end]
+            fall = [(peak / jerk, -jerk), (point.cruise, 0.0), (-valley / jerk, -jerk)]
+        return [rise, (high, 0.0), *fall, (low, 0.0), end]
 
     def ranges(self) -> list[tuple[float, float]]:
         """Return the ranges of depths, each from its shortest duration to its longest."""

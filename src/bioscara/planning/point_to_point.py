@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -144,19 +144,23 @@ def _synchronised(
     start: Sequence[State], goal: Sequence[State], bounds: Sequence[Bounds]
 ) -> list[tuple[Knot, ...]]:
     """Return motions of one duration, the least one that all joints can take."""
-    profiles = [fastest(*each) for each in zip(start, goal, bounds, strict=True)]
-    least = max(profile.duration for profile in profiles)
-    # Between two of these no joint that cannot take a duration begins to be able to.
-    begins = (t for each in zip(start, goal, bounds, strict=True) for t in durations(*each))
-    for duration in (least, *sorted(t for t in begins if t > least)):
+    problems = list(zip(start, goal, bounds, strict=True))
+    profiles = [fastest(*problem) for problem in problems]
+    for duration in _candidates(problems, max(profile.duration for profile in profiles)):
         together = [
-            own if own.duration == duration else lasting(duration, *each)
-            for own, each in zip(profiles, zip(start, goal, bounds, strict=True), strict=True)
+            own if own.duration == duration else lasting(duration, *problem)
+            for own, problem in zip(profiles, problems, strict=True)
         ]
         found = [profile.knots for profile in together if profile is not None]
         if len(found) == len(together):
             return found
     raise TrajectoryError("the joints have no duration in common: the start is beyond a limit")
+
+
+def _candidates(problems: Sequence[tuple[State, State, Bounds]], least: float) -> Iterator[float]:
+    """Yield the durations where a joint that cannot take a shorter one may begin to be able to."""
+    yield least
+    yield from sorted(t for problem in problems for t in durations(*problem) if t > least)
 
 
 def _quickest(way: float, bounds: Bounds) -> float:
