@@ -12,7 +12,8 @@ import ruckig
 from benchmarks.measure import Row, seconds, timings
 from bioscara.model import load_parameters
 from bioscara.planning import point_to_point
-from bioscara.planning.double_s import Bounds, State, durations, fastest, lasting
+from bioscara.planning.double_s import durations, fastest, lasting
+from bioscara.planning.profile import Bounds, State
 
 GOAL = (-0.26026, 0.0179, 0.53642, -0.69014)
 """Of planned_time_optimal.yaml, from zero."""

@@ -13,11 +13,11 @@ from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.planning import Trajectory, check, point_to_point, state_to_state
-from bioscara.planning.double_s import Bounds, Profile, State, durations, fastest, lasting
+from bioscara.planning.double_s import durations, fastest, lasting
 from bioscara.planning.fit import stretched
+from bioscara.planning.profile import Bounds, Profile, State
 from planning.limits import LIMITS, NAMES
 
-ruckig = pytest.importorskip("ruckig")
 GOAL = (-0.26026, 0.0179, 0.53642, -0.69014)
 """Of data/planned_time_optimal.yaml, from zero; ``FIELD`` are the limits it was planned with."""
 
@@ -63,7 +63,8 @@ def problems(draw: st.DrawFn) -> tuple[State, State, Bounds]:
 
 
 def peer(starts: Sequence[State], goals: Sequence[State], limits: Sequence[Bounds]) -> float:
-    """Return the duration that ruckig finds [s]."""
+    """Return the duration that ruckig finds [s]; its waypoints stay unset: they leave the house."""
+    ruckig = pytest.importorskip("ruckig")
     planner, task = ruckig.Ruckig(len(starts)), ruckig.InputParameter(len(starts))
     for prefix, given_states in (("current", starts), ("target", goals)):
         for field in State._fields:
@@ -92,6 +93,24 @@ def test_the_fastest_motion_obeys(problem: tuple[State, State, Bounds]) -> None:
     profile = fastest(start, goal, limits)
     obeys(profile, start, goal, limits)
     assert profile.duration == pytest.approx(durations(start, goal, limits)[0], rel=1e-12)
+
+
+@pytest.mark.parametrize("acceleration", [0.75, -0.75, 0.0])
+@pytest.mark.parametrize("difference", [0.0, 1e-18, -1e-18])
+def test_a_state_that_is_the_goal_takes_no_time(acceleration: float, difference: float) -> None:
+    here, there = State(0.3, 0.1, acceleration), State(0.3, 0.1 + difference, acceleration)
+    assert fastest(here, there, Bounds(1.0, 1.0, 7.5)).duration == 0.0
+
+
+def test_a_fast_joint_cannot_wait_but_can_come_back() -> None:
+    start, goal, limits = State(0.0, 1.0), State(0.4, 1.0), Bounds(1.0, 2.0, 80.0)
+    least, *_, last = durations(start, goal, limits)
+    assert least == pytest.approx(0.4)
+    assert last > 1.0
+    assert lasting(0.5 * (least + last), start, goal, limits) is None
+    profile = lasting(last + 0.1, start, goal, limits)
+    assert profile is not None
+    obeys(profile, start, goal, limits)
 
 
 def test_random_states_of_one_joint_take_no_longer_than_ruckig() -> None:

@@ -10,8 +10,9 @@ import numpy as np
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.planning.check import check
-from bioscara.planning.double_s import Bounds, Knot, State, durations, fastest, lasting
+from bioscara.planning.double_s import durations, fastest, lasting
 from bioscara.planning.limits import JointLimits
+from bioscara.planning.profile import Bounds, Knot, State
 from bioscara.planning.trajectory import Trajectory
 
 _ROOM = 1e-6

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import threading
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -37,13 +36,10 @@ from bioscara.robot.pacing import PacedClock
 from bioscara.robot.records import Cancelled, Observe
 from bioscara.robot.running import Motion
 from bioscara.robot.stack import HOMING, TRAJECTORY, Stack
-from bioscara.robot.wiring import kinematics_of, named, real_gripper, simulated
+from bioscara.robot.wiring import kinematics_of, named, planning_limits, real_gripper, simulated
 
 FAULTS = Path("faults")
 """Folder for the flight records of faults, unless another one is named."""
-RESERVE = 0.8
-"""Share of a joint's acceleration that motions planned here use. With all of it a joint that slips
-a step on the way could not catch up before it has to brake, and would overshoot."""
 START_TOLERANCE = {"rad": math.radians(1.0), "m": 2e-3}
 """How far from its start a trajectory may find the arm: from there it is joined by a ramp."""
 
@@ -109,10 +105,7 @@ class Robot:
         )
         self._servo = servo
         self.kinematics = kinematics_of(parameters)
-        self._limits = [
-            replace(joint, max_acceleration=RESERVE * joint.max_acceleration)
-            for joint in parameters.joints
-        ]
+        self._limits = planning_limits(parameters)
         self.gripper = RobotGripper(
             self._jaws, self._running, lambda: self._motion(_ignore, _never), clock.now
         )
@@ -381,8 +374,7 @@ class Robot:
         goal = [start.get(name, where) for name, where in zip(self._names, here, strict=True)]
         if not approach:
             self._require_near(here, goal)
-        lead = point_to_point(self._names, here, goal, self._limits)
-        lead = self._slowed(lead, here)
+        lead = self._slowed(point_to_point(self._names, here, goal, self._limits), here)
         trajectory = self._slowed(trajectory, goal)
         motion = self._motion(observe, cancelled, timeout)
         motion.follow(lead, Phase.APPROACH, lead.duration)
