@@ -98,7 +98,7 @@ def test_the_fastest_motion_obeys(problem: tuple[State, State, Bounds]) -> None:
 @pytest.mark.parametrize("acceleration", [0.75, -0.75, 0.0])
 @pytest.mark.parametrize("difference", [0.0, 1e-18, -1e-18])
 def test_a_state_that_is_the_goal_takes_no_time(acceleration: float, difference: float) -> None:
-    here, there = State(0.3, 0.1, acceleration), State(0.3, 0.1 + difference, acceleration)
+    here, there = State(0.3, 0.0, acceleration), State(0.3, difference, acceleration)
     assert fastest(here, there, Bounds(1.0, 1.0, 7.5)).duration == 0.0
 
 
