@@ -98,7 +98,7 @@ def test_the_fastest_motion_obeys(problem: tuple[State, State, Bounds]) -> None:
 @pytest.mark.parametrize("acceleration", [0.75, -0.75, 0.0])
 @pytest.mark.parametrize("difference", [0.0, 1e-18, -1e-18])
 def test_a_state_that_is_the_goal_takes_no_time(acceleration: float, difference: float) -> None:
-    here, there = State(0.3, 0.1, acceleration), State(0.3, 0.1 + difference, acceleration)
+    here, there = State(0.3, 0.0, acceleration), State(0.3, difference, acceleration)
     assert fastest(here, there, Bounds(1.0, 1.0, 7.5)).duration == 0.0
 
 
@@ -191,7 +191,7 @@ def test_point_to_point_goes_from_rest_to_rest_within_limits(
     assert last == (goal, (0.0,) * len(NAMES), (0.0,) * len(NAMES))
     assert first.velocities == (0.0,) * len(NAMES)
     full = point_to_point(NAMES, start, goal, LIMITS, jerk_limited=jerk_limited)
-    assert motion.duration == pytest.approx(full.duration / speed, rel=1e-6, abs=1e-9)
+    assert motion.duration == pytest.approx(full.duration / speed, rel=1e-6, abs=1e-7)
     positions, velocities, _ = motion.sample_many(np.linspace(0.0, motion.duration, 300))
     low, high = np.minimum(start, goal), np.maximum(start, goal)
     assert (positions >= low - 1e-9).all(), "no joint overshoots"
