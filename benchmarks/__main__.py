@@ -14,6 +14,7 @@ TOPICS = {
     "control": "The control loop",
     "tracking": "Tracking a ramp",
     "trajectory_sampling": "Sampling a trajectory",
+    "point_to_point": "Point to point",
     "linear": "Lines of the tool",
     "startup": "Start-up",
 }

@@ -23,7 +23,7 @@ from bioscara.errors import (
     WrongJointError,
 )
 from bioscara.model import load_parameters
-from bioscara.planning import Trajectory, ramp
+from bioscara.planning import Trajectory, point_to_point
 from bioscara.protocol import WRITE, Fault, JointState, Register, ResetCause
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
@@ -60,7 +60,7 @@ class Scene:
     def trajectory(self) -> Trajectory:
         start = [-2.5, 0.30, 2.2, 2.5]
         goal = [-1.5, 0.25, 0.8, 1.0]
-        return ramp(NAMES, start, goal, ARM.joints)
+        return point_to_point(NAMES, start, goal, ARM.joints)
 
     def follow(self, fault: Callable[[], object] = lambda: None, at: float = 0.8) -> None:
         def observe(record: CycleRecord) -> None:

@@ -13,111 +13,10 @@ Where no mixture exists, no motion of that duration does: see :func:`durations`.
 
 from __future__ import annotations
 
-import math
-from bisect import bisect_right
-from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
 
-_EXACT = 1e-13
-"""Share of a joint's usual way that counts as none: rounding of the sums here."""
-
-
-class Bounds(NamedTuple):
-    """Limits of one joint, all above zero; units as the joint's.
-
-    Attributes:
-        velocity: Highest speed [unit/s].
-        acceleration: Highest acceleration [unit/s^2].
-        jerk: Highest jerk [unit/s^3].
-    """
-
-    velocity: float
-    acceleration: float
-    jerk: float
-
-
-class State(NamedTuple):
-    """State of one joint.
-
-    Attributes:
-        position: [unit].
-        velocity: [unit/s].
-        acceleration: [unit/s^2].
-    """
-
-    position: float
-    velocity: float = 0.0
-    acceleration: float = 0.0
-
-
-class Knot(NamedTuple):
-    """State of one joint, and the jerk from then on.
-
-    Attributes:
-        time: Since the start [s].
-        position: [unit].
-        velocity: [unit/s].
-        acceleration: [unit/s^2].
-        jerk: Until the next knot [unit/s^3].
-    """
-
-    time: float
-    position: float
-    velocity: float
-    acceleration: float
-    jerk: float
-
-
-class Phase(NamedTuple):
-    """A while of constant jerk.
-
-    Attributes:
-        duration: [s].
-        jerk: [unit/s^3].
-    """
-
-    duration: float
-    jerk: float
-
-
-class Profile:
-    """A motion of one joint: pieces of constant jerk.
-
-    Args:
-        start: Its first state.
-        phases: What follows.
-
-    Attributes:
-        knots: The start of each piece, and the end.
-    """
-
-    def __init__(self, start: State, phases: Sequence[Phase]) -> None:
-        time, (p, v, a) = 0.0, start
-        knots = []
-        for t, jerk in phases:
-            if t <= 0.0:
-                continue
-            knots.append(Knot(time, p, v, a, jerk))
-            p += t * (v + t * (a / 2.0 + t * jerk / 6.0))
-            v += t * (a + t * jerk / 2.0)
-            a += t * jerk
-            time += t
-        self.knots: tuple[Knot, ...] = (*knots, Knot(time, p, v, a, 0.0))
-        self._times = [knot.time for knot in self.knots]
-
-    @property
-    def duration(self) -> float:
-        """Time from start to end [s]."""
-        return self._times[-1]
-
-    def at(self, time: float) -> State:
-        """Return the state at a time [s]; before the start and after the end, that of these."""
-        index = max(bisect_right(self._times, time) - 1, 0)
-        begin, p, v, a, jerk = self.knots[index]
-        t = max(time - begin, 0.0) if index < len(self.knots) - 1 else 0.0
-        return State(
-            p + t * (v + t * (a / 2.0 + t * jerk / 6.0)), v + t * (a + t * jerk / 2.0), a + t * jerk
-        )
+from bioscara.planning.longest_ways import EXACT, LongestWays, Member, usual_way
+from bioscara.planning.profile import Bounds, Phase, Profile, State
 
 
 def durations(start: State, goal: State, bounds: Bounds) -> list[float]:
@@ -134,7 +33,7 @@ def durations(start: State, goal: State, bounds: Bounds) -> list[float]:
     return sorted(
         duration
         for sign in (1.0, -1.0)
-        for duration, _ in _Extremes.of(start, goal, bounds, sign).crossings(sign * way)
+        for duration, _ in LongestWays.of(start, goal, bounds, sign).crossings(sign * way)
     )
 
 
@@ -147,16 +46,16 @@ def fastest(start: State, goal: State, bounds: Bounds) -> Profile:
         bounds: Limits of the joint.
     """
     way = goal.position - start.position
-    best: tuple[float, float, _Extremes, _Point] | None = None
+    best: tuple[float, float, LongestWays, Member] | None = None
     for sign in (1.0, -1.0):
-        family = _Extremes.of(start, goal, bounds, sign)
+        family = LongestWays.of(start, goal, bounds, sign)
         for duration, point in family.crossings(sign * way):
             if best is None or duration < best[0]:
                 best = duration, sign, family, point
     if best is None:  # the two families share their ends, so that one has every way
         raise ArithmeticError(f"no motion from {start} to {goal} within {bounds}")
     _, sign, family, point = best
-    return Profile(start, [Phase(t, sign * jerk) for t, jerk in family.phases(point)])
+    return Profile(start, [(t, sign * jerk) for t, jerk in family.phases(point)])
 
 
 def lasting(duration: float, start: State, goal: State, bounds: Bounds) -> Profile | None:
@@ -174,218 +73,33 @@ def lasting(duration: float, start: State, goal: State, bounds: Bounds) -> Profi
     way = goal.position - start.position
     ends = []
     for sign in (1.0, -1.0):
-        family = _Extremes.of(start, goal, bounds, sign)
+        family = LongestWays.of(start, goal, bounds, sign)
         point = family.lasting(duration)
         if point is None:
             return None
-        phases = [Phase(t, sign * jerk) for t, jerk in family.phases(point)]
+        phases = [(t, sign * jerk) for t, jerk in family.phases(point)]
         ends.append((sign * family.way(point), phases))
     (longest, up), (shortest, down) = ends
-    room, tiny = longest - shortest, _EXACT * _scale(bounds, duration)
+    room, tiny = longest - shortest, EXACT * usual_way(bounds, duration)
     if not shortest - tiny <= way <= longest + tiny:
         return None
     share = min(max((way - shortest) / room, 0.0), 1.0) if room > tiny else 0.5
     return Profile(start, list(_mixed(up, down, share)))
 
 
-def _scale(bounds: Bounds, duration: float) -> float:
-    return bounds.velocity * (duration + bounds.velocity / bounds.acceleration)
-
-
 def _mixed(ups: Sequence[Phase], downs: Sequence[Phase], share: float) -> Iterator[Phase]:
     """Yield the mean of two motions of one duration, ``share`` of the first."""
-    one, other = iter(ups), iter(downs)
-    up, down = next(one, None), next(other, None)
-    while up is not None and down is not None:
-        step = min(up.duration, down.duration)
-        yield Phase(step, share * up.jerk + (1.0 - share) * down.jerk)
-        up = up._replace(duration=up.duration - step) if up.duration > step else next(one, None)
-        down = (
-            down._replace(duration=down.duration - step)
-            if down.duration > step
-            else next(other, None)
-        )
-
-
-class _Point(NamedTuple):
-    """A member of a family: its parameter, and how long it rests at the highest velocity [s]."""
-
-    depth: float
-    cruise: float
-
-
-class _Extremes(NamedTuple):
-    """The longest ways of every duration, for given velocities and accelerations at both ends.
-
-    Member ``depth``: the acceleration rises from a0 to a peak, falls to a valley, rises to a1. The
-    valley is at ``depth``, or at -A where the depth is lower, and the rest of it is spent there
-    (times the jerk). Durations grow as the depth falls. The members are those of one or two ranges
-    of depths; the last goes on at the highest velocity.
-
-    It is kept such that peaks are positive: else read backwards in time, where they are.
-    """
-
-    v0: float
-    a0: float
-    v1: float
-    a1: float
-    bounds: Bounds
-    backwards: bool
-    gain: float
-    """Peak squared less valley squared, that gives the change of velocity."""
-    gap: float
-    """Depths within -gap .. gap would need a peak below a0."""
-    cap: float
-    """Depth where the highest velocity is reached."""
-
-    @classmethod
-    def of(cls, start: State, goal: State, bounds: Bounds, sign: float) -> _Extremes:
-        """Return the family of the longest ways, or for sign -1 of the shortest, mirrored."""
-        highest, limit, jerk = bounds
-        (v0, a0), (v1, a1) = (sign * x for x in start[1:]), (sign * x for x in goal[1:])
-        gain = jerk * (v1 - v0) + (a0 * a0 - a1 * a1) / 2.0
-        backwards = gain < 0.0
-        if backwards:
-            v0, a0, v1, a1, gain = v1, -a1, v0, -a0, -gain
-        gap = math.sqrt(max(a0 * a0 - gain, 0.0)) if a0 > 0.0 else 0.0
-        room = jerk * max(highest - v1 + a1 * a1 / (2.0 * jerk), 0.0)
-        square = limit * limit
-        cap = -math.sqrt(room) if room <= square else -limit - (room - square) / limit
-        return cls(v0, a0, v1, a1, bounds, backwards, gain, gap, min(cap, -gap, a1))
-
-    def shape(self, depth: float) -> tuple[float, float, float, float]:
-        """Return peak, time at it, valley and time at it of a member."""
-        _, limit, jerk = self.bounds
-        if depth >= -limit:
-            valley, low, square = depth, 0.0, self.gain + depth * depth
-        else:
-            valley, low, square = -limit, (-limit - depth) / jerk, self.gain - limit * depth
-        if square > limit * limit:
-            return limit, (square - limit * limit) / (jerk * limit), valley, low
-        return max(math.sqrt(square), self.a0, valley), 0.0, valley, low
-
-    def duration(self, depth: float) -> float:
-        """Return the duration of a member [s]."""
-        peak, high, valley, low = self.shape(depth)
-        return (2.0 * (peak - valley) + self.a1 - self.a0) / self.bounds.jerk + high + low
-
-    def way(self, point: _Point) -> float:
-        """Return the way of a member [unit]."""
-        p, v, a = 0.0, self.v0, self.a0
-        for t, jerk in self._phases(point):
-            p += t * (v + t * (a / 2.0 + t * jerk / 6.0))
-            v += t * (a + t * jerk / 2.0)
-            a += t * jerk
-        return p
-
-    def growth(self, depth: float) -> float:
-        """Return how the way of a member grows with its duration [unit/s]."""
-        jerk = self.bounds.jerk
-        peak, _, valley, low = self.shape(depth)
-        after = self.v1 - (self.a1 * self.a1 - valley * valley) / (2.0 * jerk) - valley * low
-        return after - valley * (peak - valley) / (2.0 * jerk)
-
-    def phases(self, point: _Point) -> list[Phase]:
-        """Return a member's phases, in the order of time."""
-        return self._phases(point)[:: -1 if self.backwards else 1]
-
-    def _phases(self, point: _Point) -> list[Phase]:
-        jerk = self.bounds.jerk
-        peak, high, valley, low = self.shape(point.depth)
-        rise, end = Phase((peak - self.a0) / jerk, jerk), Phase((self.a1 - valley) / jerk, jerk)
-        if point.cruise <= 0.0:
-            fall = [Phase((peak - valley) / jerk, -jerk)]
-        else:
-            fall = [
-                Phase(peak / jerk, -jerk),
-                Phase(point.cruise, 0.0),
-                Phase(-valley / jerk, -jerk),
-            ]
-        return [rise, Phase(high, 0.0), *fall, Phase(low, 0.0), end]
-
-    def ranges(self) -> list[tuple[float, float]]:
-        """Return the ranges of depths, each from its shortest duration to its longest."""
-        last = (min(-self.gap, self.a1), self.cap)
-        return [(self.a1, self.gap), last] if self.a1 > self.gap else [last]
-
-    def lasting(self, duration: float) -> _Point | None:
-        """Return the member of a duration [s], or None where there is none."""
-        for first, last in self.ranges():
-            if duration < self.duration(first) * (1.0 - _EXACT):
-                return None
-            if duration <= self.duration(last):
-                return _Point(_root(lambda y: self.duration(y) - duration, first, last), 0.0)
-        return _Point(self.cap, duration - self.duration(self.cap))
-
-    def crossings(self, way: float) -> Iterator[tuple[float, _Point]]:
-        """Yield duration and member of every one that makes this way [unit]."""
-
-        def excess(depth: float) -> float:
-            return self.way(_Point(depth, 0.0)) - way
-
-        tiny = _EXACT * (_scale(self.bounds, 0.0) + abs(way))
-        for first, last in self._monotone():
-            before, after = excess(first), excess(last)
-            if abs(before) <= tiny:
-                yield self.duration(first), _Point(first, 0.0)
-            elif before * after < 0.0:
-                depth = _root(excess, first, last)
-                yield self.duration(depth), _Point(depth, 0.0)
-        missing = -excess(self.cap)
-        if missing >= -tiny:
-            cruise = max(missing, 0.0) / self.bounds.velocity
-            yield self.duration(self.cap) + cruise, _Point(self.cap, cruise)
-
-    def _monotone(self) -> Iterator[tuple[float, float]]:
-        """Yield the ranges of depths, split where the way stops growing or falling."""
-        limit = self.bounds.acceleration
-        # Where the growth itself turns: with a peak below the limit, and with one at the limit;
-        # and where the one becomes the other. Below zero it never turns.
-        turns = (
-            math.sqrt(self.gain) * (2.0 - math.sqrt(3.0)) / math.sqrt(4.0 * math.sqrt(3.0) - 6.0),
-            limit / 4.0,
-            math.sqrt(max(limit * limit - self.gain, 0.0)),
-        )
-        for first, last in self.ranges():
-            inner = sorted((turn for turn in turns if last < turn < first), reverse=True)
-            edges = [first, *inner, last]
-            for high, low in zip(edges, edges[1:], strict=False):
-                if self.growth(high) * self.growth(low) < 0.0:
-                    middle = _root(self.growth, high, low)
-                    yield high, middle
-                    yield middle, low
-                else:
-                    yield high, low
-
-
-def _root(function: Callable[[float], float], left: float, right: float) -> float:
-    """Return where a function changes its sign, at full precision.
-
-    Bisection and inverse quadratic interpolation, as T. R. Chandrupatla combines them (1997).
-    """
-    a, b = left, right
-    fa, fb = function(a), function(b)
-    if fa == 0.0 or fa * fb > 0.0:
-        return a if abs(fa) <= abs(fb) else b
-    share, c, fc = 0.5, b, fb
-    for _ in range(100):
-        x = a + share * (b - a)
-        fx = function(x)
-        if (fx > 0.0) == (fa > 0.0):
-            c, fc = a, fa
-        else:
-            c, b, fc, fb = b, a, fb, fa
-        a, fa = x, fx
-        best, least = (a, fa) if abs(fa) < abs(fb) else (b, fb)
-        tolerance = 2.0 * math.ulp(best) / abs(b - a) if a != b else 1.0
-        if least == 0.0 or tolerance >= 0.5:
-            return best
-        xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
-        if phi * phi < xi and (1.0 - phi) ** 2 < 1.0 - xi:
-            share = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (
-                fc - fb
-            )
-        else:
-            share = 0.5
-        share = min(max(share, tolerance), 1.0 - tolerance)
-    return best
+    up, down = list(reversed(ups)), list(reversed(downs))
+    held, last = 0.0, 0.0
+    while up and down:
+        (rest, one), (other_rest, other) = up.pop(), down.pop()
+        step, jerk = min(rest, other_rest), share * one + (1.0 - share) * other
+        if jerk != last:
+            yield held, last
+            held, last = 0.0, jerk
+        held += step
+        if rest > step:
+            up.append((rest - step, one))
+        if other_rest > step:
+            down.append((other_rest - step, other))
+    yield held, last

@@ -62,8 +62,9 @@ def extrema(trajectory: Trajectory) -> list[JointRanges]:
     to be computed is infinite or not a number there.
     """
     rest = np.zeros((2, len(trajectory.joint_names)))
-    with np.errstate(over="ignore", invalid="ignore"):
-        candidates = _candidates(trajectory)
+    with np.errstate(all="ignore"):
+        cubic = not trajectory.coefficients[..., 4:].any()
+        candidates = _of_cubics(trajectory) if cubic else _candidates(trajectory)
     columns = [
         _ranges(trajectory, at, values, edges)
         for (at, values), edges in zip(
@@ -71,6 +72,31 @@ def extrema(trajectory: Trajectory) -> list[JointRanges]:
         )
     ]
     return [JointRanges(*joint) for joint in zip(*columns, strict=True)]
+
+
+def _of_cubics(trajectory: Trajectory) -> list[tuple[Array, Array]]:
+    """As :func:`_candidates` for polynomials up to the third power, whose turning points are known.
+
+    Where there is none, the segment's start or end stands instead.
+    """
+    c0, c1, c2, c3 = np.moveaxis(trajectory.coefficients[..., :4], -1, 0)
+    lengths = np.broadcast_to(np.diff(trajectory.times)[:, None], c0.shape)
+    still = -(c2 + np.copysign(np.sqrt(np.maximum(c2 * c2 - 3.0 * c1 * c3, 0.0)), c2))
+    free, first, second = (
+        np.clip(np.where(np.isfinite(at), at, 0.0), 0.0, lengths)
+        for at in (-c2 / (3.0 * c3), still / (3.0 * c3), c1 / still)
+    )
+    ends = np.zeros_like(c0), lengths
+    slopes = np.stack([c1, 2.0 * c2, 3.0 * c3])
+    result = []
+    for curve, turns in (
+        (np.stack([c0, c1, c2, c3]), (*ends, first, second)),
+        (slopes, (*ends, free)),
+        (np.stack([2.0 * c2, 6.0 * c3]), ends),
+    ):
+        at = np.stack(turns)
+        result.append((at, _value(curve, at)))
+    return result
 
 
 def _candidates(trajectory: Trajectory) -> list[tuple[Array, Array]]:

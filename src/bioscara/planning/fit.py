@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-import numpy as np
-
 from bioscara.errors import TrajectoryError
 from bioscara.planning.check import check
 from bioscara.planning.extrema import extrema
@@ -20,20 +18,14 @@ def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
     Velocities become 1/factor, accelerations 1/factor^2 of what they were.
     """
     velocities, accelerations = trajectory.velocities, trajectory.accelerations
-    if velocities is not None and accelerations is None and len(trajectory.times) > 1:
-        return Trajectory.of_cubics(
-            trajectory.joint_names,
-            trajectory.times * factor,
-            trajectory.coefficients[..., :4] / factor ** np.arange(4.0),
-            trajectory.positions[-1].tolist(),
-            (velocities[-1] / factor).tolist(),
-        )
+    cubic = velocities is not None and accelerations is None
     return Trajectory(
         trajectory.joint_names,
         trajectory.times * factor,
         trajectory.positions,
         None if velocities is None else velocities / factor,
         None if accelerations is None else accelerations / factor**2,
+        cubics=trajectory.coefficients[..., 2:4] / (factor**2, factor**3) if cubic else None,
     )
 
 

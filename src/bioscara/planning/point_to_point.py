@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import pairwise
+
+import numpy as np
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.planning.check import check
-from bioscara.planning.double_s import Bounds, Knot, State, durations, fastest, lasting
+from bioscara.planning.double_s import durations, fastest, lasting
 from bioscara.planning.limits import JointLimits
+from bioscara.planning.profile import Bounds, Knot, State
 from bioscara.planning.trajectory import Trajectory
 
 _ROOM = 1e-6
@@ -141,19 +145,23 @@ def _synchronised(
     start: Sequence[State], goal: Sequence[State], bounds: Sequence[Bounds]
 ) -> list[tuple[Knot, ...]]:
     """Return motions of one duration, the least one that all joints can take."""
-    profiles = [fastest(*each) for each in zip(start, goal, bounds, strict=True)]
-    least = max(profile.duration for profile in profiles)
-    # Between two of these no joint that cannot take a duration begins to be able to.
-    begins = (t for each in zip(start, goal, bounds, strict=True) for t in durations(*each))
-    for duration in (least, *sorted(t for t in begins if t > least)):
+    problems = list(zip(start, goal, bounds, strict=True))
+    profiles = [fastest(*problem) for problem in problems]
+    for duration in _candidates(problems, max(profile.duration for profile in profiles)):
         together = [
-            own if own.duration == duration else lasting(duration, *each)
-            for own, each in zip(profiles, zip(start, goal, bounds, strict=True), strict=True)
+            own if own.duration == duration else lasting(duration, *problem)
+            for own, problem in zip(profiles, problems, strict=True)
         ]
         found = [profile.knots for profile in together if profile is not None]
         if len(found) == len(together):
             return found
     raise TrajectoryError("the joints have no duration in common: the start is beyond a limit")
+
+
+def _candidates(problems: Sequence[tuple[State, State, Bounds]], least: float) -> Iterator[float]:
+    """Yield the durations where a joint that cannot take a shorter one may begin to be able to."""
+    yield least
+    yield from sorted(t for problem in problems for t in durations(*problem) if t > least)
 
 
 def _quickest(way: float, bounds: Bounds) -> float:
@@ -190,13 +198,13 @@ def _assembled(
 ) -> Trajectory:
     """Return one trajectory of the motions of all joints, which take the same time."""
     times = _apart(knot.time for knots in pieces for knot in knots)
+    columns = np.array([_cubics(knots, times) for knots in pieces]).reshape(len(names), -1, 4)
+    positions, velocities, *cubics = columns.transpose(2, 1, 0)
     ends = [[state.position for state in goal], [state.velocity for state in goal]]
-    if len(times) == 1:
-        return Trajectory(names, times, ends[:1], ends[1:])
-    columns = [_cubics(knots, times) for knots in pieces]
-    for column, state in zip(columns, start, strict=True):
-        column[0] = (state.position, state.velocity, *column[0][2:])
-    return Trajectory.of_cubics(names, times, list(zip(*columns, strict=True)), *ends)
+    positions, velocities = np.vstack((positions, ends[0])), np.vstack((velocities, ends[1]))
+    if len(times) > 1:
+        positions[0] = [state.position for state in start]
+    return Trajectory(names, times, positions, velocities, cubics=np.stack(cubics, axis=-1))
 
 
 def _apart(times: Iterable[float]) -> list[float]:
@@ -216,7 +224,7 @@ def _cubics(knots: Sequence[Knot], times: Sequence[float]) -> list[tuple[float, 
     """Return the polynomial of one joint from each time to the next."""
     rows: list[tuple[float, ...]] = []
     index = 0
-    for begin, end in zip(times, times[1:], strict=False):
+    for begin, end in pairwise(times):
         middle = (begin + end) / 2.0
         while index + 1 < len(knots) and knots[index + 1].time <= middle:
             index += 1

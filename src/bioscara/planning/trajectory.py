@@ -46,6 +46,9 @@ class Trajectory:
         positions: [rad or m], shape (n, joints).
         velocities: [rad/s or m/s], shape (n, joints), or None.
         accelerations: [rad/s^2 or m/s^2], shape (n, joints), or None; needs velocities.
+        cubics: The cubics between points with velocities, where a planner knows them: factors of
+            the time squared and cubed, shape (n - 1, joints, 2). Points tell the same but for
+            rounding: over 10 us, the acceleration to 1e-5 rad/s^2.
 
     Attributes:
         joint_names: The joints.
@@ -65,6 +68,8 @@ class Trajectory:
         positions: npt.ArrayLike,
         velocities: npt.ArrayLike | None = None,
         accelerations: npt.ArrayLike | None = None,
+        *,
+        cubics: npt.ArrayLike | None = None,
     ) -> None:
         self.joint_names = tuple(joint_names)
         _check_names(self.joint_names)
@@ -82,58 +87,14 @@ class Trajectory:
         self.accelerations = (
             None if accelerations is None else self._column("acceleration", accelerations, shape)
         )
-        _check_times(self.times, STEP_MIN)
+        _check_times(self.times, STEP_MIN if cubics is None else 0.0)
         with np.errstate(all="ignore"):
-            self._take(self._segments())
-
-    @classmethod
-    def of_cubics(
-        cls,
-        joint_names: Sequence[str],
-        times: npt.ArrayLike,
-        coefficients: npt.ArrayLike,
-        end_positions: Sequence[float],
-        end_velocities: Sequence[float],
-    ) -> Trajectory:
-        """Return the trajectory of given polynomials; its points are where they meet.
-
-        Points alone would do, but for rounding: the acceleration of a piece of 10 us is known
-        to 1e-5 rad/s^2 at best from where it begins and ends.
-
-        Args:
-            joint_names: The joints.
-            times: Where pieces begin, and where the last one ends [s], shape (n,).
-            coefficients: Powers 0 to 3 of the time since the piece's begin, shape
-                (n - 1, joints, 4), continuous in position and velocity.
-            end_positions: Where the last piece ends [rad or m].
-            end_velocities: Likewise [rad/s or m/s].
-
-        Raises:
-            TrajectoryError: A size does not fit, a value is not finite, or times do not increase.
-        """
-        cubics = np.asarray(coefficients, dtype=np.float64)
-        result = cls.__new__(cls)
-        result.joint_names, result.times = tuple(joint_names), _frozen(times)
-        _check_names(result.joint_names)
-        _check_times(result.times, 0.0)
-        shape = (len(result.times), len(result.joint_names))
-        result.positions = result._column(
-            "position", np.vstack((cubics[:, :, 0], end_positions)), shape
-        )
-        result.velocities = result._column(
-            "velocity", np.vstack((cubics[:, :, 1], end_velocities)), shape
-        )
-        result.accelerations = None
-        result._take(np.concatenate((cubics, np.zeros((*cubics.shape[:2], 2))), axis=2))
-        return result
-
-    def _take(self, coefficients: Array) -> None:
-        if not np.isfinite(coefficients).all():
+            self._coefficients = self._segments(cubics)
+        if not np.isfinite(self._coefficients).all():
             raise TrajectoryError("the values are too large for a curve between the points")
-        self._coefficients = coefficients
         self._starts: list[float] = self.times.tolist()
         # Plain floats: for four joints they are several times faster than arrays.
-        self._plain: list[list[list[float]]] = coefficients.tolist()
+        self._plain: list[list[list[float]]] = self._coefficients.tolist()
 
     def __repr__(self) -> str:
         return (
@@ -212,7 +173,7 @@ class Trajectory:
             )
         return array
 
-    def _segments(self) -> Array:
+    def _segments(self, cubics: npt.ArrayLike | None) -> Array:
         count, joints = self.positions.shape
         c = np.zeros((count - 1, joints, 6))
         if count == 1:
@@ -226,6 +187,9 @@ class Trajectory:
             return c
         v0, v1 = self.velocities[:-1], self.velocities[1:]
         c[..., 1] = v0
+        if cubics is not None:
+            c[..., 2:4] = cubics
+            return c
         if self.accelerations is None:
             c[..., 2] = (3 * way / t - 2 * v0 - v1) / t
             c[..., 3] = (v0 + v1 - 2 * way / t) / t**2

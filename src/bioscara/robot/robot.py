@@ -36,7 +36,7 @@ from bioscara.robot.pacing import PacedClock
 from bioscara.robot.records import Cancelled, Observe
 from bioscara.robot.running import Motion
 from bioscara.robot.stack import HOMING, TRAJECTORY, Stack
-from bioscara.robot.wiring import kinematics_of, named, real_gripper, simulated
+from bioscara.robot.wiring import kinematics_of, named, planning_limits, real_gripper, simulated
 
 FAULTS = Path("faults")
 """Folder for the flight records of faults, unless another one is named."""
@@ -105,6 +105,7 @@ class Robot:
         )
         self._servo = servo
         self.kinematics = kinematics_of(parameters)
+        self._limits = planning_limits(parameters)
         self.gripper = RobotGripper(
             self._jaws, self._running, lambda: self._motion(_ignore, _never), clock.now
         )
@@ -332,7 +333,7 @@ class Robot:
             raise TrajectoryError(f"{len(positions)} positions for {len(self.joints)} joints")
         self._prepare()
         names, here = self._names, self._here()
-        motion = point_to_point(names, here, positions, self.parameters.joints, speed=speed)
+        motion = point_to_point(names, here, positions, self._limits, speed=speed)
         motion = self._slowed(motion, here)
         self._motion(observe, cancelled, timeout).follow(motion, Phase.TRAJECTORY)
 
@@ -373,8 +374,7 @@ class Robot:
         goal = [start.get(name, where) for name, where in zip(self._names, here, strict=True)]
         if not approach:
             self._require_near(here, goal)
-        lead = point_to_point(self._names, here, goal, self.parameters.joints)
-        lead = self._slowed(lead, here)
+        lead = self._slowed(point_to_point(self._names, here, goal, self._limits), here)
         trajectory = self._slowed(trajectory, goal)
         motion = self._motion(observe, cancelled, timeout)
         motion.follow(lead, Phase.APPROACH, lead.duration)

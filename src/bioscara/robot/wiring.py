@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -10,11 +11,18 @@ from bioscara.bus.select import open_bus
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.drivers import Gripper, Pwm
 from bioscara.kinematics import Geometry, Pose, Scara
-from bioscara.model import ArmParameters
+from bioscara.model import ArmParameters, JointParameters
 from bioscara.robot.pacing import PacedClock
 
 WIDTH_FILE = Path("~/.local/state/bioscara/gripper-width")
 """Where the last width of a real gripper is kept."""
+
+RESERVE = 0.8
+"""Share of the acceleration limits that planned motions use.
+
+With all of it a joint that slips a step has nothing left to catch up with, and overshoots: up to
+0.11 rad in simulation.
+"""
 
 
 class Wiring(NamedTuple):
@@ -88,4 +96,12 @@ def kinematics_of(parameters: ArmParameters) -> Scara:
         Geometry(built.upper_arm, built.forearm, built.height),
         parameters.joints,
         Pose(built.tool_x, built.tool_y, built.tool_z),
+    )
+
+
+def planning_limits(parameters: ArmParameters) -> tuple[JointParameters, ...]:
+    """Return the joints with the accelerations that planned motions use."""
+    return tuple(
+        replace(joint, max_acceleration=RESERVE * joint.max_acceleration)
+        for joint in parameters.joints
     )
