@@ -271,16 +271,14 @@ def _one_after_the_other(trajectories: Sequence[Trajectory]) -> Trajectory:
     """Return cubics from rest to rest as one trajectory; the arm does not wait between them."""
     begins = np.cumsum([0.0, *(trajectory.duration for trajectory in trajectories)])
     times = [begin + part.times[:-1] for begin, part in zip(begins, trajectories, strict=False)]
-    last = trajectories[-1].positions[-1:]
-    velocities = [
-        np.zeros_like(part.positions) if part.velocities is None else part.velocities
-        for part in trajectories
-    ]
+    curves = np.concatenate([trajectory.coefficients for trajectory in trajectories])
+    last = trajectories[-1].positions[-1]
     return Trajectory(
         trajectories[0].joint_names,
         np.concatenate((*times, begins[-1:])),
-        np.concatenate((*(part.positions[:-1] for part in trajectories), last)),
-        np.concatenate((*(part[:-1] for part in velocities), np.zeros_like(last))),
+        np.vstack((curves[..., 0], last)),
+        np.vstack((curves[..., 1], np.zeros_like(last))),
+        cubics=curves[..., 2:4],
     )
 
 
