@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Generic, TypeVar
 
 from bioscara.control.parameters import Parameters
@@ -11,6 +11,11 @@ from bioscara.errors import ControllerError
 from bioscara.hardware import CommandInterface, State, StateInterface
 
 P = TypeVar("P", bound=Parameters)
+
+
+def interfaces(joints: Sequence[str], kinds: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of these interfaces of these joints, one kind after the other."""
+    return tuple(f"{joint}/{kind}" for kind in kinds for joint in joints)
 
 
 class Controller(ABC, Generic[P]):

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from pydantic import Field
 
-from bioscara.control.controller import Controller
+from bioscara.control.controller import Controller, interfaces
 from bioscara.control.parameters import Parameters
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY
@@ -49,12 +49,7 @@ class HoldController(Controller[HoldParameters]):
     @property
     def command_interfaces(self) -> tuple[str, ...]:
         """Position of each joint, then velocity of each where that is commanded too."""
-        parameters = self.parameters
-        return tuple(
-            f"{joint}/{kind}"
-            for kind in parameters.command_interfaces
-            for joint in parameters.joints
-        )
+        return interfaces(self.parameters.joints, self.parameters.command_interfaces)
 
     @property
     def state_interfaces(self) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from bioscara.control.controller import Controller
+from bioscara.control.controller import Controller, interfaces
 from bioscara.control.joint_trajectory.messages import Status
 from bioscara.control.parameters import Parameters
 from bioscara.drivers import Quality
@@ -112,9 +112,7 @@ class HomingController(Controller[HomingParameters]):
     @property
     def state_interfaces(self) -> tuple[str, ...]:
         """Home, then velocity of each joint."""
-        return tuple(
-            f"{joint}/{kind}" for kind in (HOME, VELOCITY) for joint in self.parameters.joints
-        )
+        return interfaces(self.parameters.joints, (HOME, VELOCITY))
 
     def on_configure(self) -> None:
         """Check that there is a joint, and a limit for each or for none."""

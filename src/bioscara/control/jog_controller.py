@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Literal
 
-from bioscara.control.controller import Controller
+from bioscara.control.controller import Controller, interfaces
 from bioscara.control.parameters import Parameters
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, State
@@ -41,12 +41,7 @@ class JogController(Controller[JogParameters]):
     @property
     def command_interfaces(self) -> tuple[str, ...]:
         """Each commanded kind of all joints, one kind after the other."""
-        parameters = self.parameters
-        return tuple(
-            f"{joint}/{kind}"
-            for kind in parameters.command_interfaces
-            for joint in parameters.joints
-        )
+        return interfaces(self.parameters.joints, self.parameters.command_interfaces)
 
     @property
     def state_interfaces(self) -> tuple[str, ...]:

@@ -8,4 +8,5 @@ from bioscara.kinematics.pose import IDENTITY as IDENTITY
 from bioscara.kinematics.pose import Pose as Pose
 from bioscara.kinematics.scara import Geometry as Geometry
 from bioscara.kinematics.scara import Joints as Joints
+from bioscara.kinematics.scara import Range as Range
 from bioscara.kinematics.scara import Scara as Scara

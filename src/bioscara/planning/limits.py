@@ -4,29 +4,11 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from bioscara.kinematics import Range
 
-class JointLimits(Protocol):
+
+class JointLimits(Range, Protocol):
     """Limits of one joint; :class:`bioscara.model.JointParameters` is one."""
-
-    @property
-    def name(self) -> str:
-        """Name of the joint."""
-        ...
-
-    @property
-    def unit(self) -> str:
-        """``"rad"`` or ``"m"``."""
-        ...
-
-    @property
-    def lower(self) -> float:
-        """Lowest position [unit]."""
-        ...
-
-    @property
-    def upper(self) -> float:
-        """Highest position [unit]."""
-        ...
 
     @property
     def max_velocity(self) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bioscara.control.controller import Controller
+from bioscara.control.controller import Controller, interfaces
 from bioscara.control.joint_trajectory.course import Course
 from bioscara.control.joint_trajectory.handles import Handles
 from bioscara.control.joint_trajectory.judging import judge_end, judge_path
@@ -53,18 +53,12 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
     @property
     def command_interfaces(self) -> tuple[str, ...]:
         """Each commanded kind of all joints, one kind after the other."""
-        parameters = self.parameters
-        return tuple(
-            f"{j}/{kind}" for kind in parameters.command_interfaces for j in parameters.joints
-        )
+        return interfaces(self.parameters.joints, self.parameters.command_interfaces)
 
     @property
     def state_interfaces(self) -> tuple[str, ...]:
         """Each measured kind of all joints, one kind after the other."""
-        parameters = self.parameters
-        return tuple(
-            f"{j}/{kind}" for kind in parameters.state_interfaces for j in parameters.joints
-        )
+        return interfaces(self.parameters.joints, self.parameters.state_interfaces)
 
     @property
     def holding(self) -> bool:
