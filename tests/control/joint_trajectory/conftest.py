@@ -1,17 +1,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 
 import pytest
 
 from control.joint_trajectory.follower import MIDDLE, Follower
-from control.world import PARAMETERS, World
+from control.world import World
 
-GENTLE = tuple(
-    replace(joint, max_acceleration=joint.max_acceleration / 2.0) for joint in PARAMETERS.joints
-)
-"""Flung to and fro at all of its acceleration, the simulated elbow stalls; that is not tried here."""
 _homed: list[World] = []
 
 
@@ -19,7 +14,7 @@ _homed: list[World] = []
 def follower() -> Iterator[Callable[..., Follower]]:
     """Make controllers on an arm that is shared by all tests and brought back by each."""
     if not _homed:
-        _homed.append(World(at=MIDDLE, joints=GENTLE))
+        _homed.append(World(at=MIDDLE))
     made: list[Follower] = []
 
     def make(**parameters: object) -> Follower:
