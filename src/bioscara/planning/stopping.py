@@ -137,7 +137,9 @@ class Stops:
         way, speeds = self._braked(there, next_, np.outer(seconds, np.linspace(0.0, 1.0, samples)))
         # Not a sum: an excess that is added to at each step would grow without end.
         room = np.maximum(np.maximum(lower - here, here - upper), _ROUNDING)
-        beyond = (way[:, -1] < lower - room) | (way[:, -1] > upper + room)
+        # A joint that reverses ends its step farther out than it comes to rest.
+        ends = np.stack((there, way[:, -1]))
+        beyond = ((ends < lower - room) | (ends > upper + room)).any(axis=0)
         inside = np.asarray(~beyond.any(axis=1))
         speed = batch.tool_speeds(self._arm, way, speeds)
         # What a parabola through three neighbours may rise above the middle one.
