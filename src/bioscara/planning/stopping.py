@@ -139,7 +139,9 @@ class Stops:
         room = np.maximum(np.maximum(lower - here, here - upper), _ROUNDING)
         # A joint that reverses ends its step farther out than it comes to rest.
         ends = np.stack((there, way[:, -1]))
-        beyond = ((ends < lower - room) | (ends > upper + room)).any(axis=0)
+        beyond: npt.NDArray[np.bool_] = np.any(
+            (ends < lower - room) | (ends > upper + room), axis=0
+        )
         inside = np.asarray(~beyond.any(axis=1))
         speed = batch.tool_speeds(self._arm, way, speeds)
         # What a parabola through three neighbours may rise above the middle one.
