@@ -137,8 +137,13 @@ class Stops:
         seconds = (np.abs(next_) / self._braking).max(axis=1)
         samples = self._samples(np.abs(next_).max(axis=0) * seconds.max() / 2.0)
         way, speeds = self._braked(there, next_, np.outer(seconds, np.linspace(0.0, 1.0, samples)))
-        room = _ROUNDING + np.maximum(np.maximum(lower - here, here - upper), 0.0)
-        beyond = (way[:, -1] < lower - room) | (way[:, -1] > upper + room)
+        # Not a sum: an excess that is added to at each step would grow without end.
+        room = np.maximum(np.maximum(lower - here, here - upper), _ROUNDING)
+        # A joint that reverses ends its step farther out than it comes to rest.
+        ends = np.stack((there, way[:, -1]))
+        beyond: npt.NDArray[np.bool_] = np.any(
+            (ends < lower - room) | (ends > upper + room), axis=0
+        )
         inside = np.asarray(~beyond.any(axis=1))
         speed = batch.tool_speeds(self._arm, way, speeds)
         # What a parabola through three neighbours may rise above the middle one.
