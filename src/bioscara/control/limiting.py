@@ -79,6 +79,19 @@ class Guard:
         """Position that was commanded last or, where none was, measured [rad or m]."""
         return self.reference if self.commanded else self._position.value
 
+    @property
+    def asked_velocity(self) -> float:
+        """Velocity that is asked for where velocity alone is commanded, else 0 [rad/s or m/s]."""
+        if self._position_command.owner or not self._velocity_command.owner:
+            return 0.0
+        asked = self._velocity_command.value
+        return asked if math.isfinite(asked) else 0.0
+
+    def ask_less(self, share: float) -> None:
+        """Take back a share of a velocity that is asked for, as :meth:`slow_down`."""
+        if self.asked_velocity:
+            self._velocity_command.value *= share
+
     def slow_down(self, share: float, period: float) -> None:
         """Take back a share of what the cycle commands.
 
@@ -238,11 +251,13 @@ class Limiter:
 
     Attributes:
         guards: One for each joint, by name.
+        before: Looks at all commands before each joint is bounded; None for nothing.
         together: Bounds all joints together, after each was bounded by itself; None for nothing.
     """
 
     def __init__(self, components: Sequence[HardwareComponent]) -> None:
         self.guards: dict[str, Guard] = {}
+        self.before: Callable[[], None] | None = None
         self.together: Callable[[float], None] | None = None
         for component in components:
             for name, limits in component.limits.items():
@@ -284,6 +299,8 @@ class Limiter:
         Args:
             period: Time since the last cycle [s].
         """
+        if self.before is not None:
+            self.before()
         for guard in self._all:
             guard.apply(period)
         if self.together is not None:

@@ -34,6 +34,21 @@ class ToolSpeedCap:
         self.limit = limit
         self.interventions = 0
 
+    def foresee(self) -> None:
+        """Take back velocities that are asked for; to be called before joints are bounded.
+
+        Bounded alone afterwards, the joint with the most acceleration would get the most of what
+        the tool may have, and the tool would not go where it was asked to.
+        """
+        guards = self._guards
+        asked = [guard.asked_velocity for guard in guards]
+        if not any(asked):
+            return
+        speed = self.speed_of([guard.here for guard in guards], asked)
+        if speed > self.limit:
+            for guard in guards:
+                guard.ask_less(self.limit / speed)
+
     def apply(self, period: float) -> None:
         """Slow down what was bounded joint by joint; to be called after that.
 

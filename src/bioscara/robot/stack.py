@@ -91,7 +91,7 @@ class Stack:
         self.tool_speed = ToolSpeedCap(
             tuple(limiter.guards.values()), kinematics.tool_speed, REDUCED_SPEED
         )
-        limiter.together = self.tool_speed.apply
+        limiter.before, limiter.together = self.tool_speed.foresee, self.tool_speed.apply
         self.manager = ControllerManager((arm, gripper), limiter, hertz)
         for name, kind, values in _controllers(parameters, version):
             self.manager.load(name, kind, values)
