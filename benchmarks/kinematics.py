@@ -5,19 +5,17 @@ from __future__ import annotations
 import itertools
 import math
 from importlib.util import find_spec
-from pathlib import Path
 
 import numpy as np
 
-import bioscara.model
 from benchmarks.measure import Row, seconds
 from bioscara.kinematics import Pose, Scara, batch
 from bioscara.model import load_parameters
+from bioscara.model.urdf import URDF
 from bioscara.robot import kinematics_of
 
 POSES = 10_000
 ALL_AT_ONCE = 1_000_000
-DESCRIPTION = Path(bioscara.model.__file__).with_name("bioscara.urdf")
 
 
 def _joints(arm: Scara, count: int) -> np.ndarray:
@@ -56,7 +54,7 @@ def _pinocchio(arm: Scara, joints: np.ndarray) -> tuple[float, float]:
     """
     import pinocchio  # noqa: PLC0415
 
-    full = pinocchio.buildModelFromUrdf(str(DESCRIPTION))
+    full = pinocchio.buildModelFromUrdf(str(URDF))
     names = [limit.name for limit in arm.limits]
     others = [full.getJointId(name) for name in list(full.names)[1:] if name not in names]
     model = pinocchio.buildReducedModel(full, others, pinocchio.neutral(full))
