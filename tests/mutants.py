@@ -143,10 +143,10 @@ MUTANTS = (
     ),
     Mutant(
         "common ramp of an interrupted arm",
-        "src/bioscara/robot/robot.py",
-        "while streamer.last is not None:",
-        "while False:",
-        ("tests/cli/test_commands.py",),
+        "src/bioscara/robot/running.py",
+        "        supervisor.stop(since)\n",
+        "",
+        ("tests/robot/test_robot.py",),
     ),
     Mutant(
         "limits of a trajectory",
@@ -235,8 +235,8 @@ MUTANTS = (
     Mutant(
         "what a joint said before it was released",
         "src/bioscara/hardware/arm.py",
-        "            axis.answered = False\n\n    def _plan",
-        "\n    def _plan",
+        "read again.\n            axis.answered = False\n",
+        "read again.\n",
         ("tests/system/test_control_scenarios.py",),
     ),
 )

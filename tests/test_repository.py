@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from mutants import MUTANTS
+
 ROOT = Path(__file__).parents[1]
 
 # A secret is recognised by its form (keys) or by an assignment of a literal to a telling name.
@@ -79,3 +81,8 @@ def test_links_in_the_documentation_lead_somewhere() -> None:
             if not (path.parent / target).exists():
                 broken.append(f"{path.relative_to(ROOT)}: {target}")
     assert broken == []
+
+
+def test_every_mutant_still_finds_its_guard() -> None:
+    stale = [each.guard for each in MUTANTS if (ROOT / each.file).read_text().count(each.old) != 1]
+    assert stale == []
