@@ -113,7 +113,7 @@ class Other:
 
 class Scene:
     def __init__(self, arm: SimulatedArm, evidence: Path) -> None:
-        self.arm, self.bus = arm, WatchedBus(arm)
+        self.arm, self.bus, self.folder = arm, WatchedBus(arm), evidence
         self.servo = SimulatedServo(ARM.gripper.outputs[0])
         jaws = Gripper(
             Pwm(ARM.gripper.outputs, arm.clock, self.servo.root), ARM.gripper, evidence / "width"
@@ -184,7 +184,6 @@ CALLS: dict[str, Callable[[Robot], object]] = {
     "move_sequence()": lambda robot: robot.move_sequence([]),
     "enable()": lambda robot: robot.enable(),
     "disable()": lambda robot: robot.disable(),
-    "clear_faults()": lambda robot: robot.clear_faults(),
     "acknowledge()": lambda robot: robot.acknowledge(),
     "recover()": lambda robot: robot.recover(),
     "gripper.enable()": lambda robot: robot.gripper.enable(),
