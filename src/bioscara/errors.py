@@ -207,12 +207,17 @@ class JointError(BioscaraError):
     """The state of a joint forbids the operation.
 
     Attributes:
+        what: What happened.
         joint: Name of the joint.
+        remedy: What to do, for who has this joint in hand; the arm as a whole has another way.
     """
 
-    def __init__(self, message: str, joint: str = "") -> None:
-        self.joint = joint
+    def __init__(self, message: str, joint: str = "", remedy: str = "") -> None:
+        self.what, self.joint, self.remedy = message, joint, remedy
         super().__init__(message)
+
+    def __str__(self) -> str:
+        return f"{self.what}; {self.remedy}" if self.remedy else self.what
 
 
 class NotHomedError(JointError):
@@ -253,9 +258,16 @@ class JointFaultError(JointError):
         data: The number that the joint stored with the fault; its meaning depends on the fault.
     """
 
-    def __init__(self, message: str, joint: str = "", fault: str = "", data: float = 0.0) -> None:
+    def __init__(
+        self,
+        message: str,
+        joint: str = "",
+        fault: str = "",
+        data: float = 0.0,
+        remedy: str = "",
+    ) -> None:
         self.fault, self.data = fault, data
-        super().__init__(message, joint)
+        super().__init__(message, joint, remedy)
 
 
 class FollowingError(JointError):
@@ -297,9 +309,16 @@ class HomingError(JointError):
         data: The number that the joint stored with the fault.
     """
 
-    def __init__(self, message: str, joint: str = "", fault: str = "", data: float = 0.0) -> None:
+    def __init__(
+        self,
+        message: str,
+        joint: str = "",
+        fault: str = "",
+        data: float = 0.0,
+        remedy: str = "",
+    ) -> None:
         self.fault, self.data = fault, data
-        super().__init__(message, joint)
+        super().__init__(message, joint, remedy)
 
 
 class ReplayError(BioscaraError):

@@ -186,3 +186,13 @@ def test_the_stop_does_not_raise_whatever_is_broken(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(world.manager, "set_hardware_state", broken)
     world.hardware.state = State.ACTIVE
     world.supervisor.stop(world.clock.now())
+
+
+def test_the_way_out_of_a_joint_is_not_the_one_of_the_arm() -> None:
+    error = JointFaultError("j1: x", "j1", "STALL", remedy="clear_fault()")
+    assert str(error) == "j1: x; clear_fault()"
+    fault = Fault(classify(error), "j1", error, 0.0)
+    assert str(fault) == "STALL: j1: x; remove the obstacle"
+    assert fault.error() is error
+    assert str(error) == "j1: x; remove the obstacle"
+    assert str(fault) == "STALL: j1: x; remove the obstacle"

@@ -116,7 +116,10 @@ def test_what_happens_to_a_released_joint_is_noticed_and_has_a_way_out(
 def test_a_joint_that_does_not_engage_is_a_fault_and_has_a_way_out(made: Scene) -> None:
     with made.robot as robot:
         made.arm.set_motor_power(False)
-        with pytest.raises(JointFaultError, match="j1.*DRIVER"):
+        with pytest.raises(
+            JointFaultError,
+            match=r"^j1: .*DRIVER \(data .\); remove the cause that the joint names$",
+        ):
             robot.enable()
         assert robot.faults[0].source == "j1"
         made.arm.set_motor_power(True)

@@ -41,7 +41,7 @@ class FaultHandling(Looking):
                 stack.arm.activate()
             except BioscaraError as error:
                 self._take([error])
-                raise
+                raise stack.supervisor.faults[0].error() from None
             stack.loop.restart()
         stack.broadcast(self.clock.now())
 

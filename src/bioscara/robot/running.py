@@ -108,7 +108,7 @@ class Motion:
                     )
                 self._observe(self._recorder.record(loop.step(), phase, zero))
                 if supervisor.state is not FaultState.CLEAR:
-                    raise supervisor.faults[0].cause
+                    raise supervisor.faults[0].error()
         except BaseException:
             self._come_to_rest(zero)
             raise
