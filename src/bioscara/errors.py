@@ -116,7 +116,7 @@ class ZoneError(InvalidArgumentError):
         link: Name of the link that comes too near.
         time: When it first does, from the start of the motion [s].
         depth: By how much the margin is missed at worst [m].
-        margin: Distance that is to be kept [m].
+        margin: Distance that is to be kept [m]; below zero where a folded arm began inside.
     """
 
     def __init__(
@@ -124,10 +124,13 @@ class ZoneError(InvalidArgumentError):
     ) -> None:
         self.zone, self.link, self.time = zone, link, time
         self.depth, self.margin = depth, margin
-        super().__init__(
-            f"{link} comes too near to {zone} {detail}; the margin of {margin * 1e3:g} mm is "
-            f"missed by {depth * 1e3:.1f} mm; plan another way or correct the scene"
-        )
+        if margin > 0.0:
+            rule = f"the margin of {margin * 1e3:.3g} mm is missed by {depth * 1e3:.1f} mm"
+            remedy = "plan another way or correct the scene"
+        else:
+            rule = f"that is {depth * 1e3:.1f} mm nearer than where the arm began, folded up"
+            remedy = "unfold the arm first, for example to the pose center"
+        super().__init__(f"{link} comes too near to {zone} {detail}; {rule}; {remedy}")
 
 
 class ConfigurationError(InvalidArgumentError):
