@@ -17,6 +17,7 @@ from bioscara.errors import (
     JointFaultError,
     LifecycleError,
     MotionCancelledError,
+    StalledError,
 )
 from bioscara.hardware import State
 from bioscara.model import load_parameters
@@ -66,6 +67,23 @@ def test_what_a_joint_latched_before_is_a_fault_of_the_arm_from_the_start(made: 
         assert robot.faults == ()
         assert not any(latches(made))
         assert made.where() == pytest.approx(before, abs=1e-6)
+        robot.enable()
+
+
+def test_a_stalled_joint_of_version_1_is_a_fault_from_the_start_too(tmp_path: Path) -> None:
+    scene = Scene(SimulatedArm(seed=2, positions=NEAR, v1=True), tmp_path)
+    with scene.robot as robot:
+        robot.home()
+        scene.arm.add_obstacle("j1", -2.5)
+        with pytest.raises(StalledError, match=r"^j1: .*; remove the obstacle$"):
+            robot.move_joints((-1.0, 0.3, 1.0, 1.0))
+    scene.arm.clear_obstacles("j1")
+    with Scene(scene.arm, tmp_path).robot as robot:
+        assert [(fault.kind, fault.source) for fault in robot.faults] == [(FaultKind.STALL, "j1")]
+        with pytest.raises(FaultedError, match="STALL"):
+            robot.home()
+        robot.acknowledge()
+        robot.recover()
         robot.enable()
 
 

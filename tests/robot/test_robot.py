@@ -116,6 +116,11 @@ def test_pln2_a_trajectory_that_starts_elsewhere_is_refused_with_numbers(homed: 
     assert homed.robot.state.positions[0] == pytest.approx(-1.5, abs=2e-3)
 
 
+def test_a_trajectory_for_one_joint_leaves_the_others_where_they_are(homed: Scene) -> None:
+    homed.robot.follow(point_to_point(("j1",), START[:1], (-1.9,), ARM.joints[:1]))
+    assert homed.robot.state.positions == pytest.approx((-1.9, *START[1:]), abs=2e-3)
+
+
 def test_pln2_a_small_gap_is_joined_by_a_ramp(homed: Scene) -> None:
     near = point_to_point(NAMES, (-1.99, 0.301, 2.01, 2.01), (-1.8, 0.30, 2.0, 2.0), ARM.joints)
     records: list[CycleRecord] = []
