@@ -9,7 +9,7 @@ import pytest
 from tests.control.world import LIMITS, NAMES, NEAR, PARAMETERS, World
 
 from bioscara.bus import FaultyBus
-from bioscara.control.faults import FaultKind
+from bioscara.control.faults import FaultKind, Stop
 from bioscara.control.homing_controller import HomingController
 from bioscara.control.joint_trajectory import (
     Goal,
@@ -280,3 +280,67 @@ def test_a_joint_that_overheats_after_another_fault_releases_the_arm_as_if_it_we
     assert world.supervisor.faults[1].kind is FaultKind.OVERTEMPERATURE
     assert world.hardware.state is not State.ACTIVE
     assert not any(world.arm.has_torque(name) for name in NAMES)
+
+
+def test_the_seconds_before_the_first_fault_are_kept_whatever_comes_later(tmp_path: Path) -> None:
+    world = World(at=AT, folder=tmp_path)
+    follower(world)
+    first = world.clock.now()
+    world.supervisor.fault(FollowingError("first", "j1", 1.0, 0.5), "j1", first)
+    world.run(20.0)
+    now = world.clock.now()
+    world.supervisor.fault(FollowingError("second", "j2", 1.0, 0.5), "j2", now)
+    world.run(1.0)
+    evidence = world.supervisor.acknowledge()[0].evidence
+    assert evidence is not None
+    lines = [line for line in evidence.read_text().splitlines() if line[0] != "#"]
+    assert float(lines[1].split(",")[0]) <= first
+
+
+def test_a_velocity_controller_that_was_told_nothing_does_not_keep_the_arm_moving() -> None:
+    world = World(at=AT)
+    controller = follower(world)
+    away = Point(2.0, (HERE[0] + 1.0, *HERE[1:]))
+    controller.send_goal(Goal(JointTrajectory(NAMES, (away,))), world.clock.now())
+    world.run(1.0)
+    kind = "forward_command_controller/ForwardCommandController"
+    world.load("velocities", kind, joints=NAMES, interface_name="velocity")
+    world.switch("velocities", off=("jtc",))
+    world.run(3.0)
+    assert abs(world.arm.velocity("j1")) < 0.02 * LIMITS["j1"].max_velocity
+
+
+def test_a_joint_that_nobody_commands_and_is_lost_does_not_let_the_others_fall() -> None:
+    world = World(at=AT)
+    kind = "forward_command_controller/ForwardCommandController"
+    forward = world.load("one", kind, joints=("j1",), interface_name="position")
+    world.switch("one")
+    forward.command((-1.0,))
+    world.run(0.5)
+    world.arm.hang("j4")
+    world.run(2.0)
+    assert world.supervisor.faults[0].kind.stop is Stop.HOLD
+    assert world.hardware.state is State.ACTIVE
+    assert world.arm.has_torque("j2")
+
+
+@pytest.mark.parametrize(("stamp", "time"), [(1e200, 1.0), (0.0, 1e200)])
+def test_a_goal_whose_curve_no_number_can_hold_is_rejected_not_a_fault(
+    stamp: float, time: float
+) -> None:
+    world = World(at=AT)
+    controller = follower(world)
+    point = Point(time, HERE, (0.0,) * 4)
+    with suppress(GoalRejectedError):
+        controller.send_goal(Goal(JointTrajectory(NAMES, (point,), stamp)), world.clock.now())
+    world.run(0.2)
+    assert world.supervisor.faults == []
+
+
+def test_warnings_of_goals_do_not_fill_the_memory() -> None:
+    world = World(at=AT)
+    controller = follower(world)
+    goal = Goal(JointTrajectory(NAMES, (Point(1.0, HERE),)), goal_time_tolerance=-2.0)
+    for _ in range(500):
+        controller.send_goal(goal, world.clock.now())
+    assert len(controller.warnings) <= 100
