@@ -344,3 +344,36 @@ def test_warnings_of_goals_do_not_fill_the_memory() -> None:
     for _ in range(500):
         controller.send_goal(goal, world.clock.now())
     assert len(controller.warnings) <= 100
+
+
+def test_joints_that_could_not_be_released_are_told_of() -> None:
+    world = World(at=AT)
+    follower(world)
+    world.bus.off()
+    for text in ("first", "second"):
+        world.supervisor.crash(RuntimeError(text), world.clock.now())
+    world.bus.clear()
+    world.run(0.5)
+    assert all(world.arm.has_torque(name) for name in NAMES)
+    told = [*map(str, world.supervisor.faults), *world.supervisor.warnings]
+    assert any("energised" in each for each in told)
+
+
+def test_a_cycle_that_was_interrupted_is_no_fault_of_the_loop() -> None:
+    world = World(at=AT)
+    controller = follower(world)
+    away = Point(2.0, (HERE[0] + 1.0, *HERE[1:]))
+    controller.send_goal(Goal(JointTrajectory(NAMES, (away,))), world.clock.now())
+    world.run(1.0)
+    transfer = world.hardware.joints[0].bus.transfer
+
+    def interrupted(transactions: object) -> None:
+        world.bus.transfer = transfer
+        raise KeyboardInterrupt
+
+    world.bus.transfer = interrupted  # type: ignore[assignment,method-assign]
+    with pytest.raises(KeyboardInterrupt):
+        world.loop.step()
+    world.run(1.0)
+    assert world.supervisor.faults == []
+    assert world.hardware.state is State.ACTIVE
