@@ -23,7 +23,6 @@ from bioscara.errors import (
     FollowingError,
     GoalRejectedError,
     GripperError,
-    InvalidArgumentError,
     MotionCancelledError,
     MotionTimeoutError,
     OverrunError,
@@ -114,19 +113,6 @@ def test_a_homing_controller_that_stays_active_takes_no_goal_while_a_fault_is_la
         homing.send_goal({"j2": 1.0})
     world.run(1.0)
     assert world.arm.position("j2") == pytest.approx(before, abs=1e-4)
-
-
-def test_homing_with_a_timeout_that_makes_no_sense_leaves_nothing_behind(tmp_path: Path) -> None:
-    arm, robot = arm_and_robot(tmp_path)
-    with robot:
-        robot.enable()
-        with pytest.raises(InvalidArgumentError):
-            robot.home(timeout=-1.0)
-        before = arm.position("j2")
-        for _ in range(50):
-            assert robot.state
-            arm.run(0.021)
-        assert arm.position("j2") == pytest.approx(before, abs=1e-4)
 
 
 def test_a_motion_at_speed_zero_does_not_begin(tmp_path: Path) -> None:

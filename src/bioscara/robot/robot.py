@@ -61,6 +61,7 @@ class Robot(Connection, PoseMotions):
         self._pace(self._pace_homing)
         self._stopping.clear()
         self.enable()
+        motion = self._motion(observe, cancelled, timeout)
         directions = {
             axis.name: axis.joint.parameters.homing.velocity
             for axis in stack.arm.axes
@@ -70,7 +71,7 @@ class Robot(Connection, PoseMotions):
             return
         stack.use(HOMING, self.clock.now())
         goal = stack.homing.send_goal(directions)
-        self._motion(observe, cancelled, timeout).run(lambda: goal.done, Phase.HOMING)
+        motion.run(lambda: goal.done, Phase.HOMING)
         if goal.status is not Status.SUCCEEDED:
             raise HomingError(goal.text)
         stack.manager.switch(self.clock.now(), (), (HOMING,))
