@@ -323,15 +323,6 @@ def test_a_goal_whose_curve_no_number_can_hold_is_rejected_not_a_fault(
     assert world.supervisor.faults == []
 
 
-def test_warnings_of_goals_do_not_fill_the_memory() -> None:
-    world = World(at=AT)
-    controller = follower(world)
-    goal = Goal(JointTrajectory(NAMES, (Point(1.0, HERE),)), goal_time_tolerance=-2.0)
-    for _ in range(500):
-        controller.send_goal(goal, world.clock.now())
-    assert len(controller.warnings) <= 100
-
-
 def test_joints_that_could_not_be_released_are_told_of() -> None:
     world = World(at=AT)
     follower(world)
