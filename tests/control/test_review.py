@@ -283,19 +283,6 @@ def test_the_seconds_before_the_first_fault_are_kept_whatever_comes_later(tmp_pa
     assert float(lines[1].split(",")[0]) <= first
 
 
-def test_a_velocity_controller_that_was_told_nothing_does_not_keep_the_arm_moving() -> None:
-    world = World(at=AT)
-    controller = follower(world)
-    away = Point(2.0, (HERE[0] + 1.0, *HERE[1:]))
-    controller.send_goal(Goal(JointTrajectory(NAMES, (away,))), world.clock.now())
-    world.run(1.0)
-    kind = "forward_command_controller/ForwardCommandController"
-    world.load("velocities", kind, joints=NAMES, interface_name="velocity")
-    world.switch("velocities", off=("jtc",))
-    world.run(3.0)
-    assert abs(world.arm.velocity("j1")) < 0.02 * LIMITS["j1"].max_velocity
-
-
 def test_a_joint_that_nobody_commands_and_is_lost_does_not_let_the_others_fall() -> None:
     world = World(at=AT)
     kind = "forward_command_controller/ForwardCommandController"
