@@ -24,7 +24,6 @@ from bioscara.errors import (
     GoalRejectedError,
     GripperError,
     MotionCancelledError,
-    MotionTimeoutError,
     OverrunError,
 )
 from bioscara.hardware import State
@@ -113,35 +112,6 @@ def test_a_homing_controller_that_stays_active_takes_no_goal_while_a_fault_is_la
         homing.send_goal({"j2": 1.0})
     world.run(1.0)
     assert world.arm.position("j2") == pytest.approx(before, abs=1e-4)
-
-
-def test_a_motion_at_speed_zero_does_not_begin(tmp_path: Path) -> None:
-    arm, robot = arm_and_robot(tmp_path)
-    with robot:
-        robot.home()
-        robot.move_joints(START)
-        before = [arm.position(name) for name in NAMES]
-        robot.speed = 0.0
-        with pytest.raises(MotionTimeoutError):
-            robot.move_joints(END, timeout=2.0)
-        assert [arm.position(name) for name in NAMES] == pytest.approx(before, abs=2e-3)
-
-
-def test_the_chosen_speed_holds_from_the_first_cycle_of_a_motion(tmp_path: Path) -> None:
-    _, robot = arm_and_robot(tmp_path)
-    with robot:
-        robot.home()
-        robot.move_joints(START)
-        robot.speed = 0.1
-        fastest = dict.fromkeys(NAMES, 0.0)
-
-        def observe(_: CycleRecord) -> None:
-            for name, guard in robot._running().manager.limiter.guards.items():
-                fastest[name] = max(fastest[name], abs(guard.speed))
-
-        robot.move_joints(END, 1.0, observe)
-        for name, limits in LIMITS.items():
-            assert fastest[name] <= 0.1 * limits.max_velocity * 1.02
 
 
 def test_a_late_loop_that_recovers_after_its_trajectory_controller_left_is_no_fault() -> None:

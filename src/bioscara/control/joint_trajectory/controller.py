@@ -135,7 +135,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._handles.stop()
 
     def set_scaling(self, factor: float) -> None:
-        """Choose the share of the planned speed; it is gone over to gradually.
+        """Choose the share of the planned speed; in motion it is gone over to gradually.
 
         Args:
             factor: 0 pauses; above 1 is faster than planned.

@@ -69,7 +69,7 @@ class Player:
         return 1.0 if self.holding else self.scaling
 
     def scale(self, factor: float) -> None:
-        """Choose the share of the planned speed; it is gone over to gradually.
+        """Choose the share of the planned speed; in motion it is gone over to gradually.
 
         Args:
             factor: 0 pauses; above 1 is faster than planned.
@@ -89,7 +89,9 @@ class Player:
             period: Time since the last cycle [s].
             measured: Where the joints are.
         """
-        change = _SCALING_RATE * period
+        # Where nothing moves a step of the factor is none of velocity, and motion starts at it.
+        at_rest = self.holding or self.time > self.course.duration
+        change = math.inf if at_rest else _SCALING_RATE * period
         self.scaling += min(max(self._wanted_scaling - self.scaling, -change), change)
         self.time += (time - self._now) * self.pace
         self._now = time
