@@ -160,24 +160,6 @@ def test_a_host_that_was_held_up_does_not_skip_the_way_that_it_missed(
     assert world.arm.position("j3") == pytest.approx(before, abs=0.03)
 
 
-def test_joints_that_a_partial_goal_leaves_out_go_on_along_their_own_points() -> None:
-    world = World(at=AT)
-    controller = follower(world, allow_partial_joints_goal=True)
-    points = tuple(
-        Point(time, (HERE[0] + way, *HERE[1:]), (speed, 0.0, 0.0, 0.0))
-        for time, way, speed in ((1, 0.25, 0.25), (2, 0.5, 0.0), (3, 0.25, -0.25), (4, 0.0, 0.0))
-    )
-    controller.send_goal(Goal(JointTrajectory(NAMES, points)), world.clock.now())
-    world.run(0.1)
-    other = JointTrajectory(("j4",), (Point(3.9, (HERE[3] + 0.1,), (0.0,)),))
-    controller.send_goal(Goal(other), world.clock.now())
-    farthest = 0.0
-    for _ in range(450):
-        world.loop.step()
-        farthest = max(farthest, world.arm.position("j1") - HERE[0])
-    assert farthest == pytest.approx(0.5, abs=0.02)
-
-
 def test_an_observer_that_fails_does_not_keep_the_arm_from_ramping_down(tmp_path: Path) -> None:
     arm, robot = arm_and_robot(tmp_path)
     with robot:

@@ -160,3 +160,24 @@ def test_rule_10_or_go_on_along_the_trajectory_that_runs(
     assert arm.measured[0] == pytest.approx(start[0], abs=2e-3)
     assert arm.measured[1:] == pytest.approx(end.positions[1:], abs=2e-3)
     assert arm.seen[-1].time - arm.seen[0].time == pytest.approx(3.0, abs=0.1)
+
+
+def test_rule_10_or_pass_all_its_points_that_are_still_to_come(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(allow_partial_joints_goal=True)
+    here = arm.commanded
+    points = [
+        Point(time, (here[0] + way, *here[1:]), (speed, 0.0, 0.0, 0.0))
+        for time, way, speed in ((1, 0.25, 0.25), (2, 0.5, 0.0), (3, 0.25, -0.25), (4, 0.0, 0.0))
+    ]
+    arm.send(*points)
+    arm.run(0.1)
+    other = JointTrajectory(("j4",), (Point(3.5, (here[3] + 0.1,)),))
+    goal = arm.jtc.send_goal(Goal(other), arm.now)
+    begin = arm.now - 0.1
+    assert arm.finish(goal).status is Status.SUCCEEDED
+    for point in points:
+        seen = min(arm.seen, key=lambda each: abs(each.time - begin - point.time))
+        assert seen.measured[0] == pytest.approx(point.positions[0], abs=0.01)
+    assert arm.commanded == pytest.approx((*here[:3], here[3] + 0.1))

@@ -254,7 +254,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             self.warnings.append(f"{self.name}: {verdict.text}")
         self._end_goal(*verdict)
         if verdict.status is Status.SUCCEEDED:
-            player.hold(player.course.points[-1].positions, time)
+            player.hold(player.course.end, time)
         else:
             self._stop(player, time)
 
