@@ -249,19 +249,6 @@ def test_a_joint_that_nobody_commands_and_is_lost_does_not_let_the_others_fall()
     assert world.arm.has_torque("j2")
 
 
-@pytest.mark.parametrize(("stamp", "time"), [(1e200, 1.0), (0.0, 1e200)])
-def test_a_goal_whose_curve_no_number_can_hold_is_rejected_not_a_fault(
-    stamp: float, time: float
-) -> None:
-    world = World(at=AT)
-    controller = follower(world)
-    point = Point(time, HERE, (0.0,) * 4)
-    with suppress(GoalRejectedError):
-        controller.send_goal(Goal(JointTrajectory(NAMES, (point,), stamp)), world.clock.now())
-    world.run(0.2)
-    assert world.supervisor.faults == []
-
-
 def test_joints_that_could_not_be_released_are_told_of() -> None:
     world = World(at=AT)
     follower(world)

@@ -17,7 +17,7 @@ from bioscara.control.joint_trajectory.parameters import JointTrajectoryParamete
 from bioscara.control.joint_trajectory.player import Player, Request
 from bioscara.control.joint_trajectory.upsampling import upsampled
 from bioscara.control.joint_trajectory.validation import validate
-from bioscara.errors import GoalRejectedError
+from bioscara.errors import GoalRejectedError, TrajectoryError
 from control.joint_trajectory.follower import BRAKES, MIDDLE, NOTHING, Follower, smooth
 from control.world import LIMITS, World
 
@@ -177,6 +177,39 @@ def test_joints_that_partial_goals_leave_out_are_commanded_as_if_none_had_come(
         for one, full in zip(partial, run(frozenset()), strict=True):
             for values, expected in zip(one, full, strict=True):
                 assert values[1] == expected[1]
+
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+PAIRS = st.tuples(FINITE, FINITE)
+
+
+@given(
+    st.tuples(PAIRS, st.just(()) | PAIRS, st.just(()) | PAIRS),
+    st.floats(0.0, allow_infinity=False),
+    FINITE,
+    st.booleans(),
+)
+def test_what_is_accepted_fails_in_no_cycle(
+    fields: tuple[tuple[float, ...], ...], time: float, stamp: float, again: bool
+) -> None:
+    parameters = JointTrajectoryParameters.read(
+        "t", {"joints": ("a", "b"), "allow_nonzero_velocity_at_trajectory_end": True}
+    )
+    here = JointValues((0.0, 0.0), (0.1, 0.1), (0.0, 0.0))
+    player = Player(parameters, PERIOD, here.positions, 100.0)
+    sent = JointTrajectory(("a", "b"), (Point(time, *fields),), stamp)
+    running = Course([Point(0.0, (0.0, 0.0)), Point(1.0, (1.0, 1.0))])
+    try:
+        course = Course(validate(sent, parameters, 100.0, here.positions))
+    except (GoalRejectedError, TrajectoryError):
+        return
+    if again:
+        player.waiting = Request(running, 0.0, frozenset())
+        player.advance(100.0, PERIOD, here)
+    player.waiting = Request(course, stamp, frozenset())
+    for cycle in range(1, 4):
+        player.advance(100.0 + cycle * PERIOD, PERIOD, here)
+        player.ahead()
 
 
 def test_partial_goals_that_never_cease_do_not_pile_up() -> None:
