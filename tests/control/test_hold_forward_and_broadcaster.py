@@ -52,6 +52,33 @@ def test_forward_changes_nothing_until_it_is_told_and_then_goes_there(v1: bool) 
     assert world.arm.position("j1") == pytest.approx(0.3, abs=5e-3)
 
 
+@pytest.mark.parametrize(
+    ("kinds", "v1"),
+    [(kinds, False) for kinds in (("position",), ("velocity",), ("position", "velocity"))]
+    + [(("position",), True), (("velocity",), True)],
+)
+def test_forward_brings_a_joint_that_moves_to_rest_until_it_is_told(
+    kinds: tuple[str, ...], v1: bool
+) -> None:
+    world = World(at={"j1": -2.0}, v1=v1)
+    moving = forward(world, "moving", "velocity", "j1")
+    world.switch("moving")
+    moving.command([0.5])
+    world.run(1.0)
+    before = world.arm.position("j1")
+    for kind in kinds:
+        forward(world, kind, kind, "j1")
+    world.switch(*kinds, off=("moving",))
+    world.run(2.0)
+    rest = world.arm.position("j1")
+    assert rest == pytest.approx(before, abs=0.2)
+    world.run(2.0)
+    assert world.arm.position("j1") == pytest.approx(rest, abs=2e-3)
+    if "velocity" in kinds:
+        assert world.axis("j1").velocity_command.value == 0.0
+    assert world.supervisor.faults == []
+
+
 @pytest.mark.parametrize("velocity", [1.0, -1.0])
 def test_a_velocity_ends_before_the_limit_and_no_fault_does(velocity: float) -> None:
     world = World(at={"j1": 2.0 * velocity})

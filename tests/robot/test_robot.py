@@ -16,6 +16,7 @@ from bioscara.errors import (
     FaultedError,
     GoalRejectedError,
     HomingError,
+    InvalidArgumentError,
     MotionCancelledError,
     MotionTimeoutError,
     NotHomedError,
@@ -170,6 +171,34 @@ def test_a_motion_that_takes_too_long_is_ended_at_rest(homed: Scene) -> None:
     assert max(homed.speeds()) < 0.02
     with pytest.raises(ValueError, match="timeout"):
         homed.robot.move_joints(START, timeout=0.0)
+
+
+def test_the_chosen_speed_holds_from_the_first_cycle_of_a_motion(homed: Scene) -> None:
+    homed.robot.speed = 0.1
+    records: list[CycleRecord] = []
+    homed.robot.move_joints((-1.5, 0.25, 0.8, 1.0), observe=records.append)
+    for index, joint in enumerate(ARM.joints):
+        fastest = max(abs(record.joints[index].reference_velocity) for record in records)
+        assert 0.0 < fastest <= 0.1 * joint.max_velocity * 1.02
+
+
+def test_a_motion_at_speed_zero_does_not_begin(homed: Scene) -> None:
+    before = [homed.arm.position(name) for name in NAMES]
+    homed.robot.speed = 0.0
+    with pytest.raises(MotionTimeoutError):
+        homed.robot.move_joints((-1.5, 0.25, 0.8, 1.0), timeout=2.0)
+    assert [homed.arm.position(name) for name in NAMES] == pytest.approx(before, abs=2e-3)
+
+
+def test_homing_with_a_timeout_that_makes_no_sense_leaves_nothing_that_moves(scene: Scene) -> None:
+    scene.robot.enable()
+    before = [scene.arm.position(name) for name in NAMES]
+    with pytest.raises(InvalidArgumentError, match=r"timeout -1\.0 s must be above zero"):
+        scene.robot.home(timeout=-1.0)
+    for _ in range(50):
+        assert scene.robot.state
+        scene.arm.run(0.021)
+    assert [scene.arm.position(name) for name in NAMES] == pytest.approx(before, abs=1e-4)
 
 
 def test_the_tool_is_slow_unless_full_speed_is_asked_for(homed: Scene) -> None:

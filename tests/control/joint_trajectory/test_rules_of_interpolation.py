@@ -176,6 +176,26 @@ def test_rule_18_a_change_of_the_factor_steps_no_velocity(arm: Follower) -> None
     assert arm.interventions == before
 
 
+@pytest.mark.parametrize("sent_first", [False, True])
+@pytest.mark.parametrize("factor", [0.0, 0.25, 1.5])
+def test_rule_18_motion_starts_at_the_factor_that_was_chosen_at_rest(
+    arm: Follower, factor: float, sent_first: bool
+) -> None:
+    before, goal = arm.interventions, arm.move(0.3, 3.0)
+    if sent_first:
+        handle = arm.send(goal)
+        arm.jtc.set_scaling(factor)
+    else:
+        arm.jtc.set_scaling(factor)
+        handle = arm.send(goal)
+    begin = arm.step().time
+    for _ in range(100):
+        time = arm.step().time - begin
+        assert handle.feedback is not None
+        assert handle.feedback.trajectory_time == pytest.approx(time * factor)
+    assert arm.interventions == before
+
+
 @pytest.mark.parametrize("factor", [-0.1, float("nan"), float("inf")])
 def test_rule_18_a_negative_factor_is_refused_and_changes_nothing(
     arm: Follower, factor: float

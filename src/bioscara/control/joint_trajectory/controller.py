@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 from bioscara.control.controller import Controller, interfaces
 from bioscara.control.joint_trajectory.course import Course
 from bioscara.control.joint_trajectory.handles import Handles
@@ -25,6 +27,9 @@ from bioscara.control.joint_trajectory.validation import validate
 from bioscara.errors import ConfigurationError, GoalRejectedError, TrajectoryError
 from bioscara.hardware import VELOCITY
 
+_WARNINGS = 100
+"""How many warnings are kept: the latest."""
+
 
 class JointTrajectoryController(Controller[JointTrajectoryParameters]):
     """Follows trajectories, one at a time, and holds when there is none.
@@ -37,7 +42,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         goal: The goal that runs or ended last; None before the first.
         feedback: Where the joints were in the last cycle, also while it holds; None while it is
             inactive.
-        warnings: What was worth saying but stopped nothing.
+        warnings: What was worth saying but stopped nothing; the latest.
     """
 
     TYPE = "joint_trajectory_controller/JointTrajectoryController"
@@ -47,7 +52,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         super().__init__(name, parameters)
         self.goal: GoalHandle | None = None
         self.feedback: Feedback | None = None
-        self.warnings: list[str] = []
+        self.warnings: deque[str] = deque(maxlen=_WARNINGS)
         self._player: Player | None = None
 
     @property
@@ -130,7 +135,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._handles.stop()
 
     def set_scaling(self, factor: float) -> None:
-        """Choose the share of the planned speed; it is gone over to gradually.
+        """Choose the share of the planned speed; in motion it is gone over to gradually.
 
         Args:
             factor: 0 pauses; above 1 is faster than planned.
@@ -249,7 +254,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             self.warnings.append(f"{self.name}: {verdict.text}")
         self._end_goal(*verdict)
         if verdict.status is Status.SUCCEEDED:
-            player.hold(player.course.points[-1].positions, time)
+            player.hold(player.course.end, time)
         else:
             self._stop(player, time)
 

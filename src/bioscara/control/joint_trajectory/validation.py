@@ -12,6 +12,9 @@ from bioscara.errors import GoalRejectedError
 
 _EPSILON = 1.19e-7
 """Speed that still counts as none at the end [rad/s or m/s]: the rounding of a 32 bit float."""
+_LARGEST = 1e6
+"""Largest number that a trajectory may have, SI units: beyond all that moves, and small enough for
+every curve that a cycle draws to the first point."""
 _FIELDS = ("positions", "velocities", "accelerations")
 
 
@@ -44,6 +47,11 @@ def validate(
         if not math.isfinite(point.time) or point.time < 0.0:
             raise GoalRejectedError(
                 f"point {index}: time_from_start {point.time:g} s must be finite and not negative"
+            )
+        if point.time > _LARGEST:
+            raise GoalRejectedError(
+                f"point {index}: time_from_start {point.time:g} s is beyond {_LARGEST:g} s; send "
+                "the trajectory in parts"
             )
         if point.time <= before:
             raise GoalRejectedError(
@@ -116,6 +124,11 @@ def _check_stamp(trajectory: JointTrajectory, now: float) -> None:
         return
     if not math.isfinite(trajectory.stamp):
         raise GoalRejectedError(f"stamp {trajectory.stamp} is not a finite number")
+    if trajectory.stamp - now > _LARGEST:
+        raise GoalRejectedError(
+            f"stamp {trajectory.stamp:g} s is more than {_LARGEST:g} s after now, {now:g} s; it "
+            "counts by the arm's clock, and 0 starts at once"
+        )
     end = trajectory.stamp + trajectory.points[-1].time
     if end < now:
         raise GoalRejectedError(
@@ -138,6 +151,11 @@ def _check_fields(
             if not math.isfinite(value):
                 raise GoalRejectedError(
                     f"point {index}: {field} of {name} is {value}; every value must be finite"
+                )
+            if abs(value) > _LARGEST:
+                raise GoalRejectedError(
+                    f"point {index}: {field} of {name} is {value:g}, beyond {_LARGEST:g}; give "
+                    "rad or m, and seconds"
                 )
     if parameters.allow_integration_in_goal_trajectories:
         if not (point.positions or point.velocities or point.accelerations):
