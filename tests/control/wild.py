@@ -39,6 +39,12 @@ class Wild(Controller[WildParameters]):
     def state_interfaces(self) -> tuple[str, ...]:
         return self.parameters.states
 
+    def on_configure(self) -> None:
+        self._run("configure")
+
+    def on_cleanup(self) -> None:
+        self._run("cleanup")
+
     def on_activate(self, time: float) -> None:
         self._run("activate")
 
@@ -57,12 +63,14 @@ class Wild(Controller[WildParameters]):
 class Box(HardwareComponent):
     """One joint, ``g``, with a position and a ``switch``; raises in the steps that are named.
 
-    ACTIVE from the beginning.
+    ACTIVE from the beginning. Keeps the steps that it was asked for.
     """
 
     def __init__(self, *breaks: str) -> None:
         super().__init__("box", "actuator")
         self.breaks = set(breaks)
+        self.error: type[Exception] = HardwareError
+        self.steps: list[str] = []
         for kind in (POSITION, "switch"):
             self.states[f"g/{kind}"] = StateInterface("g", kind)
         self.commands[f"g/{POSITION}"] = CommandInterface("g", POSITION)
@@ -103,8 +111,9 @@ class Box(HardwareComponent):
         self._step("perform")
 
     def _step(self, name: str) -> None:
+        self.steps.append(name)
         if name in self.breaks:
-            raise HardwareError(f"{name} failed", self.name)
+            raise self.error(f"{name} failed")
 
 
 def boom(text: str = "boom") -> Callable[[], object]:

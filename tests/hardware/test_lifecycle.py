@@ -64,6 +64,13 @@ def test_rule_56_finalized_is_never_left() -> None:
     assert arm.set_state(State.FINALIZED) is State.FINALIZED
 
 
+def test_rule_56_unknown_is_no_state_to_go_to() -> None:
+    _, arm = bare()
+    with pytest.raises(LifecycleError, match="arm: no component can be unknown"):
+        arm.set_state(State.UNKNOWN)
+    assert arm.state is State.UNCONFIGURED
+
+
 def test_rule_56_an_unknown_component_is_refused_with_a_proposal() -> None:
     world = Stack(home=False)
     with pytest.raises(SwitchError, match="bioscara_arm"):

@@ -15,7 +15,7 @@ from bioscara.control.joint_trajectory.course import Course
 from bioscara.control.joint_trajectory.messages import JointTrajectory, JointValues
 from bioscara.control.joint_trajectory.upsampling import timed, upsampled
 from bioscara.errors import GoalRejectedError
-from control.joint_trajectory.follower import BRAKES, NOTHING, Follower
+from control.joint_trajectory.follower import NOTHING, Follower
 from control.world import NAMES
 
 
@@ -215,19 +215,6 @@ def test_rule_18_commanded_velocities_are_scaled_too(
     planned = arm.jtc.query_state(seen.time + 0.01).velocities[0]
     assert planned > 0.1
     assert seen.velocities[0] == pytest.approx(0.5 * planned, abs=1e-9)
-
-
-def test_rule_18_what_is_paused_can_still_be_cancelled_on_a_ramp(
-    follower: Callable[..., Follower],
-) -> None:
-    arm = follower(constraints=BRAKES)
-    arm.send(arm.move(0.3, 2.0))
-    arm.run(1.0)
-    arm.jtc.set_scaling(0.0)
-    arm.run(0.5)
-    arm.jtc.cancel(arm.now)
-    arm.run(0.8)
-    assert arm.seen[-1].velocities == NOTHING
 
 
 def test_rule_18_a_change_of_the_factor_steps_no_velocity(arm: Follower) -> None:

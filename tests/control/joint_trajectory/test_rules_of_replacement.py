@@ -309,10 +309,13 @@ def test_rule_28_a_trajectory_that_is_never_reached_is_given_up(
 ) -> None:
     arm = follower(constraints={"goal_time": 0.0, "j1": {"goal": 1e-9}}, cmd_timeout=0.5)
     arm.jtc.send_trajectory(arm.trajectory(arm.move(0.05, 0.5)), arm.now)
-    arm.run(0.9)
+    last = arm.run(0.9)[-1].positions
     assert not arm.jtc.holding
-    arm.run(0.2)
-    assert arm.jtc.holding
+    while not arm.jtc.holding:
+        seen = arm.step()
+    assert seen.time - arm.seen[0].time == pytest.approx(1.0, abs=0.05)
+    assert seen.measured != last
+    assert seen.positions == pytest.approx(seen.measured, abs=1e-9)
     assert "command timeout, 0.5 s after the last point" in arm.jtc.warnings[0]
     goal = arm.send(arm.move(0.05, 0.5))
     assert arm.finish(goal).error_code is ErrorCode.GOAL_TOLERANCE_VIOLATED

@@ -67,6 +67,7 @@ def test_rule_04_the_end_is_at_rest_unless_motion_is_allowed() -> None:
     refused(moving, match=r"b ends at 0.001 rad/s or m/s, 1.19e-07 is the most")
     refused(Point(1.0, (1.0, 2.0), (-1e-3, 0.0)), match=r"a ends at -0.001 rad/s or m/s")
     refused(GOOD, moving._replace(time=2.0), match="b ends at 0.001")
+    refused(Point(1.0, (1.0, 2.0), (0.0, 1.2e-7)), match="b ends at 1.2e-07")
     assert check(moving, GOOD._replace(time=2.0))
     assert check(Point(1.0, (1.0, 2.0), (0.0, -1.19e-7)))
     assert check(GOOD)
