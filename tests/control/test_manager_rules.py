@@ -416,7 +416,7 @@ def test_rule_60_update_rates(world: World, asked: int, got: float) -> None:
     world.switch("a")
     world.run(1.0)
     assert len(a.periods) == pytest.approx(got, abs=1)
-    assert a.periods[0] == pytest.approx(1 / got)
+    assert a.periods[0] == a.nominal_period == pytest.approx(1 / got)
     assert sum(a.periods[1:]) == pytest.approx(1.0, abs=2 / got)
     said = [each for each in world.manager.warnings if each.startswith(f"a: update_rate {asked} ")]
     assert bool(said) == (asked not in (0, 50))
@@ -494,6 +494,9 @@ def test_rule_61_62_hardware_that_fails_leaves_other_hardware_alone(
         chained = manager.failures[1].cause
         assert (str(chained), chained.__context__) == ("error failed", failure.cause)
     assert box.state is after
+    _, gone = manager.list_hardware_components()
+    assert not any(each.is_available for each in gone.state_interfaces)
+    assert math.isnan(box.states["g/position"].value)
     assert manager.controller("on arm").state is State.ACTIVE
     world.clock.sleep_until(world.clock.now() + 0.01)
     manager.cycle(world.clock.now(), 0.01)
@@ -519,10 +522,15 @@ def test_rule_63_hardware_that_cannot_go_up_stays_where_it_was(step: str) -> Non
     box = Box()
     manager = ControllerManager((box,), Limiter((box,)), 100)
     manager.set_hardware_state("box", State.UNCONFIGURED, 0.0)
+    if step == "activate":
+        manager.set_hardware_state("box", State.INACTIVE, 0.0)
+        manager.cycle(0.01, 0.01)
+        assert box.states["g/position"].value == 0.25
     box.breaks.add(step)
     with pytest.raises(HardwareError, match=f"{step} failed"):
         manager.set_hardware_state("box", State.ACTIVE, 0.0)
     assert box.state is (State.UNCONFIGURED if step == "configure" else State.INACTIVE)
+    assert math.isnan(box.states["g/position"].value)
 
 
 def test_rule_64_a_controller_that_raises_is_replaced_by_its_fallback_in_the_same_cycle(
@@ -626,6 +634,10 @@ def test_rule_64_fallbacks_must_be_able_to_take_over(world: World) -> None:
     with pytest.raises(SwitchError, match="its fallbacks lead back to"):
         world.switch("a")
     world.manager.unload("c")
+    wild(world, "c", J1, fallback_controllers=("b",))
+    with pytest.raises(SwitchError, match="a cannot be activated: its fallbacks lead back to b"):
+        world.switch("a")
+    world.manager.unload("c")
     wild(world, "c", "j7/position")
     with pytest.raises(SwitchError, match="j7/position"):
         world.switch("a")
@@ -671,26 +683,29 @@ def test_rule_65_shutdown_ends_all_controllers_then_all_hardware() -> None:
         world.manager.configure("a")
 
 
-def test_rule_65_shutdown_goes_on_whatever_fails() -> None:
+@pytest.mark.parametrize("error", [HardwareError, ZeroDivisionError])
+def test_rule_65_shutdown_goes_on_whatever_fails(error: type[Exception]) -> None:
     world, box = World(home=False), Box("shutdown")
+    box.error = error
     manager = ControllerManager((box, world.hardware), Limiter((box, world.hardware)), 100)
     states: list[tuple[State, State]] = []
     for name, values in (
         ("on box", {"commands": ("g/position",)}),
         ("on arm", {"commands": ("j1/home",)}),
         ("reader", {"states": (J1,)}),
+        ("without interfaces", {}),
     ):
         manager.load(name, Wild.TYPE, values)
         manager.configure(name)
         manager.controller(name).hooks["deactivate"] = lambda: states.append(
             (box.state, world.hardware.state)
         )
-    manager.switch(world.clock.now(), ("on box", "on arm", "reader"))
+    manager.switch(world.clock.now(), ("on box", "on arm", "reader", "without interfaces"))
     manager.controller("on box").hooks["deactivate"] = boom("sticky")
     assert [str(cause) for cause in manager.shutdown(world.clock.now())] == [
         "sticky", "shutdown failed"
     ]  # fmt: skip
-    assert states == [(State.ACTIVE, State.ACTIVE)] * 2
+    assert states == [(State.ACTIVE, State.ACTIVE)] * 3
     assert {each.state for each in manager.controllers} == {State.FINALIZED}
     assert (box.state, world.hardware.state) == (State.FINALIZED, State.FINALIZED)
     assert all(each.owner is None for each in manager.claims.commands.values())

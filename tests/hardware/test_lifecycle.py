@@ -86,6 +86,7 @@ def test_rule_57_interfaces_are_available_from_configured_on() -> None:
     assert arm.available
     arm.set_state(State.UNCONFIGURED)
     assert not arm.available
+    assert all(math.isnan(state.value) for state in arm.states.values())
     arm.shutdown()
     assert not arm.available
 
