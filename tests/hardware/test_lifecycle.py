@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import pytest
 
+from bioscara.bus import Transaction
 from bioscara.drivers import Quality
 from bioscara.errors import (
     BioscaraError,
+    CommunicationError,
     HardwareError,
+    JointError,
     JointFaultError,
     JointLostError,
     LifecycleError,
@@ -22,7 +26,7 @@ from bioscara.protocol import Register
 from bioscara.sim import FirmwareBus, SimulatedArm
 from control.world import NAMES, NEAR, PARAMETERS
 from control.world import World as Stack
-from drivers.world import World
+from drivers.world import Tap, World
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 PERIOD = 0.01
@@ -130,6 +134,34 @@ def test_rule_63_a_failed_activate_releases_every_joint(v1: bool) -> None:
     arm.configure()
     world.arm.set_power("j4", False)
     with pytest.raises(BioscaraError, match="j4"):
+        arm.activate()
+    assert arm.state is State.INACTIVE
+    world.arm.run(1.0)
+    assert powered(world) == [False] * 4
+
+
+class Heater(Tap):
+    """Overheats j1 as soon as j4, which is engaged last, is told its velocity."""
+
+    def __init__(self, world: World) -> None:
+        super().__init__(world.bus)
+        self._arm = world.arm
+
+    def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+        if (transactions[0].address, transactions[0].write[0]) == (0x14, Register.SETMAXVELOCITY):
+            self._arm.overheat("j1")
+            self._arm.run(0.05)
+        return super().transfer(transactions)
+
+
+@BOTH
+def test_rule_63_a_joint_that_drops_out_while_others_are_engaged_fails_the_activation(
+    v1: bool,
+) -> None:
+    world = World(v1=v1)
+    arm = ArmHardware("arm", Heater(world), world.arm.clock, PARAMETERS.joints)
+    arm.configure()
+    with pytest.raises(JointError, match="j1"):
         arm.activate()
     assert arm.state is State.INACTIVE
     world.arm.run(1.0)
