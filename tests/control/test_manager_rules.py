@@ -187,6 +187,16 @@ def test_rule_49_a_name_in_both_lists_is_a_restart_and_owners_swap_in_one_call(
     assert world.manager.claims.commands[J1].owner == "b"
 
 
+def test_rule_49_what_was_not_active_is_not_restarted(world: World) -> None:
+    new = world.manager.load("new", "test/Wild", {"states": (J1,)})
+    now, both = world.clock.now(), ("new",)
+    with pytest.raises(SwitchError, match="new cannot be deactivated"):
+        world.switch("new", off=("new",))
+    switch = world.manager.switch(now, both, both, Strictness.BEST_EFFORT)
+    assert (switch.activate, switch.deactivate) == ((), ())
+    assert new.state is State.UNCONFIGURED
+
+
 @pytest.mark.parametrize("strictness", list(Strictness))
 def test_rule_50_claim_conflicts_are_refused_in_both_modes(
     world: World, strictness: Strictness
@@ -550,6 +560,18 @@ def test_rule_64_a_controller_that_raises_is_replaced_by_its_fallback_in_the_sam
     assert (a.state, b.state) == (State.INACTIVE, State.INACTIVE)
     assert b.periods == []  # It was next, and is no more.
     assert world.manager.claims.commands[J1].owner == "hold"
+    release(world)
+
+
+def test_rule_64_several_fallbacks_take_over_together(world: World) -> None:
+    a = wild(world, "a", J1, J2, fallback_controllers=("b", "c"))
+    for name, interface in (("b", J2), ("c", J1)):
+        wild(world, name, interface)
+    world.switch("a")
+    a.hooks["update"] = boom()
+    world.loop.step()
+    [failure] = world.manager.failures
+    assert (failure.deactivated, failure.activated) == (("a",), ("b", "c"))
     release(world)
 
 

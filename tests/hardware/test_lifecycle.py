@@ -60,8 +60,10 @@ def test_rule_56_paths_over_several_transitions_are_walked() -> None:
 
 
 def test_rule_56_finalized_is_never_left() -> None:
-    _, arm = bare()
+    world, arm = bare()
+    arm.set_state(State.ACTIVE)
     assert arm.set_state(State.FINALIZED) is State.FINALIZED
+    assert powered(world) == [False] * 4
     for target in (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE):
         with pytest.raises(LifecycleError, match="finalized"):
             arm.set_state(target)

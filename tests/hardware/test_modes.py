@@ -197,6 +197,23 @@ def test_a_velocity_is_kept_while_it_is_commanded_and_ramped_down_afterwards(v1:
 
 
 @BOTH
+def test_rule_65_deactivation_stops_all_joints_before_it_waits_for_the_first(v1: bool) -> None:
+    world, arm = ready(v1=v1)
+    speeds = {"j1": 0.5, "j3": -0.8, "j4": -1.0}
+    switch(arm, *(f"{name}/velocity" for name in speeds))
+    for name, speed in speeds.items():
+        arm.commands[f"{name}/velocity"].value = speed
+    cycles(world, arm, 60)
+    before = {name: world.arm.position(name) for name in speeds}
+    arm.deactivate()
+    world.arm.run(0.1)
+    for name, speed in speeds.items():
+        braking = speed**2 / (2.0 * arm.limits[name].max_acceleration)
+        assert abs(world.arm.position(name) - before[name]) < braking + 0.02 * abs(speed)
+        assert not world.arm.has_torque(name)
+
+
+@BOTH
 def test_a_velocity_towards_a_limit_stops_the_joint_before_it(v1: bool) -> None:
     world, arm = ready(v1=v1)
     switch(arm, "j4/velocity")

@@ -39,7 +39,11 @@ def test_rule_20_the_old_one_is_kept_up_to_the_stamp(arm: Follower) -> None:
     # Where the old one is half way at a second, and at 27/32 of the way at one and a half.
     new = arm.move(-0.05, 1.5)
     goal = arm.send(new, stamp=arm.now + 0.5)
-    arm.run(0.5)
+    for cycle in range(49):
+        arm.step()
+        assert goal.feedback is not None
+        assert goal.feedback.trajectory_time == pytest.approx(1.0 + 0.01 * cycle, abs=1e-3)
+    arm.step()
     start = arm.seen[0].positions
     way = end.positions[0] - start[0]
     assert arm.commanded[0] == pytest.approx(start[0] + way * 27 / 32, abs=way * 0.02)
@@ -319,6 +323,14 @@ def test_rule_28_a_trajectory_that_is_never_reached_is_given_up(
     assert "command timeout, 0.5 s after the last point" in arm.jtc.warnings[0]
     goal = arm.send(arm.move(0.05, 0.5))
     assert arm.finish(goal).error_code is ErrorCode.GOAL_TOLERANCE_VIOLATED
+
+
+@pytest.mark.parametrize(("goal_time", "ignored"), [(0.49, False), (0.5, True), (0.51, True)])
+def test_rule_28_a_timeout_counts_only_beyond_goal_time(
+    follower: Callable[..., Follower], goal_time: float, ignored: bool
+) -> None:
+    arm = follower(constraints={"goal_time": goal_time}, cmd_timeout=0.5)
+    assert [f"goal_time {goal_time:g} s" in text for text in arm.jtc.warnings] == [True] * ignored
 
 
 def test_rule_28_a_timeout_within_goal_time_is_ignored_with_a_warning(

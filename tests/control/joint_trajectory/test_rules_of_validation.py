@@ -44,7 +44,13 @@ def test_rule_01_goals_and_trajectories_are_refused_while_inactive(arm: Follower
 
 
 def test_rule_02_names_fit_the_joints_in_any_order() -> None:
-    refused(GOOD, names=(), match="names no joints; name a, b")
+    for partial in (False, True):
+        refused(
+            GOOD,
+            names=(),
+            match="names no joints; name a, b",
+            allow_partial_joints_goal=partial,
+        )
     refused(GOOD, names=("a",), match="leaves out b")
     refused(GOOD, names=("a", "bb"), match="bb is not a joint .* did you mean b")
     refused(GOOD, names=("a", "a"), match="a is named twice")
@@ -206,6 +212,20 @@ def test_rule_10_where_they_are_is_what_was_commanded(follower: Callable[..., Fo
     arm.step()
     assert arm.jtc.feedback is not None
     assert arm.jtc.feedback.desired.positions == commanded
+
+
+def test_rule_10_or_go_from_point_to_point_as_all_do(follower: Callable[..., Follower]) -> None:
+    arm = follower(allow_partial_joints_goal=True, interpolation_method="none")
+    start, there = arm.commanded, arm.move(0.01, 1.0)
+    arm.send(Point(0.5, start, NOTHING), there)
+    arm.run(0.2)
+    new = JointTrajectory(("j1",), (Point(0.5, (start[0] + 0.02,), (0.0,)),))
+    goal = arm.jtc.send_goal(Goal(new), arm.now)
+    arm.run(0.3)
+    assert goal.feedback is not None
+    assert goal.feedback.desired.positions == pytest.approx(start, abs=1e-3)
+    arm.finish(goal)
+    assert arm.commanded == pytest.approx((start[0] + 0.02, *there.positions[1:]), abs=1e-9)
 
 
 def test_rule_10_they_go_on_also_where_the_new_one_began_in_the_past(
