@@ -14,7 +14,7 @@ class Claims:
     """All interfaces of some components.
 
     Args:
-        components: The components; no two have an interface in common.
+        components: The components; no two have a name or an interface in common.
 
     Attributes:
         components: As given.
@@ -28,6 +28,8 @@ class Claims:
         self.states: dict[str, StateInterface] = {}
         self._home: dict[str, HardwareComponent] = {}
         for component in components:
+            if sum(other.name == component.name for other in components) > 1:
+                raise SwitchError(f"two hardware components are named {component.name}; rename one")
             for name in (*component.commands, *component.states):
                 other = self._home.setdefault(name, component)
                 if other is not component:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar, Generic, TypeVar
 
 from bioscara.control.parameters import Parameters
+from bioscara.control.statistics import UpdateStatistics
 from bioscara.errors import ControllerError
 from bioscara.hardware import CommandInterface, State, StateInterface
 
@@ -38,6 +39,7 @@ class Controller(ABC, Generic[P]):
             was activated [rad/s or m/s], by joint; 0 for one that was at rest.
         command_handles: The claimed command interfaces while it is active.
         state_handles: The state interfaces while it is active.
+        statistics: What its updates were like since it was activated last.
     """
 
     TYPE: ClassVar[str]
@@ -50,6 +52,7 @@ class Controller(ABC, Generic[P]):
         self.commanded_speeds: dict[str, float] = {}
         self.command_handles: tuple[CommandInterface, ...] = ()
         self.state_handles: tuple[StateInterface, ...] = ()
+        self.statistics = UpdateStatistics()
 
     def __repr__(self) -> str:
         return f"<{self.TYPE} {self.name} {self.state.label}>"

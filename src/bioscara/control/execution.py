@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from math import isfinite
+from time import perf_counter
 from typing import NamedTuple
 
 from bioscara.control.controller import AnyController
@@ -65,8 +66,11 @@ class Execution:
     def _update(self, controller: AnyController, time: float, period: float) -> None:
         handles = controller.command_handles
         before = [handle.value for handle in handles]
+        start = perf_counter()
         try:
             controller.update(time, period)
+            controller.statistics.execution_time.add(perf_counter() - start)
+            controller.statistics.periodicity.add(1.0 / period)
             for handle in handles:
                 if not isfinite(handle.value):
                     raise ControllerError(

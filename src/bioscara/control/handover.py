@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, MutableSequence, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
@@ -10,6 +10,7 @@ from bioscara.control.claims import Claims
 from bioscara.control.controller import AnyController
 from bioscara.control.limiting import Limiter
 from bioscara.control.schedule import Schedule
+from bioscara.control.statistics import UpdateStatistics
 from bioscara.control.switching import Strictness, Switch
 from bioscara.errors import BioscaraError, ModeSwitchError, SwitchError
 from bioscara.hardware import HardwareComponent, State
@@ -48,14 +49,20 @@ class Handover:
         claims: The interfaces and their owners.
         limiter: Is told which joints go to somebody else.
         rate: Cycles per second [Hz].
+        warnings: Takes what the hardware says of switches that it does not refuse.
 
     Attributes:
         active: The active controllers with their schedules, in the order of ``order``.
+        switched: How often a controller became active or ceased to be.
         order: All controllers in the order in which they are updated.
     """
 
-    def __init__(self, claims: Claims, limiter: Limiter, rate: int) -> None:
+    def __init__(
+        self, claims: Claims, limiter: Limiter, rate: int, warnings: MutableSequence[str]
+    ) -> None:
         self._claims, self._limiter, self._rate = claims, limiter, rate
+        self._warnings = warnings
+        self.switched = 0
         self.order: Iterable[AnyController] = ()
         self.active: list[tuple[AnyController, Schedule]] = []
 
@@ -79,7 +86,7 @@ class Handover:
         return changes
 
     def prepare(self, switch: Switch) -> list[Change]:
-        """Ask everybody whether a switch can be carried out; nothing changes.
+        """Ask everybody whether a switch can be carried out; nothing but warnings comes of it.
 
         Raises:
             SwitchError: An interface is missing or somebody else's.
@@ -87,13 +94,15 @@ class Handover:
         """
         self._claims.check(switch.activate, switch.deactivate)
         changes = self.changes(switch.activate, switch.deactivate)
+        said: list[str] = []
         for component, start, stop in changes:
             try:
-                component.prepare_command_mode_switch(start, stop)
+                said += component.prepare_command_mode_switch(start, stop)
             except ModeSwitchError as error:
                 raise ModeSwitchError(
                     f"prepare command mode switch was rejected: {error}", component.name
                 ) from error
+        self._warnings.extend(said)
         return changes
 
     def carry_out(self, switch: Switch, changes: Sequence[Change], time: float) -> list[Problem]:
@@ -192,6 +201,7 @@ class Handover:
                 raise SwitchError(f"{component.name} is {component.state.label}")
         schedule = Schedule(self._rate, controller.parameters.update_rate)
         controller.nominal_period = 1.0 / schedule.rate
+        controller.statistics = UpdateStatistics()
         controller.bind(self._claims.commands, self._claims.states)
         joints = {handle.joint for handle in controller.command_handles}
         self._limiter.begin(joints, moving)
@@ -204,6 +214,7 @@ class Handover:
         for handle in controller.command_handles:
             handle.owner = controller.name
         controller.state = State.ACTIVE
+        self.switched += 1
         schedules = {each.name: (each, when) for each, when in self.active}
         schedules[controller.name] = (controller, schedule)
         self.active = [schedules[each.name] for each in self.order if each.name in schedules]
@@ -217,6 +228,7 @@ class Handover:
             handle.owner = None
         controller.unbind()
         controller.state = State.INACTIVE
+        self.switched += 1
         self.active = [entry for entry in self.active if entry[0] is not controller]
 
     def _return_modes(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Mapping, Sequence
 from time import perf_counter
 
@@ -20,9 +21,13 @@ from bioscara.control.listing import (
 )
 from bioscara.control.roster import Roster
 from bioscara.control.schedule import require_rate
+from bioscara.control.statistics import ManagerStatistics
 from bioscara.control.switching import Strictness, Switch, plan, unknown
 from bioscara.errors import InvalidArgumentError, SwitchError
 from bioscara.hardware import HardwareComponent, State
+
+_WARNINGS = 100
+"""How many warnings are kept: the latest."""
 
 
 class ControllerManager:
@@ -41,10 +46,14 @@ class ControllerManager:
         rate: As given.
         lock: Why nothing may be activated; empty when it may.
         timing: What reading, updating and writing took in the last cycle [s].
+        switch_time: What the last switch took [s].
+        statistics: What the cycles were like.
+        warnings: What was worth saying about controllers and switches, but no reason to refuse
+            them; the latest.
 
     Raises:
         ConfigurationError: The rate is not within 1 .. 10000 Hz.
-        SwitchError: Two components have an interface in common.
+        SwitchError: Two components have a name or an interface in common.
     """
 
     def __init__(
@@ -54,12 +63,15 @@ class ControllerManager:
         self.claims = Claims(components)
         self.limiter, self.rate = limiter, rate
         self._between: list[Failure] = []
-        self._roster = Roster(rate)
-        self._handover = Handover(self.claims, limiter, rate)
+        self.warnings: deque[str] = deque(maxlen=_WARNINGS)
+        self._roster = Roster(rate, self.warnings)
+        self._handover = Handover(self.claims, limiter, rate, self.warnings)
         self._handover.order = self._roster.controllers.values()
         self._execution = Execution(self._roster.controllers, self._handover)
         self.lock = ""
         self.timing = (0.0, 0.0, 0.0)
+        self.switch_time = 0.0
+        self.statistics = ManagerStatistics(component.name for component in components)
 
     @property
     def components(self) -> tuple[HardwareComponent, ...]:
@@ -72,9 +84,10 @@ class ControllerManager:
         return tuple(self._roster.controllers.values())
 
     @property
-    def warnings(self) -> Sequence[str]:
-        """What was worth saying about controllers, but no reason to refuse them."""
-        return self._roster.warnings
+    def activity(self) -> int:
+        """A number that grows whenever a controller or component comes, goes or changes state."""
+        hardware = sum(component.transitions for component in self.components)
+        return self._roster.changes + self._handover.switched + hardware
 
     @property
     def failures(self) -> Sequence[Failure]:
@@ -204,20 +217,26 @@ class ControllerManager:
         if not period > 0.0:
             raise InvalidArgumentError(f"a cycle takes time: its period cannot be {period} s")
         self._execution.failures, self._between = self._between, []
-        start = perf_counter()
+        statistics = self.statistics
+        statistics.periodicity.add(1.0 / period)
+        start = now = perf_counter()
         for component in self.components:
             if component.available:
                 self._execution.exchange(component, component.read, time, period)
+                before, now = now, perf_counter()
+                statistics.read[component.name].add(now - before)
             else:
                 component.problems.clear()
-        measured = perf_counter()
+        measured = now
         self._execution.update_all(time, period)
         self.limiter.apply(period)
-        updated = perf_counter()
+        updated = now = perf_counter()
         for component in self.components:
             if component.state is State.ACTIVE:
                 self._execution.exchange(component, component.write, time, period)
-        self.timing = (measured - start, updated - measured, perf_counter() - updated)
+                before, now = now, perf_counter()
+                statistics.write[component.name].add(now - before)
+        self.timing = (measured - start, updated - measured, now - updated)
 
     def set_hardware_state(self, name: str, state: State, time: float) -> State:
         """Walk a component to a state; on its way down its controllers are deactivated first.
@@ -243,8 +262,7 @@ class ControllerManager:
         changes = self._handover.changes((), leaving)
         problems = self._handover.carry_out(Switch((), leaving), changes, time)
         causes = [problem.cause for problem in problems]
-        for controller in self.controllers:
-            controller.state = State.FINALIZED
+        self._roster.finalize()
         for component in self.components:
             try:
                 component.shutdown()
@@ -253,11 +271,13 @@ class ControllerManager:
         return causes
 
     def _carry_out(self, switch: Switch, time: float) -> None:
+        start = perf_counter()
         for controller in switch.activate:
             for fallback in self._roster.check_fallbacks(controller):
                 self.claims.check((fallback,), self.controllers)
         changes = self._handover.prepare(switch)
         problems = self._handover.carry_out(switch, changes, time)
+        self.switch_time = perf_counter() - start
         leaving = {controller.name for controller in switch.deactivate}
         hardware = {component.name for component in self.components}
         # What keeps a controller from becoming active is for whoever asked for it alone.

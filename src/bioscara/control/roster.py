@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, MutableSequence
 
 from bioscara.control.controller import AnyController
 from bioscara.control.registry import TYPES
@@ -17,16 +17,17 @@ class Roster:
 
     Args:
         rate: Cycles per second of whoever runs them [Hz].
+        warnings: Takes what is worth saying about a controller, but no reason to refuse it.
 
     Attributes:
         controllers: All of them.
-        warnings: What was worth saying about a controller, but no reason to refuse it.
+        changes: How often one was loaded, configured, cleaned up or forgotten.
     """
 
-    def __init__(self, rate: int) -> None:
-        self._rate = rate
+    def __init__(self, rate: int, warnings: MutableSequence[str]) -> None:
+        self._rate, self._warnings = rate, warnings
         self.controllers: dict[str, AnyController] = {}
-        self.warnings: list[str] = []
+        self.changes = 0
 
     def get(self, name: str) -> AnyController:
         """Return the loaded controller of that name.
@@ -50,6 +51,7 @@ class Roster:
             raise SwitchError(f"{name} cannot be its own fallback")
         controller = made(name, parameters)
         self.controllers[name] = controller
+        self.changes += 1
         return controller
 
     def configure(self, name: str) -> None:
@@ -66,7 +68,7 @@ class Roster:
                 controller.on_cleanup()
                 raise SwitchError(f"{name} names {twice[0]} twice")
         self._look_at_rate(controller)
-        controller.state = State.INACTIVE
+        self._enter(controller, State.INACTIVE)
 
     def cleanup(self, name: str) -> None:
         """Make it UNCONFIGURED; errors as ``ControllerManager.cleanup``."""
@@ -81,12 +83,17 @@ class Roster:
                     f"{name} is what {other.name} falls back on: deactivate {other.name} first"
                 )
         controller.on_cleanup()
-        controller.state = State.UNCONFIGURED
+        self._enter(controller, State.UNCONFIGURED)
 
     def unload(self, name: str) -> None:
         """Forget it; errors as ``ControllerManager.unload``."""
         self.cleanup(name)
-        self.controllers.pop(name).state = State.FINALIZED
+        self._enter(self.controllers.pop(name), State.FINALIZED)
+
+    def finalize(self) -> None:
+        """Let no controller be used again."""
+        for controller in self.controllers.values():
+            self._enter(controller, State.FINALIZED)
 
     def fallbacks(self, controller: AnyController) -> list[str]:
         """Return the names of all fallbacks of a controller, and theirs, nearest first."""
@@ -121,11 +128,15 @@ class Roster:
             ready.append(fallback)
         return ready
 
+    def _enter(self, controller: AnyController, state: State) -> None:
+        controller.state = state
+        self.changes += 1
+
     def _look_at_rate(self, controller: AnyController) -> None:
         asked = controller.parameters.update_rate
         got = Schedule(self._rate, asked).rate
         if asked and got != asked:
-            self.warnings.append(
+            self._warnings.append(
                 f"{controller.name}: update_rate {asked} Hz becomes {got:g} Hz: it must divide "
                 f"the {self._rate} Hz of the cycle"
             )

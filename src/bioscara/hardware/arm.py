@@ -16,7 +16,7 @@ from bioscara.hardware.description import read_arm
 from bioscara.hardware.lifecycle import State
 from bioscara.hardware.modes import MOTION, Mode
 from bioscara.hardware.stopping import stop_and_disable
-from bioscara.hardware.switching import check_homing, check_modes, plan_modes
+from bioscara.hardware.switching import check_homing, check_modes, doubts, plan_modes
 from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import JointParameters
 from bioscara.model.tags import ARM_COMPONENT
@@ -199,14 +199,21 @@ class ArmHardware(HardwareComponent):
             self._drive(driven)
         self.bus_time += self._clock.now() - before
 
-    def prepare_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
+    def prepare_command_mode_switch(
+        self, start: Sequence[str], stop: Sequence[str]
+    ) -> Sequence[str]:
         """Check that every joint can take its new mode now.
+
+        Returns:
+            What is odd about letting interfaces go, but no reason to refuse it.
 
         Raises:
             ModeSwitchError: One cannot; the message says which, why and what to do.
         """
         self.require_commands((*start, *stop))
-        check_modes(self.name, self.axes, plan_modes(self.name, self.axes, start, stop))
+        plan = plan_modes(self.name, self.axes, start, stop)
+        check_modes(self.name, self.axes, plan)
+        return doubts(self.axes, stop, plan)
 
     def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
         """Change the modes; a joint that nobody commands any more ramps down.

@@ -28,6 +28,7 @@ class HardwareComponent(ABC):
         name: As given.
         kind: As given.
         state: Where it is in its life.
+        transitions: How often that changed.
         states: Its state interfaces, by name.
         commands: Its command interfaces, by name.
         problems: What befell single joints in the last ``read`` or ``write``, while the component
@@ -37,6 +38,7 @@ class HardwareComponent(ABC):
     def __init__(self, name: str, kind: str = "system") -> None:
         self.name, self.kind = name, kind
         self.state = State.UNCONFIGURED
+        self.transitions = 0
         self.states: dict[str, StateInterface] = {}
         self.commands: dict[str, CommandInterface] = {}
         self.problems: list[BioscaraError] = []
@@ -60,7 +62,7 @@ class HardwareComponent(ABC):
         """
         self._require("configure", State.UNCONFIGURED)
         self._try(self.on_configure)
-        self.state = State.INACTIVE
+        self._enter(State.INACTIVE)
 
     def activate(self) -> None:
         """Go from INACTIVE to ACTIVE; commands are then NaN or what was measured.
@@ -71,7 +73,7 @@ class HardwareComponent(ABC):
         """
         self._require("activate", State.INACTIVE)
         self._try(self.on_activate)
-        self.state = State.ACTIVE
+        self._enter(State.ACTIVE)
 
     def deactivate(self) -> None:
         """Go from ACTIVE to INACTIVE.
@@ -82,7 +84,7 @@ class HardwareComponent(ABC):
         """
         self._require("deactivate", State.ACTIVE)
         self._leave(self.on_deactivate)
-        self.state = State.INACTIVE
+        self._enter(State.INACTIVE)
 
     def cleanup(self) -> None:
         """Go from INACTIVE to UNCONFIGURED.
@@ -93,7 +95,7 @@ class HardwareComponent(ABC):
         """
         self._require("clean up", State.INACTIVE)
         self._leave(self.on_cleanup)
-        self.state = State.UNCONFIGURED
+        self._enter(State.UNCONFIGURED)
 
     def shutdown(self) -> None:
         """Go from any state to FINALIZED, which it never leaves.
@@ -103,7 +105,8 @@ class HardwareComponent(ABC):
         """
         if self.state is State.FINALIZED:
             return
-        before, self.state = self.state, State.FINALIZED
+        before = self.state
+        self._enter(State.FINALIZED)
         self._forget()
         self.on_shutdown(before)
 
@@ -117,11 +120,11 @@ class HardwareComponent(ABC):
         try:
             self.on_error(before)
         except BaseException:
-            self.state = State.FINALIZED
+            self._enter(State.FINALIZED)
             raise
         finally:
             self._forget()
-        self.state = State.UNCONFIGURED
+        self._enter(State.UNCONFIGURED)
 
     def set_state(self, target: State) -> State:
         """Walk to ``target``, over several transitions where need be, and return the state.
@@ -186,16 +189,22 @@ class HardwareComponent(ABC):
     def write(self, time: float, period: float) -> None:
         """Command, from the claimed command interfaces; arguments and errors as :meth:`read`."""
 
-    def prepare_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
+    def prepare_command_mode_switch(
+        self, start: Sequence[str], stop: Sequence[str]
+    ) -> Sequence[str]:
         """Check a change of claims; changes nothing.
 
         Args:
             start: Names of command interfaces that will be claimed.
             stop: Names of command interfaces that will be let go.
 
+        Returns:
+            Warnings: what whoever asked for it may not have meant, but can be done; none here.
+
         Raises:
             ModeSwitchError: It cannot be done now, and why.
         """
+        return ()
 
     def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
         """Change the modes as prepared; arguments as above.
@@ -217,6 +226,10 @@ class HardwareComponent(ABC):
                 raise ModeSwitchError(
                     f"{self.name} has no command interface {name}; {hint}", self.name
                 )
+
+    def _enter(self, state: State) -> None:
+        self.state = state
+        self.transitions += 1
 
     def _require(self, what: str, state: State) -> None:
         if self.state is not state:

@@ -113,9 +113,13 @@ class GripperHardware(HardwareComponent):
         if self._claimed:
             self._told = self._gripper.set_width(self._command.value)
 
-    def prepare_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
+    def prepare_command_mode_switch(
+        self, start: Sequence[str], stop: Sequence[str]
+    ) -> Sequence[str]:
         """Check the names; the servo has one mode."""
         self.require_commands((*start, *stop))
+        unclaimed = () if self._claimed else stop
+        return [f"{name} is let go, but nobody had claimed it" for name in unclaimed]
 
     def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
         """Claim or let go of the width; the command becomes the width that was told last."""

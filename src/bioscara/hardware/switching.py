@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from bioscara.errors import ModeSwitchError
 from bioscara.hardware.axis import Axis
+from bioscara.hardware.interfaces import VELOCITY
 from bioscara.hardware.modes import MOTION, Mode, resolve
 
 Plan = list[tuple[Axis, Mode]]
@@ -73,6 +74,34 @@ def check_modes(component: str, axes: Sequence[Axis], plan: Plan) -> None:
                 "firmware of protocol 2; claim position alone",
                 component,
             )
+
+
+def doubts(axes: Sequence[Axis], stop: Sequence[str], plan: Plan) -> list[str]:
+    """Return what is odd about letting interfaces go, but no reason to refuse it.
+
+    Args:
+        axes: The joints.
+        stop: Names of command interfaces that will be let go; all exist.
+        plan: What that comes to.
+    """
+    said = []
+    becoming = dict(plan)
+    for axis in axes:
+        prefix = f"{axis.name}/"
+        claimed = axis.mode.value
+        kinds = {name.removeprefix(prefix) for name in stop if name.startswith(prefix)}
+        said += [
+            f"{prefix}{kind} is let go, but nobody had claimed it"
+            for kind in sorted(kinds - claimed)
+        ]
+        speed = axis.velocity_command.value
+        left = becoming.get(axis, axis.mode) not in MOTION and axis.halted is None
+        if VELOCITY in kinds & claimed and speed and left:
+            said.append(
+                f"{axis.velocity_command.name} is let go while it commands {speed:g} "
+                f"{axis.joint.parameters.unit}/s: {axis.name} is brought to rest; command 0 first"
+            )
+    return said
 
 
 def check_homing(component: str, axes: Sequence[Axis], axis: Axis) -> None:
