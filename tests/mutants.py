@@ -33,7 +33,7 @@ HAZARDS = ("tests/firmware/test_hazards.py",)
 DRIVERS = ("tests/drivers",)
 CONTROL = "src/bioscara/control"
 LOOP = ("tests/control/test_loop.py",)
-MANAGER = ("tests/control/test_manager_rules.py",)
+MANAGER = ("tests/control/test_manager_rules.py", "tests/control/test_cycle_rules.py")
 TURN = ("tests/robot/test_turn.py",)
 SUPERVISOR = ("tests/control/test_supervisor.py",)
 

@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from bioscara.control.controller import Controller
+from bioscara.control.limiting import Limiter
+from bioscara.control.manager import ControllerManager
 from bioscara.control.parameters import Parameters
 from bioscara.control.registry import TYPES
+from bioscara.control.supervisor import FaultState
 from bioscara.errors import HardwareError
 from bioscara.hardware import POSITION, CommandInterface, HardwareComponent, State, StateInterface
 from bioscara.model import JointParameters
@@ -114,6 +117,24 @@ class Box(HardwareComponent):
         self.steps.append(name)
         if name in self.breaks:
             raise self.error(f"{name} failed")
+
+
+def boxed(**controllers: dict[str, object]) -> tuple[ControllerManager, Box]:
+    """Return a manager of a box alone, and these controllers, configured."""
+    box = Box()
+    manager = ControllerManager((box,), Limiter((box,)), 100)
+    for name, values in controllers.items():
+        manager.load(name, Wild.TYPE, values)
+        manager.configure(name)
+    return manager, box
+
+
+def release(world: World) -> None:
+    """Let the supervisor forget what was meant to happen."""
+    world.run(0.3)
+    world.supervisor.faults.clear()
+    world.supervisor.state = FaultState.CLEAR
+    world.manager.lock = ""
 
 
 def boom(text: str = "boom") -> Callable[[], object]:
