@@ -33,6 +33,7 @@ HAZARDS = ("tests/firmware/test_hazards.py",)
 DRIVERS = ("tests/drivers",)
 CONTROL = "src/bioscara/control"
 LOOP = ("tests/control/test_loop.py",)
+MANAGER = ("tests/control/test_manager_rules.py", "tests/control/test_cycle_rules.py")
 TURN = ("tests/robot/test_turn.py",)
 SUPERVISOR = ("tests/control/test_supervisor.py",)
 
@@ -253,6 +254,41 @@ MUTANTS = (
         "if len(recent) >= len(self._arm.axes) - 1 and",
         "if False and",
         ("tests/system/test_control_scenarios.py",),
+    ),
+    Mutant(
+        "one owner of a command interface",
+        f"{CONTROL}/claims.py",
+        "if owner is not None and owner not in leaving:",
+        "if False:",
+        MANAGER,
+    ),
+    Mutant(
+        "a command that is no number",
+        f"{CONTROL}/execution.py",
+        "if not isfinite(handle.value):",
+        "if False:",
+        MANAGER,
+    ),
+    Mutant(
+        "a shutdown of all hardware, whatever one part raises",
+        f"{CONTROL}/manager.py",
+        "except Exception as error:  # noqa: BLE001  whatever it is, the others",
+        "except InvalidArgumentError as error:  # the others",
+        MANAGER,
+    ),
+    Mutant(
+        "path tolerance of a trajectory",
+        f"{CONTROL}/joint_trajectory/controller.py",
+        "        if overtime < 0.0:",
+        "        if False:",
+        ("tests/control/joint_trajectory/test_rules_of_tolerances.py",),
+    ),
+    Mutant(
+        "no motion before homing",
+        "src/bioscara/hardware/switching.py",
+        "if not axis.homed:",
+        "if False:",
+        ("tests/hardware/test_modes.py",),
     ),
     Mutant(
         "what a joint said before it was released",

@@ -3,14 +3,18 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import pytest
 
+from bioscara.bus import Transaction
 from bioscara.drivers import Quality
 from bioscara.errors import (
     BioscaraError,
+    CommunicationError,
     HardwareError,
+    JointError,
     JointFaultError,
     JointLostError,
     LifecycleError,
@@ -22,7 +26,7 @@ from bioscara.protocol import Register
 from bioscara.sim import FirmwareBus, SimulatedArm
 from control.world import NAMES, NEAR, PARAMETERS
 from control.world import World as Stack
-from drivers.world import World
+from drivers.world import Tap, World
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 PERIOD = 0.01
@@ -56,12 +60,21 @@ def test_rule_56_paths_over_several_transitions_are_walked() -> None:
 
 
 def test_rule_56_finalized_is_never_left() -> None:
-    _, arm = bare()
+    world, arm = bare()
+    arm.set_state(State.ACTIVE)
     assert arm.set_state(State.FINALIZED) is State.FINALIZED
+    assert powered(world) == [False] * 4
     for target in (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE):
         with pytest.raises(LifecycleError, match="finalized"):
             arm.set_state(target)
     assert arm.set_state(State.FINALIZED) is State.FINALIZED
+
+
+def test_rule_56_unknown_is_no_state_to_go_to() -> None:
+    _, arm = bare()
+    with pytest.raises(LifecycleError, match="arm: no component can be unknown"):
+        arm.set_state(State.UNKNOWN)
+    assert arm.state is State.UNCONFIGURED
 
 
 def test_rule_56_an_unknown_component_is_refused_with_a_proposal() -> None:
@@ -79,6 +92,7 @@ def test_rule_57_interfaces_are_available_from_configured_on() -> None:
     assert arm.available
     arm.set_state(State.UNCONFIGURED)
     assert not arm.available
+    assert all(math.isnan(state.value) for state in arm.states.values())
     arm.shutdown()
     assert not arm.available
 
@@ -122,6 +136,34 @@ def test_rule_63_a_failed_activate_releases_every_joint(v1: bool) -> None:
     arm.configure()
     world.arm.set_power("j4", False)
     with pytest.raises(BioscaraError, match="j4"):
+        arm.activate()
+    assert arm.state is State.INACTIVE
+    world.arm.run(1.0)
+    assert powered(world) == [False] * 4
+
+
+class Heater(Tap):
+    """Overheats j1 as soon as j4, which is engaged last, is told its velocity."""
+
+    def __init__(self, world: World) -> None:
+        super().__init__(world.bus)
+        self._arm = world.arm
+
+    def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+        if (transactions[0].address, transactions[0].write[0]) == (0x14, Register.SETMAXVELOCITY):
+            self._arm.overheat("j1")
+            self._arm.run(0.05)
+        return super().transfer(transactions)
+
+
+@BOTH
+def test_rule_63_a_joint_that_drops_out_while_others_are_engaged_fails_the_activation(
+    v1: bool,
+) -> None:
+    world = World(v1=v1)
+    arm = ArmHardware("arm", Heater(world), world.arm.clock, PARAMETERS.joints)
+    arm.configure()
+    with pytest.raises(JointError, match="j1"):
         arm.activate()
     assert arm.state is State.INACTIVE
     world.arm.run(1.0)

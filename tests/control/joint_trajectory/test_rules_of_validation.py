@@ -8,7 +8,9 @@ from collections.abc import Callable
 import pytest
 
 from bioscara.control.joint_trajectory import Goal, JointTrajectory, Point, Status
+from bioscara.control.joint_trajectory.course import Course
 from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.joint_trajectory.splicing import Spliced
 from bioscara.control.joint_trajectory.validation import validate
 from bioscara.errors import GoalRejectedError
 from control.joint_trajectory.follower import NOTHING, Follower
@@ -42,12 +44,19 @@ def test_rule_01_goals_and_trajectories_are_refused_while_inactive(arm: Follower
 
 
 def test_rule_02_names_fit_the_joints_in_any_order() -> None:
-    refused(GOOD, names=(), match="names no joints; name a, b")
+    for partial in (False, True):
+        refused(
+            GOOD,
+            names=(),
+            match="names no joints; name a, b",
+            allow_partial_joints_goal=partial,
+        )
     refused(GOOD, names=("a",), match="leaves out b")
     refused(GOOD, names=("a", "bb"), match="bb is not a joint .* did you mean b")
     refused(GOOD, names=("a", "a"), match="a is named twice")
-    points = check(Point(1.0, (1.0, 2.0), (0.0, 0.0), (3.0, 4.0)), names=("b", "a"))
-    assert points == (Point(1.0, (2.0, 1.0), (0.0, 0.0), (4.0, 3.0)),)
+    moving = {"allow_nonzero_velocity_at_trajectory_end": True}
+    points = check(Point(1.0, (1.0, 2.0), (5.0, 6.0), (3.0, 4.0)), names=("b", "a"), **moving)
+    assert points == (Point(1.0, (2.0, 1.0), (6.0, 5.0), (4.0, 3.0)),)
 
 
 def test_rule_03_no_points_are_refused_and_the_motion_goes_on(arm: Follower) -> None:
@@ -62,6 +71,10 @@ def test_rule_03_no_points_are_refused_and_the_motion_goes_on(arm: Follower) -> 
 def test_rule_04_the_end_is_at_rest_unless_motion_is_allowed() -> None:
     moving = Point(1.0, (1.0, 2.0), (0.0, 1e-3))
     refused(moving, match=r"b ends at 0.001 rad/s or m/s, 1.19e-07 is the most")
+    refused(Point(1.0, (1.0, 2.0), (-1e-3, 0.0)), match=r"a ends at -0.001 rad/s or m/s")
+    refused(GOOD, moving._replace(time=2.0), match="b ends at 0.001")
+    refused(Point(1.0, (1.0, 2.0), (0.0, 1.2e-7)), match="b ends at 1.2e-07")
+    assert check(moving, GOOD._replace(time=2.0))
     assert check(Point(1.0, (1.0, 2.0), (0.0, -1.19e-7)))
     assert check(GOOD)
     assert check(moving, allow_nonzero_velocity_at_trajectory_end=True)
@@ -70,6 +83,7 @@ def test_rule_04_the_end_is_at_rest_unless_motion_is_allowed() -> None:
 def test_rule_05_a_stamp_is_refused_only_when_all_has_passed() -> None:
     refused(GOOD, stamp=98.5, match=r"ended 0.500 s ago")
     refused(GOOD, stamp=math.nan, match="stamp nan")
+    assert check(GOOD, stamp=0.0)
     assert check(GOOD, stamp=99.5)
     assert check(GOOD, stamp=200.0)
 
@@ -86,6 +100,7 @@ def test_rule_05_a_start_in_the_past_is_joined_midway(arm: Follower) -> None:
 def test_rule_06_times_increase_strictly() -> None:
     refused(GOOD, GOOD, match="point 1: time_from_start 1 s does not come after 1 s")
     refused(GOOD, Point(0.5, (0.0, 0.0)), match="point 1: time_from_start 0.5 s")
+    refused(GOOD, GOOD._replace(time=3.0), GOOD._replace(time=2.0), match="point 2: time_from_sta")
     refused(Point(-0.1, (0.0, 0.0)), match="point 0: time_from_start -0.1 s")
     assert check(Point(0.0, (0.0, 0.0)), GOOD)
 
@@ -110,6 +125,31 @@ def test_rule_07_what_is_missing_is_integrated_by_the_trapezoid_rule() -> None:
     )
     assert [point.velocities for point in points] == [(1.0, -1.0), (1.0, -1.0), (0.0, 0.0)]
     assert [point.positions for point in points] == [(7.5, 7.5), (8.5, 6.5), (9.0, 6.0)]
+
+
+def test_rule_07_joints_in_another_order_are_integrated_from_where_they_are() -> None:
+    [point] = check(
+        Point(1.0, (), (2.0, 0.0)),
+        names=("b", "a"),
+        allow_integration_in_goal_trajectories=True,
+        allow_nonzero_velocity_at_trajectory_end=True,
+    )
+    assert point == Point(1.0, (7.0, 9.0), (0.0, 2.0))
+
+
+def test_rule_07_what_a_point_without_velocities_lacks_counts_as_zero_for_the_next() -> None:
+    points = check(
+        Point(1.0, (1.0, 2.0)),
+        Point(2.0, (), (2.0, 2.0)),
+        allow_integration_in_goal_trajectories=True,
+        allow_nonzero_velocity_at_trajectory_end=True,
+    )
+    assert points == (Point(1.0, (1.0, 2.0)), Point(2.0, (2.0, 3.0), (2.0, 2.0)))
+
+
+def test_rule_07_nothing_is_integrated_unless_allowed() -> None:
+    point = Point(1.0, (1.0, 2.0), (), (3.0, 4.0))
+    assert check(point) == (point,)
 
 
 def test_rule_08_effort_is_refused() -> None:
@@ -199,3 +239,57 @@ def test_rule_10_or_pass_all_its_points_that_are_still_to_come(
         seen = min(arm.seen, key=lambda each: abs(each.time - begin - point.time))
         assert seen.measured[0] == pytest.approx(point.positions[0], abs=0.01)
     assert arm.commanded == pytest.approx((*here[:3], here[3] + 0.1))
+
+
+def test_rule_10_where_they_are_is_what_was_commanded(follower: Callable[..., Follower]) -> None:
+    arm = follower(allow_partial_joints_goal=True, interpolation_method="none")
+    arm.send(Point(0.0, arm.move(0.2).positions))
+    arm.run(0.15)
+    commanded = arm.commanded
+    assert commanded[2] != pytest.approx(arm.measured[2], abs=1e-3)
+    arm.jtc.send_goal(Goal(JointTrajectory(("j1",), (Point(0.0, (commanded[0],)),))), arm.now)
+    arm.step()
+    assert arm.jtc.feedback is not None
+    assert arm.jtc.feedback.desired.positions == commanded
+
+
+def test_rule_10_or_go_from_point_to_point_as_all_do(follower: Callable[..., Follower]) -> None:
+    arm = follower(allow_partial_joints_goal=True, interpolation_method="none")
+    start, there = arm.commanded, arm.move(0.01, 1.0)
+    arm.send(Point(0.5, start, NOTHING), there)
+    arm.run(0.2)
+    new = JointTrajectory(("j1",), (Point(0.5, (start[0] + 0.02,), (0.0,)),))
+    goal = arm.jtc.send_goal(Goal(new), arm.now)
+    arm.run(0.3)
+    assert goal.feedback is not None
+    assert goal.feedback.desired.positions == pytest.approx(start, abs=1e-3)
+    arm.finish(goal)
+    assert arm.commanded == pytest.approx((start[0] + 0.02, *there.positions[1:]), abs=1e-9)
+
+
+def test_rule_10_they_go_on_also_where_the_new_one_began_in_the_past(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(allow_partial_joints_goal=True)
+    start, end = arm.commanded, arm.move(0.2, 3.0)
+    arm.send(Point(0.0, start, NOTHING), end)
+    arm.run(1.0)
+    new = JointTrajectory(("j1",), (Point(1.0, (start[0],), (0.0,)),), arm.now - 0.5)
+    goal = arm.jtc.send_goal(Goal(new), arm.now)
+    arm.run(0.5)
+    # A cubic is at 1/2 of its way after half of its time.
+    assert arm.commanded[3] == pytest.approx((start[3] + end.positions[3]) / 2.0, abs=1e-3)
+    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.seen[-1].time - arm.seen[0].time == pytest.approx(3.0, abs=0.1)
+
+
+def test_rule_10_the_new_ones_joints_wait_at_their_end_for_the_others() -> None:
+    running = Course([Point(0.0, (0.0, 0.0), (1.0, 1.0)), Point(4.0, (4.0, 4.0), (0.0, 0.0))])
+    new = Course([Point(1.0, (5.0, 9.0), (0.0, 0.0)), Point(2.0, (6.0, 9.0), (0.0, 0.0))])
+    spliced = Spliced(new, {1}, running, 1.0)
+    assert (spliced.duration, spliced.end) == (3.0, (6.0, 4.0))
+    for time in (1.0, 1.7, 2.0, 2.5, 3.0):
+        values = spliced.sample(time).values
+        assert values.positions[0] == new.sample(time).values.positions[0]
+        assert values.positions[1] == running.sample(time + 1.0).values.positions[1]
+    assert spliced.sample(2.5).values.velocities[0] == 0.0
