@@ -9,9 +9,10 @@ from typing import Annotated, ClassVar, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
+from bioscara.control.schedule import HIGHEST
 from bioscara.errors import ConfigurationError
 
-Rate = Annotated[int, Field(ge=0, le=100_000)]
+Rate = Annotated[int, Field(ge=0, le=HIGHEST)]
 _UNKNOWN = "unknown_name"
 
 
