@@ -179,6 +179,13 @@ MUTANTS = (
         ("tests/planning",),
     ),
     Mutant(
+        "limits of a goal",
+        f"{CONTROL}/handover.py",
+        "controller.limits = limits",
+        "controller.limits = {}",
+        ("tests/control/joint_trajectory",),
+    ),
+    Mutant(
         "no burst after a late cycle",
         f"{CONTROL}/loop.py",
         "self._deadline += (periods + 1) * self.period",

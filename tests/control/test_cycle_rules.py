@@ -82,13 +82,12 @@ def test_rule_60_a_late_cycle_brings_an_update_that_is_nearer_now_than_later() -
     assert [schedule.due(0.01), schedule.due(0.025)] == [0.0, pytest.approx(0.035)]
 
 
-@pytest.mark.parametrize("rate", [0, -1, 1_000_000])
+@pytest.mark.parametrize("rate", [-1, 10_001])
 def test_rates_that_no_cycle_has_are_refused(world: World, rate: int) -> None:
-    with pytest.raises(ConfigurationError, match=f"rate {rate} Hz is outside 1 .. 10000 Hz"):
+    with pytest.raises(ConfigurationError, match=f"rate {rate} Hz is outside 20 .. 10000 Hz"):
         ControllerManager((world.hardware,), Limiter((world.hardware,)), rate)
-    if rate:
-        with pytest.raises(ConfigurationError, match="update_rate"):
-            world.manager.load("x", "test/Wild", {"update_rate": rate})
+    with pytest.raises(ConfigurationError, match="update_rate"):
+        world.manager.load("x", "test/Wild", {"update_rate": rate})
     for period in (0.0, -0.01, math.nan):
         with pytest.raises(InvalidArgumentError, match="a cycle takes time"):
             world.manager.cycle(world.clock.now(), period)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import sys
 import tracemalloc
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -14,7 +16,9 @@ from tests.control.world import LIMITS, NAMES, NEAR, PARAMETERS, World
 
 from bioscara.clock import Clock
 from bioscara.control.faults import FaultKind
-from bioscara.control.loop import HIGHEST, LOWEST, Loop, highest_rate
+from bioscara.control.limiting import Limiter
+from bioscara.control.loop import Loop, highest_rate
+from bioscara.control.manager import ControllerManager
 from bioscara.control.statistics import Histogram
 from bioscara.control.supervisor import FaultState
 from bioscara.drivers import Setpoint, track
@@ -74,11 +78,31 @@ def late(world: World) -> LateClock:
     return clock
 
 
-@pytest.mark.parametrize("rate", [0, -50, 1_000_000, LOWEST - 1, HIGHEST + 1])
-def test_a_rate_that_makes_no_sense_is_refused(rate: int) -> None:
+@pytest.mark.parametrize(
+    ("rate", "why"),
+    [
+        *((rate, "outside 20 .. 10000 Hz") for rate in (0, -50, True, 19, 10_001, 1_000_000)),
+        *((rate, "whole number") for rate in (33.3, 50.0, math.nan, math.inf, "50")),
+    ],
+)
+def test_a_rate_that_makes_no_sense_is_refused_by_everybody_in_the_same_words(
+    rate: Any, why: str
+) -> None:
     world = World(home=False)
-    with pytest.raises(ConfigurationError, match=f"rate {rate} Hz"):
-        Loop(world.manager, world.supervisor, world.record, world.clock, rate)
+    hardware = (world.hardware,)
+    arm = SimulatedArm()
+    said = []
+    for take in (
+        lambda: Loop(world.manager, world.supervisor, world.record, world.clock, rate),
+        lambda: ControllerManager(hardware, Limiter(hardware), rate),
+        Robot(FirmwareBus(arm), arm.clock, PARAMETERS, "rates", rate=rate).__enter__,
+    ):
+        with pytest.raises(ConfigurationError) as caught:
+            take()
+        said.append(str(caught.value))
+    assert said[0].startswith(f"rate {rate} Hz")
+    assert why in said[0]
+    assert len(set(said)) == 1
 
 
 @pytest.mark.parametrize("v1", [False, True])

@@ -11,16 +11,13 @@ from bioscara.control.faults import FaultKind
 from bioscara.control.flight_record import FlightRecord, Timing
 from bioscara.control.manager import ControllerManager
 from bioscara.control.realtime import conditions
+from bioscara.control.schedule import HIGHEST, SILENCE, require_rate
 from bioscara.control.statistics import Statistics
 from bioscara.control.supervisor import Supervisor
 from bioscara.control.watchdog import Watchdog
 from bioscara.errors import ConfigurationError, OverrunError
 from bioscara.hardware import State
 
-SILENCE = 0.060
-"""Time without a setpoint after which a joint stops by itself [s]."""
-LOWEST, HIGHEST = 20, 10_000
-"""Rates that make sense [Hz]: a setpoint must come before a joint misses it."""
 _BUS_SHARE = 0.85
 """Share of a period that the bus may take: a repetition must fit in now and then."""
 _IN_A_ROW = 3
@@ -88,11 +85,7 @@ class Loop:
         bus_time: float = 0.0,
         watchdog: Watchdog | None = None,
     ) -> None:
-        if not LOWEST <= rate <= HIGHEST:
-            raise ConfigurationError(
-                f"rate {rate} Hz is outside {LOWEST} .. {HIGHEST} Hz; a joint that hears nothing "
-                f"for {1e3 * SILENCE:.0f} ms stops"
-            )
+        require_rate(rate)
         highest = highest_rate(bus_time)
         if rate > highest:
             raise ConfigurationError(

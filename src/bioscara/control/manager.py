@@ -52,7 +52,7 @@ class ControllerManager:
             them; the latest.
 
     Raises:
-        ConfigurationError: The rate is not within 1 .. 10000 Hz.
+        ConfigurationError: The rate is no whole number within 20 .. 10000 Hz.
         SwitchError: Two components have a name or an interface in common.
     """
 

@@ -17,6 +17,7 @@ from bioscara.control.limiting import Limiter
 from bioscara.control.loop import Loop, highest_rate
 from bioscara.control.manager import ControllerManager
 from bioscara.control.realtime import sharpen_timers
+from bioscara.control.schedule import require_rate
 from bioscara.control.supervisor import Supervisor
 from bioscara.control.tool_speed import ToolSpeedCap
 from bioscara.control.watchdog import Watchdog
@@ -68,6 +69,9 @@ class Stack:
         gripper: Moves the jaws.
         jog: Moves the joints by streamed velocities.
         tool_speed: Keeps the tool at or below a speed.
+
+    Raises:
+        ConfigurationError: The rate makes no sense, or the bus cannot carry it.
     """
 
     def __init__(
@@ -80,6 +84,8 @@ class Stack:
         rate: int | None,
         evidence: Path,
     ) -> None:
+        if rate is not None:
+            require_rate(rate)
         self.arm = arm
         if isinstance(clock, MonotonicClock):
             sharpen_timers()

@@ -274,10 +274,10 @@ def test_pln2_times_that_do_not_increase_never_run(times: list[float]) -> None:
     parameters = JointTrajectoryParameters(joints=("a",))
     trajectory = JointTrajectory(("a",), tuple(Point(time, (0.0,)) for time in times))
     if all(one < two for one, two in pairwise(times)):
-        assert len(validate(trajectory, parameters, 0.0, (0.0,))) == len(times)
+        assert len(validate(trajectory, parameters, 0.0, (0.0,), (0.0,), {})) == len(times)
     else:
         with pytest.raises(GoalRejectedError, match="does not come after"):
-            validate(trajectory, parameters, 0.0, (0.0,))
+            validate(trajectory, parameters, 0.0, (0.0,), (0.0,), {})
 
 
 def test_pln2_a_start_elsewhere_is_never_executed_raw() -> None:

@@ -56,7 +56,32 @@ def test_rule_36_legal_interfaces_move_the_arm(
         ({"joints": ("j1", "j1")}, "none of them twice"),
         ({"gains": {"j7": {}}}, "gains.j7 is for no joint"),
         ({"constraints": {"j7": {"goal": 1.0}}}, "constraints.j7 is for no joint"),
-        ({"constraints": {"goal_tim": 1.0}}, "constraints.goal_tim = 1.0"),
+        (
+            {"constraints": {"goal_tim": 1.0}},
+            "unknown parameter constraints.goal_tim; did you mean goal_time?",
+        ),
+        (
+            {"constraints": {"j1": 1.0}},
+            "unknown parameter constraints.j1; it has stopped_velocity_tolerance, goal_time, "
+            "decelerate_on_cancel, and a section for each joint",
+        ),
+        (
+            {"constraints": {"j1": {"trajektory": 1.0}}},
+            "unknown parameter constraints.j1.trajektory; did you mean trajectory?",
+        ),
+        (
+            {"speed_scaling": {"initial_scaling_facto": 1.0}},
+            "unknown parameter speed_scaling.initial_scaling_facto; did you mean initial_scaling_",
+        ),
+        (
+            {"positions_upsampling": {"rate": 1.0}},
+            "unknown parameter positions_upsampling.rate; it has enable, policy_frequency",
+        ),
+        (
+            {"gains": {"j1": {"ff_velocity_scal": 1.0}}},
+            "unknown parameter gains.j1.ff_velocity_scal; did you mean ff_velocity_scale?",
+        ),
+        ({"constraints": {"goal_time": math.inf}}, "constraints.goal_time = inf"),
         ({"constraints": {"j1": {"goal": -1.0}}}, "constraints.j1.goal = -1.0"),
         ({"gains": {"j1": {"p": math.nan}}}, "gains.j1.p = nan"),
         ({"gains": {"j1": {"u_clamp_min": 1.0, "u_clamp_max": 0.0}}}, "u_clamp_min 1 must not"),

@@ -14,6 +14,7 @@ from bioscara.control.joint_trajectory.splicing import Spliced
 from bioscara.control.joint_trajectory.validation import validate
 from bioscara.errors import GoalRejectedError
 from control.joint_trajectory.follower import NOTHING, Follower
+from control.world import BOTH, LIMITS, NAMES
 
 JOINTS = ("a", "b")
 HERE = (7.0, 8.0)
@@ -23,7 +24,7 @@ def check(
     *points: Point, names: tuple[str, ...] = JOINTS, stamp: float = 0.0, now: float = 100.0, **more
 ) -> tuple[Point, ...]:
     parameters = JointTrajectoryParameters(joints=JOINTS, **more)
-    return validate(JointTrajectory(names, points, stamp), parameters, now, HERE)
+    return validate(JointTrajectory(names, points, stamp), parameters, now, HERE, HERE, {})
 
 
 def refused(*points: Point, match: str, **more) -> None:
@@ -166,7 +167,7 @@ def test_rule_09_stricter_nothing_but_finite_numbers(field: str, value: float) -
     refused(GOOD._replace(time=value), match="time_from_start")
 
 
-@pytest.mark.parametrize(("far", "seconds"), [(1e6, 1e-70), (0.2, 1e-200)])
+@pytest.mark.parametrize(("far", "seconds"), [(0.2, 1e300), (0.2, 1e-200)])
 def test_rule_09_stricter_points_that_no_curve_can_join_are_refused(
     arm: Follower, far: float, seconds: float
 ) -> None:
@@ -194,6 +195,109 @@ def test_rule_09_stricter_numbers_to_which_no_cycle_can_draw_a_curve_are_refused
         arm.send(point, stamp=stamp)
     arm.run(0.1)
     assert arm.world.supervisor.faults == []
+
+
+J1, J2 = LIMITS["j1"], LIMITS["j2"]
+SLACK = 0.9e-6
+"""By this share of a limit rounding may exceed it."""
+
+
+def within(
+    *points: Point,
+    commanded: tuple[float, ...] = (0.0, 0.1),
+    measured: tuple[float, ...] = (0.0, 0.1),
+    **more,
+) -> tuple[Point, ...]:
+    parameters = JointTrajectoryParameters(
+        joints=("j1", "j2"), allow_nonzero_velocity_at_trajectory_end=True, **more
+    )
+    sent = JointTrajectory(("j1", "j2"), points)
+    return validate(sent, parameters, 100.0, commanded, measured, LIMITS)
+
+
+@pytest.mark.parametrize(
+    ("point", "why"),
+    [
+        (
+            Point(1.0, (90.0, 0.1)),
+            f"point 1: positions of j1 is 90 rad, outside {J1.lower:g} .. {J1.upper:g} rad; "
+            "angles are in rad, not in degrees",
+        ),
+        (
+            Point(1.0, (0.0, 150.0)),
+            f"point 1: positions of j2 is 150 m, outside {J2.lower:g} .. {J2.upper:g} m; "
+            "lengths are in m, not in mm",
+        ),
+        (Point(1.0, (-1e5, 0.1)), "positions of j1 is -100000 rad"),
+        (
+            Point(1.0, (0.0, 0.1), (0.0, -25.0)),
+            f"velocities of j2 is -25 m/s, outside {-J2.max_velocity:g} .. {J2.max_velocity:g} m/s",
+        ),
+        (
+            Point(1.0, (0.0, 0.1), (0.0, 0.0), (1e5, 0.0)),
+            f"accelerations of j1 is 100000 rad/s^2, outside {-J1.max_acceleration:g} .. ",
+        ),
+    ],
+)
+def test_pln1_what_a_joint_cannot_do_is_refused_with_value_limit_and_unit(
+    point: Point, why: str
+) -> None:
+    with pytest.raises(GoalRejectedError) as caught:
+        within(Point(0.5, (0.0, 0.1)), point)
+    assert why in str(caught.value)
+
+
+def test_pln1_the_limit_itself_is_within_whatever_rounding_makes_of_it() -> None:
+    for share in (1.0, 1.0 + SLACK):
+        for sign in (1.0, -1.0):
+            point = Point(
+                1.0,
+                tuple(
+                    (joint.lower + joint.upper) / 2.0
+                    + sign * share * (joint.upper - joint.lower) / 2.0
+                    for joint in (J1, J2)
+                ),
+                tuple(sign * share * joint.max_velocity for joint in (J1, J2)),
+                tuple(sign * share * joint.max_acceleration for joint in (J1, J2)),
+            )
+            assert within(point) == (point,)
+
+
+def test_pln1_what_is_integrated_is_judged_too() -> None:
+    fast = Point(10.0, (), (J1.max_velocity, 0.0))
+    with pytest.raises(GoalRejectedError, match="point 0: positions of j1 is"):
+        within(fast, allow_integration_in_goal_trajectories=True)
+
+
+@pytest.mark.parametrize("known", ["commanded", "measured"])
+def test_pln1_from_beyond_a_limit_a_goal_leads_back_but_no_farther(known: str) -> None:
+    pushed = J1.upper + 0.05
+    back = (Point(0.0, (pushed, 0.1)), Point(1.0, (pushed - 0.1, 0.1)))
+    assert within(*back, **{known: (pushed, 0.1)}) == back
+    with pytest.raises(GoalRejectedError, match="positions of j1"):
+        within(*back)
+    with pytest.raises(GoalRejectedError, match="positions of j1"):
+        within(Point(1.0, (pushed + 0.01, 0.1)), **{known: (pushed, 0.1)})
+    unknown = (math.nan, math.nan)
+    with pytest.raises(GoalRejectedError, match="positions of j1"):
+        within(Point(1.0, (pushed, 0.1)), commanded=unknown, measured=unknown)
+
+
+@pytest.mark.parametrize("kinds", [("position",), BOTH, ("velocity",)])
+def test_pln1_every_goal_is_judged_and_a_running_one_goes_on(
+    follower: Callable[..., Follower], kinds: tuple[str, ...]
+) -> None:
+    gains = {name: {"p": 2.0, "ff_velocity_scale": 1.0} for name in NAMES}
+    arm = follower(command_interfaces=kinds, gains=gains if kinds == ("velocity",) else {})
+    start = Point(0.0, arm.measured, NOTHING)
+    goal = arm.send(start, start._replace(time=1.0, positions=(0.2, *start.positions[1:])))
+    arm.run(0.2)
+    beyond = Point(1.0, (LIMITS["j1"].upper + 0.01, *start.positions[1:]))
+    with pytest.raises(GoalRejectedError, match="positions of j1"):
+        arm.send(beyond)
+    with pytest.raises(GoalRejectedError, match="positions of j1"):
+        arm.jtc.send_trajectory(arm.trajectory(beyond), arm.now)
+    assert arm.finish(goal).status is Status.SUCCEEDED
 
 
 def test_rule_10_joints_that_a_partial_goal_leaves_out_stay() -> None:

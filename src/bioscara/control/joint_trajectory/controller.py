@@ -266,7 +266,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
     def _request(self, trajectory: JointTrajectory, time: float, *, smooth: bool) -> Request:
         """Return a trajectory that can be followed, ready for its first cycle."""
         parameters, names = self.parameters, trajectory.joint_names
-        points = validate(trajectory, parameters, time, self._handles.commanded())
+        commanded, measured = self._handles.commanded(), self._handles.measured().positions
+        points = validate(trajectory, parameters, time, commanded, measured, self.limits)
         missing = {index for index, name in enumerate(parameters.joints) if name not in names}
         try:
             course = Course(
