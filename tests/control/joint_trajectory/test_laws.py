@@ -200,7 +200,7 @@ def test_what_is_accepted_fails_in_no_cycle(
     sent = JointTrajectory(("a", "b"), (Point(time, *fields),), stamp)
     running = Course([Point(0.0, (0.0, 0.0)), Point(1.0, (1.0, 1.0))])
     try:
-        course = Course(validate(sent, parameters, 100.0, here.positions))
+        course = Course(validate(sent, parameters, 100.0, here.positions, here.positions, {}))
     except (GoalRejectedError, TrajectoryError):
         return
     if again:
