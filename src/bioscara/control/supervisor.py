@@ -184,22 +184,25 @@ class Supervisor:
             self._release(time)
 
     def _let_hold(self, time: float) -> None:
-        for command in self._arm.commands.values():
+        manager, arm = self._manager, self._arm
+        if arm.state is not State.ACTIVE:
+            return
+        for command in arm.commands.values():
             if command.kind == HOME:
                 command.value = 0.0
-        hold = self._manager.controller(self._hold)
-        if self._arm.state is not State.ACTIVE or hold.state is State.ACTIVE:
-            return
-        wanted = set(hold.command_interfaces)
-        leaving = [
-            controller.name
-            for controller in self._manager.controllers
-            if controller.state is State.ACTIVE
-            and any(name.rpartition("/")[2] != HOME for name in controller.command_interfaces)
-            and wanted.intersection(controller.command_interfaces)
-        ]
+        leaving, moving = [], False
+        for controller in manager.controllers:
+            claimed = arm.commands.keys() & controller.command_interfaces
+            if claimed and controller.state is State.ACTIVE and controller.name != self._hold:
+                leaving.append(controller.name)
+                moving = moving or any(arm.commands[name].kind != HOME for name in claimed)
+        if moving and manager.controller(self._hold).state is not State.ACTIVE:
+            # Where a joint that moves cannot be held, each comes to rest by itself.
+            with suppress(ModeSwitchError):
+                manager.take_over(self._hold, leaving, time)
+                return
         if leaving:
-            self._manager.take_over(self._hold, leaving, time)
+            manager.switch(time, (), leaving)
 
     def acknowledge(self) -> Sequence[Fault]:
         """Take note of the faults: their evidence is written; nothing moves or is switched.
