@@ -74,7 +74,6 @@ class Supervisor:
         self._record, self._folder = record, folder
         self._following = [Following(axis, manager.limiter.guards[axis.name]) for axis in arm.axes]
         self._since = 0.0
-        self._slowed: dict[JointTrajectoryController, tuple[float, float]] = {}
         self._evidence: Evidence | None = None
         self.state = FaultState.CLEAR
         self.faults: list[Fault] = []
@@ -135,7 +134,8 @@ class Supervisor:
         """
         fault = Fault(kind or classify(cause), source_of(cause, source), cause, time)
         if fault.kind.stop is Stop.SLOW:
-            self._slow_down(fault)
+            self.warnings.append(str(fault))
+            self._pace(_SLOW)
             return
         if any((old.kind, old.source) == (fault.kind, fault.source) for old in self.faults):
             return
@@ -166,11 +166,8 @@ class Supervisor:
             self._release(time)
 
     def full_speed(self) -> None:
-        """Take back what was slowed down, unless somebody chose another speed meanwhile."""
-        for controller, (before, slow) in self._slowed.items():
-            if controller.scaling == slow:
-                controller.set_scaling(before)
-        self._slowed.clear()
+        """Take back what was slowed down: trajectories go on at the speed chosen for them."""
+        self._pace(1.0)
 
     def stop(self, time: float) -> None:
         """Bring all joints to rest and hold them; a homing is ended. This raises nothing.
@@ -302,13 +299,8 @@ class Supervisor:
             if self._arm.state is State.ACTIVE:
                 self._manager.set_hardware_state(self._arm.name, State.INACTIVE, time)
 
-    def _slow_down(self, fault: Fault) -> None:
-        """Halve the speed of trajectories."""
-        self.warnings.append(str(fault))
+    def _pace(self, share: float) -> None:
+        """Let trajectories go on at a share of the speed that was chosen for them."""
         for controller in self._manager.controllers:
-            if isinstance(controller, JointTrajectoryController) and (
-                controller.state is State.ACTIVE
-            ):
-                before = controller.scaling
-                self._slowed[controller] = before, _SLOW * before
-                controller.set_scaling(_SLOW * before)
+            if isinstance(controller, JointTrajectoryController):
+                controller.slow_down(share)

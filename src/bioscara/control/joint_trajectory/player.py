@@ -46,6 +46,7 @@ class Player:
         holding: Whether it follows nothing.
         waiting: What is followed next; None for nothing.
         scaling: Share of the planned speed that is gone at now.
+        share: Share of the chosen scaling that is gone over to.
     """
 
     def __init__(
@@ -60,6 +61,7 @@ class Player:
         self._interpolate = parameters.interpolation_method == "splines"
         self._period, self._now = period, time
         self.scaling = self._wanted_scaling = parameters.speed_scaling.initial_scaling_factor
+        self.share = 1.0
         self.waiting: Request | None = None
         self.hold(positions, time)
 
@@ -90,7 +92,7 @@ class Player:
             measured: Where the joints are.
         """
         change = _SCALING_RATE * period
-        self.scaling += min(max(self._wanted_scaling - self.scaling, -change), change)
+        self.scaling += min(max(self._wanted_scaling * self.share - self.scaling, -change), change)
         self.time += (time - self._now) * self.pace
         self._now = time
         if self.waiting is not None:
