@@ -250,16 +250,16 @@ MUTANTS = (
     ),
     Mutant(
         "evidence of the time before the fault",
-        f"{CONTROL}/supervisor.py",
-        "evidence = self._evidence or self._record.freeze()",
-        "evidence = self._record.freeze()",
+        f"{CONTROL}/fault_log.py",
+        "path = evidence.write(",
+        "path = self._record.freeze().write(",
         SUPERVISOR,
     ),
     Mutant(
         "the name of a power loss",
-        f"{CONTROL}/supervisor.py",
-        "if len(recent) >= len(self._arm.axes) - 1 and",
-        "if False and",
+        f"{CONTROL}/fault_log.py",
+        "if len(recent) >= self._joints - 1:",
+        "if False:",
         ("tests/system/test_control_scenarios.py",),
     ),
     Mutant(

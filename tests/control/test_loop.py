@@ -16,13 +16,14 @@ from tests.control.world import LIMITS, NAMES, NEAR, PARAMETERS, World
 
 from bioscara.clock import Clock
 from bioscara.control.faults import FaultKind
+from bioscara.control.joint_trajectory import JointTrajectoryController
 from bioscara.control.limiting import Limiter
 from bioscara.control.loop import Loop, highest_rate
 from bioscara.control.manager import ControllerManager
 from bioscara.control.statistics import Histogram
 from bioscara.control.supervisor import FaultState
 from bioscara.drivers import Setpoint, track
-from bioscara.errors import ConfigurationError
+from bioscara.errors import ConfigurationError, OverrunError
 from bioscara.hardware import State
 from bioscara.hardware.capacity import exchange_time
 from bioscara.hardware.modes import Mode
@@ -207,6 +208,64 @@ def test_host2_more_than_a_twentieth_late_halves_the_speed_until_a_second_was_go
         assert slowest[-1] == pytest.approx(1.0)
         assert any("LATE" in warning for warning in stack.supervisor.warnings)
         assert robot.faults == ()
+
+
+def following(**values: object) -> tuple[World, JointTrajectoryController]:
+    """An arm whose joint trajectory controller is active."""
+    world = World(at=AT)
+    made = world.load(
+        "jtc",
+        JointTrajectoryController.TYPE,
+        joints=NAMES,
+        command_interfaces=world.commanded,
+        **values,
+    )
+    assert isinstance(made, JointTrajectoryController)
+    world.switch("jtc")
+    world.run(0.1)
+    return world, made
+
+
+def test_host2_a_good_second_is_no_fault_when_its_trajectory_controller_has_left() -> None:
+    world, _ = following()
+    world.run(1.1)
+    for _ in range(12):
+        world.run(0.1)
+        world.arm.run(0.025)
+    assert any("LATE" in text for text in world.supervisor.warnings)
+    world.switch("hold", off=("jtc",))
+    world.run(2.0)
+    assert world.supervisor.faults == []
+
+
+@pytest.mark.parametrize("meanwhile", [None, 0.2, 0.1])
+def test_host2_half_of_the_speed_is_half_of_what_was_chosen_whenever_that_was(
+    meanwhile: float | None,
+) -> None:
+    world, controller = following()
+    controller.set_scaling(0.2)
+    world.run(0.05)
+    late = OverrunError("late")
+    for _ in range(2):
+        world.supervisor.fault(late, "loop", world.clock.now(), FaultKind.LATE)
+        world.run(0.6)
+    chosen = 0.2 if meanwhile is None else meanwhile
+    if meanwhile is not None:
+        controller.set_scaling(meanwhile)
+        world.run(0.6)
+    assert controller.scaling == pytest.approx(0.5 * chosen)
+    world.supervisor.full_speed()
+    world.run(1.2)
+    assert controller.scaling == pytest.approx(chosen)
+
+
+def test_host2_a_trajectory_controller_that_comes_while_the_loop_is_late_is_slow_too() -> None:
+    world, controller = following()
+    world.switch(off=("jtc",))
+    world.supervisor.fault(OverrunError("late"), "loop", world.clock.now(), FaultKind.LATE)
+    world.switch("jtc")
+    world.run(0.6)
+    assert controller.scaling == pytest.approx(0.5)
 
 
 def test_host2_more_than_a_fifth_late_stops_the_arm() -> None:

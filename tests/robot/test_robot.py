@@ -264,6 +264,35 @@ def test_homing_can_be_stopped(scene: Scene) -> None:
     assert all(math.isfinite(position) for position in scene.robot.state.positions)
 
 
+def test_homing_cancelled_before_its_first_cycle_moves_nothing(scene: Scene) -> None:
+    scene.robot.enable()
+    before = scene.arm.position("j2")
+    with pytest.raises(MotionCancelledError):
+        scene.robot.home(cancelled=lambda: True)
+    assert scene.arm.position("j2") == pytest.approx(before, abs=1e-4)
+
+
+def test_homing_cancelled_between_two_joints_does_not_begin_the_next(scene: Scene) -> None:
+    scene.robot.enable()
+    homing, before = scene.robot._running().homing, scene.arm.position("j1")
+
+    def cancelled() -> bool:
+        goal = homing.goal
+        return (
+            goal is not None
+            and goal.current == "j2"
+            and goal.progress is not None
+            and goal.progress.elapsed > 0.1
+            and not any(handle.value for handle in homing.command_handles)
+        )
+
+    with pytest.raises(MotionCancelledError):
+        scene.robot.home(cancelled=cancelled)
+    assert scene.arm.position("j1") == pytest.approx(before, abs=1e-3)
+    scene.robot.home()
+    assert not any(map(math.isnan, scene.robot.state.positions))
+
+
 def test_homing_without_an_end_stop_is_no_home(scene: Scene) -> None:
     scene.arm.remove_stops("j2")
     with pytest.raises(HomingError, match="j2"):

@@ -9,7 +9,7 @@ from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers import Joint, JointSample, drive, read_states, track
 from bioscara.drivers.cycle import Outcome
-from bioscara.errors import BioscaraError, HardwareError, JointError
+from bioscara.errors import BioscaraError, HardwareError, HomingError, JointError
 from bioscara.hardware.axis import HALTED, Axis
 from bioscara.hardware.component import HardwareComponent
 from bioscara.hardware.description import read_arm
@@ -185,10 +185,12 @@ class ArmHardware(HardwareComponent):
         following, driven = [], []
         for axis in self.axes:
             mode = axis.mode
-            if axis.halted is not None or mode is Mode.NONE:
+            if axis.halted is not None:
                 continue
-            if mode is Mode.HOME:
+            if mode is Mode.HOME or axis.homing.running:
                 self._home(axis)
+            elif mode is Mode.NONE:
+                continue
             elif mode is Mode.VELOCITY:
                 driven.append(axis)
             elif axis.position_command.value == axis.position_command.value:
@@ -219,18 +221,25 @@ class ArmHardware(HardwareComponent):
         """Change the modes; a joint that nobody commands any more ramps down.
 
         One that cannot be told to is a problem of the next cycle: it hears no more setpoints, so
-        it stops by itself.
+        it stops by itself. One that was homing is told again, cycle by cycle, until it heard.
         """
         self.require_commands((*start, *stop))
         for axis, mode in plan_modes(self.name, self.axes, start, stop):
             leaving = axis.homing.running or (axis.mode in MOTION and mode not in MOTION)
+            failed = axis.home_command.problem
+            if isinstance(failed, HomingError) and axis.joint.session.flags & HALTED:
+                # Told already; as long as the joint was to home, that did not take it out.
+                axis.halted = failed
             axis.change(mode)
             if leaving and axis.halted is None:
                 try:
                     axis.joint.stop()
                     axis.homing.running = False
                 except BioscaraError as error:
-                    self._halt(axis, error, self._late)
+                    if axis.homing.running:
+                        self._late.append(error)
+                    else:
+                        self._halt(axis, error, self._late)
 
     def _end_modes(self) -> None:
         for axis in self.axes:

@@ -141,7 +141,7 @@ class Axis:
         before, self.mode = self.mode, mode
         self.previous = math.nan
         if mode not in MOTION:
-            self.home_command.value = 0.0
+            self.home_command.value, self.home_command.problem = 0.0, None
         elif before not in MOTION:
             self.rest_here()
         elif mode is Mode.VELOCITY:

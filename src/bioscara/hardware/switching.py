@@ -47,7 +47,7 @@ def check_modes(component: str, axes: Sequence[Axis], plan: Plan) -> None:
     """
     homing = next((axis for axis in axes if axis.homing.running), None)
     for axis, mode in plan:
-        if axis is homing:
+        if axis is homing and (mode is not Mode.NONE or axis.home_command.value):
             raise ModeSwitchError(
                 f"{axis.name} is homing: command 0 to {axis.home_command.name} first", component
             )

@@ -54,6 +54,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self.feedback: Feedback | None = None
         self.warnings: deque[str] = deque(maxlen=_WARNINGS)
         self._player: Player | None = None
+        self._share = 1.0
 
     @property
     def command_interfaces(self) -> tuple[str, ...]:
@@ -123,6 +124,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         held = handles.commanded() if known else handles.measured().positions
         self._handles = handles
         self._player = Player(parameters, self.nominal_period, held, time)
+        self._player.share = self._share
 
     def on_deactivate(self, time: float) -> None:
         """Abort a goal that runs; positions stay as commanded, velocities become 0."""
@@ -145,6 +147,16 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
                 factor stays.
         """
         self._active().scale(factor)
+
+    def slow_down(self, share: float) -> None:
+        """Go on at a share of the speed that was chosen or will be, until another share is given.
+
+        Args:
+            share: 1 for the chosen speed itself.
+        """
+        self._share = share
+        if self._player is not None:
+            self._player.share = share
 
     def set_gains(self, joint: str, gains: Gains) -> None:
         """Change the gains of a joint, at any time after the controller was configured.

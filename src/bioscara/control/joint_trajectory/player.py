@@ -46,6 +46,7 @@ class Player:
         holding: Whether it follows nothing.
         waiting: What is followed next; None for nothing.
         scaling: Share of the planned speed that is gone at now.
+        share: Share of the chosen scaling that is gone over to.
     """
 
     def __init__(
@@ -59,6 +60,7 @@ class Player:
         self._splices = parameters.allow_trajectory_replacement
         self._period, self._now = period, time
         self.scaling = self._wanted_scaling = parameters.speed_scaling.initial_scaling_factor
+        self.share = 1.0
         self.waiting: Request | None = None
         self.hold(positions, time)
 
@@ -91,7 +93,7 @@ class Player:
         # Where nothing moves a step of the factor is none of velocity, and motion starts at it.
         at_rest = self.holding or self.time > self.course.duration
         change = math.inf if at_rest else _SCALING_RATE * period
-        self.scaling += min(max(self._wanted_scaling - self.scaling, -change), change)
+        self.scaling += min(max(self._wanted_scaling * self.share - self.scaling, -change), change)
         self.time += (time - self._now) * self.pace
         self._now = time
         if self.waiting is not None:
