@@ -85,6 +85,22 @@ class Axis:
             return error
         return JointError(f"{self.name}: the joint stopped and did not say why", self.name)
 
+    def halt(self, reason: BioscaraError) -> bool:
+        """Let the joint take no commands until somebody intervenes.
+
+        Returns:
+            Whether that is news: it is not halted for a second reason.
+        """
+        if self.halted is not None:
+            return False
+        self.halted = reason
+        self.homing.running = False
+        if self.mode is Mode.HOME:
+            self.home_command.value, self.home_command.problem = 0.0, reason
+        if not isinstance(reason, JointError) or not self.joint.session.version:
+            self.forget()
+        return True
+
     def hindrance(self, mode: Mode) -> BioscaraError | str | None:
         """Return why the joint cannot take up ``mode``, as far as it said; None if it can.
 
