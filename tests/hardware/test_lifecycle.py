@@ -13,6 +13,7 @@ from bioscara.errors import (
     HardwareError,
     JointFaultError,
     JointLostError,
+    JointResetError,
     LifecycleError,
     NotHomedError,
     SwitchError,
@@ -333,6 +334,64 @@ def test_a_joint_that_drops_out_at_rest_is_noticed_in_the_next_cycle() -> None:
     world.hardware.read(world.clock.now(), PERIOD)
     assert isinstance(world.hardware.problems[0], JointFaultError)
     assert world.axis("j2").halted is world.hardware.problems[0]
+
+
+@pytest.mark.parametrize("active", [True, False], ids=["engaged", "released"])
+def test_fw1_a_joint_that_restarted_is_not_taken_for_homed_before_somebody_recovers(
+    active: bool,
+) -> None:
+    world = Stack()
+    if not active:
+        world.hardware.deactivate()
+    world.run(0.1)
+    world.arm.reset("j3")
+    world.run(0.3)
+    axis = world.axis("j3")
+    assert isinstance(axis.halted, JointResetError)
+    assert not axis.homed
+    for handle in (axis.position, axis.velocity, axis.home):
+        assert handle.quality is Quality.UNKNOWN
+        assert not handle.value > 0.0
+    assert world.axis("j1").home.value == 1.0
+
+
+def test_fw1_a_joint_that_restarts_while_it_is_halted_already_loses_its_home_too() -> None:
+    world = Stack()
+    world.arm.overheat("j3")
+    world.run(0.1)
+    assert isinstance(world.axis("j3").halted, JointFaultError)
+    assert world.axis("j3").position.quality is Quality.FRESH
+    world.arm.reset("j3")
+    world.run(0.1)
+    assert world.axis("j3").position.quality is Quality.UNKNOWN
+    assert world.axis("j3").home.value == 0.0
+
+
+def test_a_halted_joint_that_is_not_heard_any_more_is_never_fresh() -> None:
+    world = Stack()
+    world.arm.overheat("j3")
+    world.run(0.1)
+    world.arm.set_power("j3", False)
+    for _ in range(20):
+        world.run(0.01)
+        assert world.axis("j3").position.quality is not Quality.FRESH
+    assert world.axis("j1").position.quality is Quality.FRESH
+
+
+@pytest.mark.parametrize("kind", ["position", "velocity"])
+def test_a_joint_that_is_lost_between_two_readings_is_unknown(kind: str) -> None:
+    world = Stack()
+    arm, now = world.hardware, world.clock.now
+    arm.prepare_command_mode_switch([f"j3/{kind}"], [])
+    arm.perform_command_mode_switch([f"j3/{kind}"], [])
+    arm.read(now(), PERIOD)
+    world.arm.set_power("j3", False)
+    for _ in range(3):
+        arm.write(now(), PERIOD)
+        arm.read(now(), PERIOD)
+    assert isinstance(world.axis("j3").halted, JointLostError)
+    assert world.axis("j3").position.quality is Quality.UNKNOWN
+    assert world.axis("j3").home.value == 0.0
 
 
 def test_the_arm_is_usable_over_a_bus_of_no_time() -> None:

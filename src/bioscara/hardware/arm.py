@@ -232,6 +232,7 @@ class ArmHardware(HardwareComponent):
                     axis.joint.stop()
                     axis.homing.running = False
                 except BioscaraError as error:
+                    axis.miss(error)
                     if axis.halt(error):
                         self._late.append(error)
 

@@ -55,6 +55,7 @@ class Exchange:
         outcomes = drive([axis.joint for axis in axes], velocities, retry=True)
         for axis, outcome in zip(axes, outcomes, strict=True):
             if isinstance(outcome, BioscaraError):
+                axis.miss(outcome)
                 self._halt(axis, outcome)
             else:
                 self._notice(axis, outcome)
@@ -73,6 +74,7 @@ class Exchange:
         for axis, outcome in zip(axes, outcomes, strict=True):
             stamp += share
             if isinstance(outcome, BioscaraError):
+                axis.miss(outcome)
                 self._halt(axis, outcome)
                 continue
             axis.take(outcome, stamp)
