@@ -33,6 +33,7 @@ HAZARDS = ("tests/firmware/test_hazards.py",)
 DRIVERS = ("tests/drivers",)
 CONTROL = "src/bioscara/control"
 LOOP = ("tests/control/test_loop.py",)
+LIFECYCLE = ("tests/hardware/test_lifecycle.py",)
 SUPERVISOR = ("tests/control/test_supervisor.py",)
 
 MUTANTS = (
@@ -237,7 +238,21 @@ MUTANTS = (
         "src/bioscara/hardware/arm.py",
         "read again.\n            axis.answered = False\n",
         "read again.\n",
-        ("tests/system/test_control_scenarios.py",),
+        LIFECYCLE,
+    ),
+    Mutant(
+        "what a joint said before a pause",
+        "src/bioscara/hardware/arm.py",
+        "if (old or not axis.answered)",
+        "if not axis.answered",
+        LIFECYCLE,
+    ),
+    Mutant(
+        "the home of a joint that restarted",
+        "src/bioscara/hardware/axis.py",
+        "(JointLostError, JointResetError)",
+        "JointLostError",
+        LIFECYCLE,
     ),
 )
 

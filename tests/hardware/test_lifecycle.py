@@ -19,7 +19,7 @@ from bioscara.errors import (
     SwitchError,
 )
 from bioscara.hardware import ArmHardware, State
-from bioscara.protocol import Register
+from bioscara.protocol import Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
 from control.world import NAMES, NEAR, PARAMETERS
 from control.world import World as Stack
@@ -392,6 +392,60 @@ def test_a_joint_that_is_lost_between_two_readings_is_unknown(kind: str) -> None
     assert isinstance(world.axis("j3").halted, JointLostError)
     assert world.axis("j3").position.quality is Quality.UNKNOWN
     assert world.axis("j3").home.value == 0.0
+
+
+@BOTH
+def test_what_a_joint_answered_before_a_pause_is_asked_for_again(v1: bool) -> None:
+    world = Stack(v1=v1)
+    world.switch("hold")
+    world.run(0.1)
+    world.arm.run(0.5)
+    world.loop.restart()
+    world.run(1.0 / world.rate)
+    now = world.clock.now()
+    for axis in world.hardware.axes:
+        assert axis.position.quality is Quality.FRESH
+        assert now - axis.position.stamp < 2.0 / world.rate
+
+
+def test_what_a_joint_answered_before_a_cycle_that_came_late_is_asked_for_again() -> None:
+    world = Stack()
+    world.switch("hold")
+    world.run(0.1)
+    world.arm.run(0.5)
+    late = world.clock.now()
+    world.hardware.read(late, 0.5)
+    assert all(axis.position.stamp > late for axis in world.hardware.axes)
+
+
+def test_what_a_joint_answered_before_it_was_released_is_asked_for_again() -> None:
+    world = Stack()
+    world.switch("hold")
+    world.run(0.1)
+    begin = world.hardware._written
+    world.hardware.deactivate()
+    # However little time that took.
+    world.hardware.read(begin, 1.0 / world.rate)
+    assert all(axis.sample.flags & Flags.NOTENABLED for axis in world.hardware.axes)
+
+
+@BOTH
+def test_in_cycles_on_time_the_answers_to_the_commands_are_enough(v1: bool) -> None:
+    world, arm = bare(v1)
+    for joint in world.ready():
+        joint.deinit()
+    arm.set_state(State.ACTIVE)
+    claimed = [f"{name}/position" for name in NAMES]
+    arm.prepare_command_mode_switch(claimed, [])
+    arm.perform_command_mode_switch(claimed, [])
+    period = 0.05
+    for late in (0.0, 0.0, 0.001, 0.0, 0.0):
+        start = world.arm.now()
+        world.tap.calls.clear()
+        arm.read(start, period)
+        arm.write(start, period)
+        world.arm.clock.sleep_until(start + period + late)
+    assert len(world.tap.calls) == 1
 
 
 def test_the_arm_is_usable_over_a_bus_of_no_time() -> None:

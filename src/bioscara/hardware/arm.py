@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers import Joint
+from bioscara.drivers.session import WATCHDOG_MS
 from bioscara.errors import BioscaraError, HardwareError
 from bioscara.hardware.axis import Axis
 from bioscara.hardware.component import HardwareComponent
@@ -21,6 +23,9 @@ from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import JointParameters
 from bioscara.model.tags import ARM_COMPONENT
 from bioscara.protocol import Flags
+
+_OLD = 1e-3 * WATCHDOG_MS
+"""Age at which what a joint answered is asked for again [s]: by then it may have stopped."""
 
 
 class ArmHardware(HardwareComponent):
@@ -55,6 +60,7 @@ class ArmHardware(HardwareComponent):
         self.bus_time = 0.0
         self._exchange = Exchange(clock, self.problems)
         self._late: list[BioscaraError] = []
+        self._written = -math.inf
 
     @classmethod
     def from_description(
@@ -165,10 +171,11 @@ class ArmHardware(HardwareComponent):
         return cleared
 
     def read(self, time: float, period: float) -> None:
-        """Measure every joint that did not already say where it is when it was written to."""
+        """Measure every joint that did not say where it is when it was just written to."""
         self.problems[:], self._late[:] = self._late, ()
         self.bus_time = 0.0
-        asked = [axis for axis in self.axes if not axis.answered and not axis.gone]
+        old = time - self._written > min(2.0 * period, _OLD)
+        asked = [axis for axis in self.axes if (old or not axis.answered) and not axis.gone]
         if asked:
             before = self._clock.now()
             self._exchange.ask(asked)
@@ -183,7 +190,7 @@ class ArmHardware(HardwareComponent):
 
     def write(self, time: float, period: float) -> None:
         """Send what is claimed: one bus call for all positions, one for all velocities."""
-        before = self._clock.now()
+        before, self._written = self._clock.now(), time
         following, driven = [], []
         for axis in self.axes:
             mode = axis.mode
