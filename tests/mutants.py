@@ -234,6 +234,13 @@ MUTANTS = (
         ("tests/system/test_control_scenarios.py",),
     ),
     Mutant(
+        "a joint that trails its commands",
+        f"{CONTROL}/following.py",
+        "if not error > limit:",
+        "if True:",
+        ("tests/system/test_control_scenarios.py",),
+    ),
+    Mutant(
         "what a joint said before it was released",
         "src/bioscara/hardware/arm.py",
         "read again.\n            axis.answered = False\n",

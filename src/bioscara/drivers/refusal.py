@@ -54,8 +54,8 @@ def refused_error(
     reason, what = report.refusal, f"{joint}: {register.name} was refused"
     if reason == Refusal.STALLED.name or (reason in _STATE and report.fault == Fault.STALL.name):
         return StalledError(
-            f"{what}: the joint stalled (position error {report.data:g} microsteps); remove the "
-            "obstacle, then clear_fault() and enable()",
+            f"{what}: the joint stalled (position error {report.data:g} microsteps, more than its "
+            "stall_threshold allows); remove the obstacle, then clear_fault() and enable()",
             joint,
         )
     if reason in _STATE and report.fault != Fault.NONE.name:
