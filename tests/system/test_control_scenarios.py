@@ -98,9 +98,12 @@ SWING = 0.25
 """Time in which the belts swing out [s]."""
 
 
+EITHER = pytest.mark.parametrize("scene", [False, True], ids=["v2", "v1"], indirect=True)
+
+
 @pytest.fixture
-def scene(tmp_path: Path) -> Iterator[Scene]:
-    scene = Scene(tmp_path)
+def scene(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Scene]:
+    scene = Scene(tmp_path, v1=getattr(request, "param", False))
     with scene.robot:
         scene.robot.home()
         yield scene
@@ -227,41 +230,39 @@ def hung(scene: Scene) -> None:
     scene.arm.hang("j1")
 
 
-@pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
+@EITHER
 @pytest.mark.parametrize("strike", [slow, hung])
 def test_mec2_a_joint_that_answers_well_but_trails_its_commands_is_noticed_by_the_host(
-    tmp_path: Path, strike: Callable[[Scene], None], v1: bool
+    scene: Scene, strike: Callable[[Scene], None]
 ) -> None:
-    scene = Scene(tmp_path, v1=v1)
-    with scene.robot:
-        scene.robot.home()
-        with pytest.raises(FollowingError) as caught:
-            scene.move(lambda: strike(scene), at=0.3)
-        error = caught.value
-        assert error.joint == "j1"
-        assert 0.0 < error.limit < error.error < 1.5 * error.limit
-        assert f"{error.error:.4g} rad" in str(error)
-        assert f"{error.limit:.4g} rad" in str(error)
-        last = [record for record in scene.records if record.phase is Phase.TRAJECTORY][-1]
-        off = abs(last.joints[0].reference - last.joints[0].position)
-        assert error.error == pytest.approx(
-            off, abs=2.0 * LIMITS["j1"].max_velocity * scene.robot.period
-        )
-        (fault,) = scene.robot.faults
-        assert (fault.kind, fault.source) == (FaultKind.FOLLOWING_ERROR, "j1")
-        assert fault.time - scene.struck < 1.0
-        assert fault.evidence is not None
-        assert str(error) in fault.evidence.read_text()
-        goal = scene.robot._running().trajectory.goal
-        assert goal is not None
-        assert goal.status is Status.ABORTED
-        scene.arm.run(2 * SWING)
-        assert not scene.moves()
-        scene.arm.hang("j1", on=False)
-        scene.arm.run(2 * SWING)
-        recover(scene)
+    with pytest.raises(FollowingError) as caught:
+        scene.move(lambda: strike(scene), at=0.3)
+    error = caught.value
+    assert error.joint == "j1"
+    assert 0.0 < error.limit < error.error < 1.5 * error.limit
+    assert f"{error.error:.4g} rad" in str(error)
+    assert f"{error.limit:.4g} rad" in str(error)
+    last = [record for record in scene.records if record.phase is Phase.TRAJECTORY][-1]
+    off = abs(last.joints[0].reference - last.joints[0].position)
+    assert error.error == pytest.approx(
+        off, abs=2.0 * LIMITS["j1"].max_velocity * scene.robot.period
+    )
+    (fault,) = scene.robot.faults
+    assert (fault.kind, fault.source) == (FaultKind.FOLLOWING_ERROR, "j1")
+    assert fault.time - scene.struck < 1.0
+    assert fault.evidence is not None
+    assert str(error) in fault.evidence.read_text()
+    goal = scene.robot._running().trajectory.goal
+    assert goal is not None
+    assert goal.status is Status.ABORTED
+    scene.arm.run(2 * SWING)
+    assert not scene.moves()
+    scene.arm.hang("j1", on=False)
+    scene.arm.run(2 * SWING)
+    recover(scene)
 
 
+@EITHER
 def test_usr1_an_emergency_stop_is_named_within_two_cycles_and_targets_are_dropped(
     scene: Scene,
 ) -> None:
@@ -281,6 +282,17 @@ def test_usr1_an_emergency_stop_is_named_within_two_cycles_and_targets_are_dropp
     ]
 
 
+@EITHER
+def test_usr1_an_emergency_stop_at_rest_is_named_when_somebody_looks(scene: Scene) -> None:
+    scene.robot.move_joints(START)
+    scene.arm.run(1.0)
+    scene.arm.set_motor_power(False)
+    scene.arm.run(1.0)
+    assert scene.robot.state.positions[0] == pytest.approx(scene.arm.position("j1"), abs=5e-3)
+    assert scene.robot.faults[0].kind is FaultKind.POWER_LOST
+
+
+@EITHER
 def test_usr2_power_that_comes_back_moves_nothing_and_homes_are_kept(scene: Scene) -> None:
     with pytest.raises(BioscaraError):
         scene.move(lambda: scene.arm.set_motor_power(False))

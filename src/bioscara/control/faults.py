@@ -134,4 +134,5 @@ def says_power_is_gone(cause: BioscaraError) -> bool:
     """Return whether this is what a joint says, or does not say, when its motor power goes."""
     if isinstance(cause, JointFaultError):
         return cause.fault in _POWER
-    return isinstance(cause, JointLostError)
+    # A version 1 joint latches no fault: all it says is that it is not engaged any more.
+    return isinstance(cause, (JointLostError, NotEnabledError))
