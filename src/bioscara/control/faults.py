@@ -20,6 +20,7 @@ from bioscara.errors import (
     JointResetError,
     NotEnabledError,
     OverrunError,
+    RefusedError,
     StalledError,
 )
 from bioscara.protocol import Fault as JointFault
@@ -107,8 +108,8 @@ _KINDS: tuple[tuple[type[BaseException], FaultKind], ...] = (
     (JointResetError, FaultKind.JOINT_RESET),
     (StalledError, FaultKind.STALL),
     (BusStuckError, FaultKind.BUS_STUCK),
+    (RefusedError, FaultKind.JOINT_FAULT),
     (CommunicationError, FaultKind.BUS_FAILED),
-    (NotEnabledError, FaultKind.JOINT_FAULT),
     (JointError, FaultKind.JOINT_FAULT),
     (ControllerError, FaultKind.CONTROLLER_FAILED),
     (HardwareError, FaultKind.HARDWARE_FAILED),

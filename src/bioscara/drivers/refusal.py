@@ -64,7 +64,7 @@ def refused_error(
         return NotEnabledError(f"{what}: it is not enabled; enable() first", joint)
     if reason == Refusal.BUSY.name:
         return IncorrectStateError(f"{what}: another command is running; stop() it first", joint)
-    return RefusedError(f"{what}: {reason}", address, reason)
+    return RefusedError(f"{what}: {reason}", address, reason, joint)
 
 
 def worth_repeating(problem: BioscaraError) -> bool:
