@@ -35,6 +35,7 @@ CONTROL = "src/bioscara/control"
 LOOP = ("tests/control/test_loop.py",)
 MANAGER = ("tests/control/test_manager_rules.py", "tests/control/test_cycle_rules.py")
 TURN = ("tests/robot/test_turn.py",)
+LIFECYCLE = ("tests/hardware/test_lifecycle.py",)
 SUPERVISOR = ("tests/control/test_supervisor.py",)
 
 MUTANTS = (
@@ -298,11 +299,32 @@ MUTANTS = (
         ("tests/hardware/test_modes.py",),
     ),
     Mutant(
+        "a joint that trails its commands",
+        f"{CONTROL}/following.py",
+        "if not error > limit:",
+        "if True:",
+        ("tests/system/test_control_scenarios.py",),
+    ),
+    Mutant(
         "what a joint said before it was released",
         "src/bioscara/hardware/arm.py",
         "read again.\n            axis.answered = False\n",
         "read again.\n",
-        ("tests/system/test_control_scenarios.py",),
+        LIFECYCLE,
+    ),
+    Mutant(
+        "what a joint said before a pause",
+        "src/bioscara/hardware/arm.py",
+        "if (old or not axis.answered)",
+        "if not axis.answered",
+        LIFECYCLE,
+    ),
+    Mutant(
+        "the home of a joint that restarted",
+        "src/bioscara/hardware/axis.py",
+        "(JointLostError, JointResetError)",
+        "JointLostError",
+        LIFECYCLE,
     ),
 )
 

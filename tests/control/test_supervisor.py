@@ -17,7 +17,9 @@ from bioscara.errors import (
     HardwareError,
     JointFaultError,
     JointLostError,
+    NoAcknowledgeError,
     OverrunError,
+    RefusedError,
     StalledError,
     SwitchError,
 )
@@ -50,6 +52,8 @@ def test_every_kind_says_what_to_do(kind: FaultKind) -> None:
         (JointFaultError("x", "j1", "ENCODER"), FaultKind.JOINT_FAULT),
         (StalledError("x", "j1"), FaultKind.STALL),
         (JointLostError("x", 0x11, "j1"), FaultKind.JOINT_LOST),
+        (RefusedError("x", 0x11, "OUT_OF_RANGE", "j1"), FaultKind.JOINT_FAULT),
+        (NoAcknowledgeError("x", 0x11), FaultKind.BUS_FAILED),
         (OverrunError("x"), FaultKind.OVERRUN),
         (ZeroDivisionError(), FaultKind.CONTROLLER_FAILED),
     ],
@@ -88,6 +92,15 @@ def test_a_fault_ramps_the_arm_down_and_is_latched_until_it_was_acknowledged_and
     world.run(0.1)
     assert all(axis.homed for axis in world.hardware.axes)
     assert supervisor.state is FaultState.CLEAR
+
+
+def test_a_joint_that_refuses_a_setpoint_is_named_and_not_the_bus() -> None:
+    world = moving()
+    world.joint("j1").set_max_velocity(0.01)
+    world.run(0.1)
+    (fault,) = world.supervisor.faults
+    assert (fault.kind, fault.source) == (FaultKind.JOINT_FAULT, "j1")
+    assert "OUT_OF_RANGE" in str(fault)
 
 
 def test_nothing_to_acknowledge_is_said() -> None:

@@ -321,6 +321,33 @@ def test_a_stall_stops_the_arm_and_takes_three_steps_to_leave(homed: Scene, tmp_
     assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
 
 
+def test_usr3_after_a_pause_the_state_is_what_is_and_not_what_was(homed: Scene) -> None:
+    homed.arm.set_motor_power(on=False)
+    for _ in range(100):
+        homed.arm.push("j4", 0.3 if homed.arm.velocity("j4") < 1.0 else 0.0)
+        homed.arm.run(0.01)
+    homed.arm.push("j4", 0.0)
+    homed.arm.run(1.0)
+    there = homed.arm.position("j4")
+    assert there > START[3] + 0.3
+    state = homed.robot.state
+    assert state.positions[3] == pytest.approx(there, abs=5e-3)
+    assert all(stamp >= state.time for stamp in state.stamps)
+
+
+def test_fw1_after_a_joint_restarted_the_pose_is_unknown_until_it_is_homed(homed: Scene) -> None:
+    homed.arm.run(1.0)
+    homed.arm.reset("j1")
+    homed.arm.run(1.0)
+    with pytest.raises(NotHomedError, match="j1"):
+        _ = homed.robot.pose
+    assert math.isnan(homed.robot.state.positions[0])
+    homed.robot.acknowledge()
+    homed.robot.recover()
+    homed.robot.home()
+    assert homed.robot.state.positions[0] == pytest.approx(homed.arm.position("j1"), abs=5e-3)
+
+
 def test_outside_a_with_statement_it_says_so(tmp_path: Path) -> None:
     with pytest.raises(NotInitializedError, match="with"):
         Scene(tmp_path).robot.home()

@@ -54,8 +54,8 @@ def refused_error(
     reason, what = report.refusal, f"{joint}: {register.name} was refused"
     if reason == Refusal.STALLED.name or (reason in _STATE and report.fault == Fault.STALL.name):
         return StalledError(
-            f"{what}: the joint stalled (position error {report.data:g} microsteps); remove the "
-            "obstacle, then clear_fault() and enable()",
+            f"{what}: the joint stalled (position error {report.data:g} microsteps, more than its "
+            "stall_threshold allows); remove the obstacle, then clear_fault() and enable()",
             joint,
         )
     if reason in _STATE and report.fault != Fault.NONE.name:
@@ -64,7 +64,7 @@ def refused_error(
         return NotEnabledError(f"{what}: it is not enabled; enable() first", joint)
     if reason == Refusal.BUSY.name:
         return IncorrectStateError(f"{what}: another command is running; stop() it first", joint)
-    return RefusedError(f"{what}: {reason}", address, reason)
+    return RefusedError(f"{what}: {reason}", address, reason, joint)
 
 
 def worth_repeating(problem: BioscaraError) -> bool:
