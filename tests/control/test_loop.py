@@ -278,13 +278,31 @@ def test_an_interrupt_in_any_line_of_a_cycle_leaves_an_arm_that_comes_to_rest(
             world.loop.step()
     finally:
         sys.settrace(None)
-    world.loop.restart()
     now = world.clock.now()
     world.run_until(lambda: world.supervisor.at_rest(world.clock.now(), now), 6.0)
+    assert world.supervisor.faults == []
     world.arm.run(0.5)
     for name in NAMES:
         assert abs(world.arm.velocity(name)) < 0.02 * LIMITS[name].max_velocity + 1e-3
     assert world.arm.position("j1") < AWAY[0] - 0.3, "it went on to its target"
+
+
+def test_a_cycle_that_was_interrupted_is_no_fault_and_the_arm_stays_engaged() -> None:
+    world = moving()
+    transfer = world.bus.transfer
+
+    def interrupted(transactions: object) -> None:
+        world.bus.transfer = transfer  # type: ignore[method-assign]
+        raise KeyboardInterrupt
+
+    world.bus.transfer = interrupted  # type: ignore[assignment,method-assign]
+    with pytest.raises(KeyboardInterrupt):
+        world.loop.step()
+    begin = world.clock.now()
+    assert world.loop.step().time == pytest.approx(begin + world.loop.period)
+    world.run(1.0)
+    assert world.supervisor.faults == []
+    assert world.hardware.state is State.ACTIVE
 
 
 @pytest.fixture

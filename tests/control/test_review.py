@@ -357,23 +357,3 @@ def test_joints_that_could_not_be_released_are_told_of() -> None:
     assert all(world.arm.has_torque(name) for name in NAMES)
     told = [*map(str, world.supervisor.faults), *world.supervisor.warnings]
     assert any("energised" in each for each in told)
-
-
-def test_a_cycle_that_was_interrupted_is_no_fault_of_the_loop() -> None:
-    world = World(at=AT)
-    controller = follower(world)
-    away = Point(2.0, (HERE[0] + 1.0, *HERE[1:]))
-    controller.send_goal(Goal(JointTrajectory(NAMES, (away,))), world.clock.now())
-    world.run(1.0)
-    transfer = world.hardware.joints[0].bus.transfer
-
-    def interrupted(transactions: object) -> None:
-        world.bus.transfer = transfer
-        raise KeyboardInterrupt
-
-    world.bus.transfer = interrupted  # type: ignore[assignment,method-assign]
-    with pytest.raises(KeyboardInterrupt):
-        world.loop.step()
-    world.run(1.0)
-    assert world.supervisor.faults == []
-    assert world.hardware.state is State.ACTIVE

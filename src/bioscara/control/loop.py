@@ -119,7 +119,9 @@ class Loop:
         try:
             return self._step()
         except BaseException:
-            self._supervisor.stop(self._clock.now())
+            now = self._clock.now()
+            self._deadline = now + self.period
+            self._supervisor.stop(now)
             raise
 
     def _step(self) -> Cycle:
