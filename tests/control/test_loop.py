@@ -14,6 +14,12 @@ from tests.control.world import LIMITS, NAMES, NEAR, PARAMETERS, World
 
 from bioscara.clock import Clock
 from bioscara.control.faults import FaultKind
+from bioscara.control.joint_trajectory import (
+    Goal,
+    JointTrajectory,
+    JointTrajectoryController,
+    Point,
+)
 from bioscara.control.loop import HIGHEST, LOWEST, Loop, highest_rate
 from bioscara.control.statistics import Histogram
 from bioscara.control.supervisor import FaultState
@@ -219,6 +225,36 @@ def test_host4_a_controller_that_is_stuck_leaves_joints_at_rest_and_a_named_faul
     for name, each in zip(NAMES, way, strict=True):
         limit = LIMITS[name]
         assert each < limit.max_velocity * 0.1 + limit.max_velocity**2 / limit.max_acceleration
+
+
+@pytest.mark.parametrize("v1", [False, True])
+@pytest.mark.parametrize("pause", [0.3, 1.0, 2.5])
+def test_host4_the_way_of_a_pause_is_not_made_up_for_by_joints_that_stood(
+    pause: float, *, v1: bool
+) -> None:
+    world = World(v1=v1, at=AT)
+    world.load(
+        "trajectory",
+        "joint_trajectory_controller/JointTrajectoryController",
+        joints=NAMES,
+        command_interfaces=world.commanded,
+        fallback_controllers=("hold",),
+    )
+    world.switch("trajectory")
+    world.run(0.1)
+    controller = world.manager.controller("trajectory")
+    assert isinstance(controller, JointTrajectoryController)
+    here = tuple(AT.values())
+    # j3 stands until 1.5 s, so it does not miss the setpoints of the pause and stays engaged.
+    points = (Point(1.5, here), Point(4.5, (*here[:2], here[2] - 0.9, here[3])))
+    controller.send_goal(Goal(JointTrajectory(NAMES, points)), world.clock.now())
+    world.run(1.45)
+    before = world.arm.position("j3")
+    world.arm.run(pause)
+    cycles = world.run(1.0)
+    assert cycles[0].period > pause
+    assert world.supervisor.faults[0].kind is FaultKind.OVERRUN
+    assert world.arm.position("j3") == pytest.approx(before, abs=2e-3)
 
 
 def test_what_a_cycle_raises_ends_in_the_stop(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -185,25 +185,6 @@ def test_a_late_loop_never_makes_motion_faster_than_was_chosen() -> None:
     assert controller.scaling == pytest.approx(0.2)
 
 
-@pytest.mark.parametrize("v1", [False, True])
-@pytest.mark.parametrize("pause", [0.3, 1.0, 2.5])
-def test_a_host_that_was_held_up_does_not_skip_the_way_that_it_missed(
-    pause: float, *, v1: bool
-) -> None:
-    world = World(v1=v1, at=AT)
-    controller = follower(world)
-    # j3 stands at first, so it does not miss the setpoints of the pause and stays engaged.
-    end = (*HERE[:2], HERE[2] - 0.9, HERE[3])
-    points = (Point(1.5, HERE), Point(4.5, end))
-    controller.send_goal(Goal(JointTrajectory(NAMES, points)), world.clock.now())
-    world.run(1.45)
-    before = world.arm.position("j3")
-    world.arm.run(pause)
-    world.run(1.0)
-    assert world.supervisor.faults
-    assert world.arm.position("j3") == pytest.approx(before, abs=0.03)
-
-
 def test_joints_that_a_partial_goal_leaves_out_go_on_along_their_own_points() -> None:
     world = World(at=AT)
     controller = follower(world, allow_partial_joints_goal=True)

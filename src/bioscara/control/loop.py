@@ -133,10 +133,14 @@ class Loop:
         time = clock.now()
         late = time - self._deadline
         period = self.period if math.isnan(self._last) else time - self._last
+        held_up = period > SILENCE + self.period
         self._last = time
         good = False
         try:
-            manager.cycle(time, period)
+            if held_up and self._driving:
+                self._overrun(f"nothing ran for {period:.2f} s", time)
+            # The way of a pause in which the joints stopped by themselves is not made up for.
+            manager.cycle(time, self.period if held_up else period)
             self._require_timely(time)
             supervisor.check(time, self.period)
             self._judge(time)
