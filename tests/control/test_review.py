@@ -22,7 +22,6 @@ from bioscara.errors import (
     ControllerError,
     FollowingError,
     GoalRejectedError,
-    GripperError,
     InvalidArgumentError,
     MotionCancelledError,
     MotionTimeoutError,
@@ -218,33 +217,6 @@ def test_an_observer_that_fails_does_not_keep_the_arm_from_ramping_down(tmp_path
         for name in NAMES:
             assert abs(arm.velocity(name)) < 0.02 * LIMITS[name].max_velocity
         assert robot.faults == ()
-
-
-def test_a_full_disk_does_not_let_go_of_what_the_gripper_holds(tmp_path: Path) -> None:
-    with Robot.simulated(evidence=tmp_path) as robot:
-        robot.gripper.move(0.05)
-        file = robot.gripper._hardware._gripper._file
-        blocked = file.with_name(file.name + ".new")
-        blocked.mkdir()
-        with pytest.raises(GripperError):
-            robot.gripper.move(0.06)
-        blocked.rmdir()
-        assert robot._servo.pulse() is not None  # type: ignore[attr-defined]
-
-
-def test_a_gripper_whose_width_could_not_be_kept_works_again_afterwards(tmp_path: Path) -> None:
-    with Robot.simulated(evidence=tmp_path) as robot:
-        robot.gripper.move(0.05)
-        file = robot.gripper._hardware._gripper._file
-        blocked = file.with_name(file.name + ".new")
-        blocked.mkdir()
-        with pytest.raises(GripperError):
-            robot.gripper.move(0.06)
-        blocked.rmdir()
-        if robot.faults:
-            robot.acknowledge()
-            robot.recover()
-        assert robot.gripper.move(0.06).reached_goal
 
 
 def test_a_joint_that_overheats_after_another_fault_releases_the_arm_as_if_it_were_the_first() -> (

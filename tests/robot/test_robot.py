@@ -15,6 +15,7 @@ from bioscara.control.faults import FaultKind
 from bioscara.errors import (
     FaultedError,
     GoalRejectedError,
+    GripperError,
     HomingError,
     MotionCancelledError,
     MotionTimeoutError,
@@ -203,6 +204,40 @@ def test_the_jaws_go_where_they_are_told(homed: Scene, tmp_path: Path) -> None:
             robot.gripper.move(0.5)
         robot.gripper.disable()
         assert math.isnan(robot.gripper.width)
+
+
+@pytest.mark.parametrize("width", [0.06, 0.052])
+def test_a_width_that_cannot_be_kept_is_refused_and_what_is_held_stays_held(
+    width: float, tmp_path: Path
+) -> None:
+    with Robot.simulated(evidence=tmp_path) as robot:
+        robot.gripper.move(0.05)
+        pulse = robot._servo.pulse()  # type: ignore[attr-defined]
+        file = robot.gripper._hardware._gripper._file
+        full = file.with_name(file.name + ".new")
+        full.mkdir()
+        with pytest.raises(GripperError, match="width cannot be kept"):
+            robot.gripper.move(width)
+        assert robot._servo.pulse() == pulse  # type: ignore[attr-defined]
+        assert robot.faults == ()
+        full.rmdir()
+        assert robot.gripper.move(width).reached_goal
+        assert robot.gripper.width == pytest.approx(width, abs=1e-5)
+
+
+def test_a_gripper_that_could_not_keep_its_width_when_it_was_let_go_works_again(
+    tmp_path: Path,
+) -> None:
+    with Robot.simulated(evidence=tmp_path) as robot:
+        robot.gripper.move(0.05)
+        file = robot.gripper._hardware._gripper._file
+        full = file.with_name(file.name + ".new")
+        full.mkdir()
+        with pytest.raises(GripperError, match="width cannot be kept"):
+            robot.gripper.disable()
+        assert robot._servo.pulse() is None  # type: ignore[attr-defined]
+        full.rmdir()
+        assert robot.gripper.move(0.06).reached_goal
 
 
 def test_a_stop_that_comes_before_a_motion_does_not_end_it(homed: Scene) -> None:
