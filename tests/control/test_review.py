@@ -202,23 +202,6 @@ def test_joints_that_a_partial_goal_leaves_out_go_on_along_their_own_points() ->
     assert farthest == pytest.approx(0.5, abs=0.02)
 
 
-def test_an_observer_that_fails_does_not_keep_the_arm_from_ramping_down(tmp_path: Path) -> None:
-    arm, robot = arm_and_robot(tmp_path)
-    with robot:
-        robot.home()
-        robot.move_joints(START)
-
-        def observe(record: CycleRecord) -> None:
-            if record.trajectory_time > 0.7:
-                raise OSError("No space left on device")
-
-        with pytest.raises(OSError, match="No space"):
-            robot.move_joints(END, 1.0, observe)
-        for name in NAMES:
-            assert abs(arm.velocity(name)) < 0.02 * LIMITS[name].max_velocity
-        assert robot.faults == ()
-
-
 def test_a_joint_that_overheats_after_another_fault_releases_the_arm_as_if_it_were_the_first() -> (
     None
 ):

@@ -148,6 +148,36 @@ def stop_after(homed: Scene, cycles: int, end: type[BaseException] | None) -> li
     return records
 
 
+@pytest.mark.parametrize("fails_in", [Phase.TRAJECTORY, Phase.STOPPING])
+def test_an_observer_that_fails_is_told_of_once_the_arm_stands(
+    homed: Scene, fails_in: Phase
+) -> None:
+    homed.robot.move_joints(START)
+    calls = []
+
+    def observe(record: CycleRecord) -> None:
+        if calls or (record.phase is fails_in and record.trajectory_time > 0.7):
+            calls.append(record)
+            raise OSError("No space left on device")
+
+    late = fails_in is Phase.STOPPING
+    begin = homed.robot.clock.now()
+    with pytest.raises(OSError, match="No space") as caught:
+        homed.robot.move_joints(
+            (-1.0, 0.28, 0.5, 0.5),
+            0.3,
+            observe,
+            lambda: late and homed.robot.clock.now() > begin + 2.5,
+        )
+    stack = homed.robot._running()
+    for axis in stack.arm.axes:
+        assert abs(axis.sample.velocity) < 0.01 * axis.velocity_limit
+    assert max(homed.speeds()) < 1e-3
+    assert homed.robot.faults == ()
+    assert len(calls) == 1, "it was called again"
+    assert isinstance(caught.value.__cause__, MotionCancelledError) == late
+
+
 @pytest.mark.parametrize("end", [None, KeyboardInterrupt])
 @pytest.mark.parametrize("cycles", [1, 30, 80, 150])
 def test_pln5_whatever_ends_a_motion_ends_it_at_rest_on_a_ramp(

@@ -27,7 +27,7 @@ class Motion:
         stack: The arm.
         clock: Its time.
         origin: Time that counts as 0 in the records [s].
-        observe: Takes a record each cycle.
+        observe: Takes a record each cycle. If it raises, the arm is brought to rest without it.
         cancelled: Asked each cycle; True ends the motion.
         stopping: Set from another thread to end the motion.
         timeout: Longest time from now that it may take [s]; None for no bound.
@@ -48,6 +48,7 @@ class Motion:
         self._stack, self._clock = stack, clock
         self._observe, self._cancelled, self._stopping = observe, cancelled, stopping
         self._recorder = Recorder(stack, origin)
+        self._observer_error: Exception | None = None
         stack.loop.restart()
 
     def follow(self, trajectory: Trajectory, phase: Phase, until_start: float = 0.0) -> None:
@@ -86,7 +87,7 @@ class Motion:
             MotionTimeoutError: It took too long; the arm is at rest.
             BioscaraError: What stopped the arm.
         """
-        loop, supervisor = self._stack.loop, self._stack.supervisor
+        supervisor = self._stack.supervisor
         try:
             while not done():
                 if self._stopping.is_set() or self._cancelled():
@@ -95,19 +96,31 @@ class Motion:
                     raise MotionTimeoutError(
                         f"not done within {self._timeout:g} s; the arm was brought to rest"
                     )
-                self._observe(self._recorder.record(loop.step(), phase, zero))
+                self._step(phase, zero)
+                if self._observer_error is not None:
+                    raise self._observer_error
                 if supervisor.state is not FaultState.CLEAR:
                     raise supervisor.faults[0].cause
-        except BaseException:
+        except BaseException as cause:
             self._come_to_rest(zero)
+            if self._observer_error is not None and self._observer_error is not cause:
+                raise self._observer_error from cause
             raise
 
+    def _step(self, phase: Phase, zero: float) -> None:
+        record = self._recorder.record(self._stack.loop.step(), phase, zero)
+        if self._observer_error is None:
+            try:
+                self._observe(record)
+            except Exception as error:  # noqa: BLE001  whatever it is, the arm still has to stop
+                self._observer_error = error
+
     def _come_to_rest(self, zero: float) -> None:
-        loop, supervisor = self._stack.loop, self._stack.supervisor
+        supervisor = self._stack.supervisor
         since = self._clock.now()
         supervisor.stop(since)
         while True:
-            self._observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
+            self._step(Phase.STOPPING, zero)
             if supervisor.at_rest(self._clock.now(), since):
                 break
         if supervisor.faults:
