@@ -20,13 +20,11 @@ from bioscara.control.joint_trajectory import (
     JointTrajectoryController,
     Point,
 )
-from bioscara.control.loop import HIGHEST, LOWEST, Loop, highest_rate
+from bioscara.control.loop import HIGHEST, LOWEST, Loop
 from bioscara.control.statistics import Histogram
 from bioscara.control.supervisor import FaultState
-from bioscara.drivers import Setpoint, track
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import State
-from bioscara.hardware.capacity import exchange_time
 from bioscara.hardware.modes import Mode
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
@@ -101,21 +99,6 @@ def test_a_rate_that_the_bus_cannot_carry_is_refused_with_the_one_that_it_can(v1
         assert at_most.period == pytest.approx(1.0 / carried)
     with robot(None) as usual:
         assert usual.period == (0.02 if v1 else 0.01)
-
-
-@pytest.mark.parametrize("frequency", [100e3, 400e3])
-def test_the_bus_time_of_a_cycle_is_foretold_within_five_percent(frequency: float) -> None:
-    world = World(frequency=frequency, at=AT)
-    foretold = exchange_time(world.hardware.joints, world.clock)
-    world.loop.step()
-    start = world.clock.now()
-    track(world.hardware.joints, [Setpoint(axis.position.value) for axis in world.hardware.axes])
-    assert foretold == pytest.approx(world.clock.now() - start, rel=0.05)
-
-
-@given(st.floats(1e-6, 0.04))
-def test_the_highest_rate_leaves_the_bus_room_for_a_repetition(bus_time: float) -> None:
-    assert highest_rate(bus_time) * bus_time <= 0.85 * (1 + 1e-9)
 
 
 def test_deadlines_are_absolute() -> None:

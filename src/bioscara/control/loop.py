@@ -16,13 +16,12 @@ from bioscara.control.supervisor import Supervisor
 from bioscara.control.watchdog import Watchdog
 from bioscara.errors import ConfigurationError, OverrunError
 from bioscara.hardware import State
+from bioscara.hardware.capacity import highest_rate
 
 SILENCE = 0.060
 """Time without a setpoint after which a joint stops by itself [s]."""
 LOWEST, HIGHEST = 20, 10_000
 """Rates that make sense [Hz]: a setpoint must come before a joint misses it."""
-_BUS_SHARE = 0.85
-"""Share of a period that the bus may take: a repetition must fit in now and then."""
 _IN_A_ROW = 3
 _SLOW_SHARE, _STOP_SHARE = 0.05, 0.2
 
@@ -39,17 +38,6 @@ class Cycle(NamedTuple):
     time: float
     period: float
     timing: Timing
-
-
-def highest_rate(bus_time: float) -> int:
-    """Return the highest rate [Hz] at which a cycle's exchanges leave the bus some room.
-
-    Args:
-        bus_time: What they take [s]; 0 for a bus that takes no time.
-    """
-    if bus_time * HIGHEST <= _BUS_SHARE:
-        return HIGHEST
-    return int(_BUS_SHARE / bus_time)
 
 
 class Loop:
