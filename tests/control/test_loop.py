@@ -240,6 +240,21 @@ def test_host4_the_way_of_a_pause_is_not_made_up_for_by_joints_that_stood(
     assert world.arm.position("j3") == pytest.approx(before, abs=2e-3)
 
 
+@pytest.mark.parametrize("pause", [0.1, 0.3, 2.5])
+def test_host4_no_command_steps_after_a_pause_by_more_than_a_period_at_full_speed(
+    pause: float,
+) -> None:
+    world = moving()
+    guards = world.manager.limiter.guards.values()
+    world.arm.run(pause)
+    for _ in range(10):
+        before = [guard.reference for guard in guards]
+        world.loop.step()
+        for guard, last in zip(guards, before, strict=True):
+            way = LIMITS[guard.name].max_velocity * world.loop.period
+            assert abs(guard.reference - last) <= way * 1.01
+
+
 def test_what_a_cycle_raises_ends_in_the_stop(monkeypatch: pytest.MonkeyPatch) -> None:
     world = moving()
     apply = world.manager.limiter.apply

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from itertools import product
 
 import pytest
@@ -45,11 +47,12 @@ def test_the_highest_rate_leaves_the_bus_room_for_a_repetition(bus_time: float) 
     assert highest_rate(bus_time) * bus_time <= 0.85 * (1 + 1e-9)
 
 
-def homed(frequency: float | None, rate: int | None = None, *, v1: bool = False) -> Robot:
+@contextmanager
+def homed(frequency: float, rate: int | None = None, *, v1: bool = False) -> Iterator[Robot]:
     arm = SimulatedArm(v1=v1, positions=NEAR, frequency=frequency)
-    robot = Robot(FirmwareBus(arm), arm.clock, PARAMETERS, "capacity", rate=rate).__enter__()
-    robot.home()
-    return robot
+    with Robot(FirmwareBus(arm), arm.clock, PARAMETERS, "capacity", rate=rate) as robot:
+        robot.home()
+        yield robot
 
 
 def forward(robot: Robot, name: str, kind: str, *joints: str) -> ForwardCommandController:
@@ -66,23 +69,23 @@ def forward(robot: Robot, name: str, kind: str, *joints: str) -> ForwardCommandC
 def test_velocities_that_the_bus_cannot_carry_are_refused_before_anything_moves(
     rate: int | None, remedy: str, *, v1: bool
 ) -> None:
-    robot = homed(100e3, rate, v1=v1)
-    stack = robot._running()
-    forward(robot, "velocities", "velocity")
-    with pytest.raises(ModeSwitchError) as caught:
-        stack.use("velocities", robot.clock.now())
-    text = str(caught.value)
-    assert "j1, j2, j3, j4 by velocity alone" in text
-    assert "the loop runs at 100 Hz" in text
-    assert f"claim position{' ' + remedy if remedy else ''}" in text
-    taken = float(text.split("would take ")[1].split(maxsplit=1)[0])
-    carried = int(text.split("could carry ")[1].split(maxsplit=1)[0])
-    assert taken == pytest.approx(10.26 if v1 else 11.88, rel=0.02)
-    assert carried == pytest.approx(850.0 / taken, abs=1.0)
-    assert stack.manager.controller("velocities").state is State.INACTIVE
-    assert all(axis.mode is not Mode.VELOCITY for axis in stack.arm.axes)
-    robot.move_joints(tuple(AT.values()))
-    assert robot.faults == ()
+    with homed(100e3, rate, v1=v1) as robot:
+        stack = robot._running()
+        forward(robot, "velocities", "velocity")
+        with pytest.raises(ModeSwitchError) as caught:
+            stack.use("velocities", robot.clock.now())
+        text = str(caught.value)
+        assert "j1, j2, j3, j4 by velocity alone" in text
+        assert "the loop runs at 100 Hz" in text
+        assert f"claim position{' ' + remedy if remedy else ''}" in text
+        taken = float(text.split("would take ")[1].split(maxsplit=1)[0])
+        carried = int(text.split("could carry ")[1].split(maxsplit=1)[0])
+        assert taken == pytest.approx(10.26 if v1 else 11.88, rel=0.02)
+        assert carried == pytest.approx(850.0 / taken, abs=1.0)
+        assert stack.manager.controller("velocities").state is State.INACTIVE
+        assert all(axis.mode is not Mode.VELOCITY for axis in stack.arm.axes)
+        robot.move_joints(tuple(AT.values()))
+        assert robot.faults == ()
 
 
 @pytest.mark.parametrize(
@@ -92,38 +95,38 @@ def test_velocities_that_the_bus_cannot_carry_are_refused_before_anything_moves(
 def test_velocities_that_the_bus_can_carry_are_followed_without_an_overrun(
     frequency: float, rate: int | None, *, v1: bool
 ) -> None:
-    robot = homed(frequency, rate, v1=v1)
-    robot.move_joints(tuple(AT.values()))
-    stack = robot._running()
-    velocities = forward(robot, "velocities", "velocity")
-    stack.use("velocities", robot.clock.now())
-    velocities.command((0.1, 0.0, -0.1, 0.1))
-    stack.loop.restart()
-    before = stack.loop.statistics.overruns
-    for _ in range(100):
-        stack.loop.step()
-    assert stack.loop.statistics.overruns == before
-    assert robot.faults == ()
-    assert robot.state.velocities[0] == pytest.approx(0.1, rel=0.2)
+    with homed(frequency, rate, v1=v1) as robot:
+        robot.move_joints(tuple(AT.values()))
+        stack = robot._running()
+        velocities = forward(robot, "velocities", "velocity")
+        stack.use("velocities", robot.clock.now())
+        velocities.command((0.1, 0.0, -0.1, 0.1))
+        stack.loop.restart()
+        before = stack.loop.statistics.overruns
+        for _ in range(100):
+            stack.loop.step()
+        assert stack.loop.statistics.overruns == before
+        assert robot.faults == ()
+        assert robot.state.velocities[0] == pytest.approx(0.1, rel=0.2)
 
 
 def test_fewer_velocities_fit_and_joints_that_join_them_are_counted_too() -> None:
-    robot = homed(100e3)
-    stack, now = robot._running(), robot.clock.now
-    forward(robot, "one", "velocity", "j1")
-    forward(robot, "others", "position", "j2", "j3", "j4")
-    stack.use("one", now())
-    with pytest.raises(ModeSwitchError, match="j1 by velocity alone"):
+    with homed(100e3) as robot:
+        stack, now = robot._running(), robot.clock.now
+        forward(robot, "one", "velocity", "j1")
+        forward(robot, "others", "position", "j2", "j3", "j4")
+        stack.use("one", now())
+        with pytest.raises(ModeSwitchError, match="j1 by velocity alone"):
+            stack.manager.switch(now(), ("others",))
+        stack.manager.switch(now(), (), ("one",))
         stack.manager.switch(now(), ("others",))
-    stack.manager.switch(now(), (), ("one",))
-    stack.manager.switch(now(), ("others",))
 
 
 def test_a_stop_is_never_refused_for_the_bus() -> None:
-    robot = homed(100e3)
-    stack, now = robot._running(), robot.clock.now
-    forward(robot, "one", "velocity", "j1")
-    stack.use("one", now())
-    stack.supervisor.stop(now())
-    assert stack.manager.controller("hold_controller").state is State.ACTIVE
-    assert stack.arm.state is State.ACTIVE
+    with homed(100e3) as robot:
+        stack, now = robot._running(), robot.clock.now
+        forward(robot, "one", "velocity", "j1")
+        stack.use("one", now())
+        stack.supervisor.stop(now())
+        assert stack.manager.controller("hold_controller").state is State.ACTIVE
+        assert stack.arm.state is State.ACTIVE
