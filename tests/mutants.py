@@ -33,6 +33,7 @@ HAZARDS = ("tests/firmware/test_hazards.py",)
 DRIVERS = ("tests/drivers",)
 CONTROL = "src/bioscara/control"
 LOOP = ("tests/control/test_loop.py",)
+TURN = ("tests/robot/test_turn.py",)
 SUPERVISOR = ("tests/control/test_supervisor.py",)
 
 MUTANTS = (
@@ -147,6 +148,27 @@ MUTANTS = (
         "        supervisor.stop(since)\n",
         "",
         ("tests/robot/test_robot.py",),
+    ),
+    Mutant(
+        "one call at a time uses the arm",
+        "src/bioscara/robot/turn.py",
+        "                if other is not None:\n",
+        "                if False:\n",
+        TURN,
+    ),
+    Mutant(
+        "a stop before a motion's first cycle",
+        "src/bioscara/robot/fault_handling.py",
+        "        self._turn.require_wanted()\n",
+        "",
+        TURN,
+    ),
+    Mutant(
+        "nobody asks the joints while another thread moves them",
+        "src/bioscara/robot/turn.py",
+        "            if running is None:\n                ask()",
+        "            ask()",
+        TURN,
     ),
     Mutant(
         "limits of a trajectory",

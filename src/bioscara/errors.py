@@ -36,6 +36,7 @@
     ├── GoalRejectedError             a goal was refused; nothing moved
     ├── GoalAbortedError              an accepted goal did not reach its end
     ├── FaultedError                  the arm is stopped by a fault that nobody acknowledged
+    ├── BusyError                     another call is using the arm
     ├── MotionTimeoutError            a motion took longer than it may
     └── MotionCancelledError          a motion was asked to end early
 
@@ -327,6 +328,28 @@ class MotionTimeoutError(BioscaraError):
 
 class MotionCancelledError(BioscaraError):
     """A motion ended early because it was asked to; the arm ramped down."""
+
+
+class BusyError(BioscaraError):
+    """Another call is using the arm; nothing was done.
+
+    Attributes:
+        running: The call that uses it, for example ``"home()"``.
+        duration: For how long it has [s].
+        thread: Name of the thread that called it.
+    """
+
+    def __init__(
+        self, refused: str, running: str, duration: float, thread: str, inside: bool
+    ) -> None:
+        self.running, self.duration, self.thread = running, duration, thread
+        super().__init__(
+            f"{refused} refused inside {running}, which has been running for {duration:.1f} s: "
+            f"call it when that has returned; stop() ends it"
+            if inside
+            else f"{refused} refused: {running} has been running for {duration:.1f} s in thread "
+            f"{thread}; wait for its end, or end it with stop()"
+        )
 
 
 class HardwareError(BioscaraError):

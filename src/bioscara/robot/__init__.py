@@ -1,14 +1,15 @@
 """A whole arm as one object: home it, move it, stop it, deal with its faults.
 
 ``robot`` has the one object and its motions, ``connection`` what it is without them,
-``pose_motions`` and ``planner`` the motions of the tool, ``fault_handling`` the way out of a fault,
-``gripper`` the jaws. Behind them ``wiring`` finds the devices, ``stack`` wires everything above
+``pose_motions`` and ``planner`` the motions of the tool, ``looking`` what is seen of it,
+``fault_handling`` engaging it and the way out of a fault, ``gripper`` the jaws. ``turn`` lets one
+call at a time use it. Behind them ``wiring`` finds the devices, ``stack`` wires everything above
 these, ``running`` keeps the loop going while something moves, ``records`` is what the joints said,
 ``pacing`` simulated time for people who watch. ``tools`` and ``poses`` are what has a name,
 ``teach_file`` keeps it.
 
 Law: whatever ends a motion, every joint that can be reached is at rest before control returns to
-the caller's exception.
+the caller's exception, and one thread at a time speaks with them.
 """
 
 from bioscara.robot.connection import FAULTS as FAULTS

@@ -1,26 +1,17 @@
-"""The arm as one object: connecting, looking, engaging and releasing."""
+"""The arm as one object: connecting, stopping and leaving."""
 
 from __future__ import annotations
 
-import math
-import threading
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
 from bioscara.bus import Bus
 from bioscara.clock import Clock
-from bioscara.control.joint_state_broadcaster import JointStates
 from bioscara.drivers import Gripper, Joint
-from bioscara.errors import (
-    BioscaraError,
-    InvalidArgumentError,
-    NotHomedError,
-    NotInitializedError,
-)
+from bioscara.errors import InvalidArgumentError, NotInitializedError
 from bioscara.hardware import ArmHardware, GripperHardware, State
 from bioscara.hardware.stopping import stop_and_disable
-from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.protocol import Flags
 from bioscara.robot.fault_handling import FaultHandling
@@ -30,6 +21,7 @@ from bioscara.robot.planner import Planner
 from bioscara.robot.records import Cancelled, Observe, ignore, never
 from bioscara.robot.running import Motion
 from bioscara.robot.stack import Stack
+from bioscara.robot.turn import Turn, exclusive
 from bioscara.robot.wiring import named, real_gripper, simulated
 
 FAULTS = Path("faults")
@@ -78,6 +70,7 @@ class Connection(FaultHandling):
     ) -> None:
         self.parameters, self.clock, self.description = parameters, clock, description
         self.bus = bus
+        self._turn = Turn()
         self._arm = ArmHardware("bioscara_arm", bus, clock, parameters.joints)
         self._jaws = GripperHardware(
             "bioscara_gripper", "gripper", gripper or real_gripper(parameters, clock), clock
@@ -85,14 +78,13 @@ class Connection(FaultHandling):
         self._servo = servo
         self.plan = Planner(parameters, self._here)
         self.gripper = RobotGripper(
-            self._jaws, self._running, lambda: self._motion(ignore, never), clock.now
+            self._jaws, self._turn, self._running, lambda: self._motion(ignore, never), clock.now
         )
         self._pace_homing, self._pace_motion = pace_homing, pace_motion
         self._rate, self._evidence = rate, evidence
         self.plan.full_speed = full_speed
         self._speed = 1.0
         self._stack: Stack | None = None
-        self._stopping = threading.Event()
         self._begin = clock.now()
 
     @classmethod
@@ -173,7 +165,7 @@ class Connection(FaultHandling):
     def __enter__(self) -> Self:
         try:
             self._arm.configure()
-            self._stack = Stack(
+            stack = Stack(
                 self._arm,
                 self._jaws,
                 self.plan.kinematics,
@@ -182,7 +174,8 @@ class Connection(FaultHandling):
                 self._rate,
                 self._evidence,
             )
-            self._stack.broadcast(self.clock.now())
+            stack.broadcast(self.clock.now())
+            self._stack = stack
         except BaseException:
             self.bus.close()
             raise
@@ -197,7 +190,9 @@ class Connection(FaultHandling):
         try:
             self.shutdown()
         finally:
-            self.bus.close()
+            # Where it was refused, a call is still using the bus.
+            if self._stack is None:
+                self.bus.close()
 
     @property
     def joints(self) -> tuple[Joint, ...]:
@@ -205,48 +200,18 @@ class Connection(FaultHandling):
         return self._arm.joints
 
     @property
-    def state(self) -> JointStates:
-        """What the joints are seen to do; asks them."""
-        stack = self._running()
-        states = stack.broadcaster.states
-        # In a motion the last cycle is a moment ago; else nobody has asked the joints since.
-        if states is None or self.clock.now() - states.time > 2.0 * stack.loop.period:
-            self._cycle()
-            states = stack.broadcaster.states
-        if states is None:
-            raise BioscaraError("the joint states are not told: the broadcaster is not active")
-        return states
-
-    @property
-    def kinematics(self) -> Scara:
-        """Of the arm with its tool."""
-        return self.plan.kinematics
-
-    @property
-    def pose(self) -> Pose:
-        """Where the tool is, in the base; asks the joints.
-
-        Raises:
-            NotHomedError: A joint does not know its position.
-        """
-        state = self.state
-        for name, position in zip(state.names, state.positions, strict=True):
-            if math.isnan(position):
-                raise NotHomedError(f"{name} is not homed: the tool could be anywhere", name)
-        return self.plan.kinematics.forward(state.positions)
-
-    @property
     def full_speed(self) -> bool:
-        """Whether the tool may be faster than 250 mm/s; to be changed while nothing moves."""
+        """Whether the tool may be faster than 250 mm/s; cannot be changed while a call runs."""
         return self.plan.full_speed
 
     @full_speed.setter
+    @exclusive("setting full_speed")
     def full_speed(self, full_speed: bool) -> None:
         self.plan.full_speed = full_speed
 
     @property
     def speed(self) -> float:
-        """Share of the planned speed, 0 to 1; may be changed in motion, 0 pauses it."""
+        """Share of the planned speed, 0 to 1; any thread may change it in motion, 0 pauses it."""
         return self._speed
 
     @speed.setter
@@ -254,45 +219,26 @@ class Connection(FaultHandling):
         if not 0.0 <= speed <= 1.0:
             raise InvalidArgumentError(f"speed {speed} is outside 0 .. 1")
         self._speed = speed
-        if self._stack is not None and self._stack.trajectory.state is State.ACTIVE:
-            self._stack.trajectory.set_scaling(speed)
-
-    @property
-    def period(self) -> float:
-        """Time between two setpoints [s]."""
-        return self._running().loop.period
-
-    def enable(self) -> None:
-        """Engage all joints where they stand; nothing moves.
-
-        Raises:
-            FaultedError: A fault is latched.
-            BioscaraError: A joint did not engage; all are released.
-        """
-        stack = self._running()
-        stack.supervisor.require_clear()
-        if stack.arm.state is State.UNCONFIGURED:
-            stack.arm.configure()
-        if stack.arm.state is State.INACTIVE:
-            stack.arm.activate()
-            stack.loop.restart()
-        stack.broadcast(self.clock.now())
-
-    def disable(self) -> None:
-        """Bring all joints to rest and release them; they stay homed."""
-        stack = self._running()
-        if stack.arm.state is State.ACTIVE:
-            stack.manager.set_hardware_state(stack.arm.name, State.INACTIVE, self.clock.now())
 
     def stop(self) -> None:
-        """End whatever moves, from any thread: it raises MotionCancelledError once at rest."""
-        self._stopping.set()
+        """End the call that is using the arm, from any thread; returns at once.
 
+        That call raises MotionCancelledError once the arm is at rest. Where nothing is using the
+        arm nothing happens: a later call is not meant.
+        """
+        self._turn.stop()
+
+    @exclusive("shutdown()", last=True)
     def shutdown(self) -> list[str]:
         """Stop and disable all joints; does nothing when that is done already.
 
+        A call that is using the arm is stopped and waited for; nothing else begins meanwhile.
+
         Returns:
             A sentence for each joint that could not be stopped or disabled.
+
+        Raises:
+            BusyError: The caller is a callback of the call that it would have to wait for.
         """
         stack, self._stack = self._stack, None
         if stack is None:
@@ -303,10 +249,6 @@ class Connection(FaultHandling):
             return stop_and_disable(self.joints)
         return []
 
-    @property
-    def _names(self) -> tuple[str, ...]:
-        return tuple(joint.name for joint in self.parameters.joints)
-
     def _running(self) -> Stack:
         if self._stack is None:
             raise NotInitializedError("the robot is not connected: use it in a with statement")
@@ -316,27 +258,18 @@ class Connection(FaultHandling):
         if isinstance(self.clock, PacedClock):
             self.clock.paced = paced
 
-    def _here(self) -> Joints:
-        """Return where the joints are; at an end stop they may read a hair beyond the limit."""
-        state = self.state
-        here = []
-        for joint, position in zip(self.parameters.joints, state.positions, strict=True):
-            if math.isnan(position):
-                raise NotHomedError(
-                    f"{joint.name} is not homed: its position is unknown; home() first", joint.name
-                )
-            here.append(min(max(position, joint.lower), joint.upper))
-        return Joints(*here)
-
     def _motion(
         self, observe: Observe, cancelled: Cancelled, timeout: float | None = None
     ) -> Motion:
         if timeout is not None and not timeout > 0.0:
             raise InvalidArgumentError(f"timeout {timeout} s must be above zero")
-        stack, clock = self._running(), self.clock
-        return Motion(stack, clock, self._begin, observe, cancelled, self._stopping, timeout)
-
-    def _cycle(self) -> None:
-        stack = self._running()
-        stack.loop.restart()
-        stack.loop.step()
+        return Motion(
+            self._running(),
+            self.clock,
+            self._begin,
+            observe,
+            cancelled,
+            self._turn,
+            lambda: self._speed,
+            timeout,
+        )

@@ -11,6 +11,7 @@ from bioscara.hardware import GripperHardware, State
 from bioscara.report import Phase
 from bioscara.robot.running import Motion
 from bioscara.robot.stack import GRIPPER, Stack
+from bioscara.robot.turn import Turn, exclusive
 
 
 class RobotGripper:
@@ -21,6 +22,7 @@ class RobotGripper:
 
     Args:
         hardware: The gripper.
+        turn: Of the robot: its calls and those of the gripper run one at a time.
         stack: Returns what runs it; raises while the robot is not connected.
         motion: Returns a motion to wait in.
         now: Returns the time [s].
@@ -29,24 +31,32 @@ class RobotGripper:
     def __init__(
         self,
         hardware: GripperHardware,
+        turn: Turn,
         stack: Callable[[], Stack],
         motion: Callable[[], Motion],
         now: Callable[[], float],
     ) -> None:
-        self._hardware, self._stack, self._motion, self._now = hardware, stack, motion, now
+        self._hardware, self._turn = hardware, turn
+        self._stack, self._motion, self._now = stack, motion, now
 
     @property
     def width(self) -> float:
         """Width that the jaws were last told [m]; NaN while the servo is not driven."""
         return self._hardware.states["gripper/position"].value
 
+    @exclusive("gripper.enable()")
     def enable(self) -> None:
         """Drive the servo to where it is: the jaws do not move.
 
         Raises:
             GripperError: There is no output for it, or it cannot be used.
             FaultedError: A fault is latched.
+            BusyError: Another call is using the arm.
         """
+        self._drive()
+
+    def _drive(self) -> None:
+        self._turn.require_wanted()
         stack = self._stack()
         stack.supervisor.require_clear()
         if self._hardware.state is not State.ACTIVE:
@@ -56,12 +66,18 @@ class RobotGripper:
             stack.loop.step()
             stack.manager.switch(self._now(), (GRIPPER,))
 
+    @exclusive("gripper.disable()")
     def disable(self) -> None:
-        """Let the servo go; what is held may fall."""
+        """Let the servo go; what is held may fall.
+
+        Raises:
+            BusyError: Another call is using the arm.
+        """
         if self._hardware.state is State.ACTIVE:
             stack = self._stack()
             stack.manager.set_hardware_state(self._hardware.name, State.INACTIVE, self._now())
 
+    @exclusive("gripper.move()")
     def move(self, width: float) -> GripperResult:
         """Move the jaws and return when they had the time to get there.
 
@@ -72,14 +88,11 @@ class RobotGripper:
             GoalRejectedError: It is outside the limits or not finite; nothing moved.
             GripperError: The servo cannot be driven, or the jaws were held up.
             MotionCancelledError: It was asked to end; the jaws stay where they are.
+            BusyError: Another call is using the arm.
         """
-        self.enable()
+        self._drive()
         goal = self._stack().gripper.send_goal(GripperGoal((width,)))
-        try:
-            self._motion().run(lambda: goal.done, Phase.SETTLING)
-        except BaseException:
-            self._stack().gripper.cancel()
-            raise
+        self._motion().run(lambda: goal.done, Phase.SETTLING)
         if goal.status is not Status.SUCCEEDED or goal.result is None:
             raise GripperError(f"the gripper did not reach {width:g} m: {goal.text}")
         return goal.result

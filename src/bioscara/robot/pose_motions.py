@@ -10,6 +10,7 @@ from bioscara.planning.jog import JointVelocity, ToolVelocity
 from bioscara.planning.sequence import Waypoint
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.records import Cancelled, Observe, ignore, never
+from bioscara.robot.turn import Turn, exclusive
 
 Velocity = JointVelocity | ToolVelocity
 
@@ -25,18 +26,19 @@ class PoseMotions(ABC):
     """
 
     plan: Planner
+    _turn: Turn
 
     @abstractmethod
-    def execute(
+    def _carry_out(
         self,
         plan: Plan,
         observe: Observe = ignore,
         cancelled: Cancelled = never,
-        *,
         timeout: float | None = None,
     ) -> None:
-        """Carry a plan out."""
+        """Carry a plan out; part of a call that uses the arm alone."""
 
+    @exclusive("move_to()")
     def move_to(self, pose: Pose, speed: float = 1.0) -> None:
         """Move to a pose by the joints' shortest way.
 
@@ -49,15 +51,17 @@ class PoseMotions(ABC):
             ZoneError: The way leads through something; nothing moved.
             BioscaraError: As ``follow``.
         """
-        self.execute(self.plan.to(pose, speed))
+        self._carry_out(self.plan.to(pose, speed))
 
+    @exclusive("move_linear()")
     def move_linear(self, pose: Pose, speed: float = 1.0) -> None:
         """Move to a pose along a line; arguments and errors as :meth:`move_to`."""
-        self.execute(self.plan.linear(pose, speed))
+        self._carry_out(self.plan.linear(pose, speed))
 
+    @exclusive("move_circular()")
     def move_circular(self, via: Pose, pose: Pose, speed: float = 1.0) -> None:
         """Move to a pose along an arc through ``via``; the rest as :meth:`move_to`."""
-        self.execute(self.plan.circular(via, pose, speed))
+        self._carry_out(self.plan.circular(via, pose, speed))
 
     @abstractmethod
     def jog(
@@ -84,6 +88,7 @@ class PoseMotions(ABC):
             BioscaraError: As ``follow``.
         """
 
+    @exclusive("move_named()")
     def move_named(self, name: str, speed: float = 1.0) -> None:
         """Move to a pose of the teach table; the rest as :meth:`move_to`.
 
@@ -94,8 +99,9 @@ class PoseMotions(ABC):
         Raises:
             InvalidArgumentError: No pose has that name, or it was taught with another tool.
         """
-        self.execute(self.plan.named(name, speed))
+        self._carry_out(self.plan.named(name, speed))
 
+    @exclusive("move_sequence()")
     def move_sequence(self, waypoints: Sequence[Waypoint]) -> None:
         """Move along waypoints with rounded corners; errors as :meth:`move_to`."""
-        self.execute(self.plan.sequence(waypoints))
+        self._carry_out(self.plan.sequence(waypoints))

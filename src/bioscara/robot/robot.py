@@ -19,6 +19,7 @@ from bioscara.robot.pose_motions import PoseMotions, Velocity
 from bioscara.robot.records import Cancelled, Observe, ignore, never
 from bioscara.robot.running import SETTLING
 from bioscara.robot.stack import HOMING, JOG, TRAJECTORY
+from bioscara.robot.turn import exclusive
 
 START_TOLERANCE = {"rad": math.radians(1.0), "m": 2e-3}
 """How far from its start a trajectory may find the arm: from there it is joined by a ramp."""
@@ -33,11 +34,14 @@ class Robot(Connection, PoseMotions):
 
     Used as a context manager: entering opens the bus and greets the joints, and nothing moves;
     leaving stops and disables them all, whatever happened. Every method returns when what it
-    started has ended; only :meth:`stop` may be called from another thread meanwhile.
+    started has ended. One call at a time uses the arm: meanwhile any thread may look (``state``,
+    ``pose``, ``faults``), change ``speed``, :meth:`stop` and :meth:`shutdown`; the rest raises
+    BusyError, also in the callbacks of the call itself.
 
     Made by :meth:`simulated` or :meth:`connect`.
     """
 
+    @exclusive("home()")
     def home(
         self,
         observe: Observe = ignore,
@@ -55,12 +59,12 @@ class Robot(Connection, PoseMotions):
         Raises:
             MotionCancelledError: It was asked to end; the arm is at rest.
             HomingError: A joint found no home that can be trusted.
+            BusyError: Another call is using the arm.
             BioscaraError: As the drivers.
         """
         stack = self._running()
         self._pace(self._pace_homing)
-        self._stopping.clear()
-        self.enable()
+        self._engage()
         directions = {
             axis.name: axis.joint.parameters.homing.velocity
             for axis in stack.arm.axes
@@ -75,6 +79,7 @@ class Robot(Connection, PoseMotions):
             raise HomingError(goal.text)
         stack.manager.switch(self.clock.now(), (), (HOMING,))
 
+    @exclusive("move_joints()")
     def move_joints(
         self,
         positions: Sequence[float],
@@ -97,8 +102,9 @@ class Robot(Connection, PoseMotions):
             TrajectoryError: A position is outside its limits or not finite; nothing moved.
             BioscaraError: As :meth:`follow`.
         """
-        self.execute(self.plan.joints(positions, speed), observe, cancelled, timeout=timeout)
+        self._carry_out(self.plan.joints(positions, speed), observe, cancelled, timeout)
 
+    @exclusive("execute()")
     def execute(
         self,
         plan: Plan,
@@ -108,8 +114,9 @@ class Robot(Connection, PoseMotions):
         timeout: float | None = None,
     ) -> None:
         """Carry a plan out; arguments and errors as :meth:`follow`."""
-        self._follow(plan.trajectory, observe, cancelled, timeout)
+        self._carry_out(plan, observe, cancelled, timeout)
 
+    @exclusive("follow()")
     def follow(
         self,
         trajectory: Trajectory,
@@ -137,6 +144,7 @@ class Robot(Connection, PoseMotions):
             MotionCancelledError: It was asked to end; the arm is at rest.
             NotHomedError: A joint does not know its position.
             FaultedError: A fault is latched.
+            BusyError: Another call is using the arm.
             GoalAbortedError: It was not followed to its end.
             BioscaraError: What stopped the arm.
         """
@@ -147,6 +155,7 @@ class Robot(Connection, PoseMotions):
         lead = self.plan.joints(begin).trajectory if approach else None
         self._follow(body.trajectory, observe, cancelled, timeout, lead)
 
+    @exclusive("jog()")
     def jog(
         self,
         velocities: Callable[[], Velocity | None],
@@ -173,22 +182,23 @@ class Robot(Connection, PoseMotions):
 
         self._motion(observe, never, timeout).run(done, Phase.JOG)
 
+    def _carry_out(
+        self,
+        plan: Plan,
+        observe: Observe = ignore,
+        cancelled: Cancelled = never,
+        timeout: float | None = None,
+    ) -> None:
+        self._follow(plan.trajectory, observe, cancelled, timeout)
+
     def _ready(self) -> None:
         """Engage the arm and look at it once; nothing moves."""
         self._pace(self._pace_motion)
-        self._stopping.clear()
-        self.enable()
+        self._engage()
         cap = self._running().tool_speed
         cap.limit = math.inf if self.full_speed else REDUCED_SPEED
         cap.speed_of = self.plan.kinematics.tool_speed
         self._cycle()
-
-    def _prepare(self) -> None:
-        """Make the arm ready to follow a trajectory; nothing moves."""
-        self._ready()
-        stack = self._running()
-        stack.use(TRAJECTORY, self.clock.now())
-        stack.trajectory.set_scaling(self._speed)
 
     def _follow(
         self,
@@ -201,11 +211,16 @@ class Robot(Connection, PoseMotions):
         """Follow what was checked, after going to where it starts."""
         if lead is None:
             lead = self._joining(trajectory)
-        self._prepare()
+        self._ready()
+        self._running().use(TRAJECTORY, self.clock.now())
         motion = self._motion(observe, cancelled, timeout)
         if lead is not None:
             motion.follow(lead, Phase.APPROACH, lead.duration)
         motion.follow(trajectory, Phase.TRAJECTORY)
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(joint.name for joint in self.parameters.joints)
 
     def _joining(self, trajectory: Trajectory) -> Trajectory | None:
         """Return the way from where the arm is to a start nearby; None where it is there."""

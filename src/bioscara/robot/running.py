@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import threading
 from collections.abc import Callable
 from contextlib import suppress
 
@@ -13,8 +12,9 @@ from bioscara.control.supervisor import FaultState
 from bioscara.errors import GoalAbortedError, MotionCancelledError, MotionTimeoutError
 from bioscara.planning import Trajectory
 from bioscara.report import Phase
-from bioscara.robot.records import Cancelled, Observe, Recorder
+from bioscara.robot.records import Cancelled, Observe, Recorder, ignore
 from bioscara.robot.stack import Stack
+from bioscara.robot.turn import Turn
 
 SETTLING = 0.3
 """How long the end of a trajectory is held, so that the arm is seen to rest there [s]."""
@@ -27,9 +27,10 @@ class Motion:
         stack: The arm.
         clock: Its time.
         origin: Time that counts as 0 in the records [s].
-        observe: Takes a record each cycle. If it raises, the arm is brought to rest without it.
+        observe: Takes a record each cycle.
         cancelled: Asked each cycle; True ends the motion.
-        stopping: Set from another thread to end the motion.
+        turn: Has the call that this is part of, and knows whether that was stopped.
+        speed: Returns the share of the planned speed that is wanted; asked each cycle.
         timeout: Longest time from now that it may take [s]; None for no bound.
     """
 
@@ -40,15 +41,17 @@ class Motion:
         origin: float,
         observe: Observe,
         cancelled: Cancelled,
-        stopping: threading.Event,
+        turn: Turn,
+        speed: Callable[[], float],
         timeout: float | None = None,
     ) -> None:
         self._timeout = math.inf if timeout is None else timeout
         self._deadline = clock.now() + self._timeout
         self._stack, self._clock = stack, clock
-        self._observe, self._cancelled, self._stopping = observe, cancelled, stopping
+        self._observe, self._cancelled, self._turn = observe, cancelled, turn
+        self._speed, self._scaling = speed, math.nan
         self._recorder = Recorder(stack, origin)
-        self._observer_error: Exception | None = None
+        turn.cycle()
         stack.loop.restart()
 
     def follow(self, trajectory: Trajectory, phase: Phase, until_start: float = 0.0) -> None:
@@ -64,10 +67,17 @@ class Motion:
             GoalAbortedError: It was not followed to its end; the arm is at rest.
             BioscaraError: What stopped the arm.
         """
+        self._keep_speed()
         now = self._clock.now()
         goal = self._stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), now)
         zero = now + until_start
-        self.run(lambda: goal.done, phase, zero)
+
+        def done() -> bool:
+            if not goal.done:
+                self._keep_speed()
+            return goal.done
+
+        self.run(done, phase, zero)
         if goal.status is not Status.SUCCEEDED:
             raise GoalAbortedError(goal.text, goal.error_code)
         if phase is Phase.TRAJECTORY:
@@ -87,46 +97,50 @@ class Motion:
             MotionTimeoutError: It took too long; the arm is at rest.
             BioscaraError: What stopped the arm.
         """
-        supervisor = self._stack.supervisor
+        loop, supervisor = self._stack.loop, self._stack.supervisor
         try:
             while not done():
-                if self._stopping.is_set() or self._cancelled():
+                if self._turn.stopped or self._cancelled():
                     raise MotionCancelledError(self._interrupted(zero))
                 if self._clock.now() >= self._deadline:
                     raise MotionTimeoutError(
                         f"not done within {self._timeout:g} s; the arm was brought to rest"
                     )
-                self._step(phase, zero)
-                if self._observer_error is not None:
-                    raise self._observer_error
+                self._observe(self._recorder.record(loop.step(), phase, zero))
                 if supervisor.state is not FaultState.CLEAR:
                     raise supervisor.faults[0].cause
-        except BaseException as cause:
+        except BaseException:
             self._come_to_rest(zero)
-            if self._observer_error is not None and self._observer_error is not cause:
-                raise self._observer_error from cause
             raise
 
-    def _step(self, phase: Phase, zero: float) -> None:
-        record = self._recorder.record(self._stack.loop.step(), phase, zero)
-        if self._observer_error is None:
-            try:
-                self._observe(record)
-            except Exception as error:  # noqa: BLE001  whatever it is, the arm still has to stop
-                self._observer_error = error
+    def _keep_speed(self) -> None:
+        speed = self._speed()
+        if speed != self._scaling:
+            self._scaling = speed
+            self._stack.trajectory.set_scaling(speed)
 
     def _come_to_rest(self, zero: float) -> None:
         supervisor = self._stack.supervisor
-        since = self._clock.now()
-        supervisor.stop(since)
-        while True:
-            self._step(Phase.STOPPING, zero)
-            if supervisor.at_rest(self._clock.now(), since):
-                break
+        self._stack.gripper.cancel()
+        try:
+            self._rest(self._observe, zero)
+        except BaseException:
+            # An observer that fails, or a second Ctrl-C, is no reason to leave the arm moving.
+            self._rest(ignore, zero)
+            raise
         if supervisor.faults:
             # A full disk does not undo a stop; acknowledging will ask for the evidence again.
             with suppress(OSError):
                 supervisor.keep_evidence()
+
+    def _rest(self, observe: Observe, zero: float) -> None:
+        loop, supervisor = self._stack.loop, self._stack.supervisor
+        since = self._clock.now()
+        supervisor.stop(since)
+        while True:
+            observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
+            if supervisor.at_rest(self._clock.now(), since):
+                break
 
     def _interrupted(self, zero: float) -> str:
         """Return when the motion was interrupted, in words."""

@@ -1,0 +1,98 @@
+"""What is seen of the arm, for the robot."""
+
+from __future__ import annotations
+
+import math
+from abc import ABC, abstractmethod
+
+from bioscara.clock import Clock
+from bioscara.control.joint_state_broadcaster import JointStates
+from bioscara.errors import BioscaraError, NotHomedError
+from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.model import ArmParameters
+from bioscara.robot.planner import Planner
+from bioscara.robot.stack import Stack
+from bioscara.robot.turn import Turn
+
+
+class Looking(ABC):
+    """Looks at the arm; any thread may, also while a call of another one moves it.
+
+    Attributes:
+        clock: The arm's time.
+        parameters: The arm as data.
+        plan: Plans motions from where the arm is, without moving.
+    """
+
+    clock: Clock
+    parameters: ArmParameters
+    plan: Planner
+    _turn: Turn
+
+    @abstractmethod
+    def _running(self) -> Stack:
+        """Return what runs the arm; raises while the robot is not connected."""
+
+    @property
+    def state(self) -> JointStates:
+        """What the joints are seen to do: in the last cycle of the call that runs, else now.
+
+        Raises:
+            BusyError: The call that runs has not asked the joints yet.
+        """
+        stack = self._running()
+        busy = self._turn.look(self._refresh)
+        states = stack.broadcaster.states
+        if states is None:
+            if busy is not None:
+                raise busy.refuse("state")
+            raise BioscaraError("the joint states are not told: the broadcaster is not active")
+        return states
+
+    @property
+    def pose(self) -> Pose:
+        """Where the tool is, in the base; as old as ``state``.
+
+        Raises:
+            NotHomedError: A joint does not know its position.
+            BusyError: As ``state``.
+        """
+        state = self.state
+        for name, position in zip(state.names, state.positions, strict=True):
+            if math.isnan(position):
+                raise NotHomedError(f"{name} is not homed: the tool could be anywhere", name)
+        return self.plan.kinematics.forward(state.positions)
+
+    @property
+    def kinematics(self) -> Scara:
+        """Of the arm with its tool."""
+        return self.plan.kinematics
+
+    @property
+    def period(self) -> float:
+        """Time between two setpoints [s]."""
+        return self._running().loop.period
+
+    def _here(self) -> Joints:
+        """Return where the joints are; at an end stop they may read a hair beyond the limit."""
+        state = self.state
+        here = []
+        for joint, position in zip(self.parameters.joints, state.positions, strict=True):
+            if math.isnan(position):
+                raise NotHomedError(
+                    f"{joint.name} is not homed: its position is unknown; home() first", joint.name
+                )
+            here.append(min(max(position, joint.lower), joint.upper))
+        return Joints(*here)
+
+    def _refresh(self) -> None:
+        """Ask the joints, unless that was done a moment ago."""
+        stack = self._running()
+        states = stack.broadcaster.states
+        if states is None or self.clock.now() - states.time > 2.0 * stack.loop.period:
+            self._cycle()
+
+    def _cycle(self) -> None:
+        stack = self._running()
+        stack.loop.restart()
+        stack.loop.step()
