@@ -203,9 +203,37 @@ MUTANTS = (
     Mutant(
         "an interrupted cycle stops the arm",
         f"{CONTROL}/loop.py",
-        "            self._supervisor.stop(self._clock.now())\n            raise",
+        "            self._supervisor.stop(now)\n            raise",
         "            raise",
         LOOP,
+    ),
+    Mutant(
+        "the way of a pause is not made up for",
+        f"{CONTROL}/loop.py",
+        "self.period if held_up else period",
+        "period",
+        LOOP,
+    ),
+    Mutant(
+        "a pause is noticed before the write",
+        f"{CONTROL}/loop.py",
+        "if held_up and self._driving:",
+        "if False and held_up and self._driving:",
+        LOOP,
+    ),
+    Mutant(
+        "modes whose cycles the bus cannot carry",
+        "src/bioscara/hardware/switching.py",
+        "if driven and highest < capacity.rate:",
+        "if False and driven and highest < capacity.rate:",
+        ("tests/hardware/test_capacity.py",),
+    ),
+    Mutant(
+        "what the gripper holds when its width cannot be kept",
+        "src/bioscara/hardware/gripper.py",
+        "        except GripperError as error:\n",
+        "        except ZeroDivisionError as error:\n",
+        ("tests/hardware/test_gripper.py",),
     ),
     Mutant(
         "a loop that was stuck is stopped",

@@ -15,6 +15,7 @@ from bioscara.control.faults import FaultKind
 from bioscara.errors import (
     FaultedError,
     GoalRejectedError,
+    GripperError,
     HomingError,
     InvalidArgumentError,
     MotionCancelledError,
@@ -148,6 +149,35 @@ def stop_after(homed: Scene, cycles: int, end: type[BaseException] | None) -> li
     return records
 
 
+@pytest.mark.parametrize("fails_in", [Phase.TRAJECTORY, Phase.STOPPING])
+def test_an_observer_that_fails_is_told_of_once_the_arm_stands(
+    homed: Scene, fails_in: Phase
+) -> None:
+    homed.robot.move_joints(START)
+    failed = []
+
+    def observe(record: CycleRecord) -> None:
+        if failed or (record.phase is fails_in and record.trajectory_time > 0.7):
+            failed.append(record)
+            raise OSError("No space left on device")
+
+    late = fails_in is Phase.STOPPING
+    begin = homed.robot.clock.now()
+    with pytest.raises(OSError, match="No space") as caught:
+        homed.robot.move_joints(
+            (-1.0, 0.28, 0.5, 0.5),
+            0.3,
+            observe,
+            lambda: late and homed.robot.clock.now() > begin + 2.5,
+        )
+    stack = homed.robot._running()
+    for axis in stack.arm.axes:
+        assert abs(axis.sample.velocity) < 0.01 * axis.velocity_limit
+    assert max(homed.speeds()) < 1e-3
+    assert homed.robot.faults == ()
+    assert isinstance(caught.value.__context__, MotionCancelledError) == late
+
+
 @pytest.mark.parametrize("end", [None, KeyboardInterrupt])
 @pytest.mark.parametrize("cycles", [1, 30, 80, 150])
 def test_pln5_whatever_ends_a_motion_ends_it_at_rest_on_a_ramp(
@@ -232,6 +262,40 @@ def test_the_jaws_go_where_they_are_told(homed: Scene, tmp_path: Path) -> None:
             robot.gripper.move(0.5)
         robot.gripper.disable()
         assert math.isnan(robot.gripper.width)
+
+
+@pytest.mark.parametrize("width", [0.06, 0.052])
+def test_a_width_that_cannot_be_kept_is_refused_and_what_is_held_stays_held(
+    width: float, tmp_path: Path
+) -> None:
+    with Robot.simulated(evidence=tmp_path) as robot:
+        robot.gripper.move(0.05)
+        pulse = robot._servo.pulse()  # type: ignore[attr-defined]
+        file = robot.gripper._hardware._gripper._file
+        full = file.with_name(file.name + ".new")
+        full.mkdir()
+        with pytest.raises(GripperError, match="width cannot be kept"):
+            robot.gripper.move(width)
+        assert robot._servo.pulse() == pulse  # type: ignore[attr-defined]
+        assert robot.faults == ()
+        full.rmdir()
+        assert robot.gripper.move(width).reached_goal
+        assert robot.gripper.width == pytest.approx(width, abs=1e-5)
+
+
+def test_a_gripper_that_could_not_keep_its_width_when_it_was_let_go_works_again(
+    tmp_path: Path,
+) -> None:
+    with Robot.simulated(evidence=tmp_path) as robot:
+        robot.gripper.move(0.05)
+        file = robot.gripper._hardware._gripper._file
+        full = file.with_name(file.name + ".new")
+        full.mkdir()
+        with pytest.raises(GripperError, match="width cannot be kept"):
+            robot.gripper.disable()
+        assert robot._servo.pulse() is None  # type: ignore[attr-defined]
+        full.rmdir()
+        assert robot.gripper.move(0.06).reached_goal
 
 
 def test_a_stop_that_comes_before_a_motion_does_not_end_it(homed: Scene) -> None:

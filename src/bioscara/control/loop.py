@@ -11,15 +11,14 @@ from bioscara.control.faults import FaultKind
 from bioscara.control.flight_record import FlightRecord, Timing
 from bioscara.control.manager import ControllerManager
 from bioscara.control.realtime import conditions
-from bioscara.control.schedule import HIGHEST, SILENCE, require_rate
+from bioscara.control.schedule import SILENCE, require_rate
 from bioscara.control.statistics import Statistics
 from bioscara.control.supervisor import Supervisor
 from bioscara.control.watchdog import Watchdog
 from bioscara.errors import ConfigurationError, OverrunError
 from bioscara.hardware import State
+from bioscara.hardware.capacity import highest_rate
 
-_BUS_SHARE = 0.85
-"""Share of a period that the bus may take: a repetition must fit in now and then."""
 _IN_A_ROW = 3
 _SLOW_SHARE, _STOP_SHARE = 0.05, 0.2
 
@@ -36,17 +35,6 @@ class Cycle(NamedTuple):
     time: float
     period: float
     timing: Timing
-
-
-def highest_rate(bus_time: float) -> int:
-    """Return the highest rate [Hz] at which a cycle's exchanges leave the bus some room.
-
-    Args:
-        bus_time: What they take [s]; 0 for a bus that takes no time.
-    """
-    if bus_time * HIGHEST <= _BUS_SHARE:
-        return HIGHEST
-    return int(_BUS_SHARE / bus_time)
 
 
 class Loop:
@@ -112,7 +100,9 @@ class Loop:
         try:
             return self._step()
         except BaseException:
-            self._supervisor.stop(self._clock.now())
+            now = self._clock.now()
+            self._deadline = now + self.period
+            self._supervisor.stop(now)
             raise
 
     def _step(self) -> Cycle:
@@ -124,10 +114,14 @@ class Loop:
         time = clock.now()
         late = time - self._deadline
         period = self.period if math.isnan(self._last) else time - self._last
+        held_up = period > SILENCE + self.period
         self._last = time
         good = False
         try:
-            manager.cycle(time, period)
+            if held_up and self._driving:
+                self._overrun(f"nothing ran for {period:.2f} s", time)
+            # The way of a pause in which the joints stopped by themselves is not made up for.
+            manager.cycle(time, self.period if held_up else period)
             self._require_timely(time)
             supervisor.check(time, self.period)
             self._judge(time)

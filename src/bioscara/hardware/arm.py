@@ -12,13 +12,20 @@ from bioscara.drivers import Joint
 from bioscara.drivers.session import WATCHDOG_MS
 from bioscara.errors import BioscaraError, HardwareError, HomingError
 from bioscara.hardware.axis import HALTED, Axis
+from bioscara.hardware.capacity import Capacity
 from bioscara.hardware.component import HardwareComponent
 from bioscara.hardware.description import read_arm
 from bioscara.hardware.exchange import Exchange
 from bioscara.hardware.lifecycle import State
 from bioscara.hardware.modes import MOTION, Mode
 from bioscara.hardware.stopping import stop_and_disable
-from bioscara.hardware.switching import check_homing, check_modes, doubts, plan_modes
+from bioscara.hardware.switching import (
+    check_capacity,
+    check_homing,
+    check_modes,
+    doubts,
+    plan_modes,
+)
 from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import JointParameters
 from bioscara.model.tags import ARM_COMPONENT
@@ -43,6 +50,7 @@ class ArmHardware(HardwareComponent):
     Attributes:
         axes: The joints with their handles.
         bus_time: How long the exchanges of the last cycle took [s].
+        capacity: What its bus can carry; None where nothing is refused for that.
     """
 
     def __init__(
@@ -59,6 +67,7 @@ class ArmHardware(HardwareComponent):
                 self.commands[command.name] = command
         self.bus_time = 0.0
         self._exchange = Exchange(clock, self.problems)
+        self.capacity: Capacity | None = None
         self._late: list[BioscaraError] = []
         self._written = -math.inf
 
@@ -213,7 +222,7 @@ class ArmHardware(HardwareComponent):
     def prepare_command_mode_switch(
         self, start: Sequence[str], stop: Sequence[str]
     ) -> Sequence[str]:
-        """Check that every joint can take its new mode now.
+        """Check that every joint can take its new mode now, and the bus the cycles of all.
 
         Returns:
             What is odd about letting interfaces go, but no reason to refuse it.
@@ -224,6 +233,8 @@ class ArmHardware(HardwareComponent):
         self.require_commands((*start, *stop))
         plan = plan_modes(self.name, self.axes, start, stop)
         check_modes(self.name, self.axes, plan)
+        if self.capacity is not None:
+            check_capacity(self.name, self.axes, plan, self.capacity)
         return doubts(self.axes, stop, plan)
 
     def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
