@@ -5,6 +5,7 @@
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make firmware-check  the joint firmware: host tests under sanitizers, build for the board
 #   make bench           the benchmarks; writes docs/benchmarks.md
+#   make laws            the laws over random moves, switches and faults, at their full number
 #   make mutants         remove each guard once and require a red test
 #   make generate        what follows from the register table and the parameters
 
@@ -16,7 +17,7 @@ NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
             \( -name '*.cpp' -o -name '*.h' -o -name 'CMakeLists.txt' -o -name '*.toml' -o -name '*.py*' \) \
             -not -path '*/build/*' -not -path '*/__pycache__/*' 2>/dev/null)
 
-.PHONY: demo test check lint types layers fresh firmware-check bench mutants generate clean
+.PHONY: demo test check lint types layers fresh firmware-check bench laws mutants generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -71,6 +72,11 @@ firmware-check:
 
 bench: $(VENV)/.dev
 	@$(BIN)/python -m benchmarks
+
+laws: $(VENV)/.dev
+	@BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 BIOSCARA_FAULT_SEEDS=200 $(BIN)/python -m pytest -o timeout=0 \
+	    tests/control/test_manager_at_speed.py tests/planning/test_zones.py tests/planning/test_jog.py \
+	    tests/system/test_random_faults.py
 
 mutants: $(VENV)/.dev
 	@$(BIN)/python tests/mutants.py

@@ -33,7 +33,9 @@ HAZARDS = ("tests/firmware/test_hazards.py",)
 DRIVERS = ("tests/drivers",)
 CONTROL = "src/bioscara/control"
 LOOP = ("tests/control/test_loop.py",)
+MANAGER = ("tests/control/test_manager_rules.py", "tests/control/test_cycle_rules.py")
 TURN = ("tests/robot/test_turn.py",)
+LIFECYCLE = ("tests/hardware/test_lifecycle.py",)
 SUPERVISOR = ("tests/control/test_supervisor.py",)
 
 MUTANTS = (
@@ -192,6 +194,13 @@ MUTANTS = (
         ("tests/planning",),
     ),
     Mutant(
+        "limits of a goal",
+        f"{CONTROL}/handover.py",
+        "controller.limits = limits",
+        "controller.limits = {}",
+        ("tests/control/joint_trajectory",),
+    ),
+    Mutant(
         "no burst after a late cycle",
         f"{CONTROL}/loop.py",
         "self._deadline += (periods + 1) * self.period",
@@ -211,6 +220,34 @@ MUTANTS = (
         "            self._supervisor.stop(now)\n            raise",
         "            raise",
         LOOP,
+    ),
+    Mutant(
+        "the way of a pause is not made up for",
+        f"{CONTROL}/loop.py",
+        "self.period if held_up else period",
+        "period",
+        LOOP,
+    ),
+    Mutant(
+        "a pause is noticed before the write",
+        f"{CONTROL}/loop.py",
+        "if held_up and self._driving:",
+        "if False and held_up and self._driving:",
+        LOOP,
+    ),
+    Mutant(
+        "modes whose cycles the bus cannot carry",
+        "src/bioscara/hardware/switching.py",
+        "if driven and highest < capacity.rate:",
+        "if False and driven and highest < capacity.rate:",
+        ("tests/hardware/test_capacity.py",),
+    ),
+    Mutant(
+        "what the gripper holds when its width cannot be kept",
+        "src/bioscara/hardware/gripper.py",
+        "        except GripperError as error:\n",
+        "        except ZeroDivisionError as error:\n",
+        ("tests/hardware/test_gripper.py",),
     ),
     Mutant(
         "a loop that was stuck is stopped",
@@ -256,16 +293,58 @@ MUTANTS = (
     ),
     Mutant(
         "evidence of the time before the fault",
-        f"{CONTROL}/supervisor.py",
-        "evidence = self._evidence or self._record.freeze()",
-        "evidence = self._record.freeze()",
+        f"{CONTROL}/fault_log.py",
+        "path = evidence.write(",
+        "path = self._record.freeze().write(",
         SUPERVISOR,
     ),
     Mutant(
         "the name of a power loss",
-        f"{CONTROL}/supervisor.py",
-        "if len(recent) >= len(self._arm.axes) - 1 and",
-        "if False and",
+        f"{CONTROL}/fault_log.py",
+        "if len(recent) >= self._joints - 1:",
+        "if False:",
+        ("tests/system/test_control_scenarios.py",),
+    ),
+    Mutant(
+        "one owner of a command interface",
+        f"{CONTROL}/claims.py",
+        "if owner is not None and owner not in leaving:",
+        "if False:",
+        MANAGER,
+    ),
+    Mutant(
+        "a command that is no number",
+        f"{CONTROL}/execution.py",
+        "if not isfinite(handle.value):",
+        "if False:",
+        MANAGER,
+    ),
+    Mutant(
+        "a shutdown of all hardware, whatever one part raises",
+        f"{CONTROL}/manager.py",
+        "except Exception as error:  # noqa: BLE001  whatever it is, the others",
+        "except InvalidArgumentError as error:  # the others",
+        MANAGER,
+    ),
+    Mutant(
+        "path tolerance of a trajectory",
+        f"{CONTROL}/joint_trajectory/controller.py",
+        "        if overtime < 0.0:",
+        "        if False:",
+        ("tests/control/joint_trajectory/test_rules_of_tolerances.py",),
+    ),
+    Mutant(
+        "no motion before homing",
+        "src/bioscara/hardware/switching.py",
+        "if not axis.homed:",
+        "if False:",
+        ("tests/hardware/test_modes.py",),
+    ),
+    Mutant(
+        "a joint that trails its commands",
+        f"{CONTROL}/following.py",
+        "if not error > limit:",
+        "if True:",
         ("tests/system/test_control_scenarios.py",),
     ),
     Mutant(
@@ -273,7 +352,21 @@ MUTANTS = (
         "src/bioscara/hardware/arm.py",
         "read again.\n            axis.answered = False\n",
         "read again.\n",
-        ("tests/system/test_control_scenarios.py",),
+        LIFECYCLE,
+    ),
+    Mutant(
+        "what a joint said before a pause",
+        "src/bioscara/hardware/arm.py",
+        "if (old or not axis.answered)",
+        "if not axis.answered",
+        LIFECYCLE,
+    ),
+    Mutant(
+        "the home of a joint that restarted",
+        "src/bioscara/hardware/axis.py",
+        "(JointLostError, JointResetError)",
+        "JointLostError",
+        LIFECYCLE,
     ),
 )
 

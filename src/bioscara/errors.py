@@ -172,10 +172,13 @@ class RefusedError(CommunicationError):
 
     Attributes:
         reason: Name of the refusal reason, see :class:`bioscara.protocol.Refusal`.
+        joint: Name of the joint.
     """
 
-    def __init__(self, message: str, address: int | None = None, reason: str = "") -> None:
-        self.reason = reason
+    def __init__(
+        self, message: str, address: int | None = None, reason: str = "", joint: str = ""
+    ) -> None:
+        self.reason, self.joint = reason, joint
         super().__init__(message, address)
 
 

@@ -11,11 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.clock import SimulatedClock
-from bioscara.control.gripper_action_controller import (
-    GripperActionController,
-    GripperGoal,
-    GripperGoalHandle,
-)
+from bioscara.control.gripper_action_controller import GripperActionController
+from bioscara.control.gripper_messages import GripperGoal, GripperGoalHandle
 from bioscara.control.joint_trajectory.messages import Status
 from bioscara.control.limiting import Limiter
 from bioscara.control.manager import ControllerManager
@@ -39,6 +36,7 @@ class Jaws(HardwareComponent):
     def __init__(self, speed: float, blocked: float = 0.0) -> None:
         super().__init__("jaws", "actuator")
         self.speed, self.blocked = speed, blocked
+        self.tremble = 0.0
         self.width = self.target = 0.08
         self.extras = [CommandInterface("gripper", kind) for kind in ("max_velocity", "max_effort")]
         self.command = CommandInterface("gripper", "position")
@@ -77,7 +75,7 @@ class Jaws(HardwareComponent):
         reach = self.speed * period
         self.width += min(max(self.target - self.width, -reach), reach)
         self.width = max(self.width, self.blocked)
-        self._publish((self.width - before) / period)
+        self._publish((self.width - before) / period + self.tremble)
 
     def write(self, time: float, period: float) -> None:
         if self.command.owner is not None:
@@ -207,6 +205,22 @@ def test_rule_71_below_the_velocity_threshold_is_no_motion(speed: float, ends: S
     assert handle.status is ends
 
 
+@pytest.mark.parametrize("tremble", [0.002, -0.002])
+def test_rule_71_what_moves_without_getting_anywhere_is_not_stalled(tremble: float) -> None:
+    bench = Bench(0.1, blocked=0.06)
+    bench.jaws.tremble = tremble
+    handle = bench.go(0.04)
+    bench.run(3.0)
+    assert handle.status is Status.EXECUTING
+
+
+def test_rule_71_jaws_that_come_to_where_they_were_told_at_once_are_not_stalled() -> None:
+    bench = Bench(math.inf, velocity_limit=0.02)
+    handle = bench.go(0.12)
+    assert bench.finish(handle) > 1.1
+    assert handle.status is Status.SUCCEEDED
+
+
 def test_rule_71_motion_starts_the_stall_timeout_anew() -> None:
     bench = Bench(0.01, blocked=0.08)
     handle = bench.go(0.04)
@@ -323,6 +337,10 @@ def test_rule_71_speed_and_effort_go_only_where_interfaces_are_named() -> None:
     bench.finish(bench.controller.send_goal(GripperGoal((0.1,), (0.5,), (3.0,))))
     assert [handle.value for handle in bench.jaws.extras] == [0.5, 3.0]
     bench.finish(bench.go(0.05))
+    assert [handle.value for handle in bench.jaws.extras] == [0.1, 10.0]
+    bench.controller.send_goal(GripperGoal((0.1,), (0.5,), (3.0,)))
+    bench.controller.cancel()
+    bench.run(PERIOD)
     assert [handle.value for handle in bench.jaws.extras] == [0.1, 10.0]
 
 

@@ -52,6 +52,33 @@ def test_forward_changes_nothing_until_it_is_told_and_then_goes_there(v1: bool) 
     assert world.arm.position("j1") == pytest.approx(0.3, abs=5e-3)
 
 
+@pytest.mark.parametrize(
+    ("kinds", "v1"),
+    [(kinds, False) for kinds in (("position",), ("velocity",), ("position", "velocity"))]
+    + [(("position",), True), (("velocity",), True)],
+)
+def test_forward_brings_a_joint_that_moves_to_rest_until_it_is_told(
+    kinds: tuple[str, ...], v1: bool
+) -> None:
+    world = World(at={"j1": -2.0}, v1=v1)
+    moving = forward(world, "moving", "velocity", "j1")
+    world.switch("moving")
+    moving.command([0.5])
+    world.run(1.0)
+    before = world.arm.position("j1")
+    for kind in kinds:
+        forward(world, kind, kind, "j1")
+    world.switch(*kinds, off=("moving",))
+    world.run(2.0)
+    rest = world.arm.position("j1")
+    assert rest == pytest.approx(before, abs=0.2)
+    world.run(2.0)
+    assert world.arm.position("j1") == pytest.approx(rest, abs=2e-3)
+    if "velocity" in kinds:
+        assert world.axis("j1").velocity_command.value == 0.0
+    assert world.supervisor.faults == []
+
+
 @pytest.mark.parametrize("velocity", [1.0, -1.0])
 def test_a_velocity_ends_before_the_limit_and_no_fault_does(velocity: float) -> None:
     world = World(at={"j1": 2.0 * velocity})
@@ -151,9 +178,11 @@ def test_rule_70_all_joints_are_told_of_extra_joints_at_0_and_nothing_while_inac
     assert states is not None
     assert states.names == (*NAMES, "gripper")
     assert {len(field) for field in states[1:]} == {5}
+    assert len(set(states.stamps[:4])) == 4  # The bus asks one after the other.
     for index, name in enumerate(NAMES):
         assert states.positions[index] == pytest.approx(world.arm.position(name), abs=5e-3)
         assert abs(states.time - states.stamps[index]) < 0.011
+        assert states.stamps[index] == world.hardware.states[f"{name}/position"].stamp
     assert (states.positions[4], states.velocities[4]) == (0.0, 0.0)
     assert set(states.qualities) == {Quality.FRESH}
     dynamic = {each.joint: each for each in controller.dynamic_states}

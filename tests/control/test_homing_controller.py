@@ -12,9 +12,11 @@ from bioscara.bus.injection import Direction, When
 from bioscara.control.faults import FaultKind
 from bioscara.control.homing_controller import HomingController, HomingGoal
 from bioscara.control.joint_trajectory.messages import Status
+from bioscara.control.supervisor import FaultState
 from bioscara.drivers import Quality
 from bioscara.errors import (
     ConfigurationError,
+    ControllerError,
     GoalRejectedError,
     ModeSwitchError,
     SwitchError,
@@ -302,9 +304,49 @@ def test_a_fault_of_another_joint_ends_the_homing() -> None:
     world.arm.set_power("j4", False)
     finish(world, goal)
     assert goal.status is Status.ABORTED
-    assert goal.text == "j2 was stopped before it was homed; home it again"
+    assert goal.text == "the homing controller was deactivated"
+    assert not world.axis("j2").homing.running
     world.run(1.0)
     assert abs(world.arm.velocity("j2")) < 1e-4
+
+
+@pytest.mark.parametrize("cycles", [0, 1, 30])
+def test_a_fault_ends_the_homing_at_any_time_and_no_other_begins_while_it_is_latched(
+    cycles: int,
+) -> None:
+    world = World(home=False)
+    homing = start(world)
+    world.run(0.1)
+    before = world.arm.position("j2")
+    goal = homing.send_goal({"j2": 1.0})
+    for _ in range(cycles):
+        world.loop.step()
+    world.supervisor.fault(ControllerError("broken", "any"), "any", world.clock.now())
+    assert goal.status is Status.ABORTED
+    world.run(0.5)
+    assert world.supervisor.state is FaultState.LATCHED
+    assert cycles > 1 or world.arm.position("j2") == pytest.approx(before, abs=1e-4)
+    before = world.arm.position("j2")
+    with pytest.raises(GoalRejectedError, match="inactive"):
+        homing.send_goal({"j2": 1.0})
+    with pytest.raises(SwitchError, match="broken"):
+        world.switch("homing")
+    world.run(1.0)
+    assert world.arm.position("j2") == pytest.approx(before, abs=1e-4)
+
+
+@pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
+def test_a_joint_that_missed_the_stop_of_a_fault_is_told_until_it_heard(v1: bool) -> None:
+    world = World(v1=v1, home=False)
+    start(world).send_goal({"j3": -1.0})
+    world.run(1.0)
+    world.bus.lose(Direction.OUT, When(address=0x13, first=Register.STOP, count=3))
+    world.supervisor.fault(ControllerError("broken", "any"), "any", world.clock.now())
+    assert world.axis("j3").homing.running
+    world.run(0.5)
+    assert not world.axis("j3").homing.running
+    assert abs(world.arm.velocity("j3")) < 0.005
+    assert world.arm.has_torque("j3")
 
 
 def test_switching_is_refused_while_homing_and_changes_nothing() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import math
 import os
 import subprocess
 import sys
@@ -10,11 +11,20 @@ from itertools import pairwise
 from pathlib import Path
 
 import pytest
+from pydantic import ValidationError
 
 from bioscara.bus import Transaction
+from bioscara.control.joint_trajectory.parameters import (
+    Constraints,
+    JointConstraints,
+    SpeedScaling,
+)
+from bioscara.control.joint_trajectory.pid import Gains
 from bioscara.control.limiting import Limiter
 from bioscara.control.manager import ControllerManager
+from bioscara.control.parameters import Section
 from bioscara.control.realtime import PRIORITY, realtime
+from bioscara.control.registry import TYPES
 from bioscara.errors import BioscaraError, BusUnavailableError, GripperError, SwitchError
 from bioscara.hardware import ArmHardware, GripperHardware, State
 from bioscara.hardware.urdf_reader import Urdf
@@ -156,6 +166,25 @@ def test_rule_69_missed_cycles_are_skipped_and_warned_about() -> None:
     gaps = [after.time - before.time for before, after in pairwise(cycles)]
     assert min(gaps) > 0.7 * loop.period
     assert any("LATE" in warning for warning in world.supervisor.warnings)
+
+
+def sections(kind: type[Section]) -> set[type[Section]]:
+    return {kind}.union(*map(sections, kind.__subclasses__()))
+
+
+@pytest.mark.parametrize("infinite", [math.inf, -math.inf, math.nan])
+def test_no_number_of_any_parameter_is_infinite_but_where_that_means_unbounded(
+    infinite: float,
+) -> None:
+    made = {controller.PARAMETERS for controller in TYPES.values()}
+    assert {*made, Gains, SpeedScaling, Constraints, JointConstraints} <= sections(Section)
+    unbounded = {f"{side}_clamp_{end}" for side in "ui" for end in ("max", "min")}
+    for section in sections(Section):
+        for name in {*section.model_fields} - unbounded:
+            for value in (infinite, (infinite,), (0.0, infinite)):
+                with pytest.raises(ValidationError) as caught:
+                    section.model_validate({name: value})
+                assert name in {error["loc"][0] for error in caught.value.errors()}
 
 
 ASK = """

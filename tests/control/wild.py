@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from bioscara.control.controller import Controller
+from bioscara.control.limiting import Limiter
+from bioscara.control.manager import ControllerManager
 from bioscara.control.parameters import Parameters
 from bioscara.control.registry import TYPES
+from bioscara.control.supervisor import FaultState
 from bioscara.errors import HardwareError
 from bioscara.hardware import POSITION, CommandInterface, HardwareComponent, State, StateInterface
 from bioscara.model import JointParameters
@@ -39,6 +42,12 @@ class Wild(Controller[WildParameters]):
     def state_interfaces(self) -> tuple[str, ...]:
         return self.parameters.states
 
+    def on_configure(self) -> None:
+        self._run("configure")
+
+    def on_cleanup(self) -> None:
+        self._run("cleanup")
+
     def on_activate(self, time: float) -> None:
         self._run("activate")
 
@@ -57,12 +66,14 @@ class Wild(Controller[WildParameters]):
 class Box(HardwareComponent):
     """One joint, ``g``, with a position and a ``switch``; raises in the steps that are named.
 
-    ACTIVE from the beginning.
+    ACTIVE from the beginning. Keeps the steps that it was asked for.
     """
 
     def __init__(self, *breaks: str) -> None:
         super().__init__("box", "actuator")
         self.breaks = set(breaks)
+        self.error: type[Exception] = HardwareError
+        self.steps: list[str] = []
         for kind in (POSITION, "switch"):
             self.states[f"g/{kind}"] = StateInterface("g", kind)
         self.commands[f"g/{POSITION}"] = CommandInterface("g", POSITION)
@@ -103,8 +114,27 @@ class Box(HardwareComponent):
         self._step("perform")
 
     def _step(self, name: str) -> None:
+        self.steps.append(name)
         if name in self.breaks:
-            raise HardwareError(f"{name} failed", self.name)
+            raise self.error(f"{name} failed")
+
+
+def boxed(**controllers: dict[str, object]) -> tuple[ControllerManager, Box]:
+    """Return a manager of a box alone, and these controllers, configured."""
+    box = Box()
+    manager = ControllerManager((box,), Limiter((box,)), 100)
+    for name, values in controllers.items():
+        manager.load(name, Wild.TYPE, values)
+        manager.configure(name)
+    return manager, box
+
+
+def release(world: World) -> None:
+    """Let the supervisor forget what was meant to happen."""
+    world.run(0.3)
+    world.supervisor.faults.clear()
+    world.supervisor.state = FaultState.CLEAR
+    world.manager.lock = ""
 
 
 def boom(text: str = "boom") -> Callable[[], object]:

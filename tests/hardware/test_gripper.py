@@ -106,6 +106,48 @@ def test_an_error_lets_the_servo_go(gripper: GripperHardware, servo: SimulatedSe
     assert gripper.state is State.FINALIZED
 
 
+def test_an_error_lets_the_servo_go_and_is_no_end_where_its_width_cannot_be_kept(
+    gripper: GripperHardware, servo: SimulatedServo, tmp_path: Path
+) -> None:
+    gripper.set_state(State.ACTIVE)
+    (tmp_path / "width.new").mkdir()
+    gripper.fail()
+    assert servo.pulse() is None
+    assert gripper.state is State.UNCONFIGURED
+    gripper.set_state(State.ACTIVE)
+    with pytest.raises(GripperError, match="width cannot be kept"):
+        gripper.shutdown()
+    assert servo.pulse() is None
+    assert gripper.state is State.FINALIZED
+
+
+@pytest.mark.parametrize("broken", ["state file", "output"])
+def test_a_width_that_cannot_be_kept_or_told_is_given_up_and_named(
+    gripper: GripperHardware, servo: SimulatedServo, tmp_path: Path, broken: str
+) -> None:
+    gripper.set_state(State.ACTIVE)
+    claim(gripper)
+    cycle(gripper, 0.06)
+    pulse, command = servo.pulse(), gripper.commands["gripper/position"]
+    if broken == "state file":
+        (tmp_path / "width.new").mkdir()
+    else:
+        duty = next(servo.root.glob("*/*/duty_cycle"))
+        duty.rename(duty.with_name("gone"))
+        duty.mkdir()
+    cycle(gripper, 0.05)
+    assert isinstance(command.problem, GripperError)
+    assert gripper.problems == [command.problem]
+    assert command.value == pytest.approx(0.06)
+    if broken == "output":
+        duty.rmdir()
+        duty.with_name("gone").rename(duty)
+    assert servo.pulse() == pulse
+    assert gripper.state is State.ACTIVE
+    assert cycle(gripper) == (pytest.approx(0.06), 0.0)
+    assert gripper.problems == []
+
+
 def test_without_an_output_it_is_not_configured(
     gripper: GripperHardware, servo: SimulatedServo
 ) -> None:

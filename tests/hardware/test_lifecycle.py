@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from itertools import pairwise
 
 import pytest
 
+from bioscara.bus import Transaction
 from bioscara.drivers import Quality
 from bioscara.errors import (
     BioscaraError,
+    CommunicationError,
     HardwareError,
+    JointError,
     JointFaultError,
     JointLostError,
+    JointResetError,
     LifecycleError,
     NotHomedError,
     SwitchError,
 )
 from bioscara.hardware import ArmHardware, State
-from bioscara.protocol import Register
+from bioscara.protocol import Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
 from control.world import NAMES, NEAR, PARAMETERS
 from control.world import World as Stack
-from drivers.world import World
+from drivers.world import Tap, World
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 PERIOD = 0.01
@@ -56,12 +61,21 @@ def test_rule_56_paths_over_several_transitions_are_walked() -> None:
 
 
 def test_rule_56_finalized_is_never_left() -> None:
-    _, arm = bare()
+    world, arm = bare()
+    arm.set_state(State.ACTIVE)
     assert arm.set_state(State.FINALIZED) is State.FINALIZED
+    assert powered(world) == [False] * 4
     for target in (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE):
         with pytest.raises(LifecycleError, match="finalized"):
             arm.set_state(target)
     assert arm.set_state(State.FINALIZED) is State.FINALIZED
+
+
+def test_rule_56_unknown_is_no_state_to_go_to() -> None:
+    _, arm = bare()
+    with pytest.raises(LifecycleError, match="arm: no component can be unknown"):
+        arm.set_state(State.UNKNOWN)
+    assert arm.state is State.UNCONFIGURED
 
 
 def test_rule_56_an_unknown_component_is_refused_with_a_proposal() -> None:
@@ -79,6 +93,7 @@ def test_rule_57_interfaces_are_available_from_configured_on() -> None:
     assert arm.available
     arm.set_state(State.UNCONFIGURED)
     assert not arm.available
+    assert all(math.isnan(state.value) for state in arm.states.values())
     arm.shutdown()
     assert not arm.available
 
@@ -122,6 +137,34 @@ def test_rule_63_a_failed_activate_releases_every_joint(v1: bool) -> None:
     arm.configure()
     world.arm.set_power("j4", False)
     with pytest.raises(BioscaraError, match="j4"):
+        arm.activate()
+    assert arm.state is State.INACTIVE
+    world.arm.run(1.0)
+    assert powered(world) == [False] * 4
+
+
+class Heater(Tap):
+    """Overheats j1 as soon as j4, which is engaged last, is told its velocity."""
+
+    def __init__(self, world: World) -> None:
+        super().__init__(world.bus)
+        self._arm = world.arm
+
+    def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+        if (transactions[0].address, transactions[0].write[0]) == (0x14, Register.SETMAXVELOCITY):
+            self._arm.overheat("j1")
+            self._arm.run(0.05)
+        return super().transfer(transactions)
+
+
+@BOTH
+def test_rule_63_a_joint_that_drops_out_while_others_are_engaged_fails_the_activation(
+    v1: bool,
+) -> None:
+    world = World(v1=v1)
+    arm = ArmHardware("arm", Heater(world), world.arm.clock, PARAMETERS.joints)
+    arm.configure()
+    with pytest.raises(JointError, match="j1"):
         arm.activate()
     assert arm.state is State.INACTIVE
     world.arm.run(1.0)
@@ -333,6 +376,118 @@ def test_a_joint_that_drops_out_at_rest_is_noticed_in_the_next_cycle() -> None:
     world.hardware.read(world.clock.now(), PERIOD)
     assert isinstance(world.hardware.problems[0], JointFaultError)
     assert world.axis("j2").halted is world.hardware.problems[0]
+
+
+@pytest.mark.parametrize("active", [True, False], ids=["engaged", "released"])
+def test_fw1_a_joint_that_restarted_is_not_taken_for_homed_before_somebody_recovers(
+    active: bool,
+) -> None:
+    world = Stack()
+    if not active:
+        world.hardware.deactivate()
+    world.run(0.1)
+    world.arm.reset("j3")
+    world.run(0.3)
+    axis = world.axis("j3")
+    assert isinstance(axis.halted, JointResetError)
+    assert not axis.homed
+    for handle in (axis.position, axis.velocity, axis.home):
+        assert handle.quality is Quality.UNKNOWN
+        assert not handle.value > 0.0
+    assert world.axis("j1").home.value == 1.0
+
+
+def test_fw1_a_joint_that_restarts_while_it_is_halted_already_loses_its_home_too() -> None:
+    world = Stack()
+    world.arm.overheat("j3")
+    world.run(0.1)
+    assert isinstance(world.axis("j3").halted, JointFaultError)
+    assert world.axis("j3").position.quality is Quality.FRESH
+    world.arm.reset("j3")
+    world.run(0.1)
+    assert world.axis("j3").position.quality is Quality.UNKNOWN
+    assert world.axis("j3").home.value == 0.0
+
+
+def test_a_halted_joint_that_is_not_heard_any_more_is_never_fresh() -> None:
+    world = Stack()
+    world.arm.overheat("j3")
+    world.run(0.1)
+    world.arm.set_power("j3", False)
+    for _ in range(20):
+        world.run(0.01)
+        assert world.axis("j3").position.quality is not Quality.FRESH
+    assert world.axis("j1").position.quality is Quality.FRESH
+
+
+@pytest.mark.parametrize("kind", ["position", "velocity"])
+def test_a_joint_that_is_lost_between_two_readings_is_unknown(kind: str) -> None:
+    world = Stack()
+    arm, now = world.hardware, world.clock.now
+    arm.prepare_command_mode_switch([f"j3/{kind}"], [])
+    arm.perform_command_mode_switch([f"j3/{kind}"], [])
+    arm.read(now(), PERIOD)
+    world.arm.set_power("j3", False)
+    for _ in range(3):
+        arm.write(now(), PERIOD)
+        arm.read(now(), PERIOD)
+    assert isinstance(world.axis("j3").halted, JointLostError)
+    assert world.axis("j3").position.quality is Quality.UNKNOWN
+    assert world.axis("j3").home.value == 0.0
+
+
+@BOTH
+def test_what_a_joint_answered_before_a_pause_is_asked_for_again(v1: bool) -> None:
+    world = Stack(v1=v1)
+    world.switch("hold")
+    world.run(0.1)
+    world.arm.run(0.5)
+    world.loop.restart()
+    world.run(1.0 / world.rate)
+    now = world.clock.now()
+    for axis in world.hardware.axes:
+        assert axis.position.quality is Quality.FRESH
+        assert now - axis.position.stamp < 2.0 / world.rate
+
+
+def test_what_a_joint_answered_before_a_cycle_that_came_late_is_asked_for_again() -> None:
+    world = Stack()
+    world.switch("hold")
+    world.run(0.1)
+    world.arm.run(0.5)
+    late = world.clock.now()
+    world.hardware.read(late, 0.5)
+    assert all(axis.position.stamp > late for axis in world.hardware.axes)
+
+
+def test_what_a_joint_answered_before_it_was_released_is_asked_for_again() -> None:
+    world = Stack()
+    world.switch("hold")
+    world.run(0.1)
+    begin = world.hardware._written
+    world.hardware.deactivate()
+    # However little time that took.
+    world.hardware.read(begin, 1.0 / world.rate)
+    assert all(axis.sample.flags & Flags.NOTENABLED for axis in world.hardware.axes)
+
+
+@BOTH
+def test_in_cycles_on_time_the_answers_to_the_commands_are_enough(v1: bool) -> None:
+    world, arm = bare(v1)
+    for joint in world.ready():
+        joint.deinit()
+    arm.set_state(State.ACTIVE)
+    claimed = [f"{name}/position" for name in NAMES]
+    arm.prepare_command_mode_switch(claimed, [])
+    arm.perform_command_mode_switch(claimed, [])
+    period = 0.05
+    for late in (0.0, 0.0, 0.001, 0.0, 0.0):
+        start = world.arm.now()
+        world.tap.calls.clear()
+        arm.read(start, period)
+        arm.write(start, period)
+        world.arm.clock.sleep_until(start + period + late)
+    assert len(world.tap.calls) == 1
 
 
 def test_the_arm_is_usable_over_a_bus_of_no_time() -> None:

@@ -90,6 +90,38 @@ def test_rule_51_a_joint_that_is_off_is_refused() -> None:
         arm.prepare_command_mode_switch(["j3/position"], [])
 
 
+def test_rule_51_a_joint_that_cannot_be_reached_is_refused_for_homing_too() -> None:
+    world, arm = ready()
+    world.arm.set_power("j3", on=False)
+    for _ in range(5):
+        arm.read(world.arm.now(), PERIOD)
+    for kind in ("position", "velocity", "home"):
+        with pytest.raises(ModeSwitchError, match="j3 cannot be commanded: "):
+            arm.prepare_command_mode_switch([f"j3/{kind}"], [])
+    switch(arm, "j4/position")
+
+
+def test_rule_51_a_joint_that_went_off_while_it_was_there_to_home_may_home_but_not_move() -> None:
+    world, arm = ready()
+    switch(arm, "j3/home")
+    arm.joints[2].disable()
+    arm.read(world.arm.now(), PERIOD)
+    assert arm.axes[2].halted is None
+    with pytest.raises(ModeSwitchError, match="j3 cannot be commanded: it is not engaged"):
+        arm.prepare_command_mode_switch(["j3/position"], ["j3/home"])
+
+
+def test_rule_51_whatever_happened_to_a_joint_it_can_be_let_go() -> None:
+    world, arm = ready()
+    switch(arm, "j3/position")
+    world.arm.overheat("j3")
+    world.arm.run(0.05)
+    arm.read(world.arm.now(), PERIOD)
+    assert arm.axes[2].halted is not None
+    switch(arm, stop=("j3/position",))
+    assert arm.axes[2].mode is Mode.NONE
+
+
 def test_rule_51_position_with_velocity_needs_protocol_2() -> None:
     _, arm = ready(v1=True)
     with pytest.raises(ModeSwitchError, match="claim position alone"):
@@ -106,8 +138,11 @@ def test_rule_51_an_unknown_interface_gets_a_proposal() -> None:
 def test_rule_25_a_claimed_joint_starts_from_where_it_is(v1: bool) -> None:
     world, arm = ready(v1=v1)
     before = world.arm.position("j3")
+    arm.commands["j3/position"].value = before - 1.0  # Left behind by whoever had it last.
+    arm.commands["j3/velocity"].value = -0.5
     switch(arm, "j3/position")
     assert arm.commands["j3/position"].value == pytest.approx(before, abs=3e-3)
+    assert arm.commands["j3/velocity"].value == 0.0
     cycles(world, arm, 50)
     assert world.arm.position("j3") == pytest.approx(before, abs=3e-3)
 
@@ -159,6 +194,23 @@ def test_a_velocity_is_kept_while_it_is_commanded_and_ramped_down_afterwards(v1:
     cycles(world, arm, 30)
     assert abs(world.arm.velocity("j3")) < 0.02
     assert world.arm.has_torque("j3")
+
+
+@BOTH
+def test_rule_65_deactivation_stops_all_joints_before_it_waits_for_the_first(v1: bool) -> None:
+    world, arm = ready(v1=v1)
+    speeds = {"j1": 0.5, "j3": -0.8, "j4": -1.0}
+    switch(arm, *(f"{name}/velocity" for name in speeds))
+    for name, speed in speeds.items():
+        arm.commands[f"{name}/velocity"].value = speed
+    cycles(world, arm, 60)
+    before = {name: world.arm.position(name) for name in speeds}
+    arm.deactivate()
+    world.arm.run(0.1)
+    for name, speed in speeds.items():
+        braking = speed**2 / (2.0 * arm.limits[name].max_acceleration)
+        assert abs(world.arm.position(name) - before[name]) < braking + 0.02 * abs(speed)
+        assert not world.arm.has_torque(name)
 
 
 @BOTH

@@ -15,7 +15,9 @@ from bioscara.control.faults import FaultKind
 from bioscara.errors import (
     FaultedError,
     GoalRejectedError,
+    GripperError,
     HomingError,
+    InvalidArgumentError,
     MotionCancelledError,
     MotionTimeoutError,
     NotHomedError,
@@ -152,6 +154,35 @@ def stop_after(homed: Scene, cycles: int, end: type[BaseException] | None) -> li
     return records
 
 
+@pytest.mark.parametrize("fails_in", [Phase.TRAJECTORY, Phase.STOPPING])
+def test_an_observer_that_fails_is_told_of_once_the_arm_stands(
+    homed: Scene, fails_in: Phase
+) -> None:
+    homed.robot.move_joints(START)
+    failed = []
+
+    def observe(record: CycleRecord) -> None:
+        if failed or (record.phase is fails_in and record.trajectory_time > 0.7):
+            failed.append(record)
+            raise OSError("No space left on device")
+
+    late = fails_in is Phase.STOPPING
+    begin = homed.robot.clock.now()
+    with pytest.raises(OSError, match="No space") as caught:
+        homed.robot.move_joints(
+            (-1.0, 0.28, 0.5, 0.5),
+            0.3,
+            observe,
+            lambda: late and homed.robot.clock.now() > begin + 2.5,
+        )
+    stack = homed.robot._running()
+    for axis in stack.arm.axes:
+        assert abs(axis.sample.velocity) < 0.01 * axis.velocity_limit
+    assert max(homed.speeds()) < 1e-3
+    assert homed.robot.faults == ()
+    assert isinstance(caught.value.__context__, MotionCancelledError) == late
+
+
 @pytest.mark.parametrize("end", [None, KeyboardInterrupt])
 @pytest.mark.parametrize("cycles", [1, 30, 80, 150])
 def test_pln5_whatever_ends_a_motion_ends_it_at_rest_on_a_ramp(
@@ -175,6 +206,34 @@ def test_a_motion_that_takes_too_long_is_ended_at_rest(homed: Scene) -> None:
     assert max(homed.speeds()) < 0.02
     with pytest.raises(ValueError, match="timeout"):
         homed.robot.move_joints(START, timeout=0.0)
+
+
+def test_the_chosen_speed_holds_from_the_first_cycle_of_a_motion(homed: Scene) -> None:
+    homed.robot.speed = 0.1
+    records: list[CycleRecord] = []
+    homed.robot.move_joints((-1.5, 0.25, 0.8, 1.0), observe=records.append)
+    for index, joint in enumerate(ARM.joints):
+        fastest = max(abs(record.joints[index].reference_velocity) for record in records)
+        assert 0.0 < fastest <= 0.1 * joint.max_velocity * 1.02
+
+
+def test_a_motion_at_speed_zero_does_not_begin(homed: Scene) -> None:
+    before = [homed.arm.position(name) for name in NAMES]
+    homed.robot.speed = 0.0
+    with pytest.raises(MotionTimeoutError):
+        homed.robot.move_joints((-1.5, 0.25, 0.8, 1.0), timeout=2.0)
+    assert [homed.arm.position(name) for name in NAMES] == pytest.approx(before, abs=2e-3)
+
+
+def test_homing_with_a_timeout_that_makes_no_sense_leaves_nothing_that_moves(scene: Scene) -> None:
+    scene.robot.enable()
+    before = [scene.arm.position(name) for name in NAMES]
+    with pytest.raises(InvalidArgumentError, match=r"timeout -1\.0 s must be above zero"):
+        scene.robot.home(timeout=-1.0)
+    for _ in range(50):
+        assert scene.robot.state
+        scene.arm.run(0.021)
+    assert [scene.arm.position(name) for name in NAMES] == pytest.approx(before, abs=1e-4)
 
 
 def test_the_tool_is_slow_unless_full_speed_is_asked_for(homed: Scene) -> None:
@@ -210,6 +269,40 @@ def test_the_jaws_go_where_they_are_told(homed: Scene, tmp_path: Path) -> None:
         assert math.isnan(robot.gripper.width)
 
 
+@pytest.mark.parametrize("width", [0.06, 0.052])
+def test_a_width_that_cannot_be_kept_is_refused_and_what_is_held_stays_held(
+    width: float, tmp_path: Path
+) -> None:
+    with Robot.simulated(evidence=tmp_path) as robot:
+        robot.gripper.move(0.05)
+        pulse = robot._servo.pulse()  # type: ignore[attr-defined]
+        file = robot.gripper._hardware._gripper._file
+        full = file.with_name(file.name + ".new")
+        full.mkdir()
+        with pytest.raises(GripperError, match="width cannot be kept"):
+            robot.gripper.move(width)
+        assert robot._servo.pulse() == pulse  # type: ignore[attr-defined]
+        assert robot.faults == ()
+        full.rmdir()
+        assert robot.gripper.move(width).reached_goal
+        assert robot.gripper.width == pytest.approx(width, abs=1e-5)
+
+
+def test_a_gripper_that_could_not_keep_its_width_when_it_was_let_go_works_again(
+    tmp_path: Path,
+) -> None:
+    with Robot.simulated(evidence=tmp_path) as robot:
+        robot.gripper.move(0.05)
+        file = robot.gripper._hardware._gripper._file
+        full = file.with_name(file.name + ".new")
+        full.mkdir()
+        with pytest.raises(GripperError, match="width cannot be kept"):
+            robot.gripper.disable()
+        assert robot._servo.pulse() is None  # type: ignore[attr-defined]
+        full.rmdir()
+        assert robot.gripper.move(0.06).reached_goal
+
+
 def test_a_stop_that_comes_before_a_motion_does_not_end_it(homed: Scene) -> None:
     homed.robot.stop()
     homed.robot.move_joints([-1.95, 0.30, 2.0, 2.0])
@@ -240,6 +333,35 @@ def test_homing_can_be_stopped(scene: Scene) -> None:
     assert all(math.isfinite(position) for position in scene.robot.state.positions)
 
 
+def test_homing_cancelled_before_its_first_cycle_moves_nothing(scene: Scene) -> None:
+    scene.robot.enable()
+    before = scene.arm.position("j2")
+    with pytest.raises(MotionCancelledError):
+        scene.robot.home(cancelled=lambda: True)
+    assert scene.arm.position("j2") == pytest.approx(before, abs=1e-4)
+
+
+def test_homing_cancelled_between_two_joints_does_not_begin_the_next(scene: Scene) -> None:
+    scene.robot.enable()
+    homing, before = scene.robot._running().homing, scene.arm.position("j1")
+
+    def cancelled() -> bool:
+        goal = homing.goal
+        return (
+            goal is not None
+            and goal.current == "j2"
+            and goal.progress is not None
+            and goal.progress.elapsed > 0.1
+            and not any(handle.value for handle in homing.command_handles)
+        )
+
+    with pytest.raises(MotionCancelledError):
+        scene.robot.home(cancelled=cancelled)
+    assert scene.arm.position("j1") == pytest.approx(before, abs=1e-3)
+    scene.robot.home()
+    assert not any(map(math.isnan, scene.robot.state.positions))
+
+
 def test_homing_without_an_end_stop_is_no_home(scene: Scene) -> None:
     scene.arm.remove_stops("j2")
     with pytest.raises(HomingError, match="j2"):
@@ -266,6 +388,33 @@ def test_a_stall_stops_the_arm_and_takes_three_steps_to_leave(homed: Scene, tmp_
     assert homed.robot.faults == ()
     homed.robot.move_joints(START)
     assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
+
+
+def test_usr3_after_a_pause_the_state_is_what_is_and_not_what_was(homed: Scene) -> None:
+    homed.arm.set_motor_power(on=False)
+    for _ in range(100):
+        homed.arm.push("j4", 0.3 if homed.arm.velocity("j4") < 1.0 else 0.0)
+        homed.arm.run(0.01)
+    homed.arm.push("j4", 0.0)
+    homed.arm.run(1.0)
+    there = homed.arm.position("j4")
+    assert there > START[3] + 0.3
+    state = homed.robot.state
+    assert state.positions[3] == pytest.approx(there, abs=5e-3)
+    assert all(stamp >= state.time for stamp in state.stamps)
+
+
+def test_fw1_after_a_joint_restarted_the_pose_is_unknown_until_it_is_homed(homed: Scene) -> None:
+    homed.arm.run(1.0)
+    homed.arm.reset("j1")
+    homed.arm.run(1.0)
+    with pytest.raises(NotHomedError, match="j1"):
+        _ = homed.robot.pose
+    assert math.isnan(homed.robot.state.positions[0])
+    homed.robot.acknowledge()
+    homed.robot.recover()
+    homed.robot.home()
+    assert homed.robot.state.positions[0] == pytest.approx(homed.arm.position("j1"), abs=5e-3)
 
 
 def test_outside_a_with_statement_it_says_so(tmp_path: Path) -> None:

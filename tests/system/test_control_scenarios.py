@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+import re
 from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
@@ -13,11 +14,12 @@ import pytest
 from bioscara.bus import FaultyBus
 from bioscara.control.faults import FaultKind
 from bioscara.control.joint_trajectory import Goal, JointTrajectory, Point, Status
-from bioscara.control.loop import SILENCE
+from bioscara.control.schedule import SILENCE
 from bioscara.control.supervisor import FaultState
 from bioscara.errors import (
     BioscaraError,
     FaultedError,
+    FollowingError,
     GoalAbortedError,
     GoalRejectedError,
     InvalidArgumentError,
@@ -43,8 +45,8 @@ GOAL = (-1.5, 0.25, 0.8, 1.0)
 class Scene:
     """A homed arm on its way until something happens."""
 
-    def __init__(self, evidence: Path) -> None:
-        self.arm = SimulatedArm(seed=5, positions=NEAR, frequency=400e3)
+    def __init__(self, evidence: Path, *, v1: bool = False) -> None:
+        self.arm = SimulatedArm(seed=5, v1=v1, positions=NEAR, frequency=400e3)
         self.bus = FaultyBus(FirmwareBus(self.arm), seed=5, clock=self.arm.clock)
         self.evidence = evidence
         self.robot = self.host()
@@ -90,13 +92,18 @@ class Scene:
 SLOWEST = max(joint.max_velocity / joint.max_acceleration for joint in ARM.joints)
 STANDSTILL = 128.0
 """What a joint at rest does to stay there [microsteps]: half of a full step."""
+PULL_OUT = 512.0
+"""Lead of the field at which a rotor loses it [microsteps]; no stall threshold is below it."""
 SWING = 0.25
 """Time in which the belts swing out [s]."""
 
 
+EITHER = pytest.mark.parametrize("scene", [False, True], ids=["v2", "v1"], indirect=True)
+
+
 @pytest.fixture
-def scene(tmp_path: Path) -> Iterator[Scene]:
-    scene = Scene(tmp_path)
+def scene(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Scene]:
+    scene = Scene(tmp_path, v1=getattr(request, "param", False))
     with scene.robot:
         scene.robot.home()
         yield scene
@@ -197,16 +204,19 @@ def test_host7_a_controller_that_takes_over_at_speed_makes_no_step(scene: Scene)
     assert not scene.moves()
 
 
-@pytest.mark.parametrize("factor", [12.0])
-def test_mec2_friction_stops_the_arm_and_the_joint_is_named_with_its_error(
-    scene: Scene, factor: float
+@pytest.mark.parametrize(("factor", "at"), [(5.0, 0.3), (12.0, 0.7)])
+def test_mec2_friction_that_holds_a_joint_back_is_named_as_its_stall(
+    scene: Scene, factor: float, at: float
 ) -> None:
-    with pytest.raises(BioscaraError, match="j1"):
-        scene.move(lambda: scene.arm.set_friction("j1", factor))
-    fault = scene.robot.faults[0]
-    assert fault.source == "j1"
-    assert fault.kind in (FaultKind.FOLLOWING_ERROR, FaultKind.STALL)
-    assert any(character.isdigit() for character in str(fault.cause))
+    with pytest.raises(StalledError) as caught:
+        scene.move(lambda: scene.arm.set_friction("j1", factor), at)
+    (fault,) = scene.robot.faults
+    assert (fault.kind, fault.source) == (FaultKind.STALL, "j1")
+    told = re.search(
+        r"j1: .*position error (\d+\.?\d*) microsteps.*stall_threshold", str(caught.value)
+    )
+    assert told is not None
+    assert float(told[1]) > PULL_OUT
     scene.arm.run(SWING)
     assert not scene.moves()
     scene.arm.set_friction("j1", 1.0)
@@ -214,6 +224,49 @@ def test_mec2_friction_stops_the_arm_and_the_joint_is_named_with_its_error(
     recover(scene)
 
 
+def slow(scene: Scene) -> None:
+    scene.robot.joints[0].set_max_acceleration(0.05)
+
+
+def hung(scene: Scene) -> None:
+    """Its loop stands still, nothing restarts it, and its interrupt goes on answering."""
+    scene.arm.set_watchdog("j1", on=False)
+    scene.arm.hang("j1")
+
+
+@EITHER
+@pytest.mark.parametrize("strike", [slow, hung])
+def test_mec2_a_joint_that_answers_well_but_trails_its_commands_is_noticed_by_the_host(
+    scene: Scene, strike: Callable[[Scene], None]
+) -> None:
+    with pytest.raises(FollowingError) as caught:
+        scene.move(lambda: strike(scene), at=0.3)
+    error = caught.value
+    assert error.joint == "j1"
+    assert 0.0 < error.limit < error.error < 1.5 * error.limit
+    assert f"{error.error:.4g} rad" in str(error)
+    assert f"{error.limit:.4g} rad" in str(error)
+    last = [record for record in scene.records if record.phase is Phase.TRAJECTORY][-1]
+    off = abs(last.joints[0].reference - last.joints[0].position)
+    assert error.error == pytest.approx(
+        off, abs=2.0 * LIMITS["j1"].max_velocity * scene.robot.period
+    )
+    (fault,) = scene.robot.faults
+    assert (fault.kind, fault.source) == (FaultKind.FOLLOWING_ERROR, "j1")
+    assert fault.time - scene.struck < 1.0
+    assert fault.evidence is not None
+    assert str(error) in fault.evidence.read_text()
+    goal = scene.robot._running().trajectory.goal
+    assert goal is not None
+    assert goal.status is Status.ABORTED
+    scene.arm.run(2 * SWING)
+    assert not scene.moves()
+    scene.arm.hang("j1", on=False)
+    scene.arm.run(2 * SWING)
+    recover(scene)
+
+
+@EITHER
 def test_usr1_an_emergency_stop_is_named_within_two_cycles_and_targets_are_dropped(
     scene: Scene,
 ) -> None:
@@ -233,6 +286,17 @@ def test_usr1_an_emergency_stop_is_named_within_two_cycles_and_targets_are_dropp
     ]
 
 
+@EITHER
+def test_usr1_an_emergency_stop_at_rest_is_named_when_somebody_looks(scene: Scene) -> None:
+    scene.robot.move_joints(START)
+    scene.arm.run(1.0)
+    scene.arm.set_motor_power(False)
+    scene.arm.run(1.0)
+    assert scene.robot.state.positions[0] == pytest.approx(scene.arm.position("j1"), abs=5e-3)
+    assert scene.robot.faults[0].kind is FaultKind.POWER_LOST
+
+
+@EITHER
 def test_usr2_power_that_comes_back_moves_nothing_and_homes_are_kept(scene: Scene) -> None:
     with pytest.raises(BioscaraError):
         scene.move(lambda: scene.arm.set_motor_power(False))

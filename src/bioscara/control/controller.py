@@ -10,6 +10,7 @@ from bioscara.control.parameters import Parameters
 from bioscara.control.statistics import UpdateStatistics
 from bioscara.errors import ControllerError
 from bioscara.hardware import CommandInterface, State, StateInterface
+from bioscara.model import JointParameters
 
 P = TypeVar("P", bound=Parameters)
 
@@ -37,6 +38,8 @@ class Controller(ABC, Generic[P]):
         nominal_period: Time from update to update as it should be [s]; set before ``on_activate``.
         commanded_speeds: Velocity at which each claimed joint was commanded when the controller
             was activated [rad/s or m/s], by joint; 0 for one that was at rest.
+        limits: Those of the joints of the hardware that it commands, by joint; set before
+            ``on_activate``.
         command_handles: The claimed command interfaces while it is active.
         state_handles: The state interfaces while it is active.
         statistics: What its updates were like since it was activated last.
@@ -50,6 +53,7 @@ class Controller(ABC, Generic[P]):
         self.state = State.UNCONFIGURED
         self.nominal_period = 0.0
         self.commanded_speeds: dict[str, float] = {}
+        self.limits: Mapping[str, JointParameters] = {}
         self.command_handles: tuple[CommandInterface, ...] = ()
         self.state_handles: tuple[StateInterface, ...] = ()
         self.statistics = UpdateStatistics()

@@ -20,6 +20,7 @@ from bioscara.errors import (
     JointResetError,
     NotEnabledError,
     OverrunError,
+    RefusedError,
     StalledError,
 )
 from bioscara.protocol import Fault as JointFault
@@ -114,8 +115,8 @@ _KINDS: tuple[tuple[type[BaseException], FaultKind], ...] = (
     (JointResetError, FaultKind.JOINT_RESET),
     (StalledError, FaultKind.STALL),
     (BusStuckError, FaultKind.BUS_STUCK),
+    (RefusedError, FaultKind.JOINT_FAULT),
     (CommunicationError, FaultKind.BUS_FAILED),
-    (NotEnabledError, FaultKind.JOINT_FAULT),
     (JointError, FaultKind.JOINT_FAULT),
     (ControllerError, FaultKind.CONTROLLER_FAILED),
     (HardwareError, FaultKind.HARDWARE_FAILED),
@@ -141,4 +142,5 @@ def says_power_is_gone(cause: BioscaraError) -> bool:
     """Return whether this is what a joint says, or does not say, when its motor power goes."""
     if isinstance(cause, JointFaultError):
         return cause.fault in _POWER
-    return isinstance(cause, JointLostError)
+    # A version 1 joint latches no fault: all it says is that it is not engaged any more.
+    return isinstance(cause, (JointLostError, NotEnabledError))

@@ -9,6 +9,7 @@ from typing import Literal
 from bioscara.control.controller import Controller
 from bioscara.control.parameters import Parameters
 from bioscara.errors import ConfigurationError, InvalidArgumentError
+from bioscara.hardware import VELOCITY
 
 
 class ForwardCommandParameters(Parameters):
@@ -24,7 +25,10 @@ class ForwardCommandParameters(Parameters):
 
 
 class ForwardCommandController(Controller[ForwardCommandParameters]):
-    """Writes the last command that it was given; until there is one, it changes nothing."""
+    """Writes the last command that it was given.
+
+    Until there is one joints come to rest: a velocity is 0, a position stays as it was commanded.
+    """
 
     TYPE = "forward_command_controller/ForwardCommandController"
     PARAMETERS = ForwardCommandParameters
@@ -49,7 +53,8 @@ class ForwardCommandController(Controller[ForwardCommandParameters]):
 
     def on_activate(self, time: float) -> None:
         """Forget commands of before."""
-        self._command = None
+        moves = self.parameters.interface_name == VELOCITY
+        self._command = (0.0,) * len(self.parameters.joints) if moves else None
 
     def command(self, values: Sequence[float]) -> None:
         """Give the command of the next cycle and all that follow.

@@ -3,15 +3,19 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
-from typing import Annotated, NamedTuple
+from typing import Annotated
 
 from pydantic import Field
 
 from bioscara.control.controller import Controller
+from bioscara.control.gripper_messages import (
+    GripperFeedback,
+    GripperGoal,
+    GripperGoalHandle,
+    GripperResult,
+)
 from bioscara.control.joint_trajectory.messages import Status
 from bioscara.control.parameters import Parameters
-from bioscara.drivers import Quality
 from bioscara.errors import ConfigurationError, ControllerError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, State
 
@@ -51,80 +55,6 @@ class GripperActionParameters(Parameters):
     max_velocity: Positive = 0.1
     velocity_limit: Positive = 1.0
     limits: tuple[float, float] | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class GripperGoal:
-    """A goal of control_msgs/ParallelGripperCommand, unchecked.
-
-    Attributes:
-        position: The width between the jaws, one value [m].
-        velocity: Highest speed, one value or none [m/s]; unused where the gripper has no
-            interface for it, as is the effort.
-        effort: Highest effort, one value or none [N].
-    """
-
-    position: tuple[float, ...]
-    velocity: tuple[float, ...] = ()
-    effort: tuple[float, ...] = ()
-
-
-class GripperFeedback(NamedTuple):
-    """Where the gripper is.
-
-    Attributes:
-        time: Begin of the cycle [s].
-        position: Width between the jaws [m], no farther than they can have come by then.
-        velocity: As measured [m/s].
-        quality: How far that can be believed.
-    """
-
-    time: float
-    position: float
-    velocity: float
-    quality: Quality
-
-
-class GripperResult(NamedTuple):
-    """How a goal ended.
-
-    Attributes:
-        position: Width between the jaws [m].
-        velocity: As measured [m/s].
-        reached_goal: Whether the width is the goal's.
-        stalled: Whether the gripper was held up before.
-        quality: How far all of this can be believed.
-    """
-
-    position: float
-    velocity: float
-    reached_goal: bool
-    stalled: bool
-    quality: Quality
-
-
-@dataclass(slots=True)
-class GripperGoalHandle:
-    """An accepted goal; changed by the controller until it ends.
-
-    Attributes:
-        goal: What was asked.
-        status: How far it got.
-        text: Why it ended early.
-        feedback: Where the gripper is; None before the goal's first cycle.
-        result: How it ended; None before.
-    """
-
-    goal: GripperGoal
-    status: Status = Status.EXECUTING
-    text: str = ""
-    feedback: GripperFeedback | None = field(default=None, repr=False)
-    result: GripperResult | None = field(default=None, repr=False)
-
-    @property
-    def done(self) -> bool:
-        """Whether it ended."""
-        return self.status is not Status.EXECUTING
 
 
 class GripperActionController(Controller[GripperActionParameters]):
@@ -176,7 +106,8 @@ class GripperActionController(Controller[GripperActionParameters]):
                 f"{self.name}: {measured.name} is {measured.value}; activate the gripper first",
                 self.name,
             )
-        self.position = self._command = measured.value
+        self.position = measured.value
+        self._give(measured.value)
         self._extras = self._extras_of((), ())
         self._still = 0.0
 
@@ -201,7 +132,8 @@ class GripperActionController(Controller[GripperActionParameters]):
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         self._check(goal)
         self._end(Status.CANCELED, "a newer goal took its place")
-        self._command, self._still = goal.position[0], 0.0
+        self._give(goal.position[0])
+        self._still = 0.0
         self._extras = self._extras_of(goal.velocity, goal.effort)
         self.goal = GripperGoalHandle(goal)
         return self.goal
@@ -209,13 +141,20 @@ class GripperActionController(Controller[GripperActionParameters]):
     def cancel(self) -> None:
         """Hold where the gripper is and end the goal; nothing happens if there is none."""
         if self.goal is not None and not self.goal.done:
-            self._command = self.position
+            self._give(self.position)
             self._extras = self._extras_of((), ())
             self._end(Status.CANCELED, "the goal was cancelled")
 
     def update(self, time: float, period: float) -> None:
-        """Judge where the gripper is, and command."""
+        """Judge where the gripper is, and command.
+
+        A goal is not judged before its command was written; what the hardware gave up ends it.
+        """
         measured, velocity = self.state_handles
+        problem = self.command_handles[0].problem
+        if problem is not None:
+            self._end(Status.ABORTED, str(problem))
+            self._give(measured.value)
         reach = self.parameters.velocity_limit * period
         moved = min(max(measured.value - self.position, -reach), reach)
         self.position += moved
@@ -228,8 +167,13 @@ class GripperActionController(Controller[GripperActionParameters]):
         threshold = self.parameters.stall_velocity_threshold
         moving = abs(velocity.value) > threshold or abs(moved) > threshold * period
         self._still = 0.0 if moving else self._still + period
+        written = goal.feedback is not None
         goal.feedback = GripperFeedback(time, self.position, velocity.value, measured.quality)
-        self._judge()
+        if written:
+            self._judge()
+
+    def _give(self, width: float) -> None:
+        self._command, self.command_handles[0].problem = width, None
 
     def _judge(self) -> None:
         parameters = self.parameters

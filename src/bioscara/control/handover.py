@@ -14,6 +14,7 @@ from bioscara.control.statistics import UpdateStatistics
 from bioscara.control.switching import Strictness, Switch
 from bioscara.errors import BioscaraError, ModeSwitchError, SwitchError
 from bioscara.hardware import HardwareComponent, State
+from bioscara.model import JointParameters
 
 
 class Change(NamedTuple):
@@ -195,11 +196,14 @@ class Handover:
                 done.append(controller)
 
     def _activate(self, controller: AnyController, time: float, moving: set[str]) -> None:
+        limits: dict[str, JointParameters] = {}
         for name in controller.command_interfaces:
             component = self._claims.component(name)
             if component.state is not State.ACTIVE:
                 raise SwitchError(f"{component.name} is {component.state.label}")
+            limits.update(component.limits)
         schedule = Schedule(self._rate, controller.parameters.update_rate)
+        controller.limits = limits
         controller.nominal_period = 1.0 / schedule.rate
         controller.statistics = UpdateStatistics()
         controller.bind(self._claims.commands, self._claims.states)

@@ -130,8 +130,10 @@ class HomingController(Controller[HomingParameters]):
         self._stopping = False
 
     def on_deactivate(self, time: float) -> None:
-        """Stop whatever is homing."""
-        self._stop(Status.ABORTED, "the homing controller was deactivated")
+        """Stop whatever is homing; the goal says why, if the joint did."""
+        seeking = self.goal is not None and self.goal.current is not None
+        problem = self.command_handles[self._index].problem if seeking else None
+        self._stop(Status.ABORTED, str(problem or "the homing controller was deactivated"))
 
     def trigger(self, joint: str, command: float) -> HomingGoal | None:
         """Command one joint, as the topic of the original does.

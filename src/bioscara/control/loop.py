@@ -11,18 +11,14 @@ from bioscara.control.faults import FaultKind
 from bioscara.control.flight_record import FlightRecord, Timing
 from bioscara.control.manager import ControllerManager
 from bioscara.control.realtime import conditions
+from bioscara.control.schedule import SILENCE, require_rate
 from bioscara.control.statistics import Statistics
 from bioscara.control.supervisor import Supervisor
 from bioscara.control.watchdog import Watchdog
 from bioscara.errors import ConfigurationError, OverrunError
 from bioscara.hardware import State
+from bioscara.hardware.capacity import highest_rate
 
-SILENCE = 0.060
-"""Time without a setpoint after which a joint stops by itself [s]."""
-LOWEST, HIGHEST = 20, 10_000
-"""Rates that make sense [Hz]: a setpoint must come before a joint misses it."""
-_BUS_SHARE = 0.85
-"""Share of a period that the bus may take: a repetition must fit in now and then."""
 _IN_A_ROW = 3
 _SLOW_SHARE, _STOP_SHARE = 0.05, 0.2
 
@@ -39,17 +35,6 @@ class Cycle(NamedTuple):
     time: float
     period: float
     timing: Timing
-
-
-def highest_rate(bus_time: float) -> int:
-    """Return the highest rate [Hz] at which a cycle's exchanges leave the bus some room.
-
-    Args:
-        bus_time: What they take [s]; 0 for a bus that takes no time.
-    """
-    if bus_time * HIGHEST <= _BUS_SHARE:
-        return HIGHEST
-    return int(_BUS_SHARE / bus_time)
 
 
 class Loop:
@@ -88,11 +73,7 @@ class Loop:
         bus_time: float = 0.0,
         watchdog: Watchdog | None = None,
     ) -> None:
-        if not LOWEST <= rate <= HIGHEST:
-            raise ConfigurationError(
-                f"rate {rate} Hz is outside {LOWEST} .. {HIGHEST} Hz; a joint that hears nothing "
-                f"for {1e3 * SILENCE:.0f} ms stops"
-            )
+        require_rate(rate)
         highest = highest_rate(bus_time)
         if rate > highest:
             raise ConfigurationError(
@@ -133,10 +114,14 @@ class Loop:
         time = clock.now()
         late = time - self._deadline
         period = self.period if math.isnan(self._last) else time - self._last
+        held_up = period > SILENCE + self.period
         self._last = time
         good = False
         try:
-            manager.cycle(time, period)
+            if held_up and self._driving:
+                self._overrun(f"nothing ran for {period:.2f} s", time)
+            # The way of a pause in which the joints stopped by themselves is not made up for.
+            manager.cycle(time, self.period if held_up else period)
             self._require_timely(time)
             supervisor.check(time, self.period)
             self._judge(time)

@@ -23,7 +23,7 @@ from bioscara.control.roster import Roster
 from bioscara.control.schedule import require_rate
 from bioscara.control.statistics import ManagerStatistics
 from bioscara.control.switching import Strictness, Switch, plan, unknown
-from bioscara.errors import BioscaraError, InvalidArgumentError, SwitchError
+from bioscara.errors import InvalidArgumentError, SwitchError
 from bioscara.hardware import HardwareComponent, State
 
 _WARNINGS = 100
@@ -52,7 +52,7 @@ class ControllerManager:
             them; the latest.
 
     Raises:
-        ConfigurationError: The rate is not within 1 .. 10000 Hz.
+        ConfigurationError: The rate is no whole number within 20 .. 10000 Hz.
         SwitchError: Two components have a name or an interface in common.
     """
 
@@ -258,16 +258,15 @@ class ControllerManager:
 
     def shutdown(self, time: float) -> list[Exception]:
         """Shut all controllers, then all hardware down; returns what went wrong."""
-        problems: list[Problem] = []
-        for component in self.components:
-            self._handover.release(component, time, problems, inactive_too=True)
-        self._handover.active.clear()
+        leaving = tuple(controller for controller, _ in self._handover.active)
+        changes = self._handover.changes((), leaving)
+        problems = self._handover.carry_out(Switch((), leaving), changes, time)
         causes = [problem.cause for problem in problems]
         self._roster.finalize()
         for component in self.components:
             try:
                 component.shutdown()
-            except BioscaraError as error:
+            except Exception as error:  # noqa: BLE001  whatever it is, the others must go down too
                 causes.append(error)
         return causes
 

@@ -4,24 +4,49 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping
-from typing import Annotated, Self
+from typing import Annotated, ClassVar, Self
 
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
+from pydantic_core import PydanticCustomError
 
+from bioscara.control.schedule import HIGHEST
 from bioscara.errors import ConfigurationError
 
-Rate = Annotated[int, Field(ge=0, le=100_000)]
+Rate = Annotated[int, Field(ge=0, le=HIGHEST)]
+_UNKNOWN = "unknown_name"
 
 
-class Parameters(BaseModel):
+class Section(BaseModel):
+    """Base of everything that parameters are grouped in: unknown names and infinity are refused."""
+
+    PER_JOINT: ClassVar[bool] = False
+    """Whether a section for each joint, under the joint's name, may stand beside the others."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _refuse_unknown(cls, values: object) -> object:
+        """Tell of an unknown name here, where the names are known that it could have been."""
+        known = cls.model_fields
+        for name, value in values.items() if isinstance(values, Mapping) else ():
+            if name in known or (cls.PER_JOINT and isinstance(value, Mapping | Section)):
+                continue
+            near = difflib.get_close_matches(str(name), known, 1)
+            hint = f"did you mean {near[0]}?" if near else f"it has {', '.join(known)}"
+            if cls.PER_JOINT and not near:
+                hint += ", and a section for each joint"
+            raise PydanticCustomError(_UNKNOWN, "{hint}", {"name": name, "hint": hint})
+        return values
+
+
+class Parameters(Section):
     """Base of every controller's parameters; names and defaults are those of ros2_controllers.
 
     Attributes:
         update_rate: Updates per second [Hz]; 0 for every cycle.
         fallback_controllers: Controllers that take over when this one fails.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     update_rate: Rate = 0
     fallback_controllers: tuple[str, ...] = ()
@@ -42,12 +67,10 @@ class Parameters(BaseModel):
         except ValidationError as error:
             first = error.errors()[0]
             where = ".".join(map(str, first["loc"]))
-            if first["type"] == "extra_forbidden":
-                known = [*cls.model_fields]
-                near = difflib.get_close_matches(str(first["loc"][-1]), known, 1)
-                hint = f"did you mean {near[0]}?" if near else f"it has {', '.join(known)}"
+            if first["type"] == _UNKNOWN:
+                where = ".".join(map(str, (*first["loc"], first["ctx"]["name"])))
                 raise ConfigurationError(
-                    f"{controller}: unknown parameter {where}; {hint}"
+                    f"{controller}: unknown parameter {where}; {first['msg']}"
                 ) from error
             if first["type"] == "missing":
                 raise ConfigurationError(f"{controller}: parameter {where} is missing") from error

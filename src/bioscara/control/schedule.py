@@ -4,18 +4,25 @@ from __future__ import annotations
 
 from bioscara.errors import ConfigurationError
 
-FASTEST = 10_000
-"""Most cycles per second that anybody may ask for [Hz]."""
+SILENCE = 0.060
+"""Time without a setpoint after which a joint stops by itself [s]."""
+LOWEST, HIGHEST = 20, 10_000
+"""Rates that make sense [Hz]: a setpoint must come before a joint misses it."""
 
 
 def require_rate(rate: int) -> None:
     """Check a rate of cycles [Hz].
 
     Raises:
-        ConfigurationError: It is not within 1 .. :data:`FASTEST`.
+        ConfigurationError: It is no whole number, or not within :data:`LOWEST` .. :data:`HIGHEST`.
     """
-    if not 0 < rate <= FASTEST:
-        raise ConfigurationError(f"rate {rate} Hz is outside 1 .. {FASTEST} Hz")
+    if not isinstance(rate, int):
+        raise ConfigurationError(f"rate {rate} Hz is not a whole number, as 50 or 100 are")
+    if not LOWEST <= rate <= HIGHEST:
+        raise ConfigurationError(
+            f"rate {rate} Hz is outside {LOWEST} .. {HIGHEST} Hz; a joint that hears nothing for "
+            f"{1e3 * SILENCE:.0f} ms stops"
+        )
 
 
 class Schedule:
@@ -32,7 +39,7 @@ class Schedule:
         rate: Updates per second that come of it [Hz].
 
     Raises:
-        ConfigurationError: A rate is not above zero.
+        ConfigurationError: As :func:`require_rate`, or the rate that was asked for is negative.
     """
 
     __slots__ = ("_elapsed", "_first", "_nominal", "_soonest", "rate")

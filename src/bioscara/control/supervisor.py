@@ -10,27 +10,26 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
-from dataclasses import replace
-from datetime import UTC, datetime
 from enum import Enum
 from pathlib import Path
 
-from bioscara.control.faults import Fault, FaultKind, Stop, classify, says_power_is_gone, source_of
-from bioscara.control.flight_record import Evidence, FlightRecord
+from bioscara.control.fault_log import FaultLog
+from bioscara.control.faults import Fault, FaultKind, Stop, classify, source_of
+from bioscara.control.flight_record import FlightRecord
 from bioscara.control.following import Following
 from bioscara.control.hold_controller import HoldController
 from bioscara.control.joint_trajectory import JointTrajectoryController
 from bioscara.control.manager import ControllerManager
-from bioscara.errors import BioscaraError, FaultedError, ModeSwitchError
+from bioscara.errors import BioscaraError, FaultedError, HardwareError, ModeSwitchError
 from bioscara.hardware import HOME, ArmHardware, State
+from bioscara.hardware.stopping import stop_and_disable
 
 REST_SHARE = 0.002
 """Share of its highest speed below which a joint counts as standing."""
 _REST_TIME = 5.0
 """Time after which a stop counts as ended whatever the joints say [s]."""
-_AT_ONCE = 0.1
-"""Joints that drop out within this time dropped out together [s]."""
 _SLOW = 0.5
+"""Share of the chosen speed at which a loop that is late goes on."""
 _WARNINGS = 100
 """How many warnings are kept: the latest."""
 
@@ -71,13 +70,11 @@ class Supervisor:
         folder: Path,
     ) -> None:
         self._manager, self._arm, self._hold = manager, arm, hold
-        self._record, self._folder = record, folder
+        self._log = FaultLog(record, folder, len(arm.axes))
         self._following = [Following(axis, manager.limiter.guards[axis.name]) for axis in arm.axes]
         self._since = 0.0
-        self._slowed: dict[JointTrajectoryController, tuple[float, float]] = {}
-        self._evidence: Evidence | None = None
         self.state = FaultState.CLEAR
-        self.faults: list[Fault] = []
+        self.faults = self._log.faults
         self.warnings: deque[str] = deque(maxlen=_WARNINGS)
 
     def require_clear(self) -> None:
@@ -116,8 +113,8 @@ class Supervisor:
                     self.fault(error, error.joint, time)
         elif self.state is FaultState.STOPPING and self.at_rest(time, self._since):
             self.state = FaultState.LATCHED
-            self._evidence = self._record.freeze()
-            if self.faults[0].kind.stop is Stop.DISABLE:
+            self._log.freeze()
+            if self._log.stop is Stop.DISABLE:
                 self._release(time)
 
     def fault(
@@ -135,21 +132,11 @@ class Supervisor:
         """
         fault = Fault(kind or classify(cause), source_of(cause, source), cause, time)
         if fault.kind.stop is Stop.SLOW:
-            self._slow_down(fault)
+            self.warnings.append(str(fault))
+            self._pace(_SLOW)
             return
-        if any((old.kind, old.source) == (fault.kind, fault.source) for old in self.faults):
-            return
-        self.faults.append(fault)
-        self._name_power_loss(time)
-        if self.state is FaultState.CLEAR:
-            self._manager.lock = f"a fault is latched: {fault}"
-        if self.state is not FaultState.STOPPING:
-            # Also a fault that comes after others were acknowledged has to be.
-            self.state, self._since = FaultState.STOPPING, time
-        if self.faults[0].kind.stop is Stop.POWERLESS:
-            self._release(time)
-        else:
-            self.stop(time)
+        if self._take(fault):
+            (self._release if self._log.stop is Stop.POWERLESS else self.stop)(time)
 
     def crash(self, cause: Exception, time: float) -> None:
         """Take it that a cycle broke off; this raises nothing.
@@ -166,11 +153,8 @@ class Supervisor:
             self._release(time)
 
     def full_speed(self) -> None:
-        """Take back what was slowed down, unless somebody chose another speed meanwhile."""
-        for controller, (before, slow) in self._slowed.items():
-            if controller.scaling == slow:
-                controller.set_scaling(before)
-        self._slowed.clear()
+        """Take back what was slowed down: trajectories go on at the speed chosen for them."""
+        self._pace(1.0)
 
     def stop(self, time: float) -> None:
         """Bring all joints to rest and hold them; a homing is ended. This raises nothing.
@@ -183,23 +167,37 @@ class Supervisor:
         except Exception:  # noqa: BLE001  what cannot be ramped down is let go
             self._release(time)
 
+    def _take(self, fault: Fault) -> bool:
+        """Latch a fault; return whether it is news."""
+        if not self._log.add(fault):
+            return False
+        if self.state is FaultState.CLEAR:
+            self._manager.lock = f"a fault is latched: {fault}"
+        if self.state is not FaultState.STOPPING:
+            # Also a fault that comes after others were acknowledged has to be.
+            self.state, self._since = FaultState.STOPPING, fault.time
+        return True
+
     def _let_hold(self, time: float) -> None:
-        for command in self._arm.commands.values():
+        manager, arm = self._manager, self._arm
+        if arm.state is not State.ACTIVE:
+            return
+        for command in arm.commands.values():
             if command.kind == HOME:
                 command.value = 0.0
-        hold = self._manager.controller(self._hold)
-        if self._arm.state is not State.ACTIVE or hold.state is State.ACTIVE:
-            return
-        wanted = set(hold.command_interfaces)
-        leaving = [
-            controller.name
-            for controller in self._manager.controllers
-            if controller.state is State.ACTIVE
-            and any(name.rpartition("/")[2] != HOME for name in controller.command_interfaces)
-            and wanted.intersection(controller.command_interfaces)
-        ]
+        leaving, moving = [], False
+        for controller in manager.controllers:
+            claimed = arm.commands.keys() & controller.command_interfaces
+            if claimed and controller.state is State.ACTIVE and controller.name != self._hold:
+                leaving.append(controller.name)
+                moving = moving or any(arm.commands[name].kind != HOME for name in claimed)
+        if moving and manager.controller(self._hold).state is not State.ACTIVE:
+            # Where a joint that moves cannot be held, each comes to rest by itself.
+            with suppress(ModeSwitchError):
+                manager.take_over(self._hold, leaving, time)
+                return
         if leaving:
-            self._manager.take_over(self._hold, leaving, time)
+            manager.switch(time, (), leaving)
 
     def acknowledge(self) -> Sequence[Fault]:
         """Take note of the faults: their evidence is written; nothing moves or is switched.
@@ -221,20 +219,14 @@ class Supervisor:
         return tuple(self.faults)
 
     def keep_evidence(self) -> None:
-        """Write the flight record as it was when the arm had come to rest, and the faults.
+        """Write the flight record as it was each time the arm had come to rest, and the faults.
 
         Does nothing if all of it is written already; what was written before is never replaced.
 
         Raises:
             OSError: It cannot be written.
         """
-        if all(fault.evidence is not None for fault in self.faults):
-            return
-        evidence = self._evidence or self._record.freeze()
-        first = self.faults[0]
-        name = f"fault-{first.kind.name.lower()}-{datetime.now(UTC):%Y%m%dT%H%M%S}"
-        path = evidence.write(self._folder, name, [str(fault) for fault in self.faults])
-        self.faults[:] = [replace(fault, evidence=path) for fault in self.faults]
+        self._log.keep()
 
     def recover(self, time: float) -> None:
         """Clear what the joints latched and greet those that restarted; the arm is INACTIVE.
@@ -246,27 +238,34 @@ class Supervisor:
 
         Raises:
             FaultedError: The faults are not acknowledged.
-            BioscaraError: A joint does not answer; the faults stay.
+            BioscaraError: A joint does not answer or cannot be released; the faults stay.
         """
         if self.state is not FaultState.ACKNOWLEDGED:
             raise FaultedError(f"the fault is {self.state.value}: acknowledge() it first")
         manager, arm = self._manager, self._arm
         if arm.available:
+            # What cannot be released now is released below, once it was greeted again.
             with suppress(BioscaraError):
                 manager.set_hardware_state(arm.name, State.UNCONFIGURED, time)
         arm.configure()
         arm.clear_faults()
-        self.faults.clear()
-        self._evidence = None
+        problems = stop_and_disable(arm.joints)
+        if problems:
+            raise HardwareError("; ".join(problems), arm.name)
+        self._log.clear()
         self.state, manager.lock = FaultState.CLEAR, ""
 
     def at_rest(self, time: float, since: float) -> bool:
         """Return whether all joints that can be reached stand, or had long enough to do so.
 
+        Not yet in the cycle in which they were told: what it saw is part of the evidence.
+
         Args:
             time: Now [s].
             since: When they were told to stop [s].
         """
+        if time <= since:
+            return False
         if self._arm.state is not State.ACTIVE or time - since > _REST_TIME:
             return True
         hold = self._manager.controller(self._hold)
@@ -281,31 +280,17 @@ class Supervisor:
             for axis in self._arm.axes
         )
 
-    def _name_power_loss(self, time: float) -> None:
-        """Make it POWER_LOST where several joints dropped out together as they then do."""
-        recent = {
-            fault.source
-            for fault in self.faults
-            if time - fault.time <= _AT_ONCE
-            and isinstance(fault.cause, BioscaraError)
-            and says_power_is_gone(fault.cause)
-        }
-        if len(recent) >= len(self._arm.axes) - 1 and self.faults[0].source in recent:
-            self.faults[0] = replace(self.faults[0], kind=FaultKind.POWER_LOST)
-
     def _release(self, time: float) -> None:
         """Let go of the joints, whatever they say to it; this raises nothing."""
-        with suppress(Exception):
+        name = self._arm.name
+        try:
             if self._arm.state is State.ACTIVE:
-                self._manager.set_hardware_state(self._arm.name, State.INACTIVE, time)
+                self._manager.set_hardware_state(name, State.INACTIVE, time)
+        except Exception as error:  # noqa: BLE001  somebody has to know what may be energised
+            self._take(Fault(FaultKind.HARDWARE_FAILED, source_of(error, name), error, time))
 
-    def _slow_down(self, fault: Fault) -> None:
-        """Halve the speed of trajectories."""
-        self.warnings.append(str(fault))
+    def _pace(self, share: float) -> None:
+        """Let trajectories go on at a share of the speed that was chosen for them."""
         for controller in self._manager.controllers:
-            if isinstance(controller, JointTrajectoryController) and (
-                controller.state is State.ACTIVE
-            ):
-                before = controller.scaling
-                self._slowed[controller] = before, _SLOW * before
-                controller.set_scaling(_SLOW * before)
+            if isinstance(controller, JointTrajectoryController):
+                controller.slow_down(share)

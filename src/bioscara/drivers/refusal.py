@@ -54,7 +54,8 @@ def refused_error(
     reason, what = report.refusal, f"{joint}: {register.name} was refused"
     if reason == Refusal.STALLED.name or (reason in _STATE and report.fault == Fault.STALL.name):
         return StalledError(
-            f"{what}: the joint stalled (position error {report.data:g} microsteps)",
+            f"{what}: the joint stalled (position error {report.data:g} microsteps, more than its "
+            "stall_threshold allows)",
             joint,
             "remove the obstacle, then clear_fault() and enable()",
         )
@@ -64,7 +65,7 @@ def refused_error(
         return NotEnabledError(f"{what}: it is not enabled", joint, "enable() first")
     if reason == Refusal.BUSY.name:
         return IncorrectStateError(f"{what}: another command is running", joint, "stop() it first")
-    return RefusedError(f"{what}: {reason}", address, reason)
+    return RefusedError(f"{what}: {reason}", address, reason, joint)
 
 
 def worth_repeating(problem: BioscaraError) -> bool:

@@ -2,25 +2,37 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
 from bioscara.bus import Bus
 from bioscara.clock import Clock
-from bioscara.drivers import Joint, JointSample, drive, read_states, track
-from bioscara.drivers.cycle import Outcome
-from bioscara.errors import BioscaraError, HardwareError, JointError
+from bioscara.drivers import Joint
+from bioscara.drivers.session import WATCHDOG_MS
+from bioscara.errors import BioscaraError, HardwareError, HomingError
 from bioscara.hardware.axis import HALTED, Axis
+from bioscara.hardware.capacity import Capacity
 from bioscara.hardware.component import HardwareComponent
 from bioscara.hardware.description import read_arm
+from bioscara.hardware.exchange import Exchange
 from bioscara.hardware.lifecycle import State
 from bioscara.hardware.modes import MOTION, Mode
 from bioscara.hardware.stopping import stop_and_disable
-from bioscara.hardware.switching import check_homing, check_modes, doubts, plan_modes
+from bioscara.hardware.switching import (
+    check_capacity,
+    check_homing,
+    check_modes,
+    doubts,
+    plan_modes,
+)
 from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import JointParameters
 from bioscara.model.tags import ARM_COMPONENT
 from bioscara.protocol import Flags
+
+_OLD = 1e-3 * WATCHDOG_MS
+"""Age at which what a joint answered is asked for again [s]: by then it may have stopped."""
 
 
 class ArmHardware(HardwareComponent):
@@ -38,6 +50,7 @@ class ArmHardware(HardwareComponent):
     Attributes:
         axes: The joints with their handles.
         bus_time: How long the exchanges of the last cycle took [s].
+        capacity: What its bus can carry; None where nothing is refused for that.
     """
 
     def __init__(
@@ -53,8 +66,10 @@ class ArmHardware(HardwareComponent):
             for command in (axis.position_command, axis.velocity_command, axis.home_command):
                 self.commands[command.name] = command
         self.bus_time = 0.0
-        self._engaged = False
+        self._exchange = Exchange(clock, self.problems)
+        self.capacity: Capacity | None = None
         self._late: list[BioscaraError] = []
+        self._written = -math.inf
 
     @classmethod
     def from_description(
@@ -100,21 +115,21 @@ class ArmHardware(HardwareComponent):
             for axis in self.axes:
                 axis.joint.enable()
                 axis.halted, axis.mode = None, Mode.NONE
-            self._engaged = True
-            self._ask(self.axes)
+            self._exchange.engaged = True
+            self._exchange.ask(self.axes)
             for axis in self.axes:
                 if axis.halted is not None:
                     raise axis.halted
                 axis.publish()
                 axis.rest_here()
         except BaseException:
-            self._engaged = False
+            self._exchange.engaged = False
             stop_and_disable(self.joints)
             raise
 
     def on_deactivate(self) -> None:
         """Stop and release every joint."""
-        self._engaged = False
+        self._exchange.engaged = False
         problems = stop_and_disable(self.joints)
         self._end_modes()
         if problems:
@@ -173,12 +188,15 @@ class ArmHardware(HardwareComponent):
                 joint.clear_fault(joint.get_fault().fault)
 
     def read(self, time: float, period: float) -> None:
-        """Measure every joint that did not already say where it is when it was written to."""
+        """Measure every joint that did not say where it is when it was just written to."""
         self.problems[:], self._late[:] = self._late, ()
         self.bus_time = 0.0
-        asked = [axis for axis in self.axes if not axis.answered and not axis.gone]
+        old = time - self._written > min(2.0 * period, _OLD)
+        asked = [axis for axis in self.axes if (old or not axis.answered) and not axis.gone]
         if asked:
-            self._ask(asked)
+            before = self._clock.now()
+            self._exchange.ask(asked)
+            self.bus_time += self._clock.now() - before
         for axis in self.axes:
             axis.answered = False
             axis.publish()
@@ -189,28 +207,30 @@ class ArmHardware(HardwareComponent):
 
     def write(self, time: float, period: float) -> None:
         """Send what is claimed: one bus call for all positions, one for all velocities."""
-        before = self._clock.now()
+        before, self._written = self._clock.now(), time
         following, driven = [], []
         for axis in self.axes:
             mode = axis.mode
-            if axis.halted is not None or mode is Mode.NONE:
+            if axis.halted is not None:
                 continue
-            if mode is Mode.HOME:
+            if mode is Mode.HOME or axis.homing.running:
                 self._home(axis)
+            elif mode is Mode.NONE:
+                continue
             elif mode is Mode.VELOCITY:
                 driven.append(axis)
             elif axis.position_command.value == axis.position_command.value:
                 following.append(axis)
         if following:
-            self._follow(following, time, period)
+            self._exchange.follow(following, time, period)
         if driven:
-            self._drive(driven)
+            self._exchange.drive(driven)
         self.bus_time += self._clock.now() - before
 
     def prepare_command_mode_switch(
         self, start: Sequence[str], stop: Sequence[str]
     ) -> Sequence[str]:
-        """Check that every joint can take its new mode now.
+        """Check that every joint can take its new mode now, and the bus the cycles of all.
 
         Returns:
             What is odd about letting interfaces go, but no reason to refuse it.
@@ -221,93 +241,41 @@ class ArmHardware(HardwareComponent):
         self.require_commands((*start, *stop))
         plan = plan_modes(self.name, self.axes, start, stop)
         check_modes(self.name, self.axes, plan)
+        if self.capacity is not None:
+            check_capacity(self.name, self.axes, plan, self.capacity)
         return doubts(self.axes, stop, plan)
 
     def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
         """Change the modes; a joint that nobody commands any more ramps down.
 
         One that cannot be told to is a problem of the next cycle: it hears no more setpoints, so
-        it stops by itself.
+        it stops by itself. One that was homing is told again, cycle by cycle, until it heard.
         """
         self.require_commands((*start, *stop))
         for axis, mode in plan_modes(self.name, self.axes, start, stop):
             leaving = axis.homing.running or (axis.mode in MOTION and mode not in MOTION)
+            failed = axis.home_command.problem
+            if isinstance(failed, HomingError) and axis.joint.session.flags & HALTED:
+                # Told already; as long as the joint was to home, that did not take it out.
+                axis.halted = failed
             axis.change(mode)
             if leaving and axis.halted is None:
                 try:
                     axis.joint.stop()
                     axis.homing.running = False
                 except BioscaraError as error:
-                    self._halt(axis, error, self._late)
+                    if axis.homing.running:
+                        self._late.append(error)
+                    else:
+                        axis.miss(error)
+                        if axis.halt(error):
+                            self._late.append(error)
 
     def _end_modes(self) -> None:
         for axis in self.axes:
             axis.mode, axis.homing.running = Mode.NONE, False
             # What it answered last is not what it will be found to be when it is read again.
             axis.answered = False
-
-    def _ask(self, axes: Sequence[Axis]) -> None:
-        start = self._clock.now()
-        outcomes = read_states([axis.joint for axis in axes], retry=True)
-        self._take(axes, outcomes, start, start, answered=False)
-        self.bus_time += self._clock.now() - start
-
-    def _follow(self, axes: Sequence[Axis], time: float, period: float) -> None:
-        start = self._clock.now()
-        outcomes = track(
-            [axis.joint for axis in axes], [axis.setpoint(period) for axis in axes], retry=True
-        )
-        self._take(axes, outcomes, start, time, answered=True)
-
-    def _drive(self, axes: Sequence[Axis]) -> None:
-        velocities = [axis.velocity_command.value for axis in axes]
-        outcomes = drive([axis.joint for axis in axes], velocities, retry=True)
-        for axis, outcome in zip(axes, outcomes, strict=True):
-            if isinstance(outcome, BioscaraError):
-                self._halt(axis, outcome, self.problems)
-            else:
-                self._notice(axis, outcome)
-
-    def _take(
-        self,
-        axes: Sequence[Axis],
-        outcomes: Sequence[Outcome],
-        start: float,
-        time: float,
-        *,
-        answered: bool,
-    ) -> None:
-        # One bus call carries all frames, one after the other and all of the same length.
-        share = (self._clock.now() - start) / len(axes)
-        stamp = start
-        for axis, outcome in zip(axes, outcomes, strict=True):
-            stamp += share
-            if isinstance(outcome, BioscaraError):
-                self._halt(axis, outcome, self.problems)
-                continue
-            axis.take(outcome, stamp)
-            axis.answered = answered
-            if answered:
-                axis.arrival = stamp - time
-            self._notice(axis, outcome)
-
-    def _notice(self, axis: Axis, sample: JointSample) -> None:
-        """Take a joint out that does not follow; one that is to home is engaged by that."""
-        if not sample.flags & HALTED or axis.halted is not None or axis.mode is Mode.HOME:
-            return
-        if self._engaged:
-            self._halt(axis, axis.why_halted(), self.problems)
-
-    def _halt(self, axis: Axis, reason: BioscaraError, problems: list[BioscaraError]) -> None:
-        if axis.halted is not None:
-            return
-        axis.halted = reason
-        problems.append(reason)
-        axis.homing.running = False
-        if axis.mode is Mode.HOME:
-            axis.home_command.value, axis.home_command.problem = 0.0, reason
-        if not isinstance(reason, JointError) or not axis.joint.session.version:
-            axis.forget()
 
     def _home(self, axis: Axis) -> None:
         command, homing = axis.home_command, axis.homing

@@ -7,7 +7,7 @@ import math
 from bioscara.clock import Clock
 from bioscara.drivers import Joint, JointSample, Quality, Setpoint
 from bioscara.drivers.sample import UNKNOWN
-from bioscara.errors import BioscaraError, JointError, JointLostError
+from bioscara.errors import BioscaraError, JointError, JointLostError, JointResetError
 from bioscara.hardware.homing import Homing
 from bioscara.hardware.interfaces import (
     HOME,
@@ -85,6 +85,20 @@ class Axis:
             return error
         return JointError(f"{self.name}: the joint stopped and did not say why", self.name)
 
+    def halt(self, reason: BioscaraError) -> bool:
+        """Let the joint take no commands until somebody intervenes.
+
+        Returns:
+            Whether that is news: it is not halted for a second reason.
+        """
+        if self.halted is not None:
+            return False
+        self.halted = reason
+        self.homing.running = False
+        if self.mode is Mode.HOME:
+            self.home_command.value, self.home_command.problem = 0.0, reason
+        return True
+
     def hindrance(self, mode: Mode) -> BioscaraError | str | None:
         """Return why the joint cannot take up ``mode``, as far as it said; None if it can.
 
@@ -101,6 +115,17 @@ class Axis:
         self.sample = sample
         if sample.quality is Quality.FRESH:
             self.stamp = stamp
+
+    def miss(self, reason: BioscaraError) -> None:
+        """Know that the joint did not say where it is.
+
+        What it said before is stale; nothing is known of one that restarted or is lost.
+        """
+        lost = isinstance(reason, (JointLostError, JointResetError))
+        if lost or self.joint.session.version == 0:
+            self.forget()
+        elif self.sample.quality is Quality.FRESH:
+            self.sample = self.sample._replace(quality=Quality.STALE)
 
     def publish(self) -> None:
         """Copy what the joint said last to the state interfaces."""
@@ -141,7 +166,7 @@ class Axis:
         before, self.mode = self.mode, mode
         self.previous = math.nan
         if mode not in MOTION:
-            self.home_command.value = 0.0
+            self.home_command.value, self.home_command.problem = 0.0, None
         elif before not in MOTION:
             self.rest_here()
         elif mode is Mode.VELOCITY:

@@ -2,48 +2,79 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 from bioscara.clock import Clock
 from bioscara.drivers import Joint, read_states
+from bioscara.hardware.modes import Mode
 from bioscara.protocol import READ, TRAILER, WRITE, Message, Register
 
+_BUS_SHARE = 0.85
+"""Share of a period that the bus may take: a repetition must fit in now and then."""
+_NO_TIME = 1e-9
 _FIXED_BITS, _BITS_PER_BYTE = 30, 9
 """Two addresses with their acknowledge, the register and the conditions; each byte that follows."""
 _TRIES = 3
-_CYCLES = {
-    1: (
-        (READ[Register.ANGLEMOVED], READ[Register.GETENCODERRPM]),
-        (WRITE[Register.MOVETOANGLE], READ[Register.ANGLEMOVED]),
-    ),
-    2: ((READ[Register.STATE],), (WRITE[Register.TRACK],)),
+_READ = {
+    1: (READ[Register.ANGLEMOVED], READ[Register.GETENCODERRPM]),
+    2: (READ[Register.STATE],),
 }
-"""By protocol: the messages of one read of the state, and those of one cycle of control."""
+_TRACK = {
+    1: (WRITE[Register.MOVETOANGLE], READ[Register.ANGLEMOVED]),
+    2: (WRITE[Register.TRACK],),
+}
+_DRIVE = {version: (*read, WRITE[Register.SETRPM]) for version, read in _READ.items()}
+_CYCLES = {Mode.POSITION: _TRACK, Mode.TRACK: _TRACK, Mode.VELOCITY: _DRIVE}
+"""By mode and protocol: the messages of a cycle; in other modes a joint is read."""
 
 
-def exchange_time(joints: Sequence[Joint], clock: Clock) -> float:
-    """Return how long the bus needs for the setpoints and answers of all joints [s].
+def highest_rate(bus_time: float) -> int:
+    """Return the highest rate [Hz] at which a cycle's exchanges leave the bus some room.
 
-    Reads the state of all joints and goes from the length of those frames to that of a cycle's.
+    Args:
+        bus_time: What they take [s]; 0 for a bus that takes no time.
+    """
+    return int(_BUS_SHARE / max(bus_time, _NO_TIME))
+
+
+class Capacity:
+    """What the exchanges of a cycle take on a bus.
+
+    Reads the state of all joints and goes from the length of those frames to that of others.
 
     Args:
         joints: Joints that have been greeted.
         clock: Time of their bus.
+
+    Attributes:
+        rate: Cycles per second that the bus has to carry [Hz]; 0 while none has been chosen.
     """
-    taken = []
-    for _ in range(_TRIES):
-        start = clock.now()
-        read_states(joints)
-        taken.append(clock.now() - start)
-    read = sum(_bits(joint, 0) for joint in joints)
-    control = sum(_bits(joint, 1) for joint in joints)
-    # The shortest: what else the computer did meanwhile is not the bus's doing.
-    return min(taken) * control / read
+
+    def __init__(self, joints: Sequence[Joint], clock: Clock) -> None:
+        taken = []
+        for _ in range(_TRIES):
+            start = clock.now()
+            read_states(joints)
+            taken.append(clock.now() - start)
+        # The shortest: what else the computer did meanwhile is not the bus's doing.
+        self._bit_time = min(taken) / sum(_bits(joint, Mode.NONE) for joint in joints)
+        self.rate = 0
+
+    def cycle_time(self, modes: Iterable[tuple[Joint, Mode]]) -> float:
+        """Return how long the bus needs for a cycle [s].
+
+        A joint that homes is counted as one that is read: it sends its few bytes more alone.
+
+        Args:
+            modes: All joints with what they do.
+        """
+        return self._bit_time * sum(_bits(joint, mode) for joint, mode in modes)
 
 
-def _bits(joint: Joint, which: int) -> int:
+def _bits(joint: Joint, mode: Mode) -> int:
     trailer = TRAILER if joint.version == 2 else 0
-    return sum(_size(message, trailer) for message in _CYCLES[joint.version][which])
+    messages = _CYCLES.get(mode, _READ)[joint.version]
+    return sum(_size(message, trailer) for message in messages)
 
 
 def _size(message: Message, trailer: int) -> int:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from bioscara.clock import Clock
 from bioscara.drivers import Gripper, Pwm, Quality
 from bioscara.drivers.pwm import SYSFS
+from bioscara.errors import GripperError
 from bioscara.hardware.component import HardwareComponent
 from bioscara.hardware.description import read_gripper
 from bioscara.hardware.interfaces import POSITION, VELOCITY, CommandInterface, StateInterface
@@ -94,24 +96,41 @@ class GripperHardware(HardwareComponent):
         """Nothing is held."""
 
     def on_shutdown(self, before: State) -> None:
-        """Let the servo go."""
-        self.on_error(before)
-
-    def on_error(self, before: State) -> None:
-        """Let the servo go."""
+        """Keep the width and let the servo go."""
         self._claimed = False
         self._gripper.disable()
 
+    def on_error(self, before: State) -> None:
+        """Let the servo go, also if its width cannot be kept.
+
+        The error that led here is known already; a servo that is driven on is found to be when it
+        is activated again.
+        """
+        self._claimed = False
+        with suppress(GripperError):
+            self._gripper.disable()
+
     def read(self, time: float, period: float) -> None:
         """Publish what the servo was told, and how fast that changed over the last period."""
+        self.problems.clear()
         if self.state is State.ACTIVE:
             self._publish((self._told - self._before) / period if period > 0.0 else 0.0)
             self._before = self._told
 
     def write(self, time: float, period: float) -> None:
-        """Tell the servo a new width; the one that it was told already costs nothing."""
-        if self._claimed:
-            self._told = self._gripper.set_width(self._command.value)
+        """Tell the servo a new width; the one that it was told already costs nothing.
+
+        A width that cannot be kept or told is given up, and what the jaws hold stays held: the
+        command becomes the width of before and has a problem.
+        """
+        if not self._claimed:
+            return
+        command = self._command
+        try:
+            self._told = self._gripper.set_width(command.value)
+        except GripperError as error:
+            command.value, command.problem = self._told, error
+            self.problems.append(error)
 
     def prepare_command_mode_switch(
         self, start: Sequence[str], stop: Sequence[str]

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from bioscara.errors import ModeSwitchError
 from bioscara.hardware.axis import Axis
+from bioscara.hardware.capacity import Capacity, highest_rate
 from bioscara.hardware.interfaces import VELOCITY
 from bioscara.hardware.modes import MOTION, Mode, resolve
 
@@ -47,7 +48,7 @@ def check_modes(component: str, axes: Sequence[Axis], plan: Plan) -> None:
     """
     homing = next((axis for axis in axes if axis.homing.running), None)
     for axis, mode in plan:
-        if axis is homing:
+        if axis is homing and (mode is not Mode.NONE or axis.home_command.value):
             raise ModeSwitchError(
                 f"{axis.name} is homing: command 0 to {axis.home_command.name} first", component
             )
@@ -74,6 +75,31 @@ def check_modes(component: str, axes: Sequence[Axis], plan: Plan) -> None:
                 "firmware of protocol 2; claim position alone",
                 component,
             )
+
+
+def check_capacity(component: str, axes: Sequence[Axis], plan: Plan, capacity: Capacity) -> None:
+    """Raise if the bus cannot carry the cycles that a change makes.
+
+    Positions are never refused: the rate is one at which the bus carries those of all joints.
+
+    Raises:
+        ModeSwitchError: It cannot; the message says how long they would take and what to do.
+    """
+    becoming = dict(plan)
+    modes = [(axis.joint, becoming.get(axis, axis.mode)) for axis in axes]
+    bus_time = capacity.cycle_time(modes)
+    highest = highest_rate(bus_time)
+    driven = [joint for joint, mode in modes if mode is Mode.VELOCITY]
+    if driven and highest < capacity.rate:
+        both = all(joint.version == 2 for joint in driven)
+        raise ModeSwitchError(
+            f"{', '.join(joint.name for joint in driven)} by velocity alone: the exchanges of a "
+            f"cycle would take {1e3 * bus_time:.2f} ms on this bus; it could carry {highest} Hz, "
+            f"and the loop runs at {capacity.rate} Hz; claim "
+            f"{'position and velocity together' if both else 'position'}, or fewer joints, or "
+            "take a lower rate or a faster bus",
+            component,
+        )
 
 
 def doubts(axes: Sequence[Axis], stop: Sequence[str], plan: Plan) -> list[str]:

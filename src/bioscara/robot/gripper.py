@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from bioscara.control.gripper_action_controller import GripperGoal, GripperResult
+from bioscara.control.gripper_messages import GripperGoal, GripperResult
 from bioscara.control.joint_trajectory import Status
 from bioscara.errors import GripperError
 from bioscara.hardware import GripperHardware, State

@@ -64,6 +64,7 @@ class Robot(Connection, PoseMotions):
         """
         stack = self._running()
         self._pace(self._pace_homing)
+        motion = self._motion(observe, cancelled, timeout)
         self._engage()
         directions = {
             axis.name: axis.joint.parameters.homing.velocity
@@ -74,7 +75,7 @@ class Robot(Connection, PoseMotions):
             return
         stack.use(HOMING, self.clock.now())
         goal = stack.homing.send_goal(directions)
-        self._motion(observe, cancelled, timeout).run(lambda: goal.done, Phase.HOMING)
+        motion.run(lambda: goal.done, Phase.HOMING)
         if goal.status is not Status.SUCCEEDED:
             raise HomingError(goal.text)
         stack.manager.switch(self.clock.now(), (), (HOMING,))

@@ -14,14 +14,15 @@ from bioscara.control.jog_controller import JogController
 from bioscara.control.joint_state_broadcaster import JointStateBroadcaster
 from bioscara.control.joint_trajectory import JointTrajectoryController
 from bioscara.control.limiting import Limiter
-from bioscara.control.loop import Loop, highest_rate
+from bioscara.control.loop import Loop
 from bioscara.control.manager import ControllerManager
 from bioscara.control.realtime import sharpen_timers
+from bioscara.control.schedule import require_rate
 from bioscara.control.supervisor import Supervisor
 from bioscara.control.tool_speed import ToolSpeedCap
 from bioscara.control.watchdog import Watchdog
-from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, State
-from bioscara.hardware.capacity import exchange_time
+from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, Mode, State
+from bioscara.hardware.capacity import Capacity, highest_rate
 from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
 from bioscara.planning.tool_speed import REDUCED_SPEED
@@ -69,6 +70,9 @@ class Stack:
         gripper: Moves the jaws.
         jog: Moves the joints by streamed velocities.
         tool_speed: Keeps the tool at or below a speed.
+
+    Raises:
+        ConfigurationError: The rate makes no sense, or the bus cannot carry it.
     """
 
     def __init__(
@@ -81,12 +85,16 @@ class Stack:
         rate: int | None,
         evidence: Path,
     ) -> None:
+        if rate is not None:
+            require_rate(rate)
         self.arm = arm
         if isinstance(clock, MonotonicClock):
             sharpen_timers()
         version = min(joint.version for joint in arm.joints)
-        bus_time = exchange_time(arm.joints, clock)
+        arm.capacity = Capacity(arm.joints, clock)
+        bus_time = arm.capacity.cycle_time((joint, Mode.TRACK) for joint in arm.joints)
         hertz = min(RATES[version], highest_rate(bus_time)) if rate is None else rate
+        arm.capacity.rate = hertz
         record = FlightRecord(arm.axes, hertz)
         limiter = Limiter((arm, gripper))
         self.tool_speed = ToolSpeedCap(

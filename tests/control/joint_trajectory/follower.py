@@ -12,6 +12,8 @@ from bioscara.control.joint_trajectory import (
     JointTrajectoryController,
     Point,
 )
+from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.hardware import CommandInterface, StateInterface
 from control.world import BOTH, LIMITS, NAMES, World
 
 MIDDLE = {"j1": 0.1, "j2": 0.15, "j3": 0.2, "j4": -0.1}
@@ -108,6 +110,24 @@ class Follower:
         world.manager.unload("jtc")
         world.run(0.6)
         world.go(MIDDLE)
+
+
+def alone(
+    kinds: tuple[str, ...], **values: Any
+) -> tuple[JointTrajectoryController, list[StateInterface], list[StateInterface]]:
+    """Return a controller of the joints a and b that holds its handles, and what is measured."""
+    values = {"joints": ("a", "b"), "command_interfaces": kinds, **values}
+    jtc = JointTrajectoryController("jtc", JointTrajectoryParameters.read("jtc", values))
+    jtc.on_configure()
+    jtc.nominal_period = 0.01
+    positions, velocities = (
+        [StateInterface(joint, kind) for joint in ("a", "b")] for kind in ("position", "velocity")
+    )
+    jtc.bind(
+        {f"{joint}/{kind}": CommandInterface(joint, kind) for kind in kinds for joint in "ab"},
+        {state.name: state for state in (*positions, *velocities)},
+    )
+    return jtc, positions, velocities
 
 
 def smooth(arm: Follower, after: float, *, limited: bool = False) -> None:

@@ -17,7 +17,7 @@ from bioscara.control.joint_trajectory.parameters import JointTrajectoryParamete
 from bioscara.control.joint_trajectory.player import Player, Request
 from bioscara.control.joint_trajectory.upsampling import upsampled
 from bioscara.control.joint_trajectory.validation import validate
-from bioscara.errors import GoalRejectedError
+from bioscara.errors import GoalRejectedError, TrajectoryError
 from control.joint_trajectory.follower import BRAKES, MIDDLE, NOTHING, Follower, smooth
 from control.world import LIMITS, World
 
@@ -130,6 +130,97 @@ def test_splicing_is_continuous_in_position_and_velocity(
             assert abs(change) <= 2.0 * steep * PERIOD * scaling + 1e-9
 
 
+def commands(
+    first: list[Point], others: dict[int, Request], cycles: int, scaling: float
+) -> list[JointValues]:
+    """Return what is commanded for the joints a and b, which others take over in some cycles."""
+    parameters = JointTrajectoryParameters.read(
+        "t", {"joints": ("a", "b"), "speed_scaling": {"initial_scaling_factor": scaling}}
+    )
+    rest = JointValues((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+    player = Player(parameters, PERIOD, rest.positions, 0.0)
+    player.waiting = Request(Course(first), 0.0, frozenset())
+    outputs = []
+    for cycle in range(cycles):
+        player.waiting = others.get(cycle, player.waiting)
+        player.advance(cycle * PERIOD, PERIOD, rest)
+        outputs.append(player.ahead())
+    return outputs
+
+
+@settings(max_examples=60, phases=[Phase.generate])
+@given(
+    st.integers(1, 3).flatmap(points),
+    st.lists(st.integers(1, 3).flatmap(lambda fields: points(fields, 1)), min_size=1, max_size=3),
+    st.integers(1, 40),
+    st.sampled_from((0.0, 0.2)),
+    st.floats(0.5, 1.5),
+)
+def test_joints_that_partial_goals_leave_out_are_commanded_as_if_none_had_come(
+    first: list[Point], others: list[list[Point]], apart: int, lead: float, scaling: float
+) -> None:
+    """And those that they name as if they had named all."""
+    cycles = round(first[-1].time / scaling / PERIOD)
+
+    def run(missing: frozenset[int]) -> list[JointValues]:
+        requests = {}
+        for index, each in enumerate(others, 1):
+            start = (index * apart * PERIOD + lead) if lead else 0.0
+            requests[index * apart] = Request(Course(each), start, missing)
+        return commands(first, requests, cycles, scaling)
+
+    partial = run(frozenset({0}))
+    for one, alone in zip(partial, commands(first, {}, cycles, scaling), strict=True):
+        for values, expected in zip(one, alone, strict=True):
+            assert values[0] == pytest.approx(expected[0], rel=1e-6, abs=1e-6)
+    if len(others) == 1:
+        for one, full in zip(partial, run(frozenset()), strict=True):
+            for values, expected in zip(one, full, strict=True):
+                assert values[1] == expected[1]
+
+
+FINITE = st.floats(allow_nan=False, allow_infinity=False)
+PAIRS = st.tuples(FINITE, FINITE)
+
+
+@given(
+    st.tuples(PAIRS, st.just(()) | PAIRS, st.just(()) | PAIRS),
+    st.floats(0.0, allow_infinity=False),
+    FINITE,
+    st.booleans(),
+)
+def test_what_is_accepted_fails_in_no_cycle(
+    fields: tuple[tuple[float, ...], ...], time: float, stamp: float, again: bool
+) -> None:
+    parameters = JointTrajectoryParameters.read(
+        "t", {"joints": ("a", "b"), "allow_nonzero_velocity_at_trajectory_end": True}
+    )
+    here = JointValues((0.0, 0.0), (0.1, 0.1), (0.0, 0.0))
+    player = Player(parameters, PERIOD, here.positions, 100.0)
+    sent = JointTrajectory(("a", "b"), (Point(time, *fields),), stamp)
+    running = Course([Point(0.0, (0.0, 0.0)), Point(1.0, (1.0, 1.0))])
+    try:
+        course = Course(validate(sent, parameters, 100.0, here.positions, here.positions, {}))
+    except (GoalRejectedError, TrajectoryError):
+        return
+    if again:
+        player.waiting = Request(running, 0.0, frozenset())
+        player.advance(100.0, PERIOD, here)
+    player.waiting = Request(course, stamp, frozenset())
+    for cycle in range(1, 4):
+        player.advance(100.0 + cycle * PERIOD, PERIOD, here)
+        player.ahead()
+
+
+def test_partial_goals_that_never_cease_do_not_pile_up() -> None:
+    first = [Point(0.0, (0.0, 0.0), (0.1, 0.0)), Point(100.0, (10.0, 0.0), (0.1, 0.0))]
+    goals = {
+        cycle: Request(Course([Point(1.0, (9.0, 1.0))]), 0.0, frozenset({0}))
+        for cycle in range(1, 3000)
+    }
+    assert commands(first, goals, 3000, 1.0)[-1].positions[0] == pytest.approx(3.0)
+
+
 def _steepness(course: Course) -> float:
     """Return the highest acceleration on a course, from a fine sampling, with room."""
     begin, end = course.begins, course.duration
@@ -183,10 +274,10 @@ def test_pln2_times_that_do_not_increase_never_run(times: list[float]) -> None:
     parameters = JointTrajectoryParameters(joints=("a",))
     trajectory = JointTrajectory(("a",), tuple(Point(time, (0.0,)) for time in times))
     if all(one < two for one, two in pairwise(times)):
-        assert len(validate(trajectory, parameters, 0.0, (0.0,))) == len(times)
+        assert len(validate(trajectory, parameters, 0.0, (0.0,), (0.0,), {})) == len(times)
     else:
         with pytest.raises(GoalRejectedError, match="does not come after"):
-            validate(trajectory, parameters, 0.0, (0.0,))
+            validate(trajectory, parameters, 0.0, (0.0,), (0.0,), {})
 
 
 def test_pln2_a_start_elsewhere_is_never_executed_raw() -> None:

@@ -13,7 +13,8 @@ from bioscara.control.joint_trajectory import Gains, Point, Status
 from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.joint_trajectory.pid import Pid
 from bioscara.errors import ConfigurationError, GoalRejectedError, LimitError
-from control.joint_trajectory.follower import NOTHING, Follower
+from bioscara.hardware import State
+from control.joint_trajectory.follower import NOTHING, TYPE, Follower, alone
 from control.world import BOTH, NAMES
 
 
@@ -55,7 +56,32 @@ def test_rule_36_legal_interfaces_move_the_arm(
         ({"joints": ("j1", "j1")}, "none of them twice"),
         ({"gains": {"j7": {}}}, "gains.j7 is for no joint"),
         ({"constraints": {"j7": {"goal": 1.0}}}, "constraints.j7 is for no joint"),
-        ({"constraints": {"goal_tim": 1.0}}, "constraints.goal_tim = 1.0"),
+        (
+            {"constraints": {"goal_tim": 1.0}},
+            "unknown parameter constraints.goal_tim; did you mean goal_time?",
+        ),
+        (
+            {"constraints": {"j1": 1.0}},
+            "unknown parameter constraints.j1; it has stopped_velocity_tolerance, goal_time, "
+            "decelerate_on_cancel, and a section for each joint",
+        ),
+        (
+            {"constraints": {"j1": {"trajektory": 1.0}}},
+            "unknown parameter constraints.j1.trajektory; did you mean trajectory?",
+        ),
+        (
+            {"speed_scaling": {"initial_scaling_facto": 1.0}},
+            "unknown parameter speed_scaling.initial_scaling_facto; did you mean initial_scaling_",
+        ),
+        (
+            {"positions_upsampling": {"rate": 1.0}},
+            "unknown parameter positions_upsampling.rate; it has enable, policy_frequency",
+        ),
+        (
+            {"gains": {"j1": {"ff_velocity_scal": 1.0}}},
+            "unknown parameter gains.j1.ff_velocity_scal; did you mean ff_velocity_scale?",
+        ),
+        ({"constraints": {"goal_time": math.inf}}, "constraints.goal_time = inf"),
         ({"constraints": {"j1": {"goal": -1.0}}}, "constraints.j1.goal = -1.0"),
         ({"gains": {"j1": {"p": math.nan}}}, "gains.j1.p = nan"),
         ({"gains": {"j1": {"u_clamp_min": 1.0, "u_clamp_max": 0.0}}}, "u_clamp_min 1 must not"),
@@ -67,6 +93,15 @@ def test_rule_36_everything_else_is_refused(values: dict[str, Any], why: str) ->
     with pytest.raises(ConfigurationError) as caught:
         parameters(**values).check("jtc")
     assert why in str(caught.value)
+
+
+def test_rule_36_and_so_is_its_configuration(arm: Follower) -> None:
+    manager = arm.world.manager
+    manager.load("bad", TYPE, {"joints": ()})
+    with pytest.raises(ConfigurationError, match="bad: parameter joints must name at least one"):
+        manager.configure("bad")
+    assert manager.controller("bad").state is State.UNCONFIGURED
+    manager.unload("bad")
 
 
 def test_rule_37_velocity_alone_is_feed_forward_and_pid(follower: Callable[..., Follower]) -> None:
@@ -83,6 +118,20 @@ def test_rule_37_velocity_alone_is_feed_forward_and_pid(follower: Callable[..., 
         next_velocity = arm.jtc.query_state(seen.time + 0.01).velocities[0]
         wanted = 0.8 * next_velocity + 2.0 * told.error.positions[0]
         assert seen.velocities[0] == pytest.approx(wanted, abs=1e-9)
+
+
+def test_rule_37_the_pid_takes_both_errors_and_the_period() -> None:
+    gains = {"a": {"p": 2.0, "i": 5.0, "d": 0.5}}
+    jtc, positions, velocities = alone(("velocity",), gains=gains)
+    for state in (*positions, *velocities):
+        state.value = 0.0
+    jtc.on_activate(0.0)
+    positions[0].value, velocities[0].value = -1.0, 0.3
+    for before in (0.0, 1.0, 2.0):
+        jtc.update(0.01, 0.02)
+        wanted = 2.0 * 1.0 + before * 5.0 * 1.0 * 0.02 + 0.5 * -0.3
+        assert jtc.command_handles[0].value == pytest.approx(wanted)
+    assert jtc.command_handles[1].value == 0.0
 
 
 def test_rule_37_positions_are_forwarded_without_a_pid(follower: Callable[..., Follower]) -> None:
@@ -110,6 +159,17 @@ def test_rule_38_gains_are_zero_unless_given() -> None:
         "tracking_time_constant": 0.0,
         "error_deadband": 0.0,
     }
+
+
+def test_rule_38_gains_are_those_of_the_joint() -> None:
+    jtc, positions, velocities = alone(("velocity",), gains={"b": {"p": 3.0}, "a": {"p": 2.0}})
+    for state in (*positions, *velocities):
+        state.value = 0.0
+    jtc.on_activate(0.0)
+    for state in positions:
+        state.value = -1.0
+    jtc.update(0.01, 0.01)
+    assert [handle.value for handle in jtc.command_handles] == [2.0, 3.0]
 
 
 def test_rule_38_gains_are_read_again_at_run_time(follower: Callable[..., Follower]) -> None:
@@ -141,6 +201,17 @@ def test_rule_39_the_output_is_clamped_and_then_the_integral() -> None:
     assert outputs == pytest.approx([0.0, 1.0, 1.5, 1.5])
     assert pid.update(-1.0, 0.0, 0.1) == 1.5
     assert pid.update(0.0, 0.0, 0.1) == pytest.approx(1.0)
+    pid = Pid(Gains(i=10.0, u_clamp_min=-1.5, i_clamp_min=-2.0))
+    outputs = [pid.update(-1.0, 0.0, 0.1) for _ in range(4)]
+    assert outputs == pytest.approx([0.0, -1.0, -1.5, -1.5])
+    assert pid.update(1.0, 0.0, 0.1) == -1.5
+    assert pid.update(0.0, 0.0, 0.1) == pytest.approx(-1.0)
+
+
+def test_rule_39_without_a_strategy_it_integrates_however_far_it_is_saturated() -> None:
+    pid = Pid(Gains(p=1.0, i=1.0, u_clamp_max=0.5))
+    assert pid.update(1.0, 0.0, 1.0) == 0.5
+    assert pid.update(-0.8, 0.0, 1.0) == pytest.approx(1.0 - 0.8)
 
 
 def test_rule_39_conditional_integration_stops_only_further_saturation() -> None:
@@ -153,6 +224,9 @@ def test_rule_39_conditional_integration_stops_only_further_saturation() -> None
     assert pid.update(0.0, 0.0, 1.0) == pytest.approx(0.4)
     pid.update(0.4, 0.0, 1.0)
     assert pid.update(-0.1, 0.0, 1.0) == pytest.approx(0.3)
+    pid = Pid(gains.model_copy(update={"d": 10.0}))
+    assert pid.update(-0.2, 1.0, 1.0) == 0.5  # Saturated by its derivative, but led back.
+    assert pid.update(0.0, 0.0, 1.0) == pytest.approx(-0.2)
 
 
 def test_rule_39_back_calculation_bleeds_the_integral_by_what_was_cut_off() -> None:
@@ -169,11 +243,32 @@ def test_rule_39_back_calculation_bleeds_the_integral_by_what_was_cut_off() -> N
     assert pid.update(0.0, 0.0, 0.1) == pytest.approx(0.1 * (1.0 + (0.5 - 1.0) / 2.0))
 
 
+@pytest.mark.parametrize(
+    ("gains", "time"),
+    [
+        ({"p": 1.0, "i": 0.25, "d": 4.0}, 4.0),
+        ({"p": 1.0, "i": 0.25}, 4.0),
+        ({"p": 1.0}, 1.0),
+    ],
+    ids=["root of d / i", "p / i", "no integral"],
+)
+def test_rule_39_a_tracking_time_of_0_follows_from_the_gains(
+    gains: dict[str, float], time: float
+) -> None:
+    pid = Pid(Gains(u_clamp_max=0.5, antiwindup_strategy="back_calculation", **gains))
+    pid.update(1.0, 0.0, 0.1)
+    integral = 0.1 * (gains.get("i", 0.0) + (0.5 - 1.0) / time)
+    assert pid.update(0.0, 0.0, 0.1) == pytest.approx(integral)
+
+
 def test_rule_39_no_period_repeats_no_number_is_none_and_the_deadband_integrates_nothing() -> None:
     pid = Pid(Gains(p=1.0, i=1.0, error_deadband=0.1))
     assert pid.update(0.1, 0.0, 1.0) == 0.1
     assert pid.update(5.0, 5.0, 0.0) == 0.1
+    assert pid.update(-0.1, 0.0, 1.0) == -0.1
     assert pid.update(0.0, 0.0, 1.0) == 0.0
+    assert pid.update(-0.2, 0.0, 1.0) == -0.2
+    assert pid.update(0.0, 0.0, 1.0) == -0.2
     assert math.isnan(pid.update(math.nan, 0.0, 1.0))
     assert math.isnan(pid.update(0.0, math.inf, 1.0))
 
@@ -230,6 +325,11 @@ def test_rule_41_the_state_is_told_in_every_cycle_also_while_holding(arm: Follow
             assert arm.jtc.holding is holding
             assert (state.time, state.joint_names) == (seen.time, NAMES)
             assert state.feedback.positions == seen.measured
+            told = arm.jtc.feedback
+            assert told is not None
+            assert state.trajectory_time == told.trajectory_time < 1.0
+            assert state.reference == told.desired
+            assert state.error.positions == told.error.positions
             assert state.feedback.accelerations == state.error.accelerations == ()
             assert len(state.feedback.velocities) == len(state.error.velocities) == 4
             assert len(state.reference.accelerations) == 4
@@ -266,3 +366,15 @@ def test_rule_41_the_trajectory_answers_where_it_will_be(arm: Follower) -> None:
     arm.world.switch(off=("jtc",))
     with pytest.raises(GoalRejectedError, match="jtc is inactive"):
         arm.jtc.query_state(begin + 0.5)
+
+
+def test_rule_41_and_where_it_will_be_at_the_scaled_speed(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(speed_scaling={"initial_scaling_factor": 0.5})
+    start = arm.commanded
+    arm.send(Point(0.0, start, NOTHING), arm.move(0.1, 1.0))
+    begin = arm.step().time
+    assert arm.jtc.query_state(begin + 1.0).positions[0] == pytest.approx(start[0] + 0.05)
+    with pytest.raises(LimitError):
+        arm.jtc.query_state(begin + 2.1)

@@ -6,6 +6,9 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.polynomial import Polynomial
 
 from bioscara.control.joint_trajectory import Point, Status
 from bioscara.control.joint_trajectory.course import Course
@@ -13,6 +16,7 @@ from bioscara.control.joint_trajectory.messages import JointTrajectory, JointVal
 from bioscara.control.joint_trajectory.upsampling import timed, upsampled
 from bioscara.errors import GoalRejectedError
 from control.joint_trajectory.follower import NOTHING, Follower
+from control.world import NAMES
 
 
 def test_rule_11_a_quintic_a_cubic_or_a_line_by_what_both_ends_have() -> None:
@@ -30,6 +34,30 @@ def test_rule_11_a_quintic_a_cubic_or_a_line_by_what_both_ends_have() -> None:
     assert cubic.accelerations == pytest.approx((6 - 12 * 0.25,))
     quintic = course.sample(2.25).values
     assert quintic.positions == pytest.approx((3.0 + 10 * 0.25**3 - 15 * 0.25**4 + 6 * 0.25**5,))
+    line = Course([points[1], Point(3.0, (4.0,))]).sample(1.5).values
+    assert line == JointValues((2.5,), (1.0,), (0.0,))
+
+
+@pytest.mark.parametrize("fields", [2, 3])
+@given(
+    coefficients=st.lists(st.floats(-2.0, 2.0), min_size=6, max_size=6),
+    begin=st.floats(-1.0, 1.0),
+    share=st.floats(0.0, 1.0),
+)
+def test_rule_11_the_curve_is_the_polynomial_of_what_both_ends_have(
+    fields: int, coefficients: list[float], begin: float, share: float
+) -> None:
+    curve = Polynomial(coefficients[: 2 * fields])
+    derivatives = [curve.deriv(order) if order else curve for order in range(3)]
+    ends = [
+        Point(time, *((float(each(time)),) for each in derivatives[:fields]))
+        for time in (begin, begin + 1.5)
+    ]
+    at = begin + 1.4999 * share
+    values = Course(ends).sample(at).values
+    assert [value for (value,) in values] == pytest.approx(
+        [float(each(at)) for each in derivatives], abs=1e-8
+    )
 
 
 def test_rule_12_before_the_first_point_it_comes_from_the_start_state() -> None:
@@ -135,7 +163,11 @@ def test_rule_17_a_revolute_joint_takes_the_plain_difference(arm: Follower) -> N
     assert all(
         after.positions[3] >= before.positions[3] - 1e-4 for before, after in pairwise(arm.seen)
     )
-    back = arm.send(arm.move(0.0, 9.0)._replace(positions=(*goal.positions[:3], -2.9)))
+    there = arm.move(0.0, 9.0)._replace(positions=(*goal.positions[:3], -2.9))
+    back = arm.send(there._replace(time=0.0), there)
+    arm.step()
+    assert back.feedback is not None
+    assert back.feedback.error.positions[3] == pytest.approx(-5.8, abs=0.01)
     arm.finish(back)
     assert arm.measured[3] == pytest.approx(-2.9, abs=2e-3)
 
@@ -158,11 +190,31 @@ def test_rule_18_the_factor_scales_the_time_and_zero_pauses(arm: Follower) -> No
 def test_rule_18_a_half_is_half_as_fast(follower: Callable[..., Follower]) -> None:
     arm = follower(speed_scaling={"initial_scaling_factor": 0.5})
     begin, handle = arm.now, arm.send(arm.move(0.1, 1.0))
+    arm.run(1.0)
+    assert handle.feedback is not None
+    assert handle.feedback.desired.velocities[0] == pytest.approx(0.15, abs=1e-3)
+    assert handle.feedback.error.velocities[0] == pytest.approx(0.0, abs=0.02)
     assert arm.finish(handle).status is Status.SUCCEEDED
     assert arm.now - begin == pytest.approx(2.0, abs=0.03)
     state = arm.jtc.controller_state
     assert state is not None
     assert state.speed_scaling_factor == 0.5
+
+
+@pytest.mark.parametrize("kinds", [("velocity",), ("position", "velocity")])
+def test_rule_18_commanded_velocities_are_scaled_too(
+    follower: Callable[..., Follower], kinds: tuple[str, ...]
+) -> None:
+    gains = {name: {"ff_velocity_scale": 1.0} for name in NAMES}
+    scaling = {"initial_scaling_factor": 0.5}
+    arm = follower(command_interfaces=kinds, gains=gains, speed_scaling=scaling)
+    start = arm.measured
+    arm.send(Point(0.0, start, NOTHING), Point(2.0, (start[0] + 0.2, *start[1:]), NOTHING))
+    arm.run(1.0)
+    seen = arm.step()
+    planned = arm.jtc.query_state(seen.time + 0.01).velocities[0]
+    assert planned > 0.1
+    assert seen.velocities[0] == pytest.approx(0.5 * planned, abs=1e-9)
 
 
 def test_rule_18_a_change_of_the_factor_steps_no_velocity(arm: Follower) -> None:
@@ -173,6 +225,26 @@ def test_rule_18_a_change_of_the_factor_steps_no_velocity(arm: Follower) -> None
     arm.run(0.9)
     arm.jtc.set_scaling(1.2)
     assert arm.finish(handle).status is Status.SUCCEEDED
+    assert arm.interventions == before
+
+
+@pytest.mark.parametrize("sent_first", [False, True])
+@pytest.mark.parametrize("factor", [0.0, 0.25, 1.5])
+def test_rule_18_motion_starts_at_the_factor_that_was_chosen_at_rest(
+    arm: Follower, factor: float, sent_first: bool
+) -> None:
+    before, goal = arm.interventions, arm.move(0.3, 3.0)
+    if sent_first:
+        handle = arm.send(goal)
+        arm.jtc.set_scaling(factor)
+    else:
+        arm.jtc.set_scaling(factor)
+        handle = arm.send(goal)
+    begin = arm.step().time
+    for _ in range(100):
+        time = arm.step().time - begin
+        assert handle.feedback is not None
+        assert handle.feedback.trajectory_time == pytest.approx(time * factor)
     assert arm.interventions == before
 
 
@@ -187,14 +259,23 @@ def test_rule_18_a_negative_factor_is_refused_and_changes_nothing(
 
 
 def test_rule_19_positions_alone_get_the_velocities_of_a_smooth_spline() -> None:
-    points = [Point(t, p) for t, p in ((0.0, (0.0, 1.0)), (1.0, (1.0, 1.0)), (2.5, (0.0, 1.0)))]
+    rows = ((0.0, 0.0), (1.0, 1.0), (2.5, 0.0), (2.8, 0.7), (4.0, -1.0))
+    points = [Point(time, (position, 1.0)) for time, position in rows]
     smooth = upsampled(points)
     assert smooth[0].velocities == smooth[-1].velocities == (0.0, 0.0)
-    assert [point.velocities[1] for point in smooth] == [0.0, 0.0, 0.0]
+    assert [point.velocities[1] for point in smooth] == [0.0] * 5
+    assert [point._replace(velocities=()) for point in smooth] == points
     course = Course(smooth)
-    left, right = course.sample(1.0 - 1e-9).values, course.sample(1.0 + 1e-9).values
-    assert left.velocities == pytest.approx(right.velocities, abs=1e-6)
-    assert left.accelerations == pytest.approx(right.accelerations, abs=1e-6)
+    for time, _ in rows[1:-1]:
+        left, right = course.sample(time - 1e-9).values, course.sample(time + 1e-9).values
+        assert left.velocities == pytest.approx(right.velocities, abs=1e-6)
+        assert left.accelerations == pytest.approx(right.accelerations, abs=1e-6)
+
+
+@pytest.mark.parametrize("field", ["velocities", "accelerations"])
+def test_rule_19_points_that_have_more_than_positions_stay_as_they_are(field: str) -> None:
+    points = (Point(0.0, (0.0,)), Point(1.0, (1.0,))._replace(**{field: (0.5,)}))
+    assert upsampled(points) == points
 
 
 def test_rule_19_points_without_times_come_at_the_policys_frequency() -> None:
@@ -219,3 +300,15 @@ def test_rule_19_concerns_trajectories_without_a_goal_only(
     arm.run(1.0)
     assert arm.commanded == pytest.approx(points[-1].positions, abs=1e-9)
     assert arm.interventions == before
+    start = arm.commanded
+    goal = arm.send(Point(0.0, start), Point(1.0, arm.move(0.1).positions))
+    arm.run(0.1)
+    assert goal.feedback is not None
+    assert goal.feedback.desired.velocities[0] == pytest.approx(0.1)
+
+
+def test_rule_19_without_enable_points_need_times(follower: Callable[..., Follower]) -> None:
+    arm = follower(positions_upsampling={"policy_frequency": 5.0})
+    points = [Point(0.0, arm.move(way).positions) for way in (0.005, 0.02)]
+    with pytest.raises(GoalRejectedError, match="does not come after"):
+        arm.jtc.send_trajectory(arm.trajectory(*points), arm.now)

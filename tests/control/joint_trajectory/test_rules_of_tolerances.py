@@ -6,11 +6,25 @@ from collections.abc import Callable
 
 import pytest
 
-from bioscara.control.joint_trajectory import ErrorCode, Goal, JointTrajectory, Status, Tolerance
+from bioscara.control.joint_trajectory import (
+    ErrorCode,
+    Goal,
+    JointTrajectory,
+    Point,
+    Status,
+    Tolerance,
+)
+from bioscara.control.joint_trajectory.judging import Verdict, judge_end, judge_path
 from bioscara.control.joint_trajectory.messages import JointValues
 from bioscara.control.joint_trajectory.parameters import Constraints
-from bioscara.control.joint_trajectory.tolerances import Tolerances, choose, defaults, violated
-from control.joint_trajectory.follower import Follower
+from bioscara.control.joint_trajectory.tolerances import (
+    Tolerances,
+    Violation,
+    choose,
+    defaults,
+    violated,
+)
+from control.joint_trajectory.follower import NOTHING, Follower
 
 JOINTS = ("a", "b")
 EMPTY = JointTrajectory(JOINTS, ())
@@ -28,19 +42,37 @@ def test_rule_29_defaults_check_nothing_but_standstill() -> None:
     )
 
 
+def test_rule_29_what_is_0_is_not_checked_and_a_joint_that_moves_has_not_arrived() -> None:
+    default = defaults(JOINTS, Constraints())
+
+    def at_end(speed: float) -> Verdict | None:
+        error = JointValues((9.0, -9.0), (0.0, speed), (9.0, 9.0))
+        assert judge_path(default, error, JOINTS, 1.0, velocity=True) is None
+        return judge_end(default, error, JOINTS, 5.0, 0.0, velocity=True)
+
+    for speed in (0.011, -0.011):
+        assert at_end(speed) is None
+    for speed in (0.0099, -0.0099):
+        verdict = at_end(speed)
+        assert verdict is not None
+        assert verdict.status is Status.SUCCEEDED
+
+
 def test_rule_30_values_of_the_goal_replace_keep_or_erase() -> None:
     default = Tolerances(((0.1, 0.0, 0.0),) * 2, ((0.2, 0.01, 0.0),) * 2, 3.0)
     goal = Goal(
         EMPTY,
         (Tolerance("b", 0.5), Tolerance("a", -1.0)),
-        (Tolerance("a", 0.0, -1.0),),
+        (Tolerance("a", 0.0, -1.0, 4.0),),
         -1.0,
     )
     chosen, warning = choose(goal, JOINTS, default)
     assert chosen == Tolerances(
-        ((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), ((0.2, 0.0, 0.0), (0.2, 0.01, 0.0)), 0.0
+        ((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), ((0.2, 0.0, 4.0), (0.2, 0.01, 0.0)), 0.0
     )
     assert warning == ""
+    for given, time in ((0.0, 3.0), (0.5, 0.5)):
+        assert choose(Goal(EMPTY, (), (), given), JOINTS, default)[0].goal_time == time
 
 
 @pytest.mark.parametrize(
@@ -65,6 +97,22 @@ def test_rule_30_the_goal_still_runs(arm: Follower) -> None:
     assert arm.finish(goal).status is Status.SUCCEEDED
 
 
+def test_rule_30_of_many_complaints_about_tolerances_the_latest_are_kept(arm: Follower) -> None:
+    for _ in range(500):
+        arm.send(arm.move(), goal_time_tolerance=-2.0)
+    arm.send(arm.move(), goal_time_tolerance=-3.0)
+    assert len(arm.jtc.warnings) <= 100
+    assert "-3" in arm.jtc.warnings[-1]
+
+
+def test_rule_30_defaults_are_those_of_the_parameters_not_of_the_goal_before(
+    arm: Follower,
+) -> None:
+    arm.finish(arm.send(arm.move(), path_tolerance=(Tolerance("j1", FAR),)))
+    arm.run(0.3)
+    assert arm.finish(arm.send(arm.move())).status is Status.SUCCEEDED
+
+
 def test_rule_31_a_path_violation_aborts_with_joint_value_and_limit(arm: Follower) -> None:
     goal = arm.send(arm.move(0.2, 1.0), path_tolerance=(Tolerance("j3", 2e-5),))
     arm.finish(goal)
@@ -77,6 +125,31 @@ def test_rule_31_a_path_violation_aborts_with_joint_value_and_limit(arm: Followe
     assert arm.seen[-1].positions == pytest.approx(goal.feedback.actual.positions, abs=5e-4)
 
 
+def test_rule_31_what_a_violation_would_have_commanded_is_not_written(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(interpolation_method="none", constraints={"j1": {"trajectory": 0.01}})
+    start = arm.commanded
+    goal = arm.send(Point(0.0, arm.move(0.2).positions), arm.move(0.2, 1.0))
+    arm.step()
+    assert (goal.status, goal.error_code) == (Status.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED)
+    assert arm.commanded == pytest.approx(start, abs=5e-4)
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_rule_31_both_directions_are_judged_up_to_the_limit(sign: float) -> None:
+    limits = ((0.1, 0.2, 0.0),) * 2
+    nothing = (0.0, 0.0)
+
+    def judge(position: float, velocity: float) -> Violation | None:
+        error = JointValues((0.0, sign * position), (0.0, sign * velocity), nothing)
+        return violated(limits, error, velocity=True)
+
+    assert judge(0.1, 0.2) is None
+    assert judge(0.11, 0.0) == Violation(1, "position", sign * 0.11, 0.1)
+    assert judge(0.0, 0.21) == Violation(1, "velocity", sign * 0.21, 0.2)
+
+
 def test_rule_31_velocity_is_judged_where_it_is_commanded(
     follower: Callable[..., Follower],
 ) -> None:
@@ -86,9 +159,12 @@ def test_rule_31_velocity_is_judged_where_it_is_commanded(
     assert goal.error_code is ErrorCode.PATH_TOLERANCE_VIOLATED
     assert "velocity of j1" in goal.text
     arm.close()
-    arm = follower(command_interfaces=("position",))
-    goal = arm.send(arm.move(0.2, 1.0), path_tolerance=(Tolerance("j1", 0.0, 1e-6),))
-    assert arm.finish(goal).status is Status.SUCCEEDED
+    for interfaces in ("command_interfaces", "state_interfaces"):
+        arm = follower(**{interfaces: ("position",)})
+        goal = arm.send(arm.move(0.2, 1.0), path_tolerance=(Tolerance("j1", 0.0, 1e-6),))
+        assert arm.finish(goal).status is Status.SUCCEEDED
+        arm.close()
+    follower()
 
 
 def test_rule_31_an_error_that_is_no_number_is_a_violation() -> None:
@@ -104,6 +180,20 @@ def test_rule_32_succeeds_inside_goal_tolerance_not_before_the_last_point(arm: F
     assert 0.995 < arm.now - begin < 1.03
     assert (goal.status, goal.error_code) == (Status.SUCCEEDED, ErrorCode.SUCCESSFUL)
     assert goal.text == "Goal successfully reached!"
+
+
+def test_rule_32_not_while_one_joint_is_outside(arm: Follower) -> None:
+    begin = arm.now
+    goal = arm.send(
+        arm.move(0.2, 0.05), goal_tolerance=(Tolerance("j1", 0.5), Tolerance("j3", 0.003))
+    )
+    while not goal.done:
+        assert goal.feedback is None or arm.now - begin < 5.0
+        arm.step()
+    assert goal.status is Status.SUCCEEDED
+    assert arm.now - begin > 0.2
+    assert goal.feedback is not None
+    assert abs(goal.feedback.error.positions[2]) <= 0.003
 
 
 def test_rule_33_without_goal_time_it_waits_for_ever(arm: Follower) -> None:
@@ -148,7 +238,7 @@ def test_rule_34_a_goals_tolerances_end_with_it(arm: Follower) -> None:
     arm.run(0.3)
     arm.jtc.send_trajectory(arm.trajectory(arm.move(0.1, 0.5)), arm.now)
     arm.run(0.7)
-    assert arm.jtc.warnings == []
+    assert not arm.jtc.warnings
 
 
 def test_rule_35_feedback_and_result_are_there_in_the_cycle_that_brings_them(
@@ -181,3 +271,22 @@ def test_rule_35_errors_compare_with_the_time_of_the_measurement(arm: Follower) 
     arm.run(0.75)
     assert goal.feedback is not None
     assert max(map(abs, goal.feedback.error.positions)) < 1.2e-3
+
+
+def test_rule_35_errors_are_desired_minus_actual_of_velocities_too(
+    follower: Callable[..., Follower],
+) -> None:
+    arm = follower(allow_trajectory_replacement=False)
+    start, end = arm.commanded, arm.move(0.3, 1.5)
+    arm.send(Point(0.0, start, NOTHING), end)
+    arm.run(0.75)
+    goal = arm.send(Point(0.0, start, NOTHING), Point(3.0, start, NOTHING))
+    arm.step()
+    told = goal.feedback
+    assert told is not None
+    assert told.actual.velocities[0] == pytest.approx(0.3, abs=0.05)
+    for desired, actual, error in zip(
+        told.desired.velocities, told.actual.velocities, told.error.velocities, strict=True
+    ):
+        assert error == pytest.approx(desired - actual, abs=0.05)
+    assert told.error.velocities[0] == pytest.approx(-0.3, abs=0.1)

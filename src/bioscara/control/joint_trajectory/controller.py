@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import deque
+
 from bioscara.control.controller import Controller, interfaces
 from bioscara.control.joint_trajectory.course import Course
 from bioscara.control.joint_trajectory.handles import Handles
@@ -25,6 +27,9 @@ from bioscara.control.joint_trajectory.validation import validate
 from bioscara.errors import ConfigurationError, GoalRejectedError, TrajectoryError
 from bioscara.hardware import VELOCITY
 
+_WARNINGS = 100
+"""How many warnings are kept: the latest."""
+
 
 class JointTrajectoryController(Controller[JointTrajectoryParameters]):
     """Follows trajectories, one at a time, and holds when there is none.
@@ -37,7 +42,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         goal: The goal that runs or ended last; None before the first.
         feedback: Where the joints were in the last cycle, also while it holds; None while it is
             inactive.
-        warnings: What was worth saying but stopped nothing.
+        warnings: What was worth saying but stopped nothing; the latest.
     """
 
     TYPE = "joint_trajectory_controller/JointTrajectoryController"
@@ -47,8 +52,9 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         super().__init__(name, parameters)
         self.goal: GoalHandle | None = None
         self.feedback: Feedback | None = None
-        self.warnings: list[str] = []
+        self.warnings: deque[str] = deque(maxlen=_WARNINGS)
         self._player: Player | None = None
+        self._share = 1.0
 
     @property
     def command_interfaces(self) -> tuple[str, ...]:
@@ -118,6 +124,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         held = handles.commanded() if known else handles.measured().positions
         self._handles = handles
         self._player = Player(parameters, self.nominal_period, held, time)
+        self._player.share = self._share
 
     def on_deactivate(self, time: float) -> None:
         """Abort a goal that runs; positions stay as commanded, velocities become 0."""
@@ -130,7 +137,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._handles.stop()
 
     def set_scaling(self, factor: float) -> None:
-        """Choose the share of the planned speed; it is gone over to gradually.
+        """Choose the share of the planned speed; in motion it is gone over to gradually.
 
         Args:
             factor: 0 pauses; above 1 is faster than planned.
@@ -140,6 +147,16 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
                 factor stays.
         """
         self._active().scale(factor)
+
+    def slow_down(self, share: float) -> None:
+        """Go on at a share of the speed that was chosen or will be, until another share is given.
+
+        Args:
+            share: 1 for the chosen speed itself.
+        """
+        self._share = share
+        if self._player is not None:
+            self._player.share = share
 
     def set_gains(self, joint: str, gains: Gains) -> None:
         """Change the gains of a joint, at any time after the controller was configured.
@@ -249,7 +266,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             self.warnings.append(f"{self.name}: {verdict.text}")
         self._end_goal(*verdict)
         if verdict.status is Status.SUCCEEDED:
-            player.hold(player.course.points[-1].positions, time)
+            player.hold(player.course.end, time)
         else:
             self._stop(player, time)
 
@@ -261,7 +278,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
     def _request(self, trajectory: JointTrajectory, time: float, *, smooth: bool) -> Request:
         """Return a trajectory that can be followed, ready for its first cycle."""
         parameters, names = self.parameters, trajectory.joint_names
-        points = validate(trajectory, parameters, time, self._handles.commanded())
+        commanded, measured = self._handles.commanded(), self._handles.measured().positions
+        points = validate(trajectory, parameters, time, commanded, measured, self.limits)
         missing = {index for index, name in enumerate(parameters.joints) if name not in names}
         try:
             course = Course(

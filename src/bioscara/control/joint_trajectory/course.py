@@ -44,8 +44,10 @@ class Course:
 
     Attributes:
         points: As given.
+        end: Where the joints are to rest [rad or m].
         duration: Time of the last point [s].
         begins: Time from which on it is known [s].
+        continuable: Whether a new trajectory may go on from it; a single point is replaced.
 
     Raises:
         TrajectoryError: Two points are so far apart or so close in time that no number can hold
@@ -63,6 +65,7 @@ class Course:
         self._waiting = self._first
         self._last, self._rest = Place(last, len(points)), Place(_at_rest(last), len(points))
         self.duration, self.begins = self._times[-1], self._times[0]
+        self.end, self.continuable = last.positions, len(points) > 1
 
     def begin(self, state: JointValues, time: float, *, bridge: bool = False) -> None:
         """Take the state from which the first point is approached.

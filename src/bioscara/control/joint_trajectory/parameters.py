@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import ConfigDict, Field
 
 from bioscara.control.joint_trajectory.pid import Gains
-from bioscara.control.parameters import Parameters
+from bioscara.control.parameters import Parameters, Section
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY
 
@@ -15,7 +15,7 @@ Kind = Literal["position", "velocity"]
 NotNegative = Annotated[float, Field(ge=0.0)]
 
 
-class JointConstraints(BaseModel):
+class JointConstraints(Section):
     """How far one joint may be off; 0 is unchecked.
 
     Attributes:
@@ -24,14 +24,12 @@ class JointConstraints(BaseModel):
         max_deceleration_on_cancel: For the ramp after a cancel [rad/s^2 or m/s^2].
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
     trajectory: NotNegative = 0.0
     goal: NotNegative = 0.0
     max_deceleration_on_cancel: NotNegative = 0.0
 
 
-class Constraints(BaseModel):
+class Constraints(Section):
     """What makes a goal fail; every other key is the name of a joint, with its constraints.
 
     Attributes:
@@ -40,7 +38,8 @@ class Constraints(BaseModel):
         decelerate_on_cancel: Whether a cancelled goal ends on a ramp.
     """
 
-    model_config = ConfigDict(extra="allow", frozen=True)
+    PER_JOINT = True
+    model_config = ConfigDict(extra="allow")
     __pydantic_extra__: dict[str, JointConstraints] = Field(init=False)
 
     stopped_velocity_tolerance: NotNegative = 0.01
@@ -57,7 +56,7 @@ class Constraints(BaseModel):
         return self.__pydantic_extra__.get(joint, JointConstraints())
 
 
-class SpeedScaling(BaseModel):
+class SpeedScaling(Section):
     """How the trajectory's time may be scaled.
 
     Attributes:
@@ -66,22 +65,18 @@ class SpeedScaling(BaseModel):
         command_interface: Nor does any take one; must stay empty.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
     initial_scaling_factor: NotNegative = 1.0
     state_interface: Literal[""] = ""
     command_interface: Literal[""] = ""
 
 
-class PositionsUpsampling(BaseModel):
+class PositionsUpsampling(Section):
     """What becomes of trajectories without goal that have positions only.
 
     Attributes:
         enable: Whether they are passed on a smooth spline.
         policy_frequency: Of points without times [Hz]; 0 refuses them.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True)
 
     enable: bool = False
     policy_frequency: NotNegative = 0.0

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Literal, Self
+from typing import Annotated, Literal, Self
 
-from pydantic import BaseModel, ConfigDict, Field, FiniteFloat, model_validator
+from pydantic import Field, model_validator
 
+from bioscara.control.parameters import Section
+
+Unbounded = Annotated[float, Field(allow_inf_nan=True)]
 AntiWindup = Literal["none", "conditional_integration", "back_calculation"]
 
 
-class Gains(BaseModel):
+class Gains(Section):
     """Gains of one joint; names and defaults as in ros2_controllers.
 
     Attributes:
@@ -27,19 +30,17 @@ class Gains(BaseModel):
         error_deadband: Error within which nothing is integrated.
     """
 
-    model_config = ConfigDict(extra="forbid", frozen=True)
-
-    p: FiniteFloat = 0.0
-    i: FiniteFloat = 0.0
-    d: FiniteFloat = 0.0
-    ff_velocity_scale: FiniteFloat = 0.0
-    u_clamp_max: float = math.inf
-    u_clamp_min: float = -math.inf
-    i_clamp_max: float = math.inf
-    i_clamp_min: float = -math.inf
+    p: float = 0.0
+    i: float = 0.0
+    d: float = 0.0
+    ff_velocity_scale: float = 0.0
+    u_clamp_max: Unbounded = math.inf
+    u_clamp_min: Unbounded = -math.inf
+    i_clamp_max: Unbounded = math.inf
+    i_clamp_min: Unbounded = -math.inf
     antiwindup_strategy: AntiWindup = "none"
-    tracking_time_constant: float = Field(default=0.0, ge=0.0, allow_inf_nan=False)
-    error_deadband: float = Field(default=0.0, ge=0.0, allow_inf_nan=False)
+    tracking_time_constant: float = Field(default=0.0, ge=0.0)
+    error_deadband: float = Field(default=0.0, ge=0.0)
 
     @model_validator(mode="after")
     def _check_clamps(self) -> Self:

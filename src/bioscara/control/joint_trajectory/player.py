@@ -9,7 +9,7 @@ from typing import NamedTuple
 from bioscara.control.joint_trajectory.course import Course, Place
 from bioscara.control.joint_trajectory.messages import JointValues
 from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.joint_trajectory.splicing import completed
+from bioscara.control.joint_trajectory.splicing import Spliced
 from bioscara.control.joint_trajectory.stopping import deceleration, standstill
 from bioscara.errors import GoalRejectedError, LimitError
 
@@ -46,6 +46,7 @@ class Player:
         holding: Whether it follows nothing.
         waiting: What is followed next; None for nothing.
         scaling: Share of the planned speed that is gone at now.
+        share: Share of the chosen scaling that is gone over to.
     """
 
     def __init__(
@@ -57,9 +58,9 @@ class Player:
     ) -> None:
         self._desired_start = parameters.interpolate_from_desired_state
         self._splices = parameters.allow_trajectory_replacement
-        self._interpolate = parameters.interpolation_method == "splines"
         self._period, self._now = period, time
         self.scaling = self._wanted_scaling = parameters.speed_scaling.initial_scaling_factor
+        self.share = 1.0
         self.waiting: Request | None = None
         self.hold(positions, time)
 
@@ -69,7 +70,7 @@ class Player:
         return 1.0 if self.holding else self.scaling
 
     def scale(self, factor: float) -> None:
-        """Choose the share of the planned speed; it is gone over to gradually.
+        """Choose the share of the planned speed; in motion it is gone over to gradually.
 
         Args:
             factor: 0 pauses; above 1 is faster than planned.
@@ -89,8 +90,10 @@ class Player:
             period: Time since the last cycle [s].
             measured: Where the joints are.
         """
-        change = _SCALING_RATE * period
-        self.scaling += min(max(self._wanted_scaling - self.scaling, -change), change)
+        # Where nothing moves a step of the factor is none of velocity, and motion starts at it.
+        at_rest = self.holding or self.time > self.course.duration
+        change = math.inf if at_rest else _SCALING_RATE * period
+        self.scaling += min(max(self._wanted_scaling * self.share - self.scaling, -change), change)
         self.time += (time - self._now) * self.pace
         self._now = time
         if self.waiting is not None:
@@ -107,7 +110,8 @@ class Player:
 
     def hold(self, positions: Sequence[float], time: float) -> None:
         """Stay at ``positions`` [rad or m] from ``time`` [s] on."""
-        self.course, self.holding, self.waiting = standstill(positions), True, None
+        self.course: Course | Spliced = standstill(positions)
+        self.holding, self.waiting = True, None
         self.time, self._now = 0.0, time
         self._commanded, self._commanded_pace = self.course.sample(0.0).values, 1.0
         self._commanded_time = time
@@ -137,15 +141,14 @@ class Player:
         course, stamp, missing = request
         running = self.course
         begin = self._now - stamp if stamp else 0.0
-        bridge = self._splices and not self.holding and len(running.points) > 1
+        bridge = self._splices and not self.holding and running.continuable
+        if bridge and begin <= -self._period / 2.0:
+            return
         if bridge:
-            if begin <= -self._period / 2.0:
-                return
             state = running.sample(self.time).values
-            if missing:
-                points = completed(course.points, missing, running, self.time - begin)
-                course = Course(points, interpolate=self._interpolate)
         else:
             state = self._commanded if self._desired_start else measured
         course.begin(state, begin, bridge=bridge)
-        self.course, self.time, self.waiting, self.holding = course, begin, None, False
+        splice = bridge and missing
+        self.course = Spliced(course, missing, running, self.time - begin) if splice else course
+        self.time, self.waiting, self.holding = begin, None, False

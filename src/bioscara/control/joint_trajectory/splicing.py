@@ -1,44 +1,63 @@
-"""A new trajectory that takes over from one that runs."""
+"""A new trajectory that takes over some joints from one that runs."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 
-from bioscara.control.joint_trajectory.course import Course
-from bioscara.control.joint_trajectory.messages import Point
+from bioscara.control.joint_trajectory.course import Course, Place
+from bioscara.control.joint_trajectory.messages import JointValues
 
 
-def completed(
-    points: Sequence[Point], missing: Collection[int], running: Course, offset: float
-) -> tuple[Point, ...]:
-    """Return the points of a partial trajectory, in which other joints go on as they did.
+class Spliced:
+    """A partial trajectory together with what the joints that it leaves out go on to follow.
 
-    Where the running trajectory lasts longer, its points follow; the new one's joints wait at
-    their end.
+    It lasts until all of them have ended; each joint waits at its own end.
 
     Args:
-        points: Of the new trajectory, with some value for the joints that it leaves out.
+        course: Of the new trajectory, with some value for the joints that it leaves out.
         missing: Indices of these joints.
-        running: The trajectory that runs.
+        running: What runs.
         offset: Time of ``running`` at the new trajectory's time 0 [s].
+
+    Attributes:
+        end: Where the joints are to rest [rad or m].
+        duration: Time at which the last of them gets there [s].
+        begins: Time from which on it is known [s].
+        continuable: Whether a new trajectory may go on from it.
     """
-    if not missing:
-        return tuple(points)
-    done = [_merged(point, missing, running.sample(point.time + offset).values) for point in points]
-    last = points[-1]
-    end = Point(last.time, last.positions, (0.0,) * len(last.positions), ())
-    for point in running.points:
-        time = point.time - offset
-        if time > last.time:
-            here = running.sample(point.time).values
-            done.append(_merged(end._replace(time=time), missing, here))
-    return tuple(done)
+
+    continuable = True
+
+    def __init__(
+        self, course: Course, missing: Collection[int], running: Course | Spliced, offset: float
+    ) -> None:
+        # Splices of splices refer to the courses themselves, so that they do not pile up.
+        self._sources = [
+            _source(running, joint, offset) if joint in missing else (course, 0.0)
+            for joint in range(len(course.end))
+        ]
+        self._distinct = list(dict.fromkeys([(course, 0.0), *self._sources]))
+        self._rows = [(self._distinct.index(each), j) for j, each in enumerate(self._sources)]
+        self.begins = course.begins
+        self.duration = max(each.duration - ahead for each, ahead in self._distinct)
+        self.end = tuple(each.end[joint] for joint, (each, _) in enumerate(self._sources))
+
+    def sample(self, time: float) -> Place:
+        """Return the state at ``time`` [s since the new trajectory's start], and its point."""
+        places = [course.sample(time + offset) for course, offset in self._distinct]
+        fields = [
+            tuple([places[row].values[field][joint] for row, joint in self._rows])
+            for field in range(3)
+        ]
+        return Place(JointValues(*fields), places[0].point)
+
+    def source(self, joint: int) -> tuple[Course, float]:
+        """Return what a joint follows, and the time of that at time 0 [s]."""
+        return self._sources[joint]
 
 
-def _merged(point: Point, missing: Collection[int], other: Sequence[tuple[float, ...]]) -> Point:
-    fields = []
-    for own, others in zip(
-        (point.positions, point.velocities, point.accelerations), other, strict=True
-    ):
-        fields.append(tuple(others[i] if i in missing else value for i, value in enumerate(own)))
-    return Point(point.time, *fields)
+def _source(running: Course | Spliced, joint: int, offset: float) -> tuple[Course, float]:
+    if isinstance(running, Course):
+        return running, offset
+    course, ahead = running.source(joint)
+    return course, ahead + offset

@@ -1,17 +1,30 @@
-"""Whether a trajectory can be followed at all; every rule has its own complaint."""
+"""Whether a trajectory can be followed at all; every rule has its own complaint.
+
+Limits are those that its points name; what the curve between them asks for beyond that is bounded
+in each cycle, as every command is.
+"""
 
 from __future__ import annotations
 
 import difflib
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from operator import attrgetter
 
 from bioscara.control.joint_trajectory.messages import JointTrajectory, Point
 from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.errors import GoalRejectedError
+from bioscara.model import JointParameters
+from bioscara.planning.check import TOLERANCE
 
 _EPSILON = 1.19e-7
 """Speed that still counts as none at the end [rad/s or m/s]: the rounding of a 32 bit float."""
+_LARGEST = 1e6
+"""Largest number that a trajectory may have, SI units: beyond all that moves, and small enough for
+every curve that a cycle draws to the first point."""
+_ROUGHNESS = 1e-5
+"""What rounding makes of the accelerations of planned points [rad/s^2 or m/s^2]."""
+_UNIT_HINTS = {"rad": "angles are in rad, not in degrees", "m": "lengths are in m, not in mm"}
 _FIELDS = ("positions", "velocities", "accelerations")
 
 
@@ -20,6 +33,8 @@ def validate(
     parameters: JointTrajectoryParameters,
     now: float,
     commanded: Sequence[float],
+    measured: Sequence[float],
+    limits: Mapping[str, JointParameters],
 ) -> tuple[Point, ...]:
     """Return the points in the order of the controller's joints.
 
@@ -29,6 +44,8 @@ def validate(
         now: Now [s].
         commanded: Position command of each of the controller's joints, for those that a partial
             goal leaves out [rad or m].
+        measured: Where they are [rad or m].
+        limits: Of the joints that have some, by name.
 
     Raises:
         GoalRejectedError: It cannot be followed; the message says which point of which joint,
@@ -45,6 +62,11 @@ def validate(
             raise GoalRejectedError(
                 f"point {index}: time_from_start {point.time:g} s must be finite and not negative"
             )
+        if point.time > _LARGEST:
+            raise GoalRejectedError(
+                f"point {index}: time_from_start {point.time:g} s is beyond {_LARGEST:g} s; send "
+                "the trajectory in parts"
+            )
         if point.time <= before:
             raise GoalRejectedError(
                 f"point {index}: time_from_start {point.time:g} s does not come after "
@@ -56,7 +78,11 @@ def validate(
     if parameters.allow_integration_in_goal_trajectories:
         points = integrate(points, _in_order(names, parameters.joints, commanded))
     _check_end(points[-1], names, parameters)
-    return tuple(_local(point, names, parameters.joints, commanded) for point in points)
+    local = tuple(_local(point, names, parameters.joints, commanded) for point in points)
+    for place, joint in enumerate(parameters.joints):
+        if joint in limits:
+            _check_limits(local, place, limits[joint], (commanded[place], measured[place]))
+    return local
 
 
 def integrate(points: Sequence[Point], start: Sequence[float]) -> tuple[Point, ...]:
@@ -116,6 +142,11 @@ def _check_stamp(trajectory: JointTrajectory, now: float) -> None:
         return
     if not math.isfinite(trajectory.stamp):
         raise GoalRejectedError(f"stamp {trajectory.stamp} is not a finite number")
+    if trajectory.stamp - now > _LARGEST:
+        raise GoalRejectedError(
+            f"stamp {trajectory.stamp:g} s is more than {_LARGEST:g} s after now, {now:g} s; it "
+            "counts by the arm's clock, and 0 starts at once"
+        )
     end = trajectory.stamp + trajectory.points[-1].time
     if end < now:
         raise GoalRejectedError(
@@ -139,6 +170,11 @@ def _check_fields(
                 raise GoalRejectedError(
                     f"point {index}: {field} of {name} is {value}; every value must be finite"
                 )
+            if abs(value) > _LARGEST:
+                raise GoalRejectedError(
+                    f"point {index}: {field} of {name} is {value:g}, beyond {_LARGEST:g}; give "
+                    "rad or m, and seconds"
+                )
     if parameters.allow_integration_in_goal_trajectories:
         if not (point.positions or point.velocities or point.accelerations):
             raise GoalRejectedError(f"point {index}: it has no positions nor anything to integrate")
@@ -155,6 +191,26 @@ def _check_end(last: Point, names: Sequence[str], parameters: JointTrajectoryPar
                 f"{name} ends at {velocity:g} rad/s or m/s, {_EPSILON:g} is the most; end at rest, "
                 "or set allow_nonzero_velocity_at_trajectory_end"
             )
+
+
+def _check_limits(
+    points: Sequence[Point], place: int, limits: JointParameters, here: tuple[float, float]
+) -> None:
+    """Check one joint; if it was pushed beyond a limit, or reads a hair more, it may go back."""
+    unit, speed, change = limits.unit, limits.max_velocity, limits.max_acceleration
+    low, high = min(limits.lower, *here), max(limits.upper, *here)
+    for field, lower, upper, room, per in (
+        ("positions", low, high, TOLERANCE * (limits.upper - limits.lower), ""),
+        ("velocities", -speed, speed, TOLERANCE * speed, "/s"),
+        ("accelerations", -change, change, TOLERANCE * change + _ROUGHNESS, "/s^2"),
+    ):
+        least, most = lower - room, upper + room
+        for index, values in enumerate(map(attrgetter(field), points)):
+            if values and not least <= values[place] <= most:
+                raise GoalRejectedError(
+                    f"point {index}: {field} of {limits.name} is {values[place]:.7g} {unit}{per}, "
+                    f"outside {lower:g} .. {upper:g} {unit}{per}; {_UNIT_HINTS[unit]}"
+                )
 
 
 def _in_order(
