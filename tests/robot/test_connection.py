@@ -61,7 +61,8 @@ def test_what_a_joint_latched_before_is_a_fault_of_the_arm_from_the_start(made: 
         assert fault.evidence is not None
         lines = fault.evidence.read_text().splitlines()
         assert lines[0].startswith("# OVERTEMPERATURE: j3")
-        assert len(lines) == 3, "the faults, the header, where it was found"
+        assert lines[1].startswith("time,")
+        assert len(lines) >= 3, "where it was found"
         assert latches(made) == [False, False, True, False]
         robot.recover()
         assert robot.faults == ()

@@ -194,7 +194,7 @@ class Connection(FaultHandling):
                 self._evidence,
             )
             self._stack.broadcast(self.clock.now())
-            # Where the arm was found is the evidence of what it had stopped for.
+            # systemd hears that it is ready, and the evidence of what it had stopped for begins.
             self._cycle()
             self._take(self._arm.latched(Flags.FAULT | Flags.STALL))
         except BaseException:

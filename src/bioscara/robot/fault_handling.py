@@ -51,7 +51,14 @@ class FaultHandling(Looking):
         for cause in causes:
             stack.supervisor.fault(cause, stack.arm.name, self.clock.now())
         if causes:
-            self._cycle()
+            self._come_to_stand()
+
+    def _come_to_stand(self) -> None:
+        """Wait until a fault that stops the arm is latched."""
+        stack = self._running()
+        stack.loop.restart()
+        while stack.supervisor.state is FaultState.STOPPING:
+            stack.loop.step()
 
     @exclusive("disable()")
     def disable(self) -> None:
@@ -86,11 +93,8 @@ class FaultHandling(Looking):
             OSError: The evidence cannot be written.
             BusyError: Another call is using the arm.
         """
-        stack = self._running()
-        stack.loop.restart()
-        while stack.supervisor.state is FaultState.STOPPING:
-            stack.loop.step()
-        return tuple(stack.supervisor.acknowledge())
+        self._come_to_stand()
+        return tuple(self._running().supervisor.acknowledge())
 
     @exclusive("recover()")
     def recover(self) -> None:
