@@ -104,6 +104,8 @@ def _binding(start: Array, slope: Array, before: Array) -> npt.NDArray[np.bool_]
     pieces = np.arange(len(start))
     first = start.argmin(axis=1)
     last = (start + slope * before[:, None]).argmin(axis=1)
-    lines = (slope < slope[pieces, first][:, None]) & (start < start[pieces, last][:, None])
+    lines: npt.NDArray[np.bool_] = (slope < slope[pieces, first][:, None]) & (
+        start < start[pieces, last][:, None]
+    )
     lines[pieces, first] = lines[pieces, last] = True
     return lines
