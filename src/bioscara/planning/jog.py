@@ -163,11 +163,10 @@ class Jog:
         for shares in ((1.0,), _SHARES):
             next_ = self._stops.approach(moving, np.outer(shares, target), period, straight)
             there = here + (moving + next_) * (period / 2.0)
-            good, hindrance = self._stops.allowed(
+            first, hindrance = self._stops.allowed(
                 here, moving, there, next_, period, self.tool_speed, ranges
             )
-            if good.any():
-                first = int(good.argmax())
+            if first is not None:
                 return self._go(there[first], next_[first])
             self.reason = hindrance or self.reason
         positions, velocities = self._stops.brake(here, moving, period)

@@ -129,8 +129,10 @@ class Stops:
         period: float,
         fastest: float,
         ranges: Ranges,
-    ) -> tuple[npt.NDArray[np.bool_], str]:
-        """Return after which steps the arm can still come to rest, and what hinders the first.
+    ) -> tuple[int | None, str]:
+        """Return the first step after which the arm can still come to rest, if there is one.
+
+        And what hinders the first of all.
 
         Args:
             here: Joints before the step, shape (4,).
@@ -161,12 +163,23 @@ class Stops:
         hindrance = "" if slow[0] else "tool speed"
         if not inside[0]:
             hindrance = f"{self._names[int(beyond[0].argmax())]} limit"
+        candidates = np.flatnonzero(good)
         if not self._layouts:
-            return good, hindrance
+            return (int(candidates[0]) if len(candidates) else None), hindrance
         step, passed = self._step(here, moving, next_, period)
         ways = np.concatenate((passed, np.abs(np.diff(way, axis=1))), axis=1)
-        clear, zone = self._clear(np.concatenate((step, way), axis=1), ways)
-        return good & clear, zone or hindrance
+        path, zone = np.concatenate((step, way), axis=1), ""
+        # Zones are what takes long. Where something else hinders the first step, the first that
+        # nothing else hinders is mostly clear of them.
+        parts = [candidates] if good[0] else [np.append(0, candidates[:1]), candidates[1:]]
+        for rows in filter(len, parts):
+            clear, touched = self._clear(path[rows], ways[rows])
+            if rows[0] == 0:
+                zone = touched
+            found = rows[clear & good[rows]]
+            if len(found):
+                return int(found[0]), zone or hindrance
+        return None, zone or hindrance
 
     def _step(self, here: Array, moving: Array, next_: Array, period: float) -> tuple[Array, Array]:
         """Return joints during a step, its end left out, and how far they go between (k, m, 4)."""

@@ -19,8 +19,7 @@ from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
 from bioscara.planning.zones import STAND, Scene
 from bioscara.robot.poses import TeachTable
-from bioscara.robot.tools import fingers
-from bioscara.robot.wiring import kinematics_of
+from bioscara.robot.tools import fingers, kinematics_of
 
 RESERVE = 0.8
 """Share of a joint's acceleration that motions planned here use. With all of it a joint that slips
