@@ -78,7 +78,8 @@ class LimitError(InvalidArgumentError):
         self, name: str, value: float, lower: float, upper: float, unit: str, remedy: str = ""
     ) -> None:
         self.name, self.value, self.lower, self.upper = name, value, lower, upper
-        text = f"{name}: {value:g} {unit} is outside {lower:g} .. {upper:g} {unit}"
+        told = f" {unit}" if unit else ""
+        text = f"{name}: {value:g}{told} is outside {lower:g} .. {upper:g}{told}"
         super().__init__(f"{text}; {remedy}" if remedy else text)
 
 

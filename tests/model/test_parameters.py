@@ -3,20 +3,89 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from ruamel.yaml import YAML
 
 from bioscara.errors import ConfigurationError
-from bioscara.model import load_parameters, loading
+from bioscara.model import ArmParameters, load_parameters, loading
 
 TEXT = Path(loading.__file__).with_name("parameters.yaml").read_text()
 
 
-def load(tmp_path: Path, text: str) -> None:
+class Leaf(NamedTuple):
+    """A value of the section ``controllers``: the names on the way to it, its line, its group's."""
+
+    path: tuple[str, ...]
+    value: object
+    line: int
+    above: int
+
+    @property
+    def name(self) -> str:
+        """What complaints call it."""
+        return ".".join(self.path)
+
+    def written(self, replacement: str) -> str:
+        """Return the file with this entry, key and value, replaced."""
+        lines = TEXT.splitlines(keepends=True)
+        old = lines[self.line - 1]
+        lines[self.line - 1], count = re.subn(
+            rf"\b{self.path[-1]}: [^ ,}}]+", replacement, old, count=1
+        )
+        assert count == 1
+        return "".join(lines)
+
+    def read(self, arm: ArmParameters) -> object:
+        """Return the value that the arm has there."""
+        found: Any = arm
+        for name in self.path:
+            found = (
+                found.joints[int(name[1]) - 1]
+                if name[0] == "j" and name[1:].isdigit()
+                else (getattr(found, name))
+            )
+        return found
+
+
+def leaves(node: Any, path: tuple[str, ...], above: int) -> Iterator[Leaf]:
+    for key, value in node.items():
+        line = node.lc.key(key)[0] + 1
+        if isinstance(value, dict):
+            yield from leaves(value, (*path, key), line)
+        else:
+            yield Leaf((*path, key), value, line, above)
+
+
+LEAVES = [
+    leaf for leaf in leaves(YAML(typ="rt").load(TEXT), (), 1) if leaf.path[0] == "controllers"
+]
+each_leaf = pytest.mark.parametrize("leaf", LEAVES, ids=lambda leaf: leaf.name)
+
+
+def load(tmp_path: Path, text: str) -> ArmParameters:
     file = tmp_path / "arm.yaml"
     file.write_text(text)
-    load_parameters(file)
+    return load_parameters(file)
+
+
+def outcome(folder: Path, text: str) -> ArmParameters | str:
+    """Return the arm, or the complaint."""
+    try:
+        return load(folder, text)
+    except ConfigurationError as error:
+        return str(error)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("arms")
 
 
 def line_of(text: str, part: str) -> int:
@@ -60,6 +129,25 @@ def test_a_file_of_ones_own_is_the_same_arm(tmp_path: Path) -> None:
         ("homing_order: [j2, j1, j4, j3]", "homing_order: [j2, j1, j4]", "each of j1, j2, j3, j4"),
         ("  initial: 0.08", "  initial: 0.2", "gripper.initial: 0.2 is outside 0.04 .. 0.12 m"),
         ("channel: 2}", "chanel: 2}", "did you mean channel?"),
+        (
+            "version_2: 100 ",
+            "version_2: 10 ",
+            "update_rate.version_2: 10 is outside 20 .. 10000 Hz",
+        ),
+        ("version_2: 100 ", "version_2: 99.5 ", "99.5 is not a whole number"),
+        ("version_1: 50 ", "version_3: 50 ", "did you mean version_"),
+        ("goal_time: 0.0", "goal_time: -1.0", "constraints.goal_time: -1 is outside 0 .. 3600 s"),
+        ("on_cancel_share: 1.0", "on_cancel_share: 2", "2 is outside 0.01 .. 1"),
+        ("on_cancel_share: 1.0", "on_cancel_share: 0", "0 is outside 0.01 .. 1"),
+        ("j2: {trajectory: 0.0, ", "j2: {trajectory: 5.0, ", "5 is outside 0 .. 0.3396 m"),
+        ("j2: {trajectory: 0.0, ", "j2: 5 #", "constraints.j2 must be a mapping"),
+        ("timeout: 300.0", "timeout: .inf", "homing_controller.timeout: inf is outside"),
+        ("travel_share: 1.15", "travel_share: 0.9", "0.9 is outside 1 .. 2"),
+        ("deceleration_share: 1.0", "deceleration_share: 1.5", "1.5 is outside 0.01 .. 1"),
+        ("allow_stalling: false", "allow_stalling: no", "'no' is neither true nor false"),
+        ("goal_tolerance: 0.01", "goal_tolerance: 0", "0 is outside 1e-05 .. 0.1 m"),
+        ("max_velocity: 1.0                # m/s", "max_velocity: 0 # m/s", "0 is outside 0.001"),
+        ("  hold_controller:", "  hold_controler:", "did you mean hold_controller?"),
         ("  j4:", "  j5:", "joints.j5 is not a known parameter; known here: j1, j2"),
     ],
 )
@@ -96,3 +184,66 @@ def test_a_binary_or_missing_file_is_refused(tmp_path: Path) -> None:
     file.write_bytes(b"\xff\xfe\x00joints")
     with pytest.raises(ConfigurationError, match="not a text file"):
         load_parameters(file)
+
+
+def test_existing_controllers() -> None:
+    said = load_parameters().controllers
+    assert (said.update_rate.version_1, said.update_rate.version_2) == (50, 100)
+    assert all(leaf.read(load_parameters()) == leaf.value for leaf in LEAVES)
+
+
+@each_leaf
+@pytest.mark.parametrize("value", [".nan", "-0.001", "1e9", "many"])
+def test_a_wrong_value_of_a_controller_is_named_with_its_line(
+    tmp_path: Path, leaf: Leaf, value: str
+) -> None:
+    with pytest.raises(ConfigurationError) as caught:
+        load(tmp_path, leaf.written(f"{leaf.path[-1]}: {value}"))
+    assert f"arm.yaml, line {leaf.line}: {leaf.name}: " in str(caught.value)
+
+
+@each_leaf
+def test_numbers_and_flags_of_controllers_are_not_taken_for_one_another(
+    tmp_path: Path, leaf: Leaf
+) -> None:
+    other = "1.0" if isinstance(leaf.value, bool) else "true"
+    with pytest.raises(ConfigurationError, match=rf"arm\.yaml, line {leaf.line}: {leaf.name}: "):
+        load(tmp_path, leaf.written(f"{leaf.path[-1]}: {other}"))
+
+
+@each_leaf
+def test_a_misspelt_value_of_a_controller_gets_a_proposal(tmp_path: Path, leaf: Leaf) -> None:
+    key = leaf.path[-1]
+    with pytest.raises(ConfigurationError) as caught:
+        load(tmp_path, leaf.written(f"{key}x: {leaf.value}"))
+    assert f"arm.yaml, line {leaf.line}: {leaf.name}x is not a known" in str(caught.value)
+    assert f"did you mean {key}?" in str(caught.value)
+
+
+@each_leaf
+def test_a_missing_value_of_a_controller_is_named(tmp_path: Path, leaf: Leaf) -> None:
+    text = leaf.written("")
+    text = text.replace("{, ", "{").replace(", }", "}")
+    with pytest.raises(ConfigurationError) as caught:
+        load(tmp_path, text)
+    # Of a group with one value nothing is left.
+    whole = ".".join(leaf.path[:-1])
+    assert str(caught.value).split("arm.yaml, ")[1] in {
+        f"line {leaf.above}: {leaf.name} is missing",
+        f"line {leaf.above}: {whole} must be a mapping of names to values",
+    }
+
+
+@settings(max_examples=40)
+@given(st.sampled_from(LEAVES), st.floats() | st.integers(0, 100) | st.booleans())
+def test_a_value_of_a_controller_is_taken_as_it_is_or_refused_with_its_line(
+    folder: Path, leaf: Leaf, value: float
+) -> None:
+    written = str(value).lower().replace("inf", ".inf").replace("nan", ".nan")
+    arm = outcome(folder, leaf.written(f"{leaf.path[-1]}: {written}"))
+    if isinstance(arm, str):
+        assert f"arm.yaml, line {leaf.line}: {leaf.name}: " in arm
+        return
+    assert isinstance(value, bool) == isinstance(leaf.value, bool)
+    for each in LEAVES:
+        assert each.read(arm) == (value if each is leaf else each.value)

@@ -9,10 +9,10 @@ from typing import Annotated, ClassVar, Self
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 from pydantic_core import PydanticCustomError
 
-from bioscara.control.schedule import HIGHEST
 from bioscara.errors import ConfigurationError
+from bioscara.model.parameters import HIGHEST_RATE
 
-Rate = Annotated[int, Field(ge=0, le=HIGHEST)]
+Rate = Annotated[int, Field(ge=0, le=HIGHEST_RATE)]
 _UNKNOWN = "unknown_name"
 
 

@@ -3,25 +3,24 @@
 from __future__ import annotations
 
 from bioscara.errors import ConfigurationError
+from bioscara.model.parameters import HIGHEST_RATE, LOWEST_RATE
 
 SILENCE = 0.060
 """Time without a setpoint after which a joint stops by itself [s]."""
-LOWEST, HIGHEST = 20, 10_000
-"""Rates that make sense [Hz]: a setpoint must come before a joint misses it."""
 
 
 def require_rate(rate: int) -> None:
     """Check a rate of cycles [Hz].
 
     Raises:
-        ConfigurationError: It is no whole number, or not within :data:`LOWEST` .. :data:`HIGHEST`.
+        ConfigurationError: It is no whole number, or outside what the arm's parameters may say.
     """
     if not isinstance(rate, int):
         raise ConfigurationError(f"rate {rate} Hz is not a whole number, as 50 or 100 are")
-    if not LOWEST <= rate <= HIGHEST:
+    if not LOWEST_RATE <= rate <= HIGHEST_RATE:
         raise ConfigurationError(
-            f"rate {rate} Hz is outside {LOWEST} .. {HIGHEST} Hz; a joint that hears nothing for "
-            f"{1e3 * SILENCE:.0f} ms stops"
+            f"rate {rate} Hz is outside {LOWEST_RATE} .. {HIGHEST_RATE} Hz; a joint "
+            f"that hears nothing for {1e3 * SILENCE:.0f} ms stops"
         )
 
 

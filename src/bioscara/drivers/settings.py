@@ -75,14 +75,15 @@ class JointSettings(JointConnection):
         """Switch stall detection on; an earlier stall is forgotten.
 
         Args:
-            threshold: Position error that is a stall [10 microsteps of the motor], 1 to 255,
-                lower is more sensitive; None for the configured one.
+            threshold: 1 to 255, lower is more sensitive; None for the configured one. A stall is
+                a position error above 512 + 32 x threshold microsteps of the motor, with firmware
+                of the existing arms above 10 x threshold.
         """
         value = self.parameters.stall_threshold if threshold is None else threshold
         if isinstance(value, bool) or not isinstance(value, int):
             raise InvalidArgumentError(f"{self.name} stall threshold: {value!r} is not a number")
         # Existing firmware would stall at once with a threshold of zero.
-        self._check_limit("stall threshold", value, 1, 255, "x 10 microsteps")
+        self._check_limit("stall threshold", value, 1, 255, "")
         self.session.write(Register.ENABLESTALLGUARD, value)
 
     def disable_closed_loop(self) -> None:

@@ -79,6 +79,13 @@ class Section(ABC):
             raise self.error(f"{self.name(key)}: {value:g} must be above {lower:g}", key)
         return value
 
+    def flag(self, key: str) -> bool:
+        """Return true or false."""
+        value = self.value(key)
+        if not isinstance(value, bool):
+            raise self.error(f"{self.name(key)}: {value!r} is neither true nor false", key)
+        return value
+
     def text(self, key: str, allowed: tuple[str, ...] = ()) -> str:
         """Return a text, one of ``allowed`` if there are any."""
         value = self.value(key)

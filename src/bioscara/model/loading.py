@@ -2,23 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from bioscara.model.checks import JOINTS, check_addresses, check_jaws, check_joint
 from bioscara.model.parameters import (
+    HIGHEST_RATE,
+    LOWEST_RATE,
     ArmParameters,
+    ControllersParameters,
     GeometryParameters,
+    GripperControllerParameters,
     GripperParameters,
+    HoldControllerParameters,
+    HomingControllerParameters,
     HomingParameters,
     JointParameters,
     PwmOutput,
+    Tolerances,
+    TrajectoryConstraints,
+    TrajectoryControllerParameters,
+    UpdateRates,
 )
 from bioscara.model.yaml_section import YamlSection, read_sections
 
 _EXISTING_ARMS = Path(__file__).with_name("parameters.yaml")
-
-
 _IMPLIED = ("name", "number")
+_BRAKING_SHARE = (0.01, 1.0)
 
 
 def _joint(name: str, section: YamlSection) -> JointParameters:
@@ -35,6 +45,7 @@ def _gripper(section: YamlSection) -> GripperParameters:
     pulse_upper = section.above("pulse_upper", pulse_lower, 1e-2)
     return GripperParameters(
         **jaws._asdict(),
+        max_velocity=section.number("max_velocity", 1e-3, 10.0, "m/s"),
         frequency=section.number("frequency", 1.0, 0.9 / pulse_upper, "Hz"),
         pulse_center=section.number("pulse_center", pulse_lower, pulse_upper, "s"),
         pulse_per_deg=section.nonzero("pulse_per_deg", 1e-3, "s/deg"),
@@ -62,6 +73,74 @@ def _geometry(section: YamlSection) -> GeometryParameters:
     )
 
 
+def _controllers(top: YamlSection, joints: Sequence[JointParameters]) -> ControllersParameters:
+    top.refuse_unknown(ControllersParameters.__slots__)
+    rate = top.section("update_rate")
+    rate.refuse_unknown(UpdateRates.__slots__)
+    homing = top.section("homing_controller")
+    homing.refuse_unknown(HomingControllerParameters.__slots__)
+    hold = top.section("hold_controller")
+    hold.refuse_unknown(HoldControllerParameters.__slots__)
+    return ControllersParameters(
+        update_rate=UpdateRates(
+            version_1=rate.whole("version_1", LOWEST_RATE, HIGHEST_RATE, "Hz"),
+            version_2=rate.whole("version_2", LOWEST_RATE, HIGHEST_RATE, "Hz"),
+        ),
+        joint_trajectory_controller=_trajectory(top.section("joint_trajectory_controller"), joints),
+        homing_controller=HomingControllerParameters(
+            timeout=homing.number("timeout", 1.0, 3600.0, "s"),
+            max_travel_share=homing.number("max_travel_share", 1.0, 2.0),
+        ),
+        hold_controller=HoldControllerParameters(
+            hold.number("max_deceleration_share", *_BRAKING_SHARE)
+        ),
+        gripper_controller=_gripper_controller(top.section("gripper_controller")),
+    )
+
+
+def _trajectory(
+    section: YamlSection, joints: Sequence[JointParameters]
+) -> TrajectoryControllerParameters:
+    section.refuse_unknown(TrajectoryControllerParameters.__slots__)
+    limits = section.section("constraints")
+    own = (key for key in TrajectoryConstraints.__slots__ if key != "joints")
+    limits.refuse_unknown((*own, *JOINTS))
+    return TrajectoryControllerParameters(
+        allow_partial_joints_goal=section.flag("allow_partial_joints_goal"),
+        allow_nonzero_velocity_at_trajectory_end=section.flag(
+            "allow_nonzero_velocity_at_trajectory_end"
+        ),
+        constraints=TrajectoryConstraints(
+            stopped_velocity_tolerance=limits.number("stopped_velocity_tolerance", 0.0, 10.0),
+            goal_time=limits.number("goal_time", 0.0, 3600.0, "s"),
+            max_deceleration_on_cancel_share=limits.number(
+                "max_deceleration_on_cancel_share", *_BRAKING_SHARE
+            ),
+            joints=tuple(_tolerances(limits.section(joint.name), joint) for joint in joints),
+        ),
+    )
+
+
+def _tolerances(section: YamlSection, joint: JointParameters) -> Tolerances:
+    section.refuse_unknown(Tolerances.__slots__)
+    # What exceeds the joint's range can never be violated.
+    span = joint.upper - joint.lower
+    return Tolerances(
+        trajectory=section.number("trajectory", 0.0, span, joint.unit),
+        goal=section.number("goal", 0.0, span, joint.unit),
+    )
+
+
+def _gripper_controller(section: YamlSection) -> GripperControllerParameters:
+    section.refuse_unknown(GripperControllerParameters.__slots__)
+    return GripperControllerParameters(
+        goal_tolerance=section.number("goal_tolerance", 1e-5, 0.1, "m"),
+        allow_stalling=section.flag("allow_stalling"),
+        stall_velocity_threshold=section.number("stall_velocity_threshold", 1e-6, 1.0, "m/s"),
+        stall_timeout=section.number("stall_timeout", 0.01, 60.0, "s"),
+    )
+
+
 def _arm(top: YamlSection) -> ArmParameters:
     top.refuse_unknown(ArmParameters.__slots__)
     table = top.section("joints")
@@ -79,6 +158,7 @@ def _arm(top: YamlSection) -> ArmParameters:
         _geometry(top.section("geometry")),
         _gripper(top.section("gripper")),
         tuple(order),
+        _controllers(top.section("controllers"), joints),
     )
 
 

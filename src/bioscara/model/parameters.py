@@ -11,6 +11,10 @@ A choice: it costs 25 ms per motion, and spreads the step that would ring the co
 cycles and more.
 """
 
+LOWEST_RATE, HIGHEST_RATE = 20, 10_000
+"""Cycles per second that make sense [Hz]: a setpoint must come before a joint misses it, and a
+joint that hears nothing for 60 ms stops."""
+
 
 @dataclass(frozen=True, slots=True)
 class HomingParameters:
@@ -45,7 +49,9 @@ class JointParameters:
         max_acceleration: Highest acceleration [unit/s^2].
         drive_current_percent: Motor current in motion.
         hold_current_percent: Motor current at standstill.
-        stall_threshold: Position error that is a stall [10 microsteps]; 0 for no detection.
+        stall_threshold: How far the motor may be off: a stall is a position error above
+            512 + 32 x this [microsteps of the motor]; 0 for no detection. Firmware of the
+            existing arms takes 10 x this instead.
         homing: How it is homed.
     """
 
@@ -94,6 +100,7 @@ class GripperParameters:
     Attributes:
         lower: Smallest width [m].
         upper: Largest width [m].
+        max_velocity: Speed of the width that the gripper cannot exceed [m/s].
         initial: Width that is assumed until one was commanded [m].
         deg_per_m: Servo degrees per metre of width; its sign is the direction.
         zero_width: Width at servo angle zero [m].
@@ -107,6 +114,7 @@ class GripperParameters:
 
     lower: float
     upper: float
+    max_velocity: float
     initial: float
     deg_per_m: float
     zero_width: float
@@ -142,6 +150,125 @@ class GeometryParameters:
 
 
 @dataclass(frozen=True, slots=True)
+class UpdateRates:
+    """Cycles of the control loop, by the oldest protocol that a joint speaks.
+
+    Attributes:
+        version_1: With protocol version 1 [Hz].
+        version_2: With protocol version 2 [Hz].
+    """
+
+    version_1: int
+    version_2: int
+
+
+@dataclass(frozen=True, slots=True)
+class Tolerances:
+    """How far one joint may be off a trajectory; 0 is unchecked.
+
+    Attributes:
+        trajectory: On the way [unit].
+        goal: At the end [unit].
+    """
+
+    trajectory: float
+    goal: float
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectoryConstraints:
+    """What makes a trajectory fail, and how it ends then.
+
+    Attributes:
+        stopped_velocity_tolerance: Speed of every joint that counts as standing [rad/s or m/s]; 0
+            is unchecked.
+        goal_time: How much later than planned the goal may be reached [s]; 0 waits for ever.
+        max_deceleration_on_cancel_share: Of the joint's highest acceleration, above 0 up to 1.
+        joints: How far each joint may be off, in the order of their numbers.
+    """
+
+    stopped_velocity_tolerance: float
+    goal_time: float
+    max_deceleration_on_cancel_share: float
+    joints: tuple[Tolerances, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TrajectoryControllerParameters:
+    """How trajectories are followed.
+
+    Attributes:
+        allow_partial_joints_goal: Whether a goal may leave joints out.
+        allow_nonzero_velocity_at_trajectory_end: Whether the last point may be in motion.
+        constraints: What makes a goal fail.
+    """
+
+    allow_partial_joints_goal: bool
+    allow_nonzero_velocity_at_trajectory_end: bool
+    constraints: TrajectoryConstraints
+
+
+@dataclass(frozen=True, slots=True)
+class HomingControllerParameters:
+    """When homing is given up.
+
+    Attributes:
+        timeout: Longest time that one joint may take [s].
+        max_travel_share: Farthest that a joint may go, as a share of its range; 1 or more.
+    """
+
+    timeout: float
+    max_travel_share: float
+
+
+@dataclass(frozen=True, slots=True)
+class HoldControllerParameters:
+    """How joints come to rest.
+
+    Attributes:
+        max_deceleration_share: Of the joint's highest acceleration, above 0 up to 1.
+    """
+
+    max_deceleration_share: float
+
+
+@dataclass(frozen=True, slots=True)
+class GripperControllerParameters:
+    """When the gripper has arrived, and when it is held up.
+
+    Attributes:
+        goal_tolerance: How near to its goal it has arrived [m].
+        allow_stalling: Whether jaws that are held up before their goal have succeeded.
+        stall_velocity_threshold: Speed below which they do not move [m/s].
+        stall_timeout: How long they do not move when they are held up [s].
+    """
+
+    goal_tolerance: float
+    allow_stalling: bool
+    stall_velocity_threshold: float
+    stall_timeout: float
+
+
+@dataclass(frozen=True, slots=True)
+class ControllersParameters:
+    """What the controllers do; names are those of ros2_controllers where it has the parameter.
+
+    Attributes:
+        update_rate: Cycles per second.
+        joint_trajectory_controller: How trajectories are followed.
+        homing_controller: When homing is given up.
+        hold_controller: How joints come to rest.
+        gripper_controller: When the gripper has arrived.
+    """
+
+    update_rate: UpdateRates
+    joint_trajectory_controller: TrajectoryControllerParameters
+    homing_controller: HomingControllerParameters
+    hold_controller: HoldControllerParameters
+    gripper_controller: GripperControllerParameters
+
+
+@dataclass(frozen=True, slots=True)
 class ArmParameters:
     """The whole arm.
 
@@ -150,9 +277,11 @@ class ArmParameters:
         geometry: How it is built.
         gripper: The gripper.
         homing_order: Names of the joints in the order in which they are homed.
+        controllers: What the controllers do.
     """
 
     joints: tuple[JointParameters, ...]
     geometry: GeometryParameters
     gripper: GripperParameters
     homing_order: tuple[str, ...]
+    controllers: ControllersParameters

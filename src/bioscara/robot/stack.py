@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -28,13 +29,6 @@ from bioscara.model import ArmParameters
 from bioscara.planning.tool_speed import REDUCED_SPEED
 
 C = TypeVar("C")
-
-RATES = {1: 50, 2: 100}
-"""Cycles per second, by protocol [Hz]: as the original driver, and as fits the bus at 100 kHz."""
-
-_HOMING_SHARE = 1.15
-"""Travel in homing, as a share of the joint's range, after which there is no end stop; a little
-more than the joint itself allows (1.1), whose word says more."""
 
 BROADCASTER, TRAJECTORY, HOMING, HOLD, GRIPPER, JOG = (
     "joint_state_broadcaster",
@@ -93,7 +87,9 @@ class Stack:
         version = min(joint.version for joint in arm.joints)
         arm.capacity = Capacity(arm.joints, clock)
         bus_time = arm.capacity.cycle_time((joint, Mode.TRACK) for joint in arm.joints)
-        hertz = min(RATES[version], highest_rate(bus_time)) if rate is None else rate
+        usual = parameters.controllers.update_rate
+        suited = usual.version_2 if version >= 2 else usual.version_1
+        hertz = min(suited, highest_rate(bus_time)) if rate is None else rate
         arm.capacity.rate = hertz
         record = FlightRecord(arm.axes, hertz)
         limiter = Limiter((arm, gripper))
@@ -153,26 +149,32 @@ class Stack:
 
 def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str, dict[str, Any]]]:
     """Return name, type and parameters of the controllers of an arm."""
+    said, jaws = parameters.controllers, parameters.gripper
     joints = tuple(joint.name for joint in parameters.joints)
     both = (POSITION, VELOCITY)
     commanded = both if version >= 2 else (POSITION,)
     spans = {joint.name: joint.upper - joint.lower for joint in parameters.joints}
-    braking = {joint.name: joint.max_acceleration for joint in parameters.joints}
+    travel = said.homing_controller.max_travel_share
+    braking = said.hold_controller.max_deceleration_share
     return [
         (BROADCASTER, JointStateBroadcaster.TYPE, {"joints": joints}),
         (
             GRIPPER,
             GripperActionController.TYPE,
-            {"joint": "gripper", "limits": (parameters.gripper.lower, parameters.gripper.upper)},
+            {
+                "joint": "gripper",
+                "limits": (jaws.lower, jaws.upper),
+                "velocity_limit": jaws.max_velocity,
+                **asdict(said.gripper_controller),
+            },
         ),
         (
             HOMING,
             HomingController.TYPE,
             {
                 "joints": parameters.homing_order,
-                "max_travel": tuple(
-                    _HOMING_SHARE * spans[name] for name in parameters.homing_order
-                ),
+                "timeout": said.homing_controller.timeout,
+                "max_travel": tuple(travel * spans[name] for name in parameters.homing_order),
             },
         ),
         (JOG, JogController.TYPE, {"joints": joints, "command_interfaces": commanded}),
@@ -182,7 +184,9 @@ def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str
             {
                 "joints": joints,
                 "command_interfaces": commanded,
-                "max_deceleration": tuple(braking.values()),
+                "max_deceleration": tuple(
+                    braking * joint.max_acceleration for joint in parameters.joints
+                ),
             },
         ),
         (
@@ -192,17 +196,31 @@ def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str
                 "joints": joints,
                 "command_interfaces": commanded,
                 "state_interfaces": both,
-                "allow_partial_joints_goal": True,
-                "allow_nonzero_velocity_at_trajectory_end": True,
                 "fallback_controllers": (HOLD,),
-                "constraints": {
-                    "stopped_velocity_tolerance": 0.0,
-                    "decelerate_on_cancel": True,
-                    **{
-                        name: {"max_deceleration_on_cancel": value}
-                        for name, value in braking.items()
-                    },
-                },
+                **_following(parameters),
             },
         ),
     ]
+
+
+def _following(parameters: ArmParameters) -> dict[str, Any]:
+    """Return how trajectories are followed, in the names of their controller."""
+    said = parameters.controllers.joint_trajectory_controller
+    limits = said.constraints
+    return {
+        "allow_partial_joints_goal": said.allow_partial_joints_goal,
+        "allow_nonzero_velocity_at_trajectory_end": said.allow_nonzero_velocity_at_trajectory_end,
+        "constraints": {
+            "stopped_velocity_tolerance": limits.stopped_velocity_tolerance,
+            "goal_time": limits.goal_time,
+            "decelerate_on_cancel": True,
+            **{
+                joint.name: {
+                    **asdict(tolerances),
+                    "max_deceleration_on_cancel": limits.max_deceleration_on_cancel_share
+                    * joint.max_acceleration,
+                }
+                for joint, tolerances in zip(parameters.joints, limits.joints, strict=True)
+            },
+        },
+    }
