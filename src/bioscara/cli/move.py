@@ -9,9 +9,9 @@ from bioscara.cli.arguments import Options
 from bioscara.cli.arm import open_arm
 from bioscara.cli.interruption import Interruption
 from bioscara.cli.output import Output
-from bioscara.cli.pictures import require_drawing, write_pictures
+from bioscara.cli.pictures import require_drawing, write_picture, write_trajectory
 from bioscara.cli.status import Status
-from bioscara.cli.target import check_target, describe, plan_target
+from bioscara.cli.target import check_target, describe, plan_target, wanted_scene
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
 from bioscara.model import load_parameters
 from bioscara.robot.teach_file import load_table
@@ -23,11 +23,12 @@ def run(options: Options) -> int:
     Raises:
         BioscaraError: It could not be moved there.
     """
-    require_drawing(options)
-    parameters, output = load_parameters(), Output()
+    require_drawing(options.plot)
+    parameters, output, scene = load_parameters(), Output(), wanted_scene(options)
     with Interruption() as cancelled, open_arm(options, parameters) as robot:
         if options.table.exists():
             robot.plan.table = load_table(options.table, robot.plan.tool)
+        robot.plan.scene = scene
         check_target(robot.plan, options)
         output.line(f"arm: {robot.description}")
         for sentence in robot.clear_faults():
@@ -38,7 +39,10 @@ def run(options: Options) -> int:
             plan = plan_target(robot.plan, options)
             for line in describe(plan, robot.kinematics):
                 output.line(line)
-            write_pictures(plan, robot.kinematics, parameters.joints, options, output)
+            if options.csv is not None:
+                output.line(write_trajectory(options.csv, plan.trajectory))
+            if options.plot is not None:
+                output.line(write_picture(options.plot, plan, robot.plan, parameters, "move"))
             robot.execute(plan, cancelled=cancelled)
         except MotionCancelledError as error:
             complain(f"{error}; all joints were stopped and disabled")
