@@ -73,8 +73,9 @@ class Prism:
             )
         ]
         cos, sin = np.cos(self.yaw), np.sin(self.yaw)
-        turned: Array = np.concatenate(corners) @ np.array(((cos, sin), (-sin, cos)))
-        return turned + np.array((self.x, self.y))
+        turned = np.concatenate(corners) @ np.array(((cos, sin), (-sin, cos)))
+        placed: Array = turned + np.array((self.x, self.y))
+        return placed
 
     def covers(self, places: Array) -> npt.NDArray[np.bool_]:
         """Return which places are within the border as seen from above.

@@ -82,7 +82,7 @@ def write_plan(
     title: str = "",
     scene: Scene = FREE,
 ) -> None:
-    """Draw joints and tool of a planned motion against their limits, and its way past what is around.
+    """Draw joints and tool of a planned motion against their limits, and the way past the zones.
 
     Args:
         path: The PNG file; replaced if there is one.

@@ -87,9 +87,9 @@ def draw_height(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
     places = _in_base(way.poses[:, :2], arm.base)
     low, high = float(height.min()), float(height.max())
     if scene.table_height is not None:
-        table = arm.base.z + scene.table_height
-        axis.axhline(table, color=_TABLE, linewidth=3.0, label="table")
-        low, high = min(low, table), max(high, table)
+        top = arm.base.z + scene.table_height
+        axis.axhline(top, color=_TABLE, linewidth=3.0)
+        low, high = min(low, top), max(high, top)
     for zone in scene.zones:
         bottom, top = (arm.base.z + edge for edge in (zone.shape.low, zone.shape.high))
         within = zone.shape.covers(places)
@@ -100,7 +100,8 @@ def draw_height(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
             axis.fill_between(along, bottom, top, where=within, color=_OUT, alpha=0.3)
             low, high = min(low, bottom), max(high, top)
     axis.grid(visible=True, alpha=0.3)
-    axis.set_title("height along the way")
+    table = "" if scene.table_height is None else "  (brown: table)"
+    axis.set_title("height along the way" + table)
     axis.set_xlabel("way of the tool from above [m]")
     axis.set_ylabel("z [m]")
     if scene != FREE:
@@ -125,10 +126,12 @@ def _draw_border(axis: Axes, zone: Zone, base: Pose) -> None:
     else:
         axis.fill(x, y, facecolor=_OUT, edgecolor=_OUT, alpha=0.3, linewidth=1.5)
     name = zone.name + (f" ({', '.join(zone.links)})" if zone.links else "")
-    top = int(y.argmax())
+    # Above a cell and below anything else: there the arm is not drawn.
+    at, side = (y.argmax(), "bottom") if zone.keep_in else (y.argmin(), "top")
+    color = _IN if zone.keep_in else _OUT
     axis.annotate(
-        name, (x[top], y[top]), (0, 2), textcoords="offset points", ha="center", fontsize=9,
-        color=_IN if zone.keep_in else _OUT,
+        name, (x[at] if zone.keep_in else x.mean(), y[at]), (0, 3 if zone.keep_in else -3),
+        textcoords="offset points", ha="center", va=side, fontsize=9, color=color,
     )  # fmt: skip
 
 
