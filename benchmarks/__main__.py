@@ -15,6 +15,7 @@ TOPICS = {
     "tracking": "Tracking a ramp",
     "kinematics": "Kinematics",
     "trajectory_sampling": "Sampling a trajectory",
+    "planning": "Planning",
     "linear": "Lines of the tool",
     "point_to_point": "Point to point",
     "startup": "Start-up",

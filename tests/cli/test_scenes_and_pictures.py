@@ -56,7 +56,7 @@ def test_a_pose_is_drawn_as_the_motion_to_it(
     assert capsys.readouterr().out == told + "wrote a.png\n"
     assert size(folder / "a.png") == (1900, 1300)
     assert (folder / "a.png").read_bytes() == expected(folder, START, PLATE, "pose plate")
-    start, words = (-0.4, 0.25, 0.6, 0.1), "--from -0.4 0.25 0.6 0.1".split()
+    start, words = (-0.4, 0.25, 0.6, 0.1), ["--from", "-0.4", "0.25", "0.6", "0.1"]
     shown = ["poses", "show", "plate", *words, "--plot", "b.png", "--scene", str(EXAMPLE)]
     assert main(shown) == 0
     around = read_scene(EXAMPLE)
@@ -64,20 +64,10 @@ def test_a_pose_is_drawn_as_the_motion_to_it(
 
 
 def test_a_pose_of_another_tool_is_drawn_with_that_tool(folder: Path) -> None:
-    table = folder / "poses.yaml"
-    table.write_text(
-        table.read_text().replace(
-            "tools:", "tools:\n  needle: {x: 0.0, y: 0.0, z: -0.2, yaw: 0.0, mass: 0.1}", 1
-        )
-        if "tools:\n" in table.read_text()
-        else table.read_text().replace(
-            "tools: {}", "tools:\n  needle: {x: 0.0, y: 0.0, z: -0.2, yaw: 0.0, mass: 0.1}", 1
-        )
-    )
-    assert (
-        main(["poses", "save", "prick", "--pose", "0.4", "0.2", "0.2", "0", "--tool", "needle"])
-        == 0
-    )
+    table, needle = folder / "poses.yaml", "needle: {x: 0.0, y: 0.0, z: -0.2, yaw: 0.0, mass: 0.1}"
+    table.write_text(table.read_text().replace("tools: {}", f"tools:\n  {needle}"))
+    place = ["--pose", "0.4", "0.2", "0.2", "0", "--tool", "needle"]
+    assert main(["poses", "save", "prick", *place]) == 0
     assert main(["poses", "show", "prick", "--plot", "a.png"]) == 0
     assert size(folder / "a.png") == (1900, 1300)
 
@@ -104,7 +94,8 @@ def test_a_motion_among_zones_is_drawn_with_them(command: str, folder: Path) -> 
         ("--scene none.yaml", r"none.yaml: No such file or directory"),
         ("--scene wrong.yaml", r"wrong.yaml, line 5: .*diameter"),
         ("--scene millimetres.yaml", r"millimetres.yaml, line 5: .*500 m .*millimetres\?"),
-        ("--scene start.yaml", r"post at the start, nearest at .* s: [\d.]+ mm inside; the margin of 5 mm is missed by [\d.]+ mm"),
+        ("--scene start.yaml", r"post at the start, nearest at .* s: [\d.]+ mm inside; the margin "
+         r"of 5 mm is missed by [\d.]+ mm"),
         ("--scene way.yaml", r"post from [\d.]+ s on, nearest at .* s: [\d.]+ mm inside"),
         ("--scene goal.yaml", r"post from [\d.]+ s on, nearest at .* s: [\d.]+ mm inside"),
         ("--from 9 0.2 0 0", r"--from is outside the limits: j1 at 9"),
@@ -203,8 +194,7 @@ def test_the_way_to_a_trajectory_is_kept_clear_too(
     """The trajectory is free, the post stands between it and where homing leaves the arm."""
     names = [limit.name for limit in PARAMETERS.joints]
     write_motion(folder / "m.csv", names, Joints(*START), Joints(*START)._replace(j1=0.3))
-    x, y, *_ = Planner(PARAMETERS, lambda: START).kinematics.forward((-0.8, 0.25, 0.8, 0.8))
-    (folder / "between.yaml").write_text(SCENE % (x, y))
+    (folder / "between.yaml").write_text(SCENE % (0.28, -0.35))
     capsys.readouterr()
     assert main(["run", "m.csv", "--scene", "between.yaml", "--out", "a"], paced=False) == 1
     err = capsys.readouterr().err
@@ -219,9 +209,7 @@ def test_a_trajectory_of_some_joints_is_judged_where_the_others_are(
 ) -> None:
     home = Joints(-2.9, 0.3, 2.4, 2.7)
     write_motion(folder / "m.csv", ["j1"], home, home._replace(j1=0.0))
-    arm = Planner(PARAMETERS, lambda: START).kinematics
-    x, y, *_ = arm.forward((-1.0, 0.3, 2.62, 3.0))
-    (folder / "around.yaml").write_text(SCENE % (x, y))
+    (folder / "around.yaml").write_text(SCENE % (0.08, -0.29))
     capsys.readouterr()
     assert main(["run", "m.csv", "--out", "a"], paced=False) == 0
     assert main(["run", "m.csv", "--scene", "around.yaml", "--out", "b"], paced=False) == 1

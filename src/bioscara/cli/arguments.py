@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bioscara import __version__
 from bioscara.cli.shared_arguments import (
     BUS_HELP,
+    add_acknowledge,
     add_bus,
     add_four,
     add_full_speed,
@@ -35,6 +37,8 @@ class Options(argparse.Namespace):
         command: Name of the command, which is also the module that does it.
         bus: Name of the bus.
         v1: Whether the simulated joints speak protocol version 1 only.
+        words: All words after ``bioscara``, as they were typed.
+        acknowledge: Whether what stopped the arm before is taken note of.
         realtime: Whether simulated homing takes the time it takes.
         paced: Whether a simulated trajectory takes the time it takes.
         full_speed: Whether the tool may be faster than 250 mm/s.
@@ -64,6 +68,8 @@ class Options(argparse.Namespace):
     command: str
     bus: str
     v1: bool
+    words: Sequence[str]
+    acknowledge: bool
     realtime: bool
     paced: bool
     full_speed: bool
@@ -119,6 +125,7 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     _add_view(commands)
     _add_poses(commands)
     options = parser.parse_args(arguments, namespace=Options())
+    options.words = list(sys.argv[1:] if arguments is None else arguments)
     if getattr(options, "v1", False) and getattr(options, "bus", "sim") != "sim":
         parser.error("--v1 is about the arm simulated in this process; leave out --bus")
     if options.command == "poses" and options.action == "show" and options.plot is None:
@@ -169,6 +176,7 @@ def _add_move(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     move = _add(commands, "move", "Home the arm where need be and move it to a target.")
     add_target(move)
     add_bus(move)
+    add_acknowledge(move)
     add_realtime(move)
     add_full_speed(move)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import datetime
@@ -14,10 +15,12 @@ from bioscara.cli.arguments import Options
 from bioscara.cli.arm import open_arm
 from bioscara.cli.interruption import Interruption
 from bioscara.cli.joints import firmware
+from bioscara.cli.latched import acknowledge, require_noted, the_way_on
 from bioscara.cli.observer import Observer
 from bioscara.cli.output import Output
 from bioscara.cli.status import Status
 from bioscara.cli.views import make_view
+from bioscara.cli.warned import Warnings
 from bioscara.control.realtime import realtime
 from bioscara.drivers import Joint
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
@@ -26,7 +29,7 @@ from bioscara.planning import Trajectory, check, read, write_csv
 from bioscara.planning import fit as stretch
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
 from bioscara.planning.zones import Scene
-from bioscara.report import History, JointInfo, Outcome, RunFolder, Summary, png, text
+from bioscara.report import CycleRecord, History, JointInfo, Outcome, RunFolder, Summary, png, text
 from bioscara.report.folder import TRAJECTORY, default_path
 from bioscara.robot import Robot, kinematics_of
 
@@ -94,8 +97,9 @@ def prepare(
                 "--full-speed lifts that",
             )
     if len(trajectory.joint_names) == len(parameters.joints):
-        # Where joints are that it does not name, is known when they are homed.
-        scene.check(arm, trajectory)
+        # Where joints are that it does not name, and how far the arm may fold up, is known only
+        # when it is homed: then all is checked again.
+        scene.check(arm, trajectory, folded=-math.inf)
     return Plan(title, source, trajectory, notes, scene)
 
 
@@ -105,6 +109,7 @@ class _Course(NamedTuple):
     outcome: Outcome
     message: str
     faults: tuple[str, ...]
+    warnings: tuple[str, ...]
 
 
 def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
@@ -120,6 +125,7 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
     with Interruption() as cancelled, urgency, open_arm(options, parameters, path) as robot:
         robot.plan.scene = plan.scene
         output.line(f"arm: {robot.description}")
+        require_noted(robot, options)
         output.line(f"trajectory: {plan.source}, {plan.trajectory.duration:.2f} s")
         for note in plan.notes:
             output.line(f"note: {note}")
@@ -130,6 +136,7 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
             _HOMING_CYCLES + int(plan.trajectory.duration / robot.period),
         )
         _keep_trajectory(folder, plan)
+        acknowledge(robot, output.line)
         history = History(names)
         view = make_view(output, [(joint.name, joint.parameters.unit) for joint in robot.joints])
         with Observer(view, folder.samples, history) as observer:
@@ -144,7 +151,7 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
             message=course.message,
             joints=tuple(map(_joint_info, robot.joints)),
             planned_duration=plan.trajectory.duration,
-            notes=plan.notes,
+            notes=(*plan.notes, *course.warnings),
             faults=course.faults,
         )
     return _finish(summary, history, folder, observer.problem, output)
@@ -168,22 +175,30 @@ def _move(robot: Robot, plan: Plan, cancelled: Interruption, observer: Observer)
     """Move the arm and leave it disabled; tell how it went."""
     outcome, message = Outcome.COMPLETED, ""
     faults: tuple[str, ...] = ()
-    try:
-        for sentence in robot.clear_faults():
+    warnings = Warnings(robot)
+    told: list[str] = []
+
+    def observe(record: CycleRecord) -> None:
+        observer.cycle(record)
+        for sentence in warnings.fresh():
+            told.append(sentence)
             observer.note(sentence)
+
+    try:
         observer.phase("homing " + ", ".join(robot.parameters.homing_order))
-        robot.home(observer.cycle, cancelled)
+        robot.home(observe, cancelled)
         observer.phase("following the trajectory")
-        robot.follow(plan.trajectory, observer.cycle, cancelled, approach=True)
+        robot.follow(plan.trajectory, observe, cancelled, approach=True)
     except MotionCancelledError as error:
         outcome, message = Outcome.CANCELLED, f"{error}; all joints were stopped and disabled"
     except BioscaraError as error:
-        outcome, message, faults = Outcome.FAILED, str(error), (str(error),)
+        faults = tuple(map(str, robot.faults)) or (str(error),)
+        outcome, message = Outcome.FAILED, faults[0] + the_way_on(robot)
     observer.phase("stopping and disabling all joints")
     problems = robot.shutdown()
     if problems and outcome is not Outcome.FAILED:
         outcome, message = Outcome.FAILED, problems[0]
-    return _Course(outcome, message, (*faults, *problems))
+    return _Course(outcome, message, (*faults, *problems), tuple(told))
 
 
 def _finish(

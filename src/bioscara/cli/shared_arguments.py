@@ -27,6 +27,7 @@ def add_bus(parser: argparse.ArgumentParser) -> None:
 def add_motion(parser: argparse.ArgumentParser) -> None:
     """Add what ``demo`` and ``run`` have in common."""
     add_bus(parser)
+    add_acknowledge(parser)
     add_realtime(parser)
     add_full_speed(parser)
     parser.add_argument(
@@ -41,6 +42,16 @@ def add_motion(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         type=Path,
         help="folder for samples, report and plot (default: a new one under runs/)",
+    )
+
+
+def add_acknowledge(parser: argparse.ArgumentParser) -> None:
+    """Add what lets an arm go on that a fault stopped."""
+    parser.add_argument(
+        "--acknowledge",
+        action="store_true",
+        help="take note of what stopped the arm before, keep the evidence and go on; without it an "
+        "arm that a fault stopped is refused",
     )
 
 

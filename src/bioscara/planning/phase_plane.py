@@ -12,6 +12,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+import numpy.typing as npt
 
 from bioscara.planning.trajectory import Array
 
@@ -45,41 +46,66 @@ def fastest(steps: Array, rows: Rows, caps: Array) -> tuple[Array, Array]:
     """
     along = np.where(np.abs(rows.along) < _LEAST, _LEAST, rows.along)
     c, m = 1.0 / np.abs(along), -rows.across / along
-    twice = 2.0 * steps[:, None]
-    one, other = np.triu_indices(c.shape[1], 1)
+    reserve = 2.0 * steps[:, None] * c
+    ahead = 1.0 + 2.0 * steps[:, None] * m
     with np.errstate(divide="ignore"):
-        # Every two limits must leave a u between them ...
-        between = (c.T[one] + c.T[other]) / np.abs(m.T[one] - m.T[other])
-        # ... that does not slow down below zero within the piece.
-        ahead = 1.0 + twice * m
-        stopping = np.where(ahead < 0.0, -twice * c / ahead, np.inf)
-        gain = np.where(ahead > 0.0, 1.0 / ahead, np.inf)
-    bound = np.minimum(between.min(axis=0), stopping.min(axis=1))
-    bound = np.minimum(bound, caps[:-1])
-    highest = _back(bound, twice * c, gain)
-    return _forth(highest, twice * c, twice * m), bound
+        from_rest = reserve / ahead
+        gain = np.where(ahead > 0.0, 1.0 / ahead, 0.0)
+    # Every two limits must leave a u between them that does not slow down below zero within the
+    # piece.
+    stopping = np.where(ahead < 0.0, -from_rest, np.inf).min(axis=1)
+    bound = np.minimum(np.minimum(_between(c, m), stopping), caps[:-1])
+    back = np.where(ahead > 0.0, from_rest, np.inf)
+    highest = _run(back[::-1], gain[::-1], bound[::-1])[::-1]
+    return np.maximum(_run(reserve, ahead, highest[1:]), 0.0), bound
 
 
-def _back(bound: Array, reserve: Array, gain: Array) -> list[float]:
-    """Return the largest b at each point from which the rest of the path can be run."""
-    following = 0.0
-    highest = [following]
-    # Plain floats: for a dozen limits they are faster than arrays.
-    for most, f, g in zip(
-        bound[::-1].tolist(), reserve[::-1].tolist(), gain[::-1].tolist(), strict=True
-    ):
-        reachable = min([(following + x) * y for x, y in zip(f, g, strict=True)])
-        following = reachable if reachable < most else most
-        highest.append(following)
-    return highest[::-1]
+def _between(c: Array, m: Array) -> Array:
+    """Return up to which b every two limits of a piece have a u in common, shape (pieces,)."""
+    c, m = np.ascontiguousarray(c.T), np.ascontiguousarray(m.T)
+    least = np.full(c.shape[1], np.inf)
+    with np.errstate(divide="ignore"):
+        # All pairs at once would not fit the processor's cache.
+        for apart in range(1, len(c)):
+            common = (c[apart:] + c[:-apart]) / np.abs(m[apart:] - m[:-apart])
+            np.minimum(least, common.min(axis=0), out=least)
+    return least
 
 
-def _forth(highest: list[float], reserve: Array, slope: Array) -> Array:
-    """Return b when each piece is run with the largest u, never above ``highest``."""
-    here = 0.0
+def _run(start: Array, slope: Array, most: Array) -> Array:
+    """Return b at each point, shape (n,), from rest and as large as the limits let it become.
+
+    Args:
+        start: How large b may be after each piece when it is 0 before, shape (pieces, limits).
+        slope: How much larger for each unit that it has before.
+        most: How large it may be after each piece, shape (pieces,).
+    """
+    before = np.concatenate(([0.0], most[:-1]))
+    binding = _binding(start, slope, before)
+    ends = np.cumsum(binding.sum(axis=1)).tolist()
+    # Plain floats: for a few limits they are faster than arrays.
+    lines = list(zip(start[binding].tolist(), slope[binding].tolist(), strict=True))
+    here, begin = 0.0, 0
     squares = [here]
-    for most, f, g in zip(highest[1:], reserve.tolist(), slope.tolist(), strict=True):
-        reachable = here + min([x + y * here for x, y in zip(f, g, strict=True)])
-        here = reachable if reachable < most else most
+    for highest, end in zip(most.tolist(), ends, strict=True):
+        reachable = min([x + y * here for x, y in lines[begin:end]])
+        here = reachable if reachable < highest else highest
+        begin = end
         squares.append(here)
-    return np.maximum(squares, 0.0)
+    return np.array(squares)
+
+
+def _binding(start: Array, slope: Array, before: Array) -> npt.NDArray[np.bool_]:
+    """Return which of the lines ``start + slope b`` can be the lowest for 0 <= b <= ``before``.
+
+    The lowest at b = 0 hides the steeper ones, the lowest at the other end those that are above it
+    at 0: mostly one or two are left of each row.
+    """
+    pieces = np.arange(len(start))
+    first = start.argmin(axis=1)
+    last = (start + slope * before[:, None]).argmin(axis=1)
+    lines: npt.NDArray[np.bool_] = (slope < slope[pieces, first][:, None]) & (
+        start < start[pieces, last][:, None]
+    )
+    lines[pieces, first] = lines[pieces, last] = True
+    return lines

@@ -12,6 +12,20 @@ Law: whatever ends a motion, every joint that can be reached is at rest before c
 the caller's exception, and one thread at a time speaks with them.
 """
 
-from bioscara.robot.connection import FAULTS as FAULTS
-from bioscara.robot.robot import Robot as Robot
-from bioscara.robot.wiring import kinematics_of as kinematics_of
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from bioscara.robot.tools import kinematics_of as kinematics_of
+
+if TYPE_CHECKING:
+    from bioscara.robot.connection import FAULTS as FAULTS
+    from bioscara.robot.robot import Robot as Robot
+
+_HOMES = {"FAULTS": "bioscara.robot.connection", "Robot": "bioscara.robot.robot"}
+
+
+def __getattr__(name: str) -> object:
+    # Whoever only plans does not wait for controllers and drivers to be imported.
+    if name not in _HOMES:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(_HOMES[name]), name)

@@ -66,6 +66,11 @@ def kinematics_with(parameters: ArmParameters, tool: Tool) -> Scara:
     return Scara(geometry, parameters.joints, tool.pose_tool_in_flange)
 
 
+def kinematics_of(parameters: ArmParameters) -> Scara:
+    """Return the kinematics of an arm; the tool is the point between the finger tips."""
+    return kinematics_with(parameters, fingers(parameters))
+
+
 def check_name(what: str, name: str) -> None:
     """Raise unless ``name`` can be the name of a tool or pose.
 

@@ -9,10 +9,8 @@ from bioscara.bus import Bus
 from bioscara.bus.select import open_bus
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.drivers import Gripper, Pwm
-from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
 from bioscara.robot.pacing import PacedClock
-from bioscara.robot.tools import fingers, kinematics_with
 
 WIDTH_FILE = Path("~/.local/state/bioscara/gripper-width")
 """Where the last width of a real gripper is kept."""
@@ -80,8 +78,3 @@ def real_gripper(parameters: ArmParameters, clock: Clock) -> Gripper:
     """Return the gripper on the computer's own PWM output; nothing is opened yet."""
     jaws = parameters.gripper
     return Gripper(Pwm(jaws.outputs, clock), jaws, WIDTH_FILE.expanduser())
-
-
-def kinematics_of(parameters: ArmParameters) -> Scara:
-    """Return the kinematics of an arm; the tool is the point between the finger tips."""
-    return kinematics_with(parameters, fingers(parameters))

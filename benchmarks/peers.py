@@ -1,0 +1,52 @@
+"""Planners of others, for the same problems as ours."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+
+import ruckig
+
+from bioscara.planning.profile import Bounds, State
+
+
+class Ruckig:
+    """Ruckig for one problem; its waypoints, which it would send away, are never set."""
+
+    def __init__(
+        self, starts: Sequence[State], goals: Sequence[State], bounds: Sequence[Bounds]
+    ) -> None:
+        count = len(starts)
+        self._planner, self._task = ruckig.Ruckig(count), ruckig.InputParameter(count)
+        self._result = ruckig.Trajectory(count)
+        for prefix, states in (("current", starts), ("target", goals)):
+            for field in State._fields:
+                setattr(self._task, f"{prefix}_{field}", [getattr(s, field) for s in states])
+        for field in Bounds._fields:
+            setattr(self._task, f"max_{field}", [getattr(bound, field) for bound in bounds])
+
+    def plan(self) -> None:
+        """Plan; the result is kept inside."""
+        self._planner.calculate(self._task, self._result)
+
+    def duration(self) -> float:
+        """Plan and return the duration [s]."""
+        self.plan()
+        return float(self._result.duration)
+
+
+def random_problem(rng: random.Random, count: int) -> tuple[list[State], list[State], list[Bounds]]:
+    """Return starts, goals and limits of ``count`` joints that are in motion at both ends."""
+    bounds = [
+        Bounds(rng.uniform(0.1, 5.0), rng.uniform(0.2, 30.0), rng.uniform(1.0, 1000.0))
+        for _ in range(count)
+    ]
+    return [_state(rng, b) for b in bounds], [_state(rng, b) for b in bounds], bounds
+
+
+def _state(rng: random.Random, bounds: Bounds) -> State:
+    """Return a random state that a joint can have come to and can leave."""
+    velocity, acceleration, jerk = bounds
+    a = rng.uniform(-1.0, 1.0) * min(acceleration, (1.99 * jerk * velocity) ** 0.5)
+    room = velocity - a * a / (2.0 * jerk)
+    return State(rng.uniform(-3.0, 3.0) * rng.choice((0.01, 0.1, 1.0)), rng.uniform(-room, room), a)
