@@ -4,16 +4,22 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
-from bioscara.kinematics import batch
+from bioscara.kinematics import Pose, Scara, batch
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, read
+from bioscara.planning.shapes import Prism
+from bioscara.planning.zones import Box, Cylinder, Scene
 from bioscara.report.plan_png import ToolBounds, draw_plan, require_matplotlib, write_plan
 from bioscara.robot import kinematics_of
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 pytest.importorskip("matplotlib")
 
@@ -94,6 +100,52 @@ def test_the_file_is_a_picture(tmp_path: Path) -> None:
     rest = Trajectory(ARM_NAMES, [0.0], [[0.0, 0.1, 0.5, 0.0]])
     write_plan(tmp_path / "rest.picture", rest, ARM, PARAMETERS.joints, ToolBounds())
     assert (tmp_path / "rest.picture").read_bytes().startswith(b"\x89PNG")
+
+
+def rows_of(axis: Axes) -> list[np.ndarray]:
+    return [patch.get_xy() for patch in axis.patches]
+
+
+def test_the_zones_are_drawn_where_they_are() -> None:
+    """Also for a base that is turned and elsewhere: zones are in its frame, the tool is not."""
+    base = Pose(0.2, -0.1, 0.05, 0.5)
+    arm = Scara(ARM.geometry, PARAMETERS.joints, ARM.tool, base)
+    poses = batch.forward(arm, TOO_FAST.positions)
+    local = batch.forward(ARM, TOO_FAST.positions)
+    x, y = local[-1, :2]
+    scene = Scene(
+        (
+            Box("below", (x - 0.01, y - 0.01, 0.0), (x + 0.01, y + 0.01, 0.03), yaw=0.4),
+            Cylinder("cell", 0.0, 0.0, 0.8, -0.1, 0.9, keep_in=True, links=("tool", "jaws")),
+        ),
+        table_height=-0.02,
+    )
+    figure = draw_plan(TOO_FAST, arm, PARAMETERS.joints, ToolBounds(), scene=scene)
+    above, height = figure.axes[18:]
+    below, cell = rows_of(above)
+    assert below.mean(axis=0) == pytest.approx(poses[-1, :2], abs=6e-3)
+    assert below[:4].mean(axis=0) == pytest.approx(poses[-1, :2])
+    assert np.hypot(*(cell - (0.2, -0.1)).T) == pytest.approx(0.8)
+    names = {text.get_text() for text in above.texts}
+    assert names == {"below", "cell (tool, jaws)"}
+    # The tool ends above the box: there, and only there, the box stands below its height.
+    (filled,) = height.collections
+    corners = filled.get_paths()[0].vertices
+    assert (corners[:, 1].min(), corners[:, 1].max()) == pytest.approx((0.05, 0.08))
+    length = height.get_lines()[0].get_xdata()[-1]
+    assert corners[:, 0].max() == pytest.approx(length)
+    assert 0.009 < length - corners[:, 0].min() < 0.015
+    assert height.get_lines()[1].get_ydata()[0] == pytest.approx(0.03)
+    assert height.get_ylim()[1] < 0.9
+
+
+def test_the_border_of_a_shape_is_where_it_begins_to_cover() -> None:
+    shape = Prism(0.3, -0.2, 0.1, 0.05, 0.0, 1.0, radius=0.02, yaw=0.7)
+    border = shape.outline()
+    assert border.shape == (64, 2)
+    inwards = shape.outline() + 1e-6 * (np.array((0.3, -0.2)) - border)
+    assert shape.covers(inwards).all()
+    assert not shape.covers(border - 1e-6 * (np.array((0.3, -0.2)) - border)).any()
 
 
 def test_a_trajectory_of_other_joints_is_refused(tmp_path: Path) -> None:

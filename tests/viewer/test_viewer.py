@@ -20,10 +20,19 @@ from bioscara.model.urdf import URDF
 viser = pytest.importorskip("viser", reason="pip install 'bioscara[view]': the 3D page")
 
 from bioscara.errors import ConfigurationError  # noqa: E402
+from bioscara.planning.zones import Box, Cylinder, Scene  # noqa: E402
 from bioscara.viewer.page import Page  # noqa: E402
 from bioscara.viewer.tree import Tree  # noqa: E402
+from bioscara.viewer.zones import edges, solid  # noqa: E402
 
 PARAMETERS = load_parameters()
+SCENE = Scene(
+    (
+        Box("reader", (0.3, -0.4, 0.0), (0.6, -0.2, 0.2), yaw=0.3),
+        Cylinder("cell", 0.1, 0.0, 0.8, -0.1, 0.9, keep_in=True, links=("tool",)),
+    ),
+    table_height=-0.05,
+)
 SHAPE = PARAMETERS.geometry
 ARM = Scara(
     Geometry(SHAPE.upper_arm, SHAPE.forearm, SHAPE.height),
@@ -34,7 +43,7 @@ ARM = Scara(
 
 @pytest.fixture(scope="module")
 def page() -> Iterator[Page]:
-    page = Page(0)
+    page = Page(0, SCENE)
     yield page
     page.close()
 
@@ -107,6 +116,39 @@ def test_every_joint_has_a_slider_within_its_limits(page: Page) -> None:
     for limit in PARAMETERS.joints:
         slider = page.sliders[limit.name]
         assert (slider.min, slider.max) == (limit.lower, limit.upper)
+
+
+def test_the_zones_stand_where_the_scene_says(page: Page) -> None:
+    shown = page._server.scene._handle_from_node_name
+    reader, cell, table = (f"/base_link/{name}" for name in ("zone_0", "zone_1", "table"))
+    assert f"{cell}/solid" not in shown  # a cell that is filled would hide the arm in it
+    assert shown[f"{reader}/solid"].opacity < 0.5
+    corners, border = shown[f"{reader}/solid"].vertices, SCENE.zones[0].shape.outline()
+    for corner in corners[:, :2]:
+        assert np.abs(border - corner).sum(axis=1).min() < 1e-6
+    assert np.unique(corners[:, 2]) == pytest.approx([0.0, 0.2])
+    points = shown[f"{cell}/edges"].points
+    assert np.hypot(points[..., 0] - 0.1, points[..., 1]) == pytest.approx(0.8, abs=1e-6)
+    assert (points[..., 2].min(), points[..., 2].max()) == pytest.approx((-0.1, 0.9))
+    assert (shown[f"{reader}/name"].text, shown[f"{cell}/name"].text) == ("reader", "cell (tool)")
+    top = shown[table].position[2] + shown[table].dimensions[2] / 2.0
+    assert top == pytest.approx(-0.05, abs=2e-3)
+
+
+@pytest.mark.parametrize("zone", SCENE.zones, ids=lambda zone: zone.name)
+def test_the_surface_of_a_zone_is_closed_and_faces_outwards(zone: Box | Cylinder) -> None:
+    corners, faces = solid(zone.shape)
+    ways = [tuple(side) for a, b, c in faces.tolist() for side in ((a, b), (b, c), (c, a))]
+    assert len(set(ways)) == len(ways)
+    assert {(b, a) for a, b in ways} == set(ways)
+    a, b, c = (corners[faces[:, index]].astype(float) for index in range(3))
+    volume = np.einsum("ni,ni->n", a, np.cross(b, c)).sum() / 6.0
+    size = 0.3 * 0.2 * 0.2 if isinstance(zone, Box) else math.pi * 0.8**2
+    assert volume == pytest.approx(size, rel=0.01)
+    assert (
+        np.unique(edges(zone.shape).reshape(-1, 3), axis=0).shape
+        == np.unique(corners, axis=0).shape
+    )
 
 
 def test_only_this_computer_sees_the_page(page: Page) -> None:

@@ -9,11 +9,21 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bioscara import __version__
-
-_BUS_HELP = (
-    "which arm: 'sim' (simulated in this process, the default), 'sim:/path.sock' (one that "
-    "'bioscara simulate' runs) or 'linux:1' (a real one on I2C bus 1)"
+from bioscara.cli.shared_arguments import (
+    BUS_HELP,
+    add_acknowledge,
+    add_bus,
+    add_four,
+    add_full_speed,
+    add_motion,
+    add_plot,
+    add_realtime,
+    add_scene,
+    add_start,
+    add_table,
+    add_target,
 )
+
 _EPILOG = (
     "Exit status: 0 done; 1 something failed after the arm began to move; 2 wrong usage, or "
     "refused before anything moved; 130 interrupted."
@@ -38,12 +48,13 @@ class Options(argparse.Namespace):
         fit: Whether to stretch the trajectory to the limits.
         pose: Where the tool shall be: x, y, z [m] and yaw [rad]; None where joints are given.
         joints: Where the joints shall be; None where a pose is given.
-        start: Where a plan starts from: positions of the joints.
+        start: Where a plan starts from: positions of the joints; None for :data:`START`.
+        scene: What stands around the arm.
         linear: Whether the tool goes along a line.
         via: A place that the tool's arc leads through [m].
         speed: Share of the speed limits to use.
         csv: Where to write the planned trajectory.
-        plot: Where to draw it.
+        plot: Where to draw it; None for nowhere.
         socket: Where the simulated arm listens.
         seed: Seed of the simulation.
         port: Where the 3D view listens.
@@ -68,7 +79,8 @@ class Options(argparse.Namespace):
     fit: bool
     pose: list[float] | None
     joints: list[float] | None
-    start: Sequence[float]
+    start: Sequence[float] | None
+    scene: Path | None
     linear: bool
     via: list[float] | None
     speed: float
@@ -116,6 +128,10 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     options.words = list(sys.argv[1:] if arguments is None else arguments)
     if getattr(options, "v1", False) and getattr(options, "bus", "sim") != "sim":
         parser.error("--v1 is about the arm simulated in this process; leave out --bus")
+    if options.command == "poses" and options.action == "show" and options.plot is None:
+        for word, value in (("--from", options.start), ("--scene", options.scene)):
+            if value is not None:
+                parser.error(f"{word} is about the motion that --plot FILE draws; add that")
     return options
 
 
@@ -129,7 +145,7 @@ def _add(
 
 def _add_demo(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     demo = _add(commands, "demo", "Home the arm, run the demonstration trajectory, report.")
-    _add_motion(demo)
+    add_motion(demo)
 
 
 def _add_run(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -145,80 +161,29 @@ def _add_run(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         action="store_true",
         help="stretch the trajectory in time where it exceeds a speed or acceleration limit",
     )
-    _add_motion(run)
+    add_scene(run)
+    add_motion(run)
 
 
 def _add_plan(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     plan = _add(commands, "plan", "Plan a motion and tell about it; no arm is needed.")
-    plan.add_argument(
-        "--from",
-        dest="start",
-        metavar=("J1", "J2", "J3", "J4"),
-        type=float,
-        nargs=4,
-        default=(0.0, 0.2, 0.0, 0.0),
-        help="where the joints are [rad m rad rad] (default: 0 0.2 0 0)",
-    )
-    _add_target(plan)
-    _add_full_speed(plan)
+    add_start(plan, "where the joints are")
+    add_target(plan)
+    add_full_speed(plan)
 
 
 def _add_move(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     move = _add(commands, "move", "Home the arm where need be and move it to a target.")
-    _add_target(move)
-    _add_bus(move)
-    _add_acknowledge(move)
-    _add_realtime(move)
-    _add_full_speed(move)
-
-
-def _add_target(parser: argparse.ArgumentParser) -> None:
-    target = parser.add_mutually_exclusive_group(required=True)
-    target.add_argument(
-        "--pose",
-        metavar=("X", "Y", "Z", "YAW"),
-        type=float,
-        nargs=4,
-        help="where the tool shall be, in the base [m m m rad]",
-    )
-    target.add_argument(
-        "--joints",
-        metavar=("J1", "J2", "J3", "J4"),
-        type=float,
-        nargs=4,
-        help="where the joints shall be [rad m rad rad]",
-    )
-    target.add_argument("--name", metavar="NAME", default="", help="a pose that has a name")
-    _add_table(parser)
-    parser.add_argument("--linear", action="store_true", help="lead the tool along a line")
-    parser.add_argument(
-        "--via",
-        metavar=("X", "Y", "Z"),
-        type=float,
-        nargs=3,
-        help="lead the tool along the arc through this place [m]",
-    )
-    parser.add_argument(
-        "--speed",
-        metavar="SHARE",
-        type=float,
-        default=1.0,
-        help="share of the speed limits to use, above 0 and at most 1 (default 1)",
-    )
-    parser.add_argument(
-        "--csv", metavar="FILE", type=Path, help="write the trajectory, for 'bioscara run'"
-    )
-    parser.add_argument(
-        "--plot",
-        metavar="FILE",
-        type=Path,
-        help="draw joints and tool against their limits, as PNG",
-    )
+    add_target(move)
+    add_bus(move)
+    add_acknowledge(move)
+    add_realtime(move)
+    add_full_speed(move)
 
 
 def _add_joints(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     joints = _add(commands, "joints", "List the joints on a bus; nothing moves.")
-    _add_bus(joints)
+    add_bus(joints)
 
 
 def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
@@ -247,6 +212,11 @@ def _add_view(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         default=8080,
         help="where to listen (default 8080); the next free one is taken if it is in use",
     )
+    add_scene(view, "show the zones and the table of this file")
+    add_plot(
+        view,
+        "at the end, draw the motion from where the sliders stood to where they stand, as PNG",
+    )
 
 
 def _port(text: str) -> int:
@@ -265,11 +235,14 @@ def _add_poses(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     for action in (show, save, delete):
         action.add_argument("name", metavar="NAME", help="name of the pose")
     for action in (listing, show, save, delete):
-        _add_table(action)
+        add_table(action)
+    add_plot(show, "draw the motion to the pose, joints and tool against their limits, as PNG")
+    add_start(show, "where that motion starts")
+    add_scene(show, "file with the zones and the table that the motion keeps clear of")
     where = save.add_mutually_exclusive_group(required=True)
-    where.add_argument("--bus", metavar="BUS", help="where this arm is now; " + _BUS_HELP)
-    _add_four(where, "--joints", "J1 J2 J3 J4", "where the joints are [rad m rad rad]")
-    _add_four(where, "--pose", "X Y Z YAW", "where the tool is, in the base [m m m rad]")
+    where.add_argument("--bus", metavar="BUS", help="where this arm is now; " + BUS_HELP)
+    add_four(where, "--joints", "J1 J2 J3 J4", "where the joints are [rad m rad rad]")
+    add_four(where, "--pose", "X Y Z YAW", "where the tool is, in the base [m m m rad]")
     save.add_argument("--tool", default="fingers", help="name of the tool (default: fingers)")
     save.add_argument(
         "--calibration",
@@ -278,73 +251,3 @@ def _add_poses(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         help="which calibration of the arm this is, to know old poses by later",
     )
     save.set_defaults(v1=False)
-
-
-def _add_four(
-    group: argparse._MutuallyExclusiveGroup, name: str, values: str, help_text: str
-) -> None:
-    group.add_argument(name, metavar=tuple(values.split()), type=float, nargs=4, help=help_text)
-
-
-def _add_bus(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--bus", metavar="BUS", default="sim", help=_BUS_HELP)
-    parser.add_argument(
-        "--v1",
-        action="store_true",
-        help="simulate joints that speak protocol version 1 only, as existing arms do",
-    )
-
-
-def _add_motion(parser: argparse.ArgumentParser) -> None:
-    _add_bus(parser)
-    _add_acknowledge(parser)
-    _add_realtime(parser)
-    _add_full_speed(parser)
-    parser.add_argument(
-        "--priority",
-        metavar="N",
-        type=int,
-        help="run the control loop before everything else, as SCHED_FIFO N (1 .. 99, usually 80) "
-        "and with its memory locked; needs permission",
-    )
-    parser.add_argument(
-        "--out",
-        metavar="DIR",
-        type=Path,
-        help="folder for samples, report and plot (default: a new one under runs/)",
-    )
-
-
-def _add_acknowledge(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--acknowledge",
-        action="store_true",
-        help="take note of what stopped the arm before, keep the evidence and go on; without it an "
-        "arm that a fault stopped is refused",
-    )
-
-
-def _add_realtime(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--realtime",
-        action="store_true",
-        help="simulated homing takes the time it takes on the arm",
-    )
-
-
-def _add_full_speed(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--full-speed",
-        action="store_true",
-        help="let the tool move faster than 250 mm/s",
-    )
-
-
-def _add_table(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument(
-        "--table",
-        metavar="FILE",
-        type=Path,
-        default=Path("poses.yaml"),
-        help="file with the poses (default: poses.yaml)",
-    )

@@ -7,6 +7,7 @@ from importlib.resources import as_file, files
 from bioscara.cli.arguments import Options
 from bioscara.cli.job import prepare, run_job
 from bioscara.model import load_parameters
+from bioscara.planning.zones import Scene
 
 
 def run(options: Options) -> int:
@@ -22,6 +23,7 @@ def run(options: Options) -> int:
             "demo",
             "demonstration: lower, lift, swing over",
             parameters,
+            Scene(),
             full_speed=options.full_speed,
         )
     return run_job(plan, parameters, options)

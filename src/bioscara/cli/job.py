@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import datetime
@@ -27,6 +28,7 @@ from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read, write_csv
 from bioscara.planning import fit as stretch
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
+from bioscara.planning.zones import Scene
 from bioscara.report import CycleRecord, History, JointInfo, Outcome, RunFolder, Summary, png, text
 from bioscara.report.folder import TRAJECTORY, default_path
 from bioscara.robot import Robot, kinematics_of
@@ -41,12 +43,14 @@ class Plan:
         source: Where the trajectory came from, in words.
         trajectory: What to execute.
         notes: What the person should know about it.
+        scene: What the arm keeps clear of, also on its way to the start.
     """
 
     title: str
     source: str
     trajectory: Trajectory
     notes: tuple[str, ...]
+    scene: Scene
 
 
 _HOMING_CYCLES = 10_000
@@ -58,6 +62,7 @@ def prepare(
     title: str,
     source: str,
     parameters: ArmParameters,
+    scene: Scene,
     *,
     fit: bool = False,
     full_speed: bool = False,
@@ -69,11 +74,13 @@ def prepare(
         title: Name of the run.
         source: Where the trajectory came from, in words.
         parameters: The arm; its limits are those of the trajectory.
+        scene: What it must keep clear of.
         fit: Whether to stretch in time what is too fast for a joint.
         full_speed: Whether the tool may be faster than 250 mm/s.
 
     Raises:
         TrajectoryError: The file cannot be read, or asks for what the arm cannot do.
+        ZoneError: The trajectory leads through something.
     """
     trajectory, notes = read(path)
     if fit:
@@ -81,15 +88,19 @@ def prepare(
         if factor > 1.0:
             notes += (f"stretched in time by {factor:.4f} to fit the limits",)
     notes += tuple(check(trajectory, parameters.joints))
+    arm = kinematics_of(parameters)
     if not full_speed:
-        arm = kinematics_of(parameters)
         trajectory, factor = reduced(trajectory, arm, (0.0,) * len(parameters.joints))
         if factor > 1.0:
             notes += (
                 f"slowed down by {factor:.4f} to keep the tool at {1e3 * REDUCED_SPEED:.0f} mm/s; "
                 "--full-speed lifts that",
             )
-    return Plan(title, source, trajectory, notes)
+    if len(trajectory.joint_names) == len(parameters.joints):
+        # Where joints are that it does not name, and how far the arm may fold up, is known only
+        # when it is homed: then all is checked again.
+        scene.check(arm, trajectory, folded=-math.inf)
+    return Plan(title, source, trajectory, notes, scene)
 
 
 class _Course(NamedTuple):
@@ -112,6 +123,7 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
     path = options.out or default_path(Path("runs"), plan.title, started)
     urgency = nullcontext() if options.priority is None else realtime(options.priority)
     with Interruption() as cancelled, urgency, open_arm(options, parameters, path) as robot:
+        robot.plan.scene = plan.scene
         output.line(f"arm: {robot.description}")
         require_noted(robot, options)
         output.line(f"trajectory: {plan.source}, {plan.trajectory.duration:.2f} s")

@@ -10,9 +10,9 @@ from bioscara.cli.arm import open_arm
 from bioscara.cli.interruption import Interruption
 from bioscara.cli.latched import acknowledge, require_noted, the_way_on
 from bioscara.cli.output import Output
-from bioscara.cli.pictures import require_drawing, write_pictures
+from bioscara.cli.pictures import require_drawing, write_picture, write_trajectory
 from bioscara.cli.status import Status
-from bioscara.cli.target import check_target, describe, plan_target
+from bioscara.cli.target import check_target, describe, plan_target, wanted_scene
 from bioscara.cli.warned import Warnings
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
 from bioscara.model import load_parameters
@@ -25,11 +25,12 @@ def run(options: Options) -> int:
     Raises:
         BioscaraError: It could not be moved there.
     """
-    require_drawing(options)
-    parameters, output = load_parameters(), Output()
+    require_drawing(options.plot)
+    parameters, output, scene = load_parameters(), Output(), wanted_scene(options)
     with Interruption() as cancelled, open_arm(options, parameters) as robot:
         if options.table.exists():
             robot.plan.table = load_table(options.table, robot.plan.tool)
+        robot.plan.scene = scene
         check_target(robot.plan, options)
         output.line(f"arm: {robot.description}")
         require_noted(robot, options)
@@ -41,7 +42,10 @@ def run(options: Options) -> int:
             plan = plan_target(robot.plan, options)
             for line in describe(plan, robot.kinematics):
                 output.line(line)
-            write_pictures(plan, robot.kinematics, parameters.joints, options, output)
+            if options.csv is not None:
+                output.line(write_trajectory(options.csv, plan.trajectory))
+            if options.plot is not None:
+                output.line(write_picture(options.plot, plan, robot.plan, parameters, "move"))
             robot.execute(plan, cancelled=cancelled)
         except MotionCancelledError as error:
             complain(f"{error}; all joints were stopped and disabled")

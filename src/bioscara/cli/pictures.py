@@ -2,45 +2,70 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import astuple
+from pathlib import Path
 
-from bioscara.cli.arguments import Options
-from bioscara.cli.output import Output
 from bioscara.errors import InvalidArgumentError
-from bioscara.kinematics import Scara
-from bioscara.model import JointParameters
-from bioscara.planning import write_csv
+from bioscara.model import ArmParameters
+from bioscara.planning import Trajectory, write_csv
 from bioscara.report.plan_png import ToolBounds, require_matplotlib, write_plan
-from bioscara.robot.planner import REDUCED, Plan
+from bioscara.robot.planner import REDUCED, Plan, Planner
 
 
-def require_drawing(options: Options) -> None:
+def require_drawing(plot: Path | None) -> None:
     """Raise if a picture is wanted and cannot be drawn; to be asked before anything moves.
 
     Raises:
-        InvalidArgumentError: matplotlib is not installed.
+        InvalidArgumentError: matplotlib is not installed, or nothing can be written there.
     """
-    if options.plot is not None:
-        require_matplotlib()
+    if plot is None:
+        return
+    require_matplotlib()
+    if plot.is_dir():
+        raise InvalidArgumentError(f"{plot} cannot be written: it is a folder; name a file in it")
+    if not plot.parent.is_dir():
+        raise InvalidArgumentError(f"{plot} cannot be written: there is no folder {plot.parent}")
+    if not os.access(plot if plot.exists() else plot.parent, os.W_OK):
+        raise InvalidArgumentError(f"{plot} cannot be written: permission denied")
 
 
-def write_pictures(
-    plan: Plan, arm: Scara, limits: tuple[JointParameters, ...], options: Options, output: Output
-) -> None:
-    """Write what was asked for and say so.
+def write_trajectory(path: Path, trajectory: Trajectory) -> str:
+    """Write a trajectory for ``bioscara run``; return the sentence that says so.
 
     Raises:
-        InvalidArgumentError: A file cannot be written.
+        InvalidArgumentError: The file cannot be written.
     """
     try:
-        if options.csv is not None:
-            write_csv(options.csv, plan.trajectory)
-            output.line(f"wrote {options.csv}")
-        if options.plot is not None:
-            tool = ToolBounds() if options.full_speed else ToolBounds(*astuple(REDUCED))
-            write_plan(options.plot, plan.trajectory, arm, limits, tool, str(options.command))
-            output.line(f"wrote {options.plot}")
+        write_csv(path, trajectory)
     except OSError as error:
-        raise InvalidArgumentError(
-            f"{error.filename} cannot be written: {error.strerror or error}"
-        ) from error
+        raise _unwritable(path, error) from error
+    return f"wrote {path}"
+
+
+def write_picture(
+    path: Path, plan: Plan, planner: Planner, parameters: ArmParameters, title: str
+) -> str:
+    """Draw a plan within the limits and the scene of its planner; return the sentence that says so.
+
+    Args:
+        path: The PNG file.
+        plan: What to draw.
+        planner: Who planned it.
+        parameters: The arm as data.
+        title: What stands above.
+
+    Raises:
+        InvalidArgumentError: The file cannot be written.
+    """
+    tool = ToolBounds() if planner.full_speed else ToolBounds(*astuple(REDUCED))
+    arm, scene = planner.kinematics, planner.scene
+    try:
+        write_plan(path, plan.trajectory, arm, parameters.joints, tool, title, scene)
+    except OSError as error:
+        raise _unwritable(path, error) from error
+    return f"wrote {path}"
+
+
+def _unwritable(path: Path, error: OSError) -> InvalidArgumentError:
+    return InvalidArgumentError(f"{path} cannot be written: {error.strerror or error}")

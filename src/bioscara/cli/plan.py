@@ -4,14 +4,10 @@ from __future__ import annotations
 
 from bioscara.cli.arguments import Options
 from bioscara.cli.output import Output
-from bioscara.cli.pictures import require_drawing, write_pictures
+from bioscara.cli.pictures import require_drawing, write_picture, write_trajectory
 from bioscara.cli.status import Status
-from bioscara.cli.target import describe, plan_target
-from bioscara.errors import InvalidArgumentError
+from bioscara.cli.target import describe, plan_target, planner_from
 from bioscara.model import load_parameters
-from bioscara.robot import kinematics_of
-from bioscara.robot.planner import Planner
-from bioscara.robot.teach_file import load_table
 
 
 def run(options: Options) -> int:
@@ -20,18 +16,15 @@ def run(options: Options) -> int:
     Raises:
         BioscaraError: It cannot be planned.
     """
-    require_drawing(options)
+    require_drawing(options.plot)
     parameters, output = load_parameters(), Output()
-    kinematics = kinematics_of(parameters)
-    problems = kinematics.beyond(options.start)
-    if problems:
-        raise InvalidArgumentError(f"--from is outside the limits: {'; '.join(problems)}")
-    planner = Planner(parameters, lambda: options.start)
-    if options.table.exists():
-        planner.table = load_table(options.table, planner.tool)
+    planner = planner_from(options, parameters)
     plan = plan_target(planner, options)
-    for line in describe(plan, kinematics):
+    for line in describe(plan, planner.kinematics):
         output.line(line)
-    write_pictures(plan, kinematics, parameters.joints, options, output)
+    if options.csv is not None:
+        output.line(write_trajectory(options.csv, plan.trajectory))
+    if options.plot is not None:
+        output.line(write_picture(options.plot, plan, planner, parameters, "plan"))
     output.check()
     return Status.OK

@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import replace
+from pathlib import Path
 
 from bioscara.cli.arguments import Options
 from bioscara.cli.arm import open_arm
 from bioscara.cli.output import Output
+from bioscara.cli.pictures import require_drawing, write_picture
 from bioscara.cli.status import Status
+from bioscara.cli.target import planner_from
 from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters, load_parameters
@@ -65,6 +68,7 @@ def _list(options: Options, parameters: ArmParameters) -> list[str]:
 
 
 def _show(options: Options, parameters: ArmParameters) -> list[str]:
+    require_drawing(options.plot)
     table = _load(options, parameters)
     pose = table.pose(options.name)
     tool = table.tool(pose.tool)
@@ -82,7 +86,22 @@ def _show(options: Options, parameters: ArmParameters) -> list[str]:
         ("calibration", pose.calibration or "-"),
         ("the arm can", "take it" if not problem else f"not take it: {problem}"),
     ]
-    return [*lines, *(f"  {line}" for line in _columns(rows))]
+    lines += [f"  {line}" for line in _columns(rows)]
+    if options.plot is not None:
+        lines += [_drawn(options.plot, pose, options, parameters)]
+    return lines
+
+
+def _drawn(path: Path, pose: NamedPose, options: Options, parameters: ArmParameters) -> str:
+    """Draw the motion to a pose; return the sentence that says so.
+
+    Raises:
+        InvalidArgumentError: The arm cannot go there, or the file cannot be written.
+    """
+    planner = planner_from(options, parameters)
+    planner.use_tool(pose.tool)
+    plan = planner.named(pose.name)
+    return write_picture(path, plan, planner, parameters, f"pose {pose.name}")
 
 
 def _reached(arm: Scara, place: Pose) -> tuple[Joints | None, str]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bioscara.cli.arguments import Options
 from bioscara.cli.job import prepare, run_job
+from bioscara.cli.target import wanted_scene
 from bioscara.model import load_parameters
 
 
@@ -20,6 +21,7 @@ def run(options: Options) -> int:
         options.file.stem,
         str(options.file),
         parameters,
+        wanted_scene(options),
         fit=options.fit,
         full_speed=options.full_speed,
     )

@@ -1,15 +1,46 @@
-"""Where ``bioscara plan`` and ``bioscara move`` shall go."""
+"""Where ``bioscara plan`` and ``bioscara move`` shall go, from where, and around what."""
 
 from __future__ import annotations
 
 import math
 
 from bioscara.cli.arguments import Options
+from bioscara.cli.shared_arguments import START
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose, Scara, batch
+from bioscara.model import ArmParameters
 from bioscara.planning.extrema import extrema
+from bioscara.planning.scene_file import read_scene
 from bioscara.planning.tool_speed import peak_tool_speed
+from bioscara.planning.zones import Scene
 from bioscara.robot.planner import Plan, Planner
+from bioscara.robot.teach_file import load_table
+
+
+def wanted_scene(options: Options) -> Scene:
+    """Return what stands around the arm: nothing, unless a file says so.
+
+    Raises:
+        ConfigurationError: The file cannot be read; names file and line.
+    """
+    return Scene() if options.scene is None else read_scene(options.scene)
+
+
+def planner_from(options: Options, parameters: ArmParameters) -> Planner:
+    """Return a planner that starts at ``--from``, with the poses and the scene of their files.
+
+    Raises:
+        InvalidArgumentError: The start is outside the limits, or a file cannot be read.
+    """
+    start = START if options.start is None else options.start
+    planner = Planner(parameters, lambda: start)
+    problems = planner.kinematics.beyond(start)
+    if problems:
+        raise InvalidArgumentError(f"--from is outside the limits: {'; '.join(problems)}")
+    if options.table.exists():
+        planner.table = load_table(options.table, planner.tool)
+    planner.scene = wanted_scene(options)
+    return planner
 
 
 def check_target(planner: Planner, options: Options) -> None:

@@ -56,6 +56,40 @@ class Prism:
         (x0, y0, z0), (x1, y1, z1) = lower, upper
         return cls((x0 + x1) / 2, (y0 + y1) / 2, (x1 - x0) / 2, (y1 - y0) / 2, z0, z1, 0.0, yaw)
 
+    def outline(self) -> Array:
+        """Return the border as seen from above, counterclockwise, to be drawn.
+
+        Returns:
+            Corners x, y [m] in the frame of the link, shape (n, 2); round corners are 16 each.
+        """
+        turns = np.linspace(0.0, np.pi / 2.0, 16 if self.radius > 0.0 else 1)
+        corners = [
+            np.column_stack((x + self.radius * np.cos(turn), y + self.radius * np.sin(turn)))
+            for x, y, turn in (
+                (self.half_x, self.half_y, turns),
+                (-self.half_x, self.half_y, turns + np.pi / 2.0),
+                (-self.half_x, -self.half_y, turns + np.pi),
+                (self.half_x, -self.half_y, turns + 1.5 * np.pi),
+            )
+        ]
+        cos, sin = np.cos(self.yaw), np.sin(self.yaw)
+        turned = np.concatenate(corners) @ np.array(((cos, sin), (-sin, cos)))
+        placed: Array = turned + np.array((self.x, self.y))
+        return placed
+
+    def covers(self, places: Array) -> npt.NDArray[np.bool_]:
+        """Return which places are within the border as seen from above.
+
+        Args:
+            places: x, y [m] in the frame of the link, shape (n, 2).
+        """
+        x, y = (places - (self.x, self.y)).T
+        cos, sin = np.cos(self.yaw), np.sin(self.yaw)
+        beyond_x = np.maximum(np.abs(cos * x + sin * y) - self.half_x, 0.0)
+        beyond_y = np.maximum(np.abs(cos * y - sin * x) - self.half_y, 0.0)
+        within: npt.NDArray[np.bool_] = np.hypot(beyond_x, beyond_y) <= self.radius
+        return within
+
 
 class Placed(NamedTuple):
     """Shapes in the base frame at many instants, arrays (shapes, instants) or (shapes, 1).

@@ -14,6 +14,8 @@ from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara, batch
 from bioscara.planning import Trajectory
 from bioscara.planning.limits import JointLimits
+from bioscara.planning.zones import Scene
+from bioscara.report.plan_views import FREE, LEAST, Way, draw_from_above, draw_height, widen
 from bioscara.report.png import available
 
 if TYPE_CHECKING:
@@ -27,8 +29,6 @@ _EACH = "nij,nj->ni"  # a matrix times a vector, for each instant
 _VALUE, _LIMIT = "tab:blue", "tab:red"
 _ROUNDING = 1e-6
 """How far beyond a limit still counts as at it [rad or m]."""
-_LEAST = 0.01
-"""Smallest range that is shown where no limit gives a scale [unit of the axis]."""
 _NEAR = 0.3
 """Share of a limit from which the limit is drawn; below it the curve would be a flat line."""
 
@@ -80,8 +80,9 @@ def write_plan(
     limits: Sequence[JointLimits],
     tool: ToolBounds,
     title: str = "",
+    scene: Scene = FREE,
 ) -> None:
-    """Draw joints and tool of a planned motion against their limits, and its way from above.
+    """Draw joints and tool of a planned motion against their limits, and the way past the zones.
 
     Args:
         path: The PNG file; replaced if there is one.
@@ -90,6 +91,7 @@ def write_plan(
         limits: Of its joints, j1 to j4.
         tool: What the tool keeps to.
         title: What stands above.
+        scene: What the arm was kept clear of.
 
     Raises:
         InvalidArgumentError: matplotlib is not installed.
@@ -97,7 +99,7 @@ def write_plan(
         OSError: The file cannot be written.
     """
     require_matplotlib()
-    draw_plan(trajectory, arm, limits, tool, title).savefig(path, dpi=100, format="png")
+    draw_plan(trajectory, arm, limits, tool, title, scene).savefig(path, dpi=100, format="png")
 
 
 def draw_plan(
@@ -106,6 +108,7 @@ def draw_plan(
     limits: Sequence[JointLimits],
     tool: ToolBounds,
     title: str = "",
+    scene: Scene = FREE,
 ) -> Figure:
     """Return the picture; arguments and errors as :func:`write_plan`."""
     # Without pyplot: no display, no global state; and it takes a second to import.
@@ -134,8 +137,9 @@ def draw_plan(
     for axis in axes[-1]:
         axis.set_xlabel("time [s]")
     views = halves[1].subgridspec(2, 1, height_ratios=(2.2, 1.0))
-    _draw_from_above(figure.add_subplot(views[0]), motion, arm)
-    _draw_height(figure.add_subplot(views[1]), motion)
+    way = Way(motion.positions[[0, -1]], motion.poses)
+    draw_from_above(figure.add_subplot(views[0]), way, arm, scene)
+    draw_height(figure.add_subplot(views[1]), way, arm, scene)
     return figure
 
 
@@ -183,7 +187,7 @@ def _draw_joint(axes: Sequence[Axes], motion: _Motion, index: int, limit: JointL
         f"{low:.3f} to {high:.3f} within {limit.lower:.3f} to {limit.upper:.3f} {unit}",
         over=low < limit.lower - _ROUNDING or high > limit.upper + _ROUNDING,
     )
-    _widen(axes[0], _LEAST)
+    widen(axes[0], LEAST)
     for axis, values, most, name in (
         (axes[1], motion.velocities, limit.max_velocity, f"{unit}/s"),
         (axes[2], motion.accelerations, limit.max_acceleration, f"{unit}/s²"),
@@ -195,7 +199,7 @@ def _draw_tool(axes: Sequence[Axes], motion: _Motion, tool: ToolBounds) -> None:
     for column, name in enumerate("xyz"):
         axes[0].plot(motion.times, motion.poses[:, column], label=name)
     axes[0].legend(loc="best", ncols=3, fontsize=8, framealpha=0.6)
-    _widen(axes[0], _LEAST)
+    widen(axes[0], LEAST)
     axes[0].set_ylabel("tool [m]", weight="bold")
     speed = np.linalg.norm(motion.pose_rates[:, :3], axis=1)
     acceleration = np.linalg.norm(motion.pose_accelerations[:, :3], axis=1)
@@ -206,7 +210,7 @@ def _draw_tool(axes: Sequence[Axes], motion: _Motion, tool: ToolBounds) -> None:
 def _draw_yaw(axes: Sequence[Axes], motion: _Motion, tool: ToolBounds) -> None:
     axes[0].plot(motion.times, motion.poses[:, 3], color=_VALUE)
     axes[0].set_ylabel("tool yaw [rad]", weight="bold")
-    _widen(axes[0], _LEAST)
+    widen(axes[0], LEAST)
     rate, acceleration = motion.pose_rates[:, 3], motion.pose_accelerations[:, 3]
     _draw_bounded(axes[1], motion.times, rate, tool.yaw_speed, "rad/s")
     _draw_bounded(axes[2], motion.times, acceleration, tool.yaw_acceleration, "rad/s²")
@@ -221,7 +225,7 @@ def _draw_bounded(
     axis.set_ylabel(f"[{unit}]")
     if bound is None or not math.isfinite(bound):
         _caption(axis, f"at most {peak:.3f} {unit}, no limit", over=False)
-        _widen(axis, _LEAST)
+        widen(axis, LEAST)
         return
     _caption(
         axis,
@@ -232,7 +236,7 @@ def _draw_bounded(
         _limit_line(axis, bound)
         if not size:
             _limit_line(axis, -bound)
-    _widen(axis, 0.01 * bound)
+    widen(axis, 0.01 * bound)
 
 
 def _limit_line(axis: Axes, value: float) -> None:
@@ -243,56 +247,3 @@ def _caption(axis: Axes, text: str, *, over: bool) -> None:
     """Write what a curve comes to, conspicuously where it is over its limit."""
     weight = "bold" if over else "normal"
     axis.set_title(text, fontsize=9, color=_LIMIT if over else "black", weight=weight)
-
-
-def _widen(axis: Axes, least: float) -> None:
-    """Show at least ``least`` from bottom to top, so that rounding looks like rest."""
-    low, high = axis.get_ylim()
-    if high - low < least:
-        middle = 0.5 * (low + high)
-        axis.set_ylim(middle - 0.5 * least, middle + 0.5 * least)
-
-
-def _draw_from_above(axis: Axes, motion: _Motion, arm: Scara) -> None:
-    l1, l2, _ = arm.geometry
-    turns = np.linspace(0.0, 2.0 * np.pi, 181)
-    for radius in (l1 + l2, abs(l1 - l2)):
-        axis.plot(
-            arm.base.x + radius * np.cos(turns),
-            arm.base.y + radius * np.sin(turns),
-            color="0.75",
-            linewidth=1.0,
-            linestyle=":",
-            label="wrist's reach" if radius == l1 + l2 else None,
-        )
-    for row, color, name in ((0, "tab:green", "start"), (-1, "tab:orange", "goal")):
-        chain = _chain(arm, motion.positions[row], motion.poses[row])
-        axis.plot(*chain, "-o", color=color, alpha=0.45, linewidth=5.0, markersize=7.0)
-        axis.plot(*chain[:, -1], "o", color=color, markersize=9.0, label=name)
-    axis.plot(motion.poses[:, 0], motion.poses[:, 1], color="black", linewidth=2.0, label="tool")
-    axis.set_aspect("equal", adjustable="datalim")
-    axis.grid(visible=True, alpha=0.3)
-    axis.set_title("from above")
-    axis.set_xlabel("x [m]")
-    axis.set_ylabel("y [m]")
-    axis.legend(loc="upper center", ncols=4, fontsize=9)
-
-
-def _chain(arm: Scara, joints: Array, pose: Array) -> Array:
-    """Return column, elbow, wrist and tool from above, shape (2, 4)."""
-    l1, l2, _ = arm.geometry
-    first = arm.base.yaw + joints[0]
-    second = first + joints[2]
-    elbow = np.array((arm.base.x + l1 * math.cos(first), arm.base.y + l1 * math.sin(first)))
-    wrist = elbow + l2 * np.array((math.cos(second), math.sin(second)))
-    return np.array(((arm.base.x, arm.base.y), elbow, wrist, pose[:2])).T
-
-
-def _draw_height(axis: Axes, motion: _Motion) -> None:
-    steps = np.linalg.norm(np.diff(motion.poses[:, :2], axis=0), axis=1)
-    axis.plot(np.concatenate(((0.0,), np.cumsum(steps))), motion.poses[:, 2], color="black")
-    axis.grid(visible=True, alpha=0.3)
-    axis.set_title("height along the way")
-    axis.set_xlabel("way of the tool from above [m]")
-    axis.set_ylabel("z [m]")
-    _widen(axis, _LEAST)

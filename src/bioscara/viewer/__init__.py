@@ -1,5 +1,5 @@
 """The arm's description as a 3D page in the browser; needs viser (``pip install bioscara[view]``).
 
-``tree`` places the links of a URDF, ``page`` shows them with a slider for each joint. It commands
-nothing: no bus is opened.
+``tree`` places the links of a URDF, ``page`` shows them with a slider for each joint, ``zones``
+what stands around them. It commands nothing: no bus is opened.
 """

@@ -12,11 +12,15 @@ import viser
 from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model.meshes import read_stl
 from bioscara.model.urdf import DESCRIPTION, URDF
+from bioscara.planning.zones import Scene
 from bioscara.viewer.tree import Tree
+from bioscara.viewer.zones import add_scene
 
 LOOPBACK = "127.0.0.1"
 """The only address that the page is served on: it asks nobody who they are."""
 _PACKAGE = "package://bioscara_description/"
+_BASE = "base_link"
+"""Link in whose frame the scene is."""
 _STEPS = {"revolute": 0.001, "prismatic": 0.0001}
 _UNITS = {"revolute": "rad", "prismatic": "m"}
 _AXES = 0.08
@@ -37,6 +41,7 @@ class Page:
 
     Args:
         port: Where to listen; the next free one is taken if it is in use, 0 for any.
+        scene: What stands around the arm.
 
     Attributes:
         tree: Joints and links.
@@ -44,7 +49,7 @@ class Page:
         sliders: The sliders, by the joint's name.
     """
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, port: int, scene: Scene) -> None:
         urdf = Urdf.load(URDF)
         self.tree = Tree(urdf)
         self.positions = {joint.name: _at_start(joint.lower, joint.upper, joint.name)
@@ -59,6 +64,7 @@ class Page:
         self._frames = {name: self._link(name) for name in self.tree.place(self.positions)}
         for tag in urdf.root.findall("link"):
             self._add_meshes(urdf.attribute(tag, "name"), tag)
+        add_scene(self._server, f"/{_BASE}", scene)
         self.sliders = {joint.name: self._slider(joint.name) for joint in self.tree.free}
         self._tool = self._server.gui.add_markdown("")
         self._show()

@@ -1,0 +1,157 @@
+"""The way of the tool on the picture of a plan: from above and its height, among the zones."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from bioscara.kinematics import Pose, Scara
+from bioscara.planning.zones import Scene, Zone
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Array = npt.NDArray[np.float64]
+
+FREE = Scene()
+"""Nothing around the arm."""
+LEAST = 0.01
+"""Smallest range that is shown where no limit gives a scale [unit of the axis]."""
+_OUT, _IN, _TABLE = "tab:red", "tab:green", "saddlebrown"
+_ROOM = 0.02
+"""What is shown above and below the way at least [m]."""
+
+
+class Way(NamedTuple):
+    """The way of an arm.
+
+    Attributes:
+        ends: Joints at the start and at the end [rad, m, rad, rad], shape (2, 4).
+        poses: Of the tool in the base on the way: x, y, z [m] and yaw [rad], shape (n, 4).
+    """
+
+    ends: Array
+    poses: Array
+
+
+def draw_from_above(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
+    """Draw the way of the tool, the arm at both ends of it, and the borders of the zones.
+
+    Args:
+        axis: Where to.
+        way: What the arm does.
+        arm: The arm with its tool.
+        scene: What stands around it.
+    """
+    l1, l2, _ = arm.geometry
+    turns = np.linspace(0.0, 2.0 * np.pi, 181)
+    for radius in (l1 + l2, abs(l1 - l2)):
+        axis.plot(
+            arm.base.x + radius * np.cos(turns),
+            arm.base.y + radius * np.sin(turns),
+            color="0.75",
+            linewidth=1.0,
+            linestyle=":",
+            label="wrist's reach" if radius == l1 + l2 else None,
+        )
+    for zone in scene.zones:
+        _draw_border(axis, zone, arm.base)
+    for row, color, name in ((0, "tab:green", "start"), (-1, "tab:orange", "goal")):
+        chain = _chain(arm, way.ends[row], way.poses[row])
+        axis.plot(*chain, "-o", color=color, alpha=0.45, linewidth=5.0, markersize=7.0)
+        axis.plot(*chain[:, -1], "o", color=color, markersize=9.0, label=name)
+    axis.plot(way.poses[:, 0], way.poses[:, 1], color="black", linewidth=2.0, label="tool")
+    axis.set_aspect("equal", adjustable="datalim")
+    axis.grid(visible=True, alpha=0.3)
+    axis.set_title("from above" + ("  (red: keep out, green: keep in)" if scene.zones else ""))
+    axis.set_xlabel("x [m]")
+    axis.set_ylabel("y [m]")
+    axis.legend(loc="upper center", ncols=4, fontsize=9)
+
+
+def draw_height(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
+    """Draw the height of the tool along its way, and what it passes over or under.
+
+    Args:
+        axis: Where to.
+        way: What the arm does.
+        arm: The arm with its tool.
+        scene: What stands around it.
+    """
+    steps = np.linalg.norm(np.diff(way.poses[:, :2], axis=0), axis=1)
+    along, height = np.concatenate(((0.0,), np.cumsum(steps))), way.poses[:, 2]
+    axis.plot(along, height, color="black")
+    places = _in_base(way.poses[:, :2], arm.base)
+    low, high = float(height.min()), float(height.max())
+    if scene.table_height is not None:
+        top = arm.base.z + scene.table_height
+        axis.axhline(top, color=_TABLE, linewidth=3.0)
+        low, high = min(low, top), max(high, top)
+    for zone in scene.zones:
+        bottom, top = (arm.base.z + edge for edge in (zone.shape.low, zone.shape.high))
+        within = zone.shape.covers(places)
+        if zone.keep_in:
+            for edge in (bottom, top):
+                axis.plot(along, np.where(within, edge, np.nan), color=_IN, linestyle="--")
+        elif within.any():
+            axis.fill_between(along, bottom, top, where=within, color=_OUT, alpha=0.3)
+            low, high = min(low, bottom), max(high, top)
+    axis.grid(visible=True, alpha=0.3)
+    table = "" if scene.table_height is None else "  (brown: table)"
+    axis.set_title("height along the way" + table)
+    axis.set_xlabel("way of the tool from above [m]")
+    axis.set_ylabel("z [m]")
+    if scene != FREE:
+        # The borders of a cell may be far away; they are drawn only where they are near.
+        axis.set_ylim(low - _ROOM, high + _ROOM)
+    widen(axis, LEAST)
+
+
+def widen(axis: Axes, least: float) -> None:
+    """Show at least ``least`` from bottom to top, so that rounding looks like rest."""
+    low, high = axis.get_ylim()
+    if high - low < least:
+        middle = 0.5 * (low + high)
+        axis.set_ylim(middle - 0.5 * least, middle + 0.5 * least)
+
+
+def _draw_border(axis: Axes, zone: Zone, base: Pose) -> None:
+    """Draw a zone from above, with its name and, where it is not for all, the links it is for."""
+    x, y = _in_world(zone.shape.outline(), base).T
+    if zone.keep_in:
+        axis.fill(x, y, facecolor="none", edgecolor=_IN, linewidth=2.0, linestyle="--")
+    else:
+        axis.fill(x, y, facecolor=_OUT, edgecolor=_OUT, alpha=0.3, linewidth=1.5)
+    name = zone.name + (f" ({', '.join(zone.links)})" if zone.links else "")
+    # Above a cell and below anything else: there the arm is not drawn.
+    at, side = (y.argmax(), "bottom") if zone.keep_in else (y.argmin(), "top")
+    color = _IN if zone.keep_in else _OUT
+    axis.annotate(
+        name, (x[at] if zone.keep_in else x.mean(), y[at]), (0, 3 if zone.keep_in else -3),
+        textcoords="offset points", ha="center", va=side, fontsize=9, color=color,
+    )  # fmt: skip
+
+
+def _in_world(places: Array, base: Pose) -> Array:
+    cos, sin = math.cos(base.yaw), math.sin(base.yaw)
+    world: Array = places @ np.array(((cos, sin), (-sin, cos))) + np.array((base.x, base.y))
+    return world
+
+
+def _in_base(places: Array, base: Pose) -> Array:
+    cos, sin = math.cos(base.yaw), math.sin(base.yaw)
+    local: Array = (places - np.array((base.x, base.y))) @ np.array(((cos, -sin), (sin, cos)))
+    return local
+
+
+def _chain(arm: Scara, joints: Array, pose: Array) -> Array:
+    """Return column, elbow, wrist and tool from above, shape (2, 4)."""
+    l1, l2, _ = arm.geometry
+    first = arm.base.yaw + joints[0]
+    second = first + joints[2]
+    elbow = np.array((arm.base.x + l1 * math.cos(first), arm.base.y + l1 * math.sin(first)))
+    wrist = elbow + l2 * np.array((math.cos(second), math.sin(second)))
+    return np.array(((arm.base.x, arm.base.y), elbow, wrist, pose[:2])).T

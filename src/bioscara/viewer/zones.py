@@ -1,0 +1,104 @@
+"""What stands around the arm, on the page: zones and table."""
+
+from __future__ import annotations
+
+import numpy as np
+import numpy.typing as npt
+import viser
+
+from bioscara.planning.shapes import Prism
+from bioscara.planning.zones import Scene, Zone
+
+_OUT, _IN, _TABLE = (214, 39, 40), (44, 160, 44), (150, 111, 71)
+_OPACITY = 0.35
+_LINE = 2.0
+"""Width of edges [pixels]."""
+_TABLE_SIZE, _TABLE_THICKNESS = 2.0, 0.02
+"""Of the table that is shown [m]: how far it really goes, nobody says."""
+_SUNK = 1e-3
+"""So far below its height the table is shown [m], to leave the grid on the floor visible."""
+_POSTS = 8
+"""How many upright edges a round zone is shown with at most."""
+
+
+def add_scene(server: viser.ViserServer, base: str, scene: Scene) -> None:
+    """Show zones and table: keep-out red and translucent, keep-in as green edges.
+
+    Args:
+        server: Of the page.
+        base: Name of the frame of the arm's base.
+        scene: What to show.
+    """
+    if scene.table_height is not None:
+        server.scene.add_box(
+            f"{base}/table",
+            color=_TABLE,
+            dimensions=(_TABLE_SIZE, _TABLE_SIZE, _TABLE_THICKNESS),
+            position=(0.0, 0.0, scene.table_height - _TABLE_THICKNESS / 2.0 - _SUNK),
+        )
+    for number, zone in enumerate(scene.zones):
+        _add_zone(server, f"{base}/zone_{number}", zone)
+
+
+def _add_zone(server: viser.ViserServer, name: str, zone: Zone) -> None:
+    color = _IN if zone.keep_in else _OUT
+    corners, faces = solid(zone.shape)
+    if not zone.keep_in:
+        server.scene.add_mesh_simple(
+            f"{name}/solid", corners, faces, color=color, opacity=_OPACITY, side="double",
+            cast_shadow=False,
+        )  # fmt: skip
+    server.scene.add_line_segments(
+        f"{name}/edges", edges(zone.shape), color, thickness=_LINE, thickness_units="screen"
+    )
+    label = zone.name + (f" ({', '.join(zone.links)})" if zone.links else "")
+    server.scene.add_label(f"{name}/name", label, position=tuple(corners[-1].tolist()))
+
+
+def solid(shape: Prism) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:
+    """Return the surface of a shape.
+
+    Args:
+        shape: In the frame of the base.
+
+    Returns:
+        Corners [m], bottom first, shape (2 n, 3), and the numbers of each triangle's corners,
+        counterclockwise from outside, shape (4 n - 4, 3).
+    """
+    around = shape.outline()
+    count = len(around)
+    bottom, top = (np.column_stack((around, np.full(count, z))) for z in (shape.low, shape.high))
+    here = np.arange(count)
+    after = (here + 1) % count
+    fan = np.column_stack((np.zeros(count - 2, dtype=int), here[1:-1], here[2:]))
+    triangles = np.concatenate(
+        (
+            np.column_stack((here, after, after + count)),
+            np.column_stack((here, after + count, here + count)),
+            fan[:, ::-1],
+            fan + count,
+        )
+    )
+    return np.concatenate((bottom, top)).astype(np.float32), triangles.astype(np.uint32)
+
+
+def edges(shape: Prism) -> npt.NDArray[np.float32]:
+    """Return the edges of a shape: both borders, and some posts between them.
+
+    Args:
+        shape: In the frame of the base.
+
+    Returns:
+        Both ends of each edge [m], shape (n, 2, 3).
+    """
+    corners, _ = solid(shape)
+    count = len(corners) // 2
+    bottom, top = corners[:count], corners[count:]
+    posts = slice(None, None, max(1, count // _POSTS))
+    return np.concatenate(
+        (
+            np.stack((bottom, np.roll(bottom, -1, axis=0)), axis=1),
+            np.stack((top, np.roll(top, -1, axis=0)), axis=1),
+            np.stack((bottom[posts], top[posts]), axis=1),
+        )
+    )

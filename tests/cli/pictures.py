@@ -1,0 +1,44 @@
+"""Pictures that commands should have drawn."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import astuple
+from pathlib import Path
+
+from bioscara.model import load_parameters
+from bioscara.planning.zones import Scene
+from bioscara.report.plan_png import ToolBounds, write_plan
+from bioscara.robot.planner import REDUCED, Planner
+
+PARAMETERS = load_parameters()
+
+
+def expected(
+    folder: Path,
+    start: Sequence[float],
+    goal: Sequence[float],
+    title: str,
+    scene: Scene | None = None,
+) -> bytes:
+    """Return the picture of a motion from one place of the joints to another, with all limits."""
+    planner = Planner(PARAMETERS, lambda: start)
+    planner.scene = scene or Scene()
+    path = folder / "expected.png"
+    trajectory = planner.joints(goal).trajectory
+    tool = ToolBounds(*astuple(REDUCED))
+    arm = planner.kinematics
+    write_plan(path, trajectory, arm, PARAMETERS.joints, tool, title, planner.scene)
+    return path.read_bytes()
+
+
+def size(path: Path) -> tuple[int, int]:
+    """Return width and height of a picture, after making sure that all of it can be read."""
+    from matplotlib.image import imread  # noqa: PLC0415
+
+    pixels = imread(path)
+    assert pixels.std() > 0.05
+    width, height = struct.unpack(">II", path.read_bytes()[16:24])
+    assert pixels.shape[:2] == (height, width)
+    return width, height

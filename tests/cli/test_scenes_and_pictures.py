@@ -1,0 +1,216 @@
+"""``--scene`` and ``--plot``: what the arm keeps clear of, and what is drawn of a motion."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bioscara.cli import main
+from bioscara.kinematics import Joints
+from bioscara.planning import read, write_csv
+from bioscara.planning.point_to_point import point_to_point
+from bioscara.planning.scene_file import read_scene
+from bioscara.robot.planner import Planner
+from cli.pictures import PARAMETERS, expected, size
+
+pytest.importorskip("matplotlib")
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "scene.yaml"
+START = (0.0, 0.2, 0.0, 0.0)
+PLATE = (0.3, 0.1, 0.8, -0.4)
+SCENE = """\
+version: 1
+table_height: null
+margin: 0.005
+zones:
+  - {name: post, keep: out, shape: cylinder, x: %g, y: %g, radius: 0.02, low: 0.0, high: 0.6}
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with a scene for every kind of trouble, and poses."""
+    monkeypatch.chdir(tmp_path)
+    arm = Planner(PARAMETERS, lambda: START).kinematics
+    for name, joints in (("start", START), ("way", (0.15, 0.15, 0.4, -0.2)), ("goal", PLATE)):
+        x, y, *_ = arm.forward(joints)
+        (tmp_path / f"{name}.yaml").write_text(SCENE % (x, y))
+    (tmp_path / "wrong.yaml").write_text(SCENE.replace("radius", "diameter") % (0.5, 0.5))
+    (tmp_path / "millimetres.yaml").write_text(SCENE % (500, 0.5))
+    main(["poses", "save", "plate", "--joints", *map(str, PLATE)])
+    main(["poses", "save", "beside", "--pose", "0.45", "0.2", "0.25", "0"])
+    return tmp_path
+
+
+def test_a_pose_is_drawn_as_the_motion_to_it(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    capsys.readouterr()
+    assert main(["poses", "show", "plate"]) == 0
+    told = capsys.readouterr().out
+    assert main(["poses", "show", "plate", "--plot", "a.png"]) == 0
+    assert capsys.readouterr().out == told + "wrote a.png\n"
+    assert size(folder / "a.png") == (1900, 1300)
+    assert (folder / "a.png").read_bytes() == expected(folder, START, PLATE, "pose plate")
+    start, words = (-0.4, 0.25, 0.6, 0.1), ["--from", "-0.4", "0.25", "0.6", "0.1"]
+    shown = ["poses", "show", "plate", *words, "--plot", "b.png", "--scene", str(EXAMPLE)]
+    assert main(shown) == 0
+    around = read_scene(EXAMPLE)
+    assert (folder / "b.png").read_bytes() == expected(folder, start, PLATE, "pose plate", around)
+
+
+def test_a_pose_of_another_tool_is_drawn_with_that_tool(folder: Path) -> None:
+    table, needle = folder / "poses.yaml", "needle: {x: 0.0, y: 0.0, z: -0.2, yaw: 0.0, mass: 0.1}"
+    table.write_text(table.read_text().replace("tools: {}", f"tools:\n  {needle}"))
+    place = ["--pose", "0.4", "0.2", "0.2", "0", "--tool", "needle"]
+    assert main(["poses", "save", "prick", *place]) == 0
+    assert main(["poses", "show", "prick", "--plot", "a.png"]) == 0
+    assert size(folder / "a.png") == (1900, 1300)
+
+
+@pytest.mark.parametrize("command", ["plan", "move"])
+def test_a_motion_among_zones_is_drawn_with_them(command: str, folder: Path) -> None:
+    words = [command, "--joints", *map(str, PLATE), "--plot"]
+    assert main([*words, "a.png"], paced=False) == 0
+    assert main([*words, "b.png", "--scene", str(EXAMPLE)], paced=False) == 0
+    assert size(folder / "a.png") == size(folder / "b.png") == (1900, 1300)
+    assert (folder / "a.png").read_bytes() != (folder / "b.png").read_bytes()
+    if command == "plan":
+        around = read_scene(EXAMPLE)
+        picture = expected(folder, START, PLATE, "plan", around)
+        assert (folder / "b.png").read_bytes() == picture
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        ("--plot nowhere/a.png", r"nowhere/a.png cannot be written: there is no folder nowhere$"),
+        ("--plot .", r"\. cannot be written: it is a folder; name a file in it$"),
+        ("--plot /dev/full", r"/dev/full cannot be written: No space left on device$"),
+        ("--scene none.yaml", r"none.yaml: No such file or directory"),
+        ("--scene wrong.yaml", r"wrong.yaml, line 5: .*diameter"),
+        ("--scene millimetres.yaml", r"millimetres.yaml, line 5: .*500 m .*millimetres\?"),
+        ("--scene start.yaml", r"post at the start, nearest at .* s: [\d.]+ mm inside; the margin "
+         r"of 5 mm is missed by [\d.]+ mm"),
+        ("--scene way.yaml", r"post from [\d.]+ s on, nearest at .* s: [\d.]+ mm inside"),
+        ("--scene goal.yaml", r"post from [\d.]+ s on, nearest at .* s: [\d.]+ mm inside"),
+        ("--from 9 0.2 0 0", r"--from is outside the limits: j1 at 9"),
+        ("--from nan 0.2 0 0", r"--from is outside the limits: j1 .*nan"),
+    ],
+)  # fmt: skip
+@pytest.mark.parametrize("command", ["plan --joints 0.3 0.1 0.8 -0.4", "poses show plate"])
+def test_what_cannot_be_drawn_is_refused_and_leaves_no_file(
+    command: str, words: str, complaint: str, folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = sorted(folder.iterdir())
+    capsys.readouterr()
+    plot = [] if "--plot" in words else ["--plot", "a.png"]
+    assert main([*command.split(), *words.split(), *plot]) == 2
+    out, err = capsys.readouterr()
+    assert re.search(complaint, err.strip())
+    assert len(err.splitlines()) == 1
+    if command.startswith("poses"):
+        assert out == ""
+    assert sorted(folder.iterdir()) == before
+
+
+def test_a_pose_that_the_arm_cannot_take_is_told_but_not_drawn(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    table = folder / "poses.yaml"
+    table.write_text(table.read_text().replace("x: 0.45", "x: 0.95"))
+    assert main(["poses", "show", "beside"]) == 0
+    assert re.search(r"the arm can +not take it: .*beyond the reach", capsys.readouterr().out)
+    assert main(["poses", "show", "beside", "--plot", "a.png"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "beyond the reach of 0.6145 m" in err
+    assert not (folder / "a.png").exists()
+
+
+@pytest.mark.parametrize(
+    "command", ["plan --name plate", "move --name plate", "poses show plate", "view --port 0"]
+)
+def test_without_matplotlib_every_command_says_what_to_install(
+    command: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    if command.startswith("view"):
+        pytest.importorskip("viser")
+    capsys.readouterr()
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    assert main([*command.split(), "--plot", "a.png"]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert "pip install 'bioscara[plot]'" in err
+
+
+@pytest.mark.parametrize("words", ["--from 0 0.2 0 0", "--scene start.yaml"])
+def test_what_only_a_picture_needs_is_refused_without_one(
+    words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit) as caught:
+        main(["poses", "show", "plate", *words.split()])
+    assert caught.value.code == 2
+    assert "add that" in capsys.readouterr().err
+
+
+def test_an_arm_is_not_moved_into_a_zone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    assert main(["move", "--name", "plate", "--scene", "goal.yaml"], paced=False) == 2
+    out, err = capsys.readouterr()
+    assert re.search(r"comes too near to post from .* mm inside", err)
+    assert "tool at" not in out
+    assert main(["move", "--name", "plate", "--scene", "wrong.yaml"], paced=False) == 2
+    assert "homing" not in capsys.readouterr().out
+
+
+def write_motion(path: Path, names: list[str], start: Joints, goal: Joints) -> None:
+    limits = [limit for limit in PARAMETERS.joints if limit.name in names]
+    here, there = ([getattr(joints, name) for name in names] for joints in (start, goal))
+    write_csv(path, point_to_point(names, here, there, limits))
+
+
+def test_a_trajectory_is_kept_clear_of_the_scene(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    names = [limit.name for limit in PARAMETERS.joints]
+    write_motion(folder / "m.csv", names, Joints(*START), Joints(*PLATE))
+    capsys.readouterr()
+    assert main(["run", "m.csv", "--scene", "way.yaml", "--out", "a"], paced=False) == 2
+    out, err = capsys.readouterr()
+    assert out == ""  # neither greeted nor homed
+    assert re.search(r"comes too near to post from .* mm inside", err)
+    assert not (folder / "a").exists()
+    assert main(["run", "m.csv", "--scene", str(EXAMPLE), "--out", "b"], paced=False) == 0
+
+
+def test_the_way_to_a_trajectory_is_kept_clear_too(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The trajectory is free, the post stands between it and where homing leaves the arm."""
+    names = [limit.name for limit in PARAMETERS.joints]
+    write_motion(folder / "m.csv", names, Joints(*START), Joints(*START)._replace(j1=0.3))
+    (folder / "between.yaml").write_text(SCENE % (0.28, -0.35))
+    capsys.readouterr()
+    assert main(["run", "m.csv", "--scene", "between.yaml", "--out", "a"], paced=False) == 1
+    err = capsys.readouterr().err
+    assert re.search(r"comes too near to post from .* mm inside", err)
+    trajectory = read(folder / "a" / "trajectory.csv").trajectory
+    assert np.allclose(trajectory.positions[0], START)
+    assert "approach" not in (folder / "a" / "samples.csv").read_text()
+
+
+def test_a_trajectory_of_some_joints_is_judged_where_the_others_are(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    home = Joints(-2.9, 0.3, 2.4, 2.7)
+    write_motion(folder / "m.csv", ["j1"], home, home._replace(j1=0.0))
+    (folder / "around.yaml").write_text(SCENE % (0.08, -0.29))
+    capsys.readouterr()
+    assert main(["run", "m.csv", "--out", "a"], paced=False) == 0
+    assert main(["run", "m.csv", "--scene", "around.yaml", "--out", "b"], paced=False) == 1
+    assert "comes too near to post" in capsys.readouterr().err
