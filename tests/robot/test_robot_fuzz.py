@@ -146,6 +146,10 @@ class Fuzz:
         instant = self.arm.now() + uniform(0.0, 2.0)
         if self.blow_name == "interrupt in transfer":
             self.tap.before = lambda: self.interrupt(instant)
+        if self.random.random() < 0.3 and self.blow_name != "interrupt":
+            self.log.append(f"{self.arm.now():.3f} struck by {self.blow_name} at once")
+            self.strike = 0
+            self.blow()
         self.attempt(f"{name} timeout={timeout} ({self.blow_name} at {self.strike})", what)
         self.tap.before = lambda: None
 
@@ -304,10 +308,14 @@ def test_whatever_is_called_and_befalls_it(seed: int, tmp_path: Path) -> None:
                 assert not fuzz.tap.complaints, fuzz.tap.complaints
                 if fuzz.random.random() < 0.4:
                     fuzz.way_back()
-            fuzz.way_back()
-            assert robot._stack is not None
-            assert robot._stack.supervisor.state is FaultState.CLEAR
-            assert not fuzz.tap.complaints, fuzz.tap.complaints
+            if fuzz.random.random() < 0.5:
+                fuzz.way_back()
+                assert robot._stack is not None
+                assert robot._stack.supervisor.state is FaultState.CLEAR
+                assert not fuzz.tap.complaints, fuzz.tap.complaints
+            else:
+                fuzz.heal()
+                fuzz.log.append("left as it is")
         fuzz.arm.run(0.5)
         assert not any(fuzz.arm.has_torque(name) for name in NAMES)
     except BaseException as error:
