@@ -152,6 +152,20 @@ MUTANTS = (
         ("tests/robot/test_robot.py",),
     ),
     Mutant(
+        "what joints latched before is a fault of the arm",
+        "src/bioscara/robot/connection.py",
+        "            self._take(self._arm.latched(Flags.FAULT | Flags.STALL))\n",
+        "",
+        ("tests/robot/test_connection.py",),
+    ),
+    Mutant(
+        "a command does not move an arm that was stopped before",
+        "src/bioscara/cli/latched.py",
+        "if options.acknowledge or not robot.faults:",
+        "if True:",
+        ("tests/cli/test_latched.py",),
+    ),
+    Mutant(
         "one call at a time uses the arm",
         "src/bioscara/robot/turn.py",
         "                if other is not None:\n",

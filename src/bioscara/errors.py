@@ -116,7 +116,7 @@ class ZoneError(InvalidArgumentError):
         link: Name of the link that comes too near.
         time: When it first does, from the start of the motion [s].
         depth: By how much the margin is missed at worst [m].
-        margin: Distance that is to be kept [m].
+        margin: Distance that is to be kept [m]; below zero where a folded arm began inside.
     """
 
     def __init__(
@@ -124,10 +124,13 @@ class ZoneError(InvalidArgumentError):
     ) -> None:
         self.zone, self.link, self.time = zone, link, time
         self.depth, self.margin = depth, margin
-        super().__init__(
-            f"{link} comes too near to {zone} {detail}; the margin of {margin * 1e3:g} mm is "
-            f"missed by {depth * 1e3:.1f} mm; plan another way or correct the scene"
-        )
+        if margin > 0.0:
+            rule = f"the margin of {margin * 1e3:.3g} mm is missed by {depth * 1e3:.1f} mm"
+            remedy = "plan another way or correct the scene"
+        else:
+            rule = f"that is {depth * 1e3:.1f} mm nearer than where the arm began, folded up"
+            remedy = "unfold the arm first, for example to the pose center"
+        super().__init__(f"{link} comes too near to {zone} {detail}; {rule}; {remedy}")
 
 
 class ConfigurationError(InvalidArgumentError):
@@ -210,12 +213,17 @@ class JointError(BioscaraError):
     """The state of a joint forbids the operation.
 
     Attributes:
+        what: What happened.
         joint: Name of the joint.
+        remedy: What to do, for who has this joint in hand; the arm as a whole has another way.
     """
 
-    def __init__(self, message: str, joint: str = "") -> None:
-        self.joint = joint
+    def __init__(self, message: str, joint: str = "", remedy: str = "") -> None:
+        self.what, self.joint, self.remedy = message, joint, remedy
         super().__init__(message)
+
+    def __str__(self) -> str:
+        return f"{self.what}; {self.remedy}" if self.remedy else self.what
 
 
 class NotHomedError(JointError):
@@ -256,9 +264,16 @@ class JointFaultError(JointError):
         data: The number that the joint stored with the fault; its meaning depends on the fault.
     """
 
-    def __init__(self, message: str, joint: str = "", fault: str = "", data: float = 0.0) -> None:
+    def __init__(
+        self,
+        message: str,
+        joint: str = "",
+        fault: str = "",
+        data: float = 0.0,
+        remedy: str = "",
+    ) -> None:
         self.fault, self.data = fault, data
-        super().__init__(message, joint)
+        super().__init__(message, joint, remedy)
 
 
 class FollowingError(JointError):
@@ -300,9 +315,16 @@ class HomingError(JointError):
         data: The number that the joint stored with the fault.
     """
 
-    def __init__(self, message: str, joint: str = "", fault: str = "", data: float = 0.0) -> None:
+    def __init__(
+        self,
+        message: str,
+        joint: str = "",
+        fault: str = "",
+        data: float = 0.0,
+        remedy: str = "",
+    ) -> None:
         self.fault, self.data = fault, data
-        super().__init__(message, joint)
+        super().__init__(message, joint, remedy)
 
 
 class ReplayError(BioscaraError):

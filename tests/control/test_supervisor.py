@@ -311,3 +311,13 @@ def test_joints_that_could_not_be_released_are_told_of_and_released_on_recovery(
     world.loop.restart()
     world.run(0.1)
     assert all(axis.homed for axis in world.hardware.axes)
+
+
+def test_the_way_out_of_a_joint_is_not_the_one_of_the_arm() -> None:
+    error = JointFaultError("j1: x", "j1", "STALL", remedy="clear_fault()")
+    assert str(error) == "j1: x; clear_fault()"
+    fault = Fault(classify(error), "j1", error, 0.0)
+    assert str(fault) == "STALL: j1: x; remove the obstacle"
+    assert fault.error() is error
+    assert str(error) == "j1: x; remove the obstacle"
+    assert str(fault) == "STALL: j1: x; remove the obstacle"

@@ -118,6 +118,11 @@ def test_pln2_a_trajectory_that_starts_elsewhere_is_refused_with_numbers(homed: 
     assert homed.robot.state.positions[0] == pytest.approx(-1.5, abs=2e-3)
 
 
+def test_a_trajectory_for_one_joint_leaves_the_others_where_they_are(homed: Scene) -> None:
+    homed.robot.follow(point_to_point(("j1",), START[:1], (-1.9,), ARM.joints[:1]))
+    assert homed.robot.state.positions == pytest.approx((-1.9, *START[1:]), abs=2e-3)
+
+
 def test_pln2_a_small_gap_is_joined_by_a_ramp(homed: Scene) -> None:
     near = point_to_point(NAMES, (-1.99, 0.301, 2.01, 2.01), (-1.8, 0.30, 2.0, 2.0), ARM.joints)
     records: list[CycleRecord] = []
@@ -366,7 +371,7 @@ def test_homing_without_an_end_stop_is_no_home(scene: Scene) -> None:
 
 def test_a_stall_stops_the_arm_and_takes_three_steps_to_leave(homed: Scene, tmp_path: Path) -> None:
     homed.arm.add_obstacle("j1", -1.7)
-    with pytest.raises(StalledError, match="j1"):
+    with pytest.raises(StalledError, match=r"^j1: .*; remove the obstacle$"):
         homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0))
     assert max(homed.speeds()) < 0.05
     (evidence,) = tmp_path.glob("fault-stall-*.csv")

@@ -24,6 +24,7 @@ from bioscara.errors import (
 from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory
+from bioscara.planning.jog import JointVelocity
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot, turn
 from bioscara.robot.records import Observe, ignore
@@ -67,6 +68,7 @@ class WatchedBus(FirmwareBus):
         self.users: list[str] = []
         self.overlaps = self._inside = 0
         self.gates: dict[str, Gate] = {}
+        self.ctrl_c: set[int] = set()
         self.closed = False
 
     def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
@@ -78,6 +80,8 @@ class WatchedBus(FirmwareBus):
             gate = self.gates.pop(name, None)
             if gate is not None:
                 gate.wait()
+            if len(self.users) in self.ctrl_c:
+                raise KeyboardInterrupt
             return super().transfer(transactions)
         finally:
             self._inside -= 1
@@ -113,7 +117,7 @@ class Other:
 
 class Scene:
     def __init__(self, arm: SimulatedArm, evidence: Path) -> None:
-        self.arm, self.bus = arm, WatchedBus(arm)
+        self.arm, self.bus, self.folder = arm, WatchedBus(arm), evidence
         self.servo = SimulatedServo(ARM.gripper.outputs[0])
         jaws = Gripper(
             Pwm(ARM.gripper.outputs, arm.clock, self.servo.root), ARM.gripper, evidence / "width"
@@ -184,7 +188,6 @@ CALLS: dict[str, Callable[[Robot], object]] = {
     "move_sequence()": lambda robot: robot.move_sequence([]),
     "enable()": lambda robot: robot.enable(),
     "disable()": lambda robot: robot.disable(),
-    "clear_faults()": lambda robot: robot.clear_faults(),
     "acknowledge()": lambda robot: robot.acknowledge(),
     "recover()": lambda robot: robot.recover(),
     "gripper.enable()": lambda robot: robot.gripper.enable(),
@@ -352,8 +355,50 @@ def test_stopped_jaws_stay_where_they_are(scene: Scene) -> None:
     other, gate = scene.held_transfer(lambda: scene.robot.gripper.move(0.11))
     scene.robot.stop()
     gate.open()
-    assert isinstance(other.end(), MotionCancelledError)
+    error = other.end()
+    assert isinstance(error, MotionCancelledError)
+    assert str(error) == "interrupted while moving the jaws"
     assert scene.robot.gripper.width == pytest.approx(0.06, abs=5e-3)
+
+
+def test_after_a_stopped_motion_the_jaws_can_be_moved(scene: Scene) -> None:
+    with pytest.raises(MotionCancelledError, match="s into the trajectory"):
+        scene.robot.move_joints(GOAL, observe=lambda _: scene.robot.stop())
+    scene.robot.gripper.move(0.06)
+    assert scene.robot.gripper.width == pytest.approx(0.06, abs=5e-3)
+
+
+def test_a_stopped_jog_is_called_so(scene: Scene) -> None:
+    def stop() -> JointVelocity:
+        scene.robot.stop()
+        return JointVelocity()
+
+    with pytest.raises(MotionCancelledError, match="interrupted while jogging"):
+        scene.robot.jog(stop)
+
+
+@pytest.mark.parametrize("observer_fails", [False, True])
+def test_however_often_ctrl_c_is_pressed_the_arm_ramps_down(
+    scene: Scene, observer_fails: bool
+) -> None:
+    """Without setpoints the joints would stop by themselves, with a fault and each on its own."""
+    pressed = len(scene.bus.users) + 120
+    scene.bus.ctrl_c = {pressed + 9 * number for number in range(4)}
+    phases: list[Phase] = []
+
+    def observe(record: CycleRecord) -> None:
+        phases.append(record.phase)
+        if observer_fails and record.phase is Phase.STOPPING:
+            raise ZeroDivisionError
+
+    with pytest.raises(KeyboardInterrupt):
+        scene.robot.move_joints(GOAL, observe=observe)
+    assert len(scene.bus.users) > max(scene.bus.ctrl_c), "it was at rest too early"
+    assert Phase.TRAJECTORY in phases
+    scene.arm.run(0.1)
+    assert scene.speed() < 0.02
+    assert scene.robot.faults == ()
+    scene.robot.move_joints(START)
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt, ZeroDivisionError, None])

@@ -14,7 +14,9 @@ THERE = (-1.0, 0.22, 0.5, 0.0)
 
 def main() -> None:
     with Robot.connect(f"sim:{sys.argv[1]}") as robot:
-        robot.clear_faults()
+        if robot.faults:
+            robot.acknowledge()
+            robot.recover()
         robot.enable()
         sys.stdout.write("moving\n")
         sys.stdout.flush()

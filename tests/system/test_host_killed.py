@@ -16,10 +16,12 @@ import pytest
 
 from bioscara.bus import Transaction
 from bioscara.clock import MonotonicClock
+from bioscara.control.faults import FaultKind
 from bioscara.drivers import Joint
-from bioscara.errors import JointFaultError, NotEnabledError
+from bioscara.errors import FaultedError, JointFaultError, NotEnabledError
 from bioscara.model import load_parameters
 from bioscara.protocol import READ, Fault, JointState, Register
+from bioscara.robot import Robot
 from bioscara.sim import SocketBus
 
 SILENCE = 0.060
@@ -94,7 +96,7 @@ def moving_host(arm: Arm, motion: str) -> Iterator[subprocess.Popen[str]]:
 
 @pytest.mark.parametrize("motion", ["track", "velocity"])
 def test_the_joint_of_a_killed_host_stops_by_itself_and_the_next_host_learns_why(
-    arm: Arm, motion: str
+    arm: Arm, motion: str, tmp_path: Path
 ) -> None:
     seed = random.randrange(2**32)
     print(f"seed {seed}")  # noqa: T201 (pytest shows it when the test fails)
@@ -123,6 +125,14 @@ def test_the_joint_of_a_killed_host_stops_by_itself_and_the_next_host_learns_why
         with pytest.raises(JointFaultError, match="SETPOINT_LOST"):
             joint.enable()
         assert arm.position() == pytest.approx(rest, abs=MOTOR_STEP_DEG)
-        joint.clear_fault(Fault.SETPOINT_LOST.name)
         assert not joint.is_enabled()
+    with Robot.connect(f"sim:{arm.path}", evidence=tmp_path) as robot:
+        assert [(fault.kind, fault.source) for fault in robot.faults] == [
+            (FaultKind.SETPOINT_LOST, J4.name)
+        ]
+        with pytest.raises(FaultedError, match="SETPOINT_LOST"):
+            robot.home()
+        robot.acknowledge()
+        robot.recover()
+        assert not any(joint.is_enabled() for joint in robot.joints)
     assert arm.position() == pytest.approx(rest, abs=MOTOR_STEP_DEG)

@@ -100,7 +100,6 @@ def test_a_random_fault_ends_at_rest_and_can_be_recovered_from(seed: int, tmp_pa
         if robot.faults:
             robot.acknowledge()
             robot.recover()
-        robot.clear_faults()
         robot.home()
         robot.move_joints((-0.5, 0.3, 0.5, 0.5))
         for name, position in zip(NAMES, (-0.5, 0.3, 0.5, 0.5), strict=True):

@@ -15,7 +15,8 @@ from pathlib import Path
 import pytest
 
 from bioscara.bus import Transaction
-from bioscara.errors import JointFaultError
+from bioscara.control.faults import FaultKind
+from bioscara.errors import FaultedError
 from bioscara.model import load_parameters
 from bioscara.protocol import READ, Register
 from bioscara.robot import Robot
@@ -113,10 +114,16 @@ def test_host3_a_killed_robot_leaves_an_arm_at_rest_and_restarts_faulted_and_mot
         assert time.monotonic() - killed < SILENCE + braking + SLACK
         time.sleep(0.3)
         rest = positions(bus)
-        with Robot.connect(f"sim:{socket}") as again:
-            with pytest.raises(JointFaultError, match="SETPOINT_LOST"):
+        with Robot.connect(f"sim:{socket}", evidence=folder / "again") as again:
+            assert [fault.kind for fault in again.faults] == [FaultKind.SETPOINT_LOST] * len(JOINTS)
+            assert [fault.source for fault in again.faults] == [joint.name for joint in JOINTS]
+            with pytest.raises(FaultedError, match="SETPOINT_LOST"):
                 again.enable()
             assert all(joint.is_homed() for joint in again.joints)
             assert positions(bus) == pytest.approx(rest, abs=MOTOR_STEP_DEG)
-            assert len(again.clear_faults()) == len(JOINTS)
+            evidence = again.acknowledge()[0].evidence
+            assert evidence is not None
+            assert evidence.read_text().count("SETPOINT_LOST") >= len(JOINTS)
+            again.recover()
+            assert again.faults == ()
         assert positions(bus) == pytest.approx(rest, abs=MOTOR_STEP_DEG)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -26,6 +27,8 @@ class Options(argparse.Namespace):
         command: Name of the command, which is also the module that does it.
         bus: Name of the bus.
         v1: Whether the simulated joints speak protocol version 1 only.
+        words: All words after ``bioscara``, as they were typed.
+        acknowledge: Whether what stopped the arm before is taken note of.
         realtime: Whether simulated homing takes the time it takes.
         paced: Whether a simulated trajectory takes the time it takes.
         full_speed: Whether the tool may be faster than 250 mm/s.
@@ -54,6 +57,8 @@ class Options(argparse.Namespace):
     command: str
     bus: str
     v1: bool
+    words: Sequence[str]
+    acknowledge: bool
     realtime: bool
     paced: bool
     full_speed: bool
@@ -108,6 +113,7 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     _add_view(commands)
     _add_poses(commands)
     options = parser.parse_args(arguments, namespace=Options())
+    options.words = list(sys.argv[1:] if arguments is None else arguments)
     if getattr(options, "v1", False) and getattr(options, "bus", "sim") != "sim":
         parser.error("--v1 is about the arm simulated in this process; leave out --bus")
     return options
@@ -161,6 +167,7 @@ def _add_move(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
     move = _add(commands, "move", "Home the arm where need be and move it to a target.")
     _add_target(move)
     _add_bus(move)
+    _add_acknowledge(move)
     _add_realtime(move)
     _add_full_speed(move)
 
@@ -290,6 +297,7 @@ def _add_bus(parser: argparse.ArgumentParser) -> None:
 
 def _add_motion(parser: argparse.ArgumentParser) -> None:
     _add_bus(parser)
+    _add_acknowledge(parser)
     _add_realtime(parser)
     _add_full_speed(parser)
     parser.add_argument(
@@ -304,6 +312,15 @@ def _add_motion(parser: argparse.ArgumentParser) -> None:
         metavar="DIR",
         type=Path,
         help="folder for samples, report and plot (default: a new one under runs/)",
+    )
+
+
+def _add_acknowledge(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument(
+        "--acknowledge",
+        action="store_true",
+        help="take note of what stopped the arm before, keep the evidence and go on; without it an "
+        "arm that a fault stopped is refused",
     )
 
 

@@ -14,10 +14,12 @@ from bioscara.cli.arguments import Options
 from bioscara.cli.arm import open_arm
 from bioscara.cli.interruption import Interruption
 from bioscara.cli.joints import firmware
+from bioscara.cli.latched import acknowledge, require_noted, the_way_on
 from bioscara.cli.observer import Observer
 from bioscara.cli.output import Output
 from bioscara.cli.status import Status
 from bioscara.cli.views import make_view
+from bioscara.cli.warned import Warnings
 from bioscara.control.realtime import realtime
 from bioscara.drivers import Joint
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
@@ -25,7 +27,7 @@ from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read, write_csv
 from bioscara.planning import fit as stretch
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
-from bioscara.report import History, JointInfo, Outcome, RunFolder, Summary, png, text
+from bioscara.report import CycleRecord, History, JointInfo, Outcome, RunFolder, Summary, png, text
 from bioscara.report.folder import TRAJECTORY, default_path
 from bioscara.robot import Robot, kinematics_of
 
@@ -96,6 +98,7 @@ class _Course(NamedTuple):
     outcome: Outcome
     message: str
     faults: tuple[str, ...]
+    warnings: tuple[str, ...]
 
 
 def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
@@ -110,6 +113,7 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
     urgency = nullcontext() if options.priority is None else realtime(options.priority)
     with Interruption() as cancelled, urgency, open_arm(options, parameters, path) as robot:
         output.line(f"arm: {robot.description}")
+        require_noted(robot, options)
         output.line(f"trajectory: {plan.source}, {plan.trajectory.duration:.2f} s")
         for note in plan.notes:
             output.line(f"note: {note}")
@@ -120,6 +124,7 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
             _HOMING_CYCLES + int(plan.trajectory.duration / robot.period),
         )
         _keep_trajectory(folder, plan)
+        acknowledge(robot, output.line)
         history = History(names)
         view = make_view(output, [(joint.name, joint.parameters.unit) for joint in robot.joints])
         with Observer(view, folder.samples, history) as observer:
@@ -134,7 +139,7 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
             message=course.message,
             joints=tuple(map(_joint_info, robot.joints)),
             planned_duration=plan.trajectory.duration,
-            notes=plan.notes,
+            notes=(*plan.notes, *course.warnings),
             faults=course.faults,
         )
     return _finish(summary, history, folder, observer.problem, output)
@@ -158,22 +163,30 @@ def _move(robot: Robot, plan: Plan, cancelled: Interruption, observer: Observer)
     """Move the arm and leave it disabled; tell how it went."""
     outcome, message = Outcome.COMPLETED, ""
     faults: tuple[str, ...] = ()
-    try:
-        for sentence in robot.clear_faults():
+    warnings = Warnings(robot)
+    told: list[str] = []
+
+    def observe(record: CycleRecord) -> None:
+        observer.cycle(record)
+        for sentence in warnings.fresh():
+            told.append(sentence)
             observer.note(sentence)
+
+    try:
         observer.phase("homing " + ", ".join(robot.parameters.homing_order))
-        robot.home(observer.cycle, cancelled)
+        robot.home(observe, cancelled)
         observer.phase("following the trajectory")
-        robot.follow(plan.trajectory, observer.cycle, cancelled, approach=True)
+        robot.follow(plan.trajectory, observe, cancelled, approach=True)
     except MotionCancelledError as error:
         outcome, message = Outcome.CANCELLED, f"{error}; all joints were stopped and disabled"
     except BioscaraError as error:
-        outcome, message, faults = Outcome.FAILED, str(error), (str(error),)
+        faults = tuple(map(str, robot.faults)) or (str(error),)
+        outcome, message = Outcome.FAILED, faults[0] + the_way_on(robot)
     observer.phase("stopping and disabling all joints")
     problems = robot.shutdown()
     if problems and outcome is not Outcome.FAILED:
         outcome, message = Outcome.FAILED, problems[0]
-    return _Course(outcome, message, (*faults, *problems))
+    return _Course(outcome, message, (*faults, *problems), tuple(told))
 
 
 def _finish(

@@ -8,10 +8,12 @@ from bioscara.cli import complain
 from bioscara.cli.arguments import Options
 from bioscara.cli.arm import open_arm
 from bioscara.cli.interruption import Interruption
+from bioscara.cli.latched import acknowledge, require_noted, the_way_on
 from bioscara.cli.output import Output
 from bioscara.cli.pictures import require_drawing, write_pictures
 from bioscara.cli.status import Status
 from bioscara.cli.target import check_target, describe, plan_target
+from bioscara.cli.warned import Warnings
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
 from bioscara.model import load_parameters
 from bioscara.robot.teach_file import load_table
@@ -30,9 +32,10 @@ def run(options: Options) -> int:
             robot.plan.table = load_table(options.table, robot.plan.tool)
         check_target(robot.plan, options)
         output.line(f"arm: {robot.description}")
-        for sentence in robot.clear_faults():
-            output.line(sentence)
+        require_noted(robot, options)
+        acknowledge(robot, output.line)
         output.line("homing the joints that are not homed")
+        warnings = Warnings(robot)
         try:
             robot.home(cancelled=cancelled)
             plan = plan_target(robot.plan, options)
@@ -46,8 +49,12 @@ def run(options: Options) -> int:
         except InvalidArgumentError:
             raise
         except BioscaraError as error:
-            complain(f"{error}; all joints were stopped and disabled")
+            told = robot.faults[0] if robot.faults else error
+            complain(f"{told}{the_way_on(robot)}; all joints were stopped and disabled")
             return Status.FAILED
+        finally:
+            for sentence in warnings.fresh():
+                output.line(sentence)
         x, y, z, yaw = robot.pose
         output.line(f"tool at ({x:.4f}, {y:.4f}, {z:.4f}) m, yaw {math.degrees(yaw):.1f} deg")
     output.check()

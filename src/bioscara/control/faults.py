@@ -48,7 +48,7 @@ class FaultKind(Enum):
     JOINT_RESET = (Stop.HOLD, "check the joint's supply, then home it again")
     STALL = (Stop.HOLD, "remove the obstacle")
     FOLLOWING_ERROR = (Stop.HOLD, "look for friction or load on the joint")
-    SETPOINT_LOST = (Stop.HOLD, "look at the flight record for what kept the host from sending")
+    SETPOINT_LOST = (Stop.HOLD, "find out what kept the host from sending, or ended it")
     HOMING_FAILED = (Stop.HOLD, "clear the joint's way to its end stop, then home it again")
     JOINT_FAULT = (Stop.HOLD, "remove the cause that the joint names")
     OVERTEMPERATURE = (Stop.DISABLE, "let the joint's motor driver cool down")
@@ -89,7 +89,14 @@ class Fault:
     evidence: Path | None = None
 
     def __str__(self) -> str:
-        return f"{self.kind.name}: {self.cause}; {self.kind.action}"
+        what = self.cause.what if isinstance(self.cause, JointError) else self.cause
+        return f"{self.kind.name}: {what}; {self.kind.action}"
+
+    def error(self) -> BaseException:
+        """Return the cause for who uses the arm: it tells what to do about the whole of it."""
+        if isinstance(self.cause, JointError):
+            self.cause.remedy = self.kind.action
+        return self.cause
 
 
 _JOINT_FAULTS = {

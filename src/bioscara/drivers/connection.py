@@ -124,9 +124,9 @@ class JointConnection:
         now = Hello.from_answer(self.session.read(Register.HELLO))
         if now.boot_id != before.boot_id:
             raise JointResetError(
-                f"{self.name}: the joint restarted (reset cause {now.reset_cause.name}); init(), "
-                "enable() and home() it again",
+                f"{self.name}: the joint restarted (reset cause {now.reset_cause.name})",
                 self.name,
+                "init(), enable() and home() it again",
             )
 
     def get_flags(self) -> Flags:
@@ -271,12 +271,12 @@ class JointConnection:
             )
         if flags & Flags.STALL:
             raise StalledError(
-                f"{self.name}: the joint stalled; remove the obstacle, then "
-                f"{'clear_fault() and ' if self.version == 2 else ''}enable()",
+                f"{self.name}: the joint stalled",
                 self.name,
+                f"remove the obstacle, then {'clear_fault() and ' * (self.version == 2)}enable()",
             )
         if flags & Flags.NOTENABLED:
-            raise NotEnabledError(f"{self.name}: it is not enabled; enable() first", self.name)
+            raise NotEnabledError(f"{self.name}: it is not enabled", self.name, "enable() first")
         if homed and (flags & Flags.NOTHOMED or not self._offset_known):
             raise NotHomedError(f"{self.name}: it is not homed; home() first", self.name)
 

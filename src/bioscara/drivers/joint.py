@@ -202,9 +202,9 @@ class Joint(JointMotion):
             return HomingError(f"{self.name}: homing ended without a home", self.name)
         report = self.get_fault()
         return HomingError(
-            f"{self.name}: homing ended without a home: {report.fault} (data {report.data:g}); "
-            "remove the cause, then clear_fault() and home() again",
+            f"{self.name}: homing ended without a home: {report.fault} (data {report.data:g})",
             self.name,
             report.fault,
             report.data,
+            "remove the cause, then clear_fault() and home() again",
         )

@@ -36,11 +36,11 @@ _STATE = frozenset(
 def fault_error(joint: str, report: FaultReport) -> JointFaultError:
     """Return the latched fault of ``joint`` as an exception."""
     return JointFaultError(
-        f"{joint}: stopped by its fault {report.fault} (data {report.data:g}); remove the cause, "
-        "then clear_fault() and enable()",
+        f"{joint}: stopped by its fault {report.fault} (data {report.data:g})",
         joint,
         report.fault,
         report.data,
+        "remove the cause, then clear_fault() and enable()",
     )
 
 
@@ -55,15 +55,16 @@ def refused_error(
     if reason == Refusal.STALLED.name or (reason in _STATE and report.fault == Fault.STALL.name):
         return StalledError(
             f"{what}: the joint stalled (position error {report.data:g} microsteps, more than its "
-            "stall_threshold allows); remove the obstacle, then clear_fault() and enable()",
+            "stall_threshold allows)",
             joint,
+            "remove the obstacle, then clear_fault() and enable()",
         )
     if reason in _STATE and report.fault != Fault.NONE.name:
         return fault_error(joint, report)
     if reason == Refusal.NOT_ENABLED.name:
-        return NotEnabledError(f"{what}: it is not enabled; enable() first", joint)
+        return NotEnabledError(f"{what}: it is not enabled", joint, "enable() first")
     if reason == Refusal.BUSY.name:
-        return IncorrectStateError(f"{what}: another command is running; stop() it first", joint)
+        return IncorrectStateError(f"{what}: another command is running", joint, "stop() it first")
     return RefusedError(f"{what}: {reason}", address, reason, joint)
 
 

@@ -285,9 +285,9 @@ class Session:
             cause = "its boot id is the same, so another host may have taken it"
         self.flags = int(_POWER_UP)
         self._restarted = JointResetError(
-            f"{self._joint}: the joint restarted ({cause}); its home is lost: init(), enable() and "
-            "home() it again",
+            f"{self._joint}: the joint restarted ({cause}); its home is lost",
             self._joint,
+            "init(), enable() and home() it again",
         )
         return self._restarted
 

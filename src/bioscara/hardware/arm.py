@@ -162,22 +162,30 @@ class ArmHardware(HardwareComponent):
         finally:
             self.on_cleanup()
 
-    def clear_faults(self) -> list[str]:
-        """Acknowledge what the joints latched; they stay disabled and nothing moves.
+    def latched(self, flags: Flags) -> list[BioscaraError]:
+        """Ask the joints what they stopped for, restarted or fell silent while nobody watched.
 
-        Returns:
-            A sentence for each.
+        Args:
+            flags: Those that tell that a joint stopped by itself.
+        """
+        found = []
+        for axis in self.axes:
+            try:
+                if axis.joint.get_flags() & flags:
+                    found.append(axis.why_halted())
+            except BioscaraError as error:
+                found.append(error)
+        return found
+
+    def clear_faults(self) -> None:
+        """Clear what the joints latched; they stay disabled and nothing moves.
 
         Raises:
             CommunicationError: A joint does not answer.
         """
-        cleared = []
         for joint in self.joints:
             if joint.version == 2 and joint.get_flags() & Flags.FAULT:
-                report = joint.get_fault()
-                joint.clear_fault(report.fault)
-                cleared.append(f"{joint.name}: cleared {report.fault} ({report.data:g}) of before")
-        return cleared
+                joint.clear_fault(joint.get_fault().fault)
 
     def read(self, time: float, period: float) -> None:
         """Measure every joint that did not say where it is when it was just written to."""

@@ -13,7 +13,7 @@ from bioscara.planning.layout import Layout
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.shapes import Array
 from bioscara.planning.sweep import SLACK, refusal
-from bioscara.planning.zones import Scene
+from bioscara.planning.zones import STAND, Scene
 
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 """Lowest and highest velocity of each joint [rad/s or m/s]."""
@@ -33,15 +33,23 @@ class Stops:
         arm: The arm with its tool.
         limits: Of its joints.
         scene: What to keep clear of, or None.
+        folded: How near the arm's links were to each other when it began to unfold [m].
     """
 
-    def __init__(self, arm: Scara, limits: Sequence[JointLimits], scene: Scene | None) -> None:
+    def __init__(
+        self,
+        arm: Scara,
+        limits: Sequence[JointLimits],
+        scene: Scene | None,
+        folded: float = math.inf,
+    ) -> None:
         self._arm = arm
         self._names = tuple(limit.name for limit in limits)
         self._fastest = tuple(limit.max_velocity for limit in limits)
         self._braking = np.array([limit.max_acceleration for limit in limits])
         self._margin = math.inf if scene is None else scene.margin
         self._layouts: tuple[Layout, ...] = () if scene is None else scene.layouts(arm)
+        self._folded = folded
 
     def check_start(self, positions: Sequence[float]) -> None:
         """Make sure that the arm keeps the margin where it is.
@@ -53,8 +61,8 @@ class Stops:
             return
         around = self._layouts[0]
         clearances = around.clearances(self._arm, np.array([positions]))
-        # Where a jog came to rest the next one begins, also when the digits were rounded.
-        if clearances.min() < self._margin - SLACK:
+        # Where a motion came to rest the next one begins, however exactly the arm stands there.
+        if clearances.min() < self._margin - min(STAND, self._margin / 2.0):
             raise refusal(around, np.zeros(1), clearances, self._margin)
 
     def approach(self, moving: Array, targets: Array, period: float, straight: bool) -> Array:
@@ -190,11 +198,15 @@ class Stops:
             ways: How far the joints go between them, shape (k, m - 1, 4).
         """
         kept, zone = np.ones(len(path), dtype=np.bool_), ""
-        for layout in self._layouts:
+        for own, layout in enumerate(self._layouts):
             pairs = layout.clearances(self._arm, path.reshape(-1, 4))
             clearance = pairs.min(axis=0, initial=math.inf).reshape(path.shape[:2])
             # Neither rounding nor the arm's own folding may shut it in where it is.
             floor = min(self._margin, float(clearance[0, 0]))
+            if own:
+                # Folded up it may come back to where it began, until it has unfolded.
+                floor = min(floor, self._folded) if floor < self._margin else floor
+                self._folded = floor if floor < self._margin else math.inf
             between = (clearance[:, :-1] + clearance[:, 1:] - ways @ layout.reach) / 2.0
             kept &= (clearance >= floor).all(axis=1) & (between >= floor - SLACK).all(axis=1)
             if not kept[0] and not zone:

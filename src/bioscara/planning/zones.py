@@ -19,11 +19,14 @@ from bioscara.kinematics import Scara
 from bioscara.planning.bodies import GRIPPER, WRIST, Body
 from bioscara.planning.layout import LINKS, Layout, layout_of
 from bioscara.planning.shapes import Array, Prism
-from bioscara.planning.sweep import SLACK, sweep
+from bioscara.planning.sweep import sweep
 from bioscara.planning.trajectory import Trajectory
 
 MARGINS = (1e-3, 0.1)
 """Smallest and largest margin [m]: what is missed between samples is less than the smallest."""
+STAND = 0.9e-3
+"""How much nearer to something the arm may stand than it was told to [m]: 1 mrad at its reach."""
+_ROUNDING = 1e-9
 FAR = 10.0
 """Coordinates of a scene are below this [m]: larger ones are millimetres."""
 
@@ -173,13 +176,27 @@ class Scene:
         nearest: Array = np.minimum(around, itself)
         return nearest
 
+    def own_clearance(self, arm: Scara, joints: Sequence[float]) -> float:
+        """Return how far the arm's own links are from each other [m]; infinite without bodies.
+
+        Args:
+            arm: The arm with its tool.
+            joints: j1 to j4 [rad, m, rad, rad].
+        """
+        return _nearest(self.layouts(arm)[1], arm, joints)
+
     def check(
-        self, arm: Scara, trajectory: Trajectory, elsewhere: Sequence[float] | None = None
+        self,
+        arm: Scara,
+        trajectory: Trajectory,
+        elsewhere: Sequence[float] | None = None,
+        folded: float = math.inf,
     ) -> None:
         """Make sure that the arm keeps the margin all along a trajectory.
 
         Folded up, as homing leaves it, the gripper is beside the column, nearer than the margin
         and by the boxes that stand for both even inside. From there it may move, but not nearer.
+        Where it stands a little nearer to something than it was told to, it may still leave.
 
         Between the instants that are looked at, the fastest points of the arm bound how near it
         can come; the steps are made smaller until nothing nearer than the margin is left out. What
@@ -189,6 +206,8 @@ class Scene:
             arm: The arm with its tool.
             trajectory: For some or all of the joints.
             elsewhere: Where the joints are that it does not name [rad, m, rad, rad].
+            folded: How near its links were to each other when it began to unfold [m]; so near
+                they may come again as long as it has not.
 
         Raises:
             ZoneError: The arm comes too near; names zone, link, time, depth and margin.
@@ -211,12 +230,21 @@ class Scene:
         rest = np.array((0.0,) * len(names) if elsewhere is None else elsewhere)
         _check_finite(rest)
         around, itself = self.layouts(arm)
-        sweep(around, arm, trajectory, rest, self.margin)
         start = rest.copy()
         start[[names.index(name) for name in trajectory.joint_names]] = trajectory.positions[0]
-        # Where the arm is folded up it may move, but its links may not come nearer.
-        begins = float(itself.clearances(arm, start[None]).min(initial=math.inf))
-        sweep(itself, arm, trajectory, rest, min(self.margin, begins - SLACK))
+        begins = _nearest(around, arm, start) - _ROUNDING
+        stands = self.margin - min(STAND, self.margin / 2.0) <= begins < self.margin
+        sweep(around, arm, trajectory, rest, begins if stands else self.margin)
+        begins = _nearest(itself, arm, start)
+        if begins >= self.margin or folded == math.inf:
+            folded = begins
+        # Not begins - STAND: from motion to motion it could come nearer and nearer.
+        nearest = min(self.margin, begins - _ROUNDING, folded - STAND)
+        sweep(itself, arm, trajectory, rest, nearest)
+
+
+def _nearest(layout: Layout, arm: Scara, joints: Sequence[float] | Array) -> float:
+    return float(layout.clearances(arm, np.array([joints])).min(initial=math.inf))
 
 
 def _check_finite(joints: Array) -> None:

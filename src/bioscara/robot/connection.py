@@ -9,7 +9,12 @@ from typing import Self
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers import Gripper, Joint
-from bioscara.errors import InvalidArgumentError, NotInitializedError
+from bioscara.errors import (
+    InvalidArgumentError,
+    LifecycleError,
+    MotionCancelledError,
+    NotInitializedError,
+)
 from bioscara.hardware import ArmHardware, GripperHardware, State
 from bioscara.hardware.stopping import stop_and_disable
 from bioscara.model import ArmParameters, load_parameters
@@ -164,8 +169,22 @@ class Connection(FaultHandling):
 
     def __enter__(self) -> Self:
         try:
+            self._connect()
+        except MotionCancelledError:
+            # Stopped when it was done: the with statement is not entered, so nobody would leave.
+            self.__exit__(None, None, None)
+            raise
+        return self
+
+    @exclusive("connecting")
+    def _connect(self) -> None:
+        if self._stack is not None:
+            raise LifecycleError("the robot is connected already; use the one there is")
+        if self._arm.state is not State.UNCONFIGURED:
+            raise LifecycleError("the robot was shut down; make another one to connect again")
+        try:
             self._arm.configure()
-            stack = Stack(
+            self._stack = Stack(
                 self._arm,
                 self._jaws,
                 self.plan.kinematics,
@@ -174,12 +193,14 @@ class Connection(FaultHandling):
                 self._rate,
                 self._evidence,
             )
-            stack.broadcast(self.clock.now())
-            self._stack = stack
+            self._stack.broadcast(self.clock.now())
+            # systemd hears that it is ready, and the evidence of what it had stopped for begins.
+            self._cycle()
+            self._take(self._arm.latched(Flags.FAULT | Flags.STALL))
         except BaseException:
+            self._stack = None
             self.bus.close()
             raise
-        return self
 
     def __exit__(
         self,
@@ -243,6 +264,8 @@ class Connection(FaultHandling):
         stack, self._stack = self._stack, None
         if stack is None:
             return []
+        if stack.watchdog is not None:
+            stack.watchdog.close()
         if stack.arm.state is State.ACTIVE or any(
             not axis.joint.session.flags & Flags.NOTENABLED for axis in stack.arm.axes
         ):

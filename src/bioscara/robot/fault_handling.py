@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from bioscara.control.faults import Fault
 from bioscara.control.supervisor import FaultState
+from bioscara.errors import BioscaraError
 from bioscara.hardware import State
+from bioscara.protocol import Flags
 from bioscara.robot.looking import Looking
 from bioscara.robot.turn import exclusive
 
@@ -17,9 +21,9 @@ class FaultHandling(Looking):
         """Engage all joints where they stand; nothing moves.
 
         Raises:
-            FaultedError: A fault is latched.
+            FaultedError: A fault is latched, here or in a joint.
             BusyError: Another call is using the arm.
-            BioscaraError: A joint did not engage; all are released.
+            BioscaraError: A joint did not engage; all are released, and it is a fault now.
         """
         self._engage()
 
@@ -30,9 +34,31 @@ class FaultHandling(Looking):
         if stack.arm.state is State.UNCONFIGURED:
             stack.arm.configure()
         if stack.arm.state is State.INACTIVE:
-            stack.arm.activate()
+            # While nobody watched a joint may have stopped for a reason of its own.
+            self._take(stack.arm.latched(Flags.FAULT))
+            stack.supervisor.require_clear()
+            try:
+                stack.arm.activate()
+            except BioscaraError as error:
+                self._take([error])
+                raise stack.supervisor.faults[0].error() from None
             stack.loop.restart()
         stack.broadcast(self.clock.now())
+
+    def _take(self, causes: Sequence[BioscaraError]) -> None:
+        """Make what a standing arm was found with its faults: there is one way out of all."""
+        stack = self._running()
+        for cause in causes:
+            stack.supervisor.fault(cause, stack.arm.name, self.clock.now())
+        if causes:
+            self._come_to_stand()
+
+    def _come_to_stand(self) -> None:
+        """Wait until a fault that stops the arm is latched."""
+        stack = self._running()
+        stack.loop.restart()
+        while stack.supervisor.state is FaultState.STOPPING:
+            stack.loop.step()
 
     @exclusive("disable()")
     def disable(self) -> None:
@@ -47,20 +73,16 @@ class FaultHandling(Looking):
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """What stopped the arm and is not recovered from, first cause first."""
+        """What stopped the arm and is not recovered from, first cause first.
+
+        Also what joints had latched before this robot was connected.
+        """
         return tuple(self._running().supervisor.faults)
 
-    @exclusive("clear_faults()")
-    def clear_faults(self) -> list[str]:
-        """Acknowledge the faults that joints latched before; nothing moves.
-
-        Returns:
-            A sentence for each.
-
-        Raises:
-            BusyError: Another call is using the arm.
-        """
-        return self._running().arm.clear_faults()
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What was worth saying but stopped nothing, such as a computer too slow; the latest."""
+        return tuple(self._running().supervisor.warnings)
 
     @exclusive("acknowledge()")
     def acknowledge(self) -> tuple[Fault, ...]:
@@ -71,11 +93,8 @@ class FaultHandling(Looking):
             OSError: The evidence cannot be written.
             BusyError: Another call is using the arm.
         """
-        stack = self._running()
-        stack.loop.restart()
-        while stack.supervisor.state is FaultState.STOPPING:
-            stack.loop.step()
-        return tuple(stack.supervisor.acknowledge())
+        self._come_to_stand()
+        return tuple(self._running().supervisor.acknowledge())
 
     @exclusive("recover()")
     def recover(self) -> None:

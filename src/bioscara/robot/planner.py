@@ -17,7 +17,7 @@ from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.sequence import Waypoint, sequence
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
-from bioscara.planning.zones import Scene
+from bioscara.planning.zones import STAND, Scene
 from bioscara.robot.poses import TeachTable
 from bioscara.robot.tools import fingers
 from bioscara.robot.wiring import kinematics_of
@@ -72,6 +72,7 @@ class Planner:
             replace(limit, max_acceleration=RESERVE * limit.max_acceleration)
             for limit in parameters.joints
         )
+        self._unfolding = self.scene, self.kinematics, math.inf
         self._names = tuple(limit.name for limit in parameters.joints)
 
     def joints(self, goal: Sequence[float], speed: float = 1.0) -> Plan:
@@ -148,7 +149,8 @@ class Planner:
             ZoneError: The arm is too near to something.
         """
         speed = math.inf if self.full_speed else REDUCED_SPEED
-        return Jog(self.kinematics, self._planned, start, self.scene, speed)
+        folded = self._folded(start)
+        return Jog(self.kinematics, self._planned, start, self.scene, speed, folded)
 
     def linear(self, pose: Pose, speed: float = 1.0) -> Plan:
         """Plan to a pose along a line.
@@ -229,5 +231,18 @@ class Planner:
                     f"takes {factor:.2f} times as long to keep the tool at "
                     f"{1e3 * REDUCED_SPEED:.0f} mm/s",
                 )
-        self.scene.check(self.kinematics, trajectory)
+        self.scene.check(self.kinematics, trajectory, here, self._folded(self._here()))
         return Plan(trajectory, notes)
+
+    def _folded(self, here: Sequence[float]) -> float:
+        """Return how near the arm's links were to each other when it began to unfold [m]."""
+        scene, arm = self.scene, self.kinematics
+        clearance = scene.own_clearance(arm, here)
+        _, _, before = self._unfolding
+        if self._unfolding[:2] != (scene, arm) or clearance >= scene.margin:
+            before = math.inf
+        # Nearer than it may have come by itself it was pushed, or homed.
+        if not before - STAND <= clearance:
+            before = clearance
+        self._unfolding = scene, arm, before
+        return before

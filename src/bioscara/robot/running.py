@@ -101,14 +101,14 @@ class Motion:
         try:
             while not done():
                 if self._turn.stopped or self._cancelled():
-                    raise MotionCancelledError(self._interrupted(zero))
+                    raise MotionCancelledError(self._interrupted(phase, zero))
                 if self._clock.now() >= self._deadline:
                     raise MotionTimeoutError(
                         f"not done within {self._timeout:g} s; the arm was brought to rest"
                     )
                 self._observe(self._recorder.record(loop.step(), phase, zero))
                 if supervisor.state is not FaultState.CLEAR:
-                    raise supervisor.faults[0].cause
+                    raise supervisor.faults[0].error()
         except BaseException:
             self._come_to_rest(zero)
             raise
@@ -120,33 +120,43 @@ class Motion:
             self._stack.trajectory.set_scaling(speed)
 
     def _come_to_rest(self, zero: float) -> None:
-        supervisor = self._stack.supervisor
-        self._stack.gripper.cancel()
-        try:
-            self._rest(self._observe, zero)
-        except BaseException:
-            # An observer that fails, or a second Ctrl-C, is no reason to leave the arm moving.
-            self._rest(ignore, zero)
-            raise
+        supervisor, observe = self._stack.supervisor, self._observe
+        problem: BaseException | None = None
+        since = self._clock.now()
+        while True:
+            try:
+                self._rest(observe, zero, since)
+                break
+            except BaseException as error:
+                # An observer that fails, or however many Ctrl-C, are no reason to leave it moving.
+                if observe is ignore and isinstance(error, Exception):
+                    raise
+                problem, observe = error, ignore
         if supervisor.faults:
             # A full disk does not undo a stop; acknowledging will ask for the evidence again.
             with suppress(OSError):
                 supervisor.keep_evidence()
+        if problem is not None:
+            raise problem
 
-    def _rest(self, observe: Observe, zero: float) -> None:
+    def _rest(self, observe: Observe, zero: float, since: float) -> None:
         loop, supervisor = self._stack.loop, self._stack.supervisor
-        since = self._clock.now()
+        self._stack.gripper.cancel()
         supervisor.stop(since)
         while True:
             observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
             if supervisor.at_rest(self._clock.now(), since):
                 break
 
-    def _interrupted(self, zero: float) -> str:
-        """Return when the motion was interrupted, in words."""
-        if math.isnan(zero):
+    def _interrupted(self, phase: Phase, zero: float) -> str:
+        """Return what was interrupted and when, in words."""
+        if phase is Phase.HOMING:
             goal = self._stack.homing.goal
             return f"interrupted while homing {(goal and goal.current) or 'the arm'}"
+        if phase is Phase.JOG:
+            return "interrupted while jogging"
+        if math.isnan(zero):
+            return "interrupted while moving the jaws"
         into = self._clock.now() - zero
         where = "into" if into >= 0.0 else "before the start of"
         return f"interrupted {abs(into):.2f} s {where} the trajectory"

@@ -63,6 +63,7 @@ class Stack:
         manager: Runs the controllers.
         supervisor: Stops the arm on faults.
         loop: Runs the manager.
+        watchdog: Tells systemd that the loop lives; None where it expects nothing.
         broadcaster: Tells the joints' states.
         trajectory: Follows trajectories.
         homing: Homes joints.
@@ -110,14 +111,9 @@ class Stack:
         self.gripper = self._get(GRIPPER, GripperActionController)
         self.jog = self._get(JOG, JogController)
         self.supervisor = Supervisor(self.manager, arm, HOLD, record, evidence)
+        self.watchdog = Watchdog.from_environment()
         self.loop = Loop(
-            self.manager,
-            self.supervisor,
-            record,
-            clock,
-            hertz,
-            bus_time,
-            Watchdog.from_environment(),
+            self.manager, self.supervisor, record, clock, hertz, bus_time, self.watchdog
         )
 
     def use(self, name: str, time: float) -> None:

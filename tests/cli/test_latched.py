@@ -1,0 +1,168 @@
+"""An arm that a fault stopped, or that the computer is too slow for, and what people read then."""
+
+from __future__ import annotations
+
+import csv
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+from tests.cli.test_job import start, wait_for
+
+import bioscara.sim
+from bioscara.bus import Bus, Transaction
+from bioscara.cli import main
+from bioscara.errors import CommunicationError
+from bioscara.model import load_parameters
+from bioscara.protocol import Register
+from bioscara.robot import Robot
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+NAMES = tuple(joint.name for joint in load_parameters().joints)
+
+
+@pytest.fixture
+def hot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SimulatedArm:
+    """The arm that every command gets; J3 became too hot for the host before."""
+    arm = SimulatedArm(seed=2)
+    with Robot(FirmwareBus(arm), arm.clock, load_parameters(), "before", evidence=tmp_path) as host:
+        host.enable()
+        arm.overheat("j3")
+        arm.run(0.5)
+        arm.overheat("j3", False)
+    monkeypatch.setattr(bioscara.sim, "SimulatedArm", lambda **_: arm)
+    monkeypatch.chdir(tmp_path)
+    return arm
+
+
+@pytest.mark.parametrize(
+    "words", [("demo", "--out", "my run"), ("move", "--joints", "0", "0.2", "0", "0")]
+)
+def test_host3_what_stopped_the_arm_before_has_to_be_acknowledged(
+    words: tuple[str, ...], hot: SimulatedArm, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = [hot.position(name) for name in NAMES]
+    assert main(words, paced=False) == 2
+    out, err = capsys.readouterr()
+    assert "homing" not in out
+    assert len(err.splitlines()) == 1
+    assert "OVERTEMPERATURE (j3): let the joint's motor driver cool down" in err
+    command = " ".join(words).replace("my run", "'my run'")
+    assert err.endswith(f"then go on with: bioscara {command} --acknowledge\n")
+    assert [hot.position(name) for name in NAMES] == pytest.approx(before, abs=1e-6)
+    assert list(tmp_path.iterdir()) == []
+
+    assert main((*words, "--acknowledge"), paced=False) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert out.index("acknowledged: OVERTEMPERATURE: j3") < out.index("homing")
+    told = re.search(r"^evidence: (.*)$", out, re.M)
+    assert told
+    assert "OVERTEMPERATURE: j3" in Path(told[1]).read_text()
+
+
+def test_evidence_that_cannot_be_written_keeps_the_arm_stopped(
+    hot: SimulatedArm, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "faults").write_text("in the way")
+    words = ("move", "--joints", "0", "0.2", "0", "0")
+    assert main((*words, "--acknowledge"), paced=False) == 2
+    assert "faults" in capsys.readouterr().err
+    assert main(words, paced=False) == 2
+    assert "OVERTEMPERATURE" in capsys.readouterr().err
+
+
+def test_a_fault_of_this_run_says_how_to_go_on(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arm = SimulatedArm(seed=2)
+    monkeypatch.setattr(bioscara.sim, "SimulatedArm", lambda **_: arm)
+    arm.remove_stops("j2")
+    words = ("demo", "--out", str(tmp_path / "run"))
+    assert main(words, paced=False) == 1
+    out, err = capsys.readouterr()
+    assert err.startswith("bioscara: HOMING_FAILED: j2")
+    assert err.endswith("then go on with --acknowledge\n")
+    assert "HOMING_FAILED: j2" in out
+    assert "clear_fault()" not in out + err
+
+
+class Slow(Bus):
+    """A bus that now and then keeps the computer for longer than a cycle."""
+
+    def __init__(self, arm: SimulatedArm) -> None:
+        self._bus, self._arm, self._count = FirmwareBus(arm), arm, 0
+
+    def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+        if transactions[0].write[:1] == bytes((Register.TRACK,)):
+            self._count += 1
+            if self._count % 12 == 0:
+                self._arm.run(0.012)
+        return self._bus.transfer(transactions)
+
+    def close(self) -> None:
+        self._bus.close()
+
+
+@pytest.mark.parametrize(
+    "words", [("demo", "--out", "run"), ("move", "--joints", "0", "0.2", "0", "0")]
+)
+def test_half_speed_is_told_with_its_reason(
+    words: tuple[str, ...],
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(bioscara.sim, "FirmwareBus", Slow)
+    assert main(words, paced=False) == 0
+    out, _ = capsys.readouterr()
+    assert out.count("warning: LATE: the loop does not keep 100 Hz") >= 1
+    if words[0] == "demo":
+        assert "LATE" in (tmp_path / "run" / "report.txt").read_text()
+
+
+def test_host3_a_run_after_a_killed_one_says_what_is_latched_and_moves_nothing(
+    tmp_path: Path,
+) -> None:
+    arm = tmp_path / "arm.sock"
+    env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
+    with subprocess.Popen(
+        [sys.executable, "-m", "tests.system.homed_arm", str(arm)],
+        cwd=Path(__file__).parents[2],
+        env=env,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as simulated:
+        try:
+            assert simulated.stdout
+            assert simulated.stdout.readline() == "listening\n"
+            bus = ("--bus", f"sim:{arm}")
+            first = start("demo", "--out", str(tmp_path / "first"), *bus)
+            wait_for(first, "  approach")
+            first.kill()
+            first.communicate()
+            time.sleep(0.5)
+            second = start("demo", "--out", str(tmp_path / "second"), *bus)
+            out, err = second.communicate(timeout=60)
+            assert second.returncode == 2
+            assert "SETPOINT_LOST (j1" in err
+            assert f"--bus sim:{arm} --acknowledge" in err
+            assert "homing" not in out
+            assert not (tmp_path / "second").exists()
+            third = start("demo", "--out", str(tmp_path / "third"), *bus, "--acknowledge")
+            wait_for(third, "  approach")
+            third.send_signal(signal.SIGINT)
+            out, err = third.communicate(timeout=60)
+            assert third.returncode == 130, err
+        finally:
+            simulated.terminate()
+            simulated.wait(10)
+    with (tmp_path / "third" / "samples.csv").open(newline="") as file:
+        assert all(row["phase"] != "homing" for row in csv.DictReader(file))

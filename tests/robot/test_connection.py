@@ -1,0 +1,216 @@
+"""Connecting: once, greeted by systemd, and with what the joints had stopped for before."""
+
+from __future__ import annotations
+
+import socket
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+from tests.robot.test_turn import NEAR, Gate, Other, Scene
+
+from bioscara.control.faults import FaultKind
+from bioscara.control.supervisor import FaultState
+from bioscara.errors import (
+    BusyError,
+    FaultedError,
+    JointFaultError,
+    LifecycleError,
+    MotionCancelledError,
+    StalledError,
+)
+from bioscara.hardware import State
+from bioscara.model import load_parameters
+from bioscara.protocol import Flags
+from bioscara.sim import SimulatedArm
+
+ARM = load_parameters()
+NAMES = tuple(joint.name for joint in ARM.joints)
+
+
+@pytest.fixture
+def made(tmp_path: Path) -> Scene:
+    """A robot that nobody connected yet."""
+    return Scene(SimulatedArm(seed=2, positions=NEAR), tmp_path / "evidence")
+
+
+def latches(scene: Scene) -> list[bool]:
+    return [bool(joint.get_flags() & Flags.FAULT) for joint in scene.robot.joints]
+
+
+def leave_a_fault(scene: Scene) -> None:
+    """Let a host see J3 too hot, and go away."""
+    with Scene(scene.arm, scene.folder).robot as before:
+        before.enable()
+        scene.arm.overheat("j3")
+        scene.arm.run(0.5)
+        scene.arm.overheat("j3", False)
+
+
+def test_what_a_joint_latched_before_is_a_fault_of_the_arm_from_the_start(made: Scene) -> None:
+    leave_a_fault(made)
+    before = made.where()
+    with made.robot as robot:
+        (fault,) = robot.faults
+        assert (fault.kind, fault.source) == (FaultKind.OVERTEMPERATURE, "j3")
+        assert robot._running().supervisor.state is FaultState.LATCHED
+        for call in (robot.enable, robot.home, robot.gripper.enable):
+            with pytest.raises(FaultedError, match=r"OVERTEMPERATURE: j3.*acknowledge\(\)"):
+                call()
+        (fault,) = robot.acknowledge()
+        assert fault.evidence is not None
+        lines = fault.evidence.read_text().splitlines()
+        assert lines[0].startswith("# OVERTEMPERATURE: j3")
+        assert lines[1].startswith("time,")
+        assert len(lines) >= 3, "where it was found"
+        assert latches(made) == [False, False, True, False]
+        robot.recover()
+        assert robot.faults == ()
+        assert not any(latches(made))
+        assert made.where() == pytest.approx(before, abs=1e-6)
+        robot.enable()
+
+
+def test_a_stalled_joint_of_version_1_is_a_fault_from_the_start_too(tmp_path: Path) -> None:
+    scene = Scene(SimulatedArm(seed=2, positions=NEAR, v1=True), tmp_path)
+    with scene.robot as robot:
+        robot.home()
+        scene.arm.add_obstacle("j1", -2.5)
+        with pytest.raises(StalledError, match=r"^j1: .*; remove the obstacle$"):
+            robot.move_joints((-1.0, 0.3, 1.0, 1.0))
+    scene.arm.clear_obstacles("j1")
+    with Scene(scene.arm, tmp_path).robot as robot:
+        assert [(fault.kind, fault.source) for fault in robot.faults] == [(FaultKind.STALL, "j1")]
+        with pytest.raises(FaultedError, match="STALL"):
+            robot.home()
+        robot.acknowledge()
+        robot.recover()
+        robot.enable()
+
+
+def test_what_a_joint_latched_is_kept_until_its_evidence_is_written(made: Scene) -> None:
+    leave_a_fault(made)
+    made.folder.write_text("")
+    with made.robot as robot:
+        with pytest.raises(OSError, match="evidence"):
+            robot.acknowledge()
+        with pytest.raises(FaultedError, match="acknowledge"):
+            robot.recover()
+        assert latches(made) == [False, False, True, False]
+        assert len(robot.faults) == 1
+
+
+def break_encoder(arm: SimulatedArm) -> None:
+    arm.corrupt_encoder("j3")
+    arm.run(0.5)
+    arm.corrupt_encoder("j3", False)
+
+
+def restart(arm: SimulatedArm) -> None:
+    arm.reset("j3")
+    arm.run(0.5)
+
+
+@pytest.mark.parametrize(
+    ("happen", "kind"),
+    [(break_encoder, FaultKind.JOINT_FAULT), (restart, FaultKind.JOINT_RESET)],
+)
+def test_what_happens_to_a_released_joint_is_noticed_and_has_a_way_out(
+    made: Scene, happen: Callable[[SimulatedArm], None], kind: FaultKind
+) -> None:
+    with made.robot as robot:
+        robot.enable()
+        robot.disable()
+        happen(made.arm)
+        with pytest.raises(FaultedError, match=f"{kind.name}: j3"):
+            robot.enable()
+        assert [(fault.kind, fault.source) for fault in robot.faults] == [(kind, "j3")]
+        with pytest.raises(FaultedError, match=kind.name):
+            robot.enable()
+        robot.acknowledge()
+        robot.recover()
+        robot.enable()
+
+
+def test_a_joint_that_does_not_engage_is_a_fault_and_has_a_way_out(made: Scene) -> None:
+    with made.robot as robot:
+        made.arm.set_motor_power(False)
+        with pytest.raises(
+            JointFaultError,
+            match=r"^j1: .*DRIVER \(data .\); remove the cause that the joint names$",
+        ):
+            robot.enable()
+        assert robot.faults[0].source == "j1"
+        made.arm.set_motor_power(True)
+        with pytest.raises(FaultedError, match="DRIVER"):
+            robot.enable()
+        robot.acknowledge()
+        robot.recover()
+        robot.enable()
+
+
+def test_a_robot_that_is_connected_refuses_to_connect_and_stays_connected(made: Scene) -> None:
+    with made.robot as robot:
+        robot.enable()
+        with pytest.raises(LifecycleError, match="connected already"), robot:
+            pytest.fail("entered twice")
+        assert not made.bus.closed
+        assert robot._running().arm.state is State.ACTIVE
+        robot.disable()
+    assert made.bus.closed
+    with pytest.raises(LifecycleError, match="make another"), made.robot:
+        pytest.fail("entered again")
+
+
+def test_two_threads_that_connect_are_not_both_let_in(made: Scene) -> None:
+    gate = made.bus.gates["other"] = Gate()
+    first = Other(made.robot.__enter__)
+    gate.reached()
+    with pytest.raises(BusyError, match="connecting has been running"), made.robot:
+        pytest.fail("entered twice")
+    assert not made.bus.closed
+    gate.open()
+    assert first.end() is None
+    made.robot.enable()
+    made.robot.__exit__(None, None, None)
+
+
+def test_stopped_while_it_connects_it_is_not_connected(made: Scene) -> None:
+    gate = made.bus.gates["other"] = Gate()
+    other = Other(made.robot.__enter__)
+    gate.reached()
+    made.robot.stop()
+    gate.open()
+    assert isinstance(other.end(), MotionCancelledError)
+    assert made.bus.closed
+
+
+def test_systemd_hears_of_a_robot_that_is_connected_and_whenever_it_looks(
+    made: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def heard() -> list[bytes]:
+        told = []
+        while True:
+            try:
+                told.append(systemd.recv(99))
+            except BlockingIOError:
+                return told
+
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+        systemd.bind(str(tmp_path / "notify"))
+        systemd.setblocking(False)
+        monkeypatch.setenv("NOTIFY_SOCKET", str(tmp_path / "notify"))
+        monkeypatch.setenv("WATCHDOG_USEC", "2000000")
+        with made.robot as robot:
+            assert heard() == [b"READY=1", b"WATCHDOG=1"]
+            made.pass_time()
+            assert heard() == []
+            assert robot.state
+            assert heard() == [b"WATCHDOG=1"]
+
+
+def test_warnings_are_told(made: Scene) -> None:
+    with made.robot as robot:
+        assert robot.warnings == ()
+        robot._running().supervisor.warnings.append("slow")
+        assert robot.warnings == ("slow",)

@@ -1,0 +1,139 @@
+"""The arm folded up, as homing leaves it: it gets out, back to where it was, and no further in."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from bioscara.errors import ZoneError
+from bioscara.model import load_parameters
+from bioscara.planning.jog import JointVelocity
+from bioscara.planning.zones import STAND, Scene
+from bioscara.robot.planner import Planner
+
+ARM = load_parameters()
+HOMED = (-3.04568, 0.33792, 2.62565, 3.00842)
+HALF = (*HOMED[:2], 2.5, HOMED[3])
+"""Folded up, but with room to fold farther."""
+CENTER = (0.0, 0.2, 0.0, 0.0)
+
+places = st.tuples(*(st.floats(joint.lower, joint.upper) for joint in ARM.joints))
+inaccuracies = st.tuples(*(st.floats(-1e-3, 1e-3) for _ in ARM.joints))
+shares = st.floats(0.0, 1.0)
+
+
+class Folded:
+    """A planner of an arm that stands where homing left it, and is then put elsewhere."""
+
+    def __init__(self, here: Sequence[float] = HOMED) -> None:
+        self.here = here
+        self.plan = Planner(ARM, lambda: self.here)
+
+    def stand(self, near: Sequence[float], off: Sequence[float]) -> None:
+        """Stand somewhere, but not exactly."""
+        self.here = tuple(
+            min(max(place + error, joint.lower), joint.upper)
+            for joint, place, error in zip(ARM.joints, near, off, strict=True)
+        )
+
+    def clearance(self) -> float:
+        return self.plan.scene.own_clearance(self.plan.kinematics, self.here)
+
+
+@given(places, shares, inaccuracies)
+def test_wherever_it_is_stopped_it_can_go_back_to_where_it_came_from(
+    goal: tuple[float, ...], share: float, off: tuple[float, ...]
+) -> None:
+    folded = Folded()
+    try:
+        way = folded.plan.joints(goal).trajectory
+    except ZoneError:
+        assume(False)
+    folded.stand(way.sample(share * way.duration).positions, off)
+    assume(folded.clearance() < folded.plan.scene.margin)
+    folded.plan.joints(HOMED)
+    folded.plan.jog(folded.here)
+
+
+@given(inaccuracies, inaccuracies)
+def test_a_milliradian_does_not_shut_it_in(
+    off: tuple[float, ...], other: tuple[float, ...]
+) -> None:
+    folded = Folded()
+    folded.stand(HALF, off)
+    folded.plan.joints(HALF)
+    folded.stand(HALF, other)
+    folded.plan.joints(CENTER)
+    folded.plan.joints(HALF)
+
+
+def test_it_does_not_creep_in() -> None:
+    """A little nearer with each motion would end in the column."""
+    folded = Folded(HALF)
+    folded.plan.joints(CENTER)
+    begin = folded.clearance()
+
+    def creep() -> None:
+        for _ in range(100):
+            deeper = (*HALF[:2], folded.here[2] + 1e-3, HALF[3])
+            folded.plan.joints(deeper)
+            folded.here = deeper
+
+    with pytest.raises(ZoneError, match="nearer than where the arm began, folded up"):
+        creep()
+    assert folded.clearance() > begin - STAND - 0.5e-3
+
+
+def test_a_refusal_speaks_of_what_a_person_sees() -> None:
+    with pytest.raises(ZoneError) as refused:
+        Folded(HALF).plan.joints(HOMED)
+    text = str(refused.value)
+    assert "margin" not in text
+    assert "-" not in text
+    assert "unfold the arm first" in text
+
+
+def test_unfolded_it_is_not_folded_up_again() -> None:
+    folded = Folded()
+    folded.plan.joints(CENTER)
+    folded.here = CENTER
+    with pytest.raises(ZoneError, match=r"the margin of 5 mm is missed"):
+        folded.plan.joints(HOMED)
+    folded.plan.jog(CENTER)
+    folded.here = HALF
+    with pytest.raises(ZoneError, match="unfold"):
+        folded.plan.joints(HOMED)
+
+
+def test_a_jog_comes_back_too_and_no_further() -> None:
+    folded = Folded()
+    jog, period = folded.plan.jog(HOMED), 0.01
+    for direction, steps in ((-1.0, 60), (1.0, 200)):
+        for step in range(steps):
+            jog.command(JointVelocity(j3=0.3 * direction), step * period)
+            jog.step(step * period, period)
+    assert jog.positions[2] == pytest.approx(HOMED[2], abs=5e-3)
+    assert jog.positions[2] < HOMED[2] + 2e-3
+    assert jog.reason in ("link_1", "base_link")
+
+
+@pytest.mark.parametrize(("nearer", "fine"), [(0.8e-3, True), (1.0e-3, False)])
+@pytest.mark.parametrize("margin", [2e-3, 5e-3, 0.02])
+def test_a_stand_that_is_a_little_too_near_may_be_left_and_not_approached(
+    margin: float, nearer: float, fine: bool
+) -> None:
+    folded = Folded()
+    folded.plan.scene = Scene(table_height=0.0, margin=margin)
+    low = 0.1466 - 0.135 + margin - nearer
+    folded.here = (0.0, low, 0.0, 0.0)
+    if not fine:
+        with pytest.raises(ZoneError, match="at the start"):
+            folded.plan.joints(CENTER)
+        return
+    folded.plan.joints(CENTER)
+    folded.plan.jog(folded.here)
+    with pytest.raises(ZoneError, match="table"):
+        folded.plan.joints((0.0, low - 0.1e-3, 0.0, 0.0))
