@@ -316,8 +316,11 @@ def test_whatever_is_called_and_befalls_it(seed: int, tmp_path: Path) -> None:
             else:
                 fuzz.heal()
                 fuzz.log.append("left as it is")
+            problems = robot.shutdown()
+            fuzz.log += problems
+            assert problems == []
         fuzz.arm.run(0.5)
-        assert not any(fuzz.arm.has_torque(name) for name in NAMES)
+        assert [name for name in NAMES if fuzz.arm.has_torque(name)] == []
     except BaseException as error:
         if isinstance(error, KeyboardInterrupt):
             raise AssertionError("interrupted\n" + "\n".join(fuzz.log)) from error
