@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from collections.abc import Callable
 from contextlib import suppress
@@ -11,11 +12,13 @@ from types import CodeType, FrameType
 import pytest
 
 from bioscara.bus import FaultyBus, When
+from bioscara.drivers import Gripper, Pwm
 from bioscara.errors import BioscaraError
 from bioscara.model import load_parameters
 from bioscara.robot import Robot
+from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.running import Motion
-from bioscara.sim import FirmwareBus, SimulatedArm
+from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
@@ -79,9 +82,11 @@ def test_shutdown_tells_of_joints_that_could_not_be_released_before(tmp_path: Pa
 
 def test_leaving_tells_of_joints_that_stay_energised(tmp_path: Path) -> None:
     scene = Scene(tmp_path)
-    with pytest.raises(BioscaraError, match="j1 may be energised"), scene.robot as robot:
-        robot.home()
-        scene.bus.off()
+    robot = scene.robot.__enter__()
+    robot.home()
+    scene.bus.off()
+    with pytest.raises(BioscaraError, match="j1 may be energised"):
+        robot.__exit__(None, None, None)
     assert scene.energised() == list(NAMES)
 
 
@@ -139,3 +144,37 @@ def test_looking_does_not_move_an_arm_whose_homing_was_interrupted(tmp_path: Pat
         interrupted_after(Robot.home.__wrapped__.__code__, "send_goal(", robot.home)  # type: ignore[attr-defined]
         moved = look(scene, 3.0)
     assert max(moved.values()) < 0.001
+
+
+def test_looking_moves_no_jaws_whose_motion_was_interrupted(tmp_path: Path) -> None:
+    scene = Scene(tmp_path)
+    servo = SimulatedServo(ARM.gripper.outputs[0])
+    jaws = Gripper(
+        Pwm(ARM.gripper.outputs, scene.arm.clock, servo.root), ARM.gripper, servo.root / "width"
+    )
+    robot = Robot(scene.bus, scene.arm.clock, ARM, "scene", gripper=jaws, evidence=tmp_path)
+    scene.robot = robot
+    with robot:
+        robot.gripper.move(0.05)
+        before = robot.gripper.width
+        move = RobotGripper.move.__wrapped__.__code__  # type: ignore[attr-defined]
+        interrupted_after(move, "send_goal(", lambda: robot.gripper.move(0.1))
+        look(scene, 1.0)
+        assert robot.gripper.width == before
+
+
+def test_the_state_after_a_recovery_that_failed_tells_the_fault(tmp_path: Path) -> None:
+    scene = Scene(tmp_path)
+    with scene.robot as robot:
+        robot.home()
+        scene.bus.off(When(address=0x12))
+        with pytest.raises(BioscaraError):
+            robot.move_joints(START)
+        robot.acknowledge()
+        with pytest.raises(BioscaraError):
+            robot.recover()
+        scene.arm.run(0.1)
+        try:
+            assert all(math.isnan(position) for position in robot.state.positions)
+        except BioscaraError as error:
+            assert "j2" in str(error)  # noqa: PT017  either is an answer; a name of ours is none

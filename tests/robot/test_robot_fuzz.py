@@ -106,8 +106,6 @@ class Fuzz:
             full_speed=self.random.random() < 0.5,
         )
         self.log: list[str] = []
-        self.unhomed: set[str] = set(NAMES)
-        self.struck = False
 
     # What is called.
 
@@ -218,11 +216,9 @@ class Fuzz:
         raise KeyboardInterrupt
 
     def reset(self, joint: str) -> None:
-        self.unhomed.add(joint)
         self.arm.reset(joint, ResetCause.BROWN_OUT)
 
     def power(self, joint: str, *, on: bool) -> None:
-        self.unhomed.add(joint)
         self.arm.set_power(joint, on)
 
     def heal(self) -> None:
@@ -289,7 +285,6 @@ class Fuzz:
             raise AssertionError(f"no way back: {error}")
         for joint, place in zip(ARM.joints, CENTRE, strict=True):
             assert abs(self.arm.position(joint.name) - place) < NEAR_ENOUGH[joint.unit]
-        self.unhomed.clear()
 
 
 @pytest.mark.parametrize("seed", SEEDS)
