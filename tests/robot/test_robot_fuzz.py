@@ -33,6 +33,8 @@ SEEDS = range(FIRST, FIRST + int(os.environ.get("BIOSCARA_FUZZ_SEEDS", "6")))
 CALLS = 6
 STANDING = 0.02
 """Share of the highest speed below which a joint counts as standing."""
+STOPPED_WITHIN = 1.0
+"""Time in which a call that was asked to end has brought the arm to rest [s]."""
 NEAR_ENOUGH = {"rad": 0.05, "m": 0.008}
 
 
@@ -106,6 +108,7 @@ class Fuzz:
             full_speed=self.random.random() < 0.5,
         )
         self.log: list[str] = []
+        self.asked = math.inf
 
     # What is called.
 
@@ -150,6 +153,8 @@ class Fuzz:
             self.blow()
         self.attempt(f"{name} timeout={timeout} ({self.blow_name} at {self.strike})", what)
         self.tap.before = lambda: None
+        took, self.asked = self.arm.now() - self.asked, math.inf
+        assert took < STOPPED_WITHIN, f"it took {took} s to end when it was asked to"
 
     def attempt(self, name: str, what: Callable[[], object]) -> BaseException | None:
         self.log.append(f"{self.arm.now():.3f} {name}")
@@ -179,6 +184,8 @@ class Fuzz:
         self.strike -= 1
         if self.strike == 0:
             self.log.append(f"  {self.arm.now():.3f} struck by {self.blow_name}")
+            if self.blow_name in {"stop", "interrupt"}:
+                self.asked = self.arm.now()
             self.blow()
         elif self.strike < 0 and self.random.random() < 0.02:
             self.robot.speed = self.random.choice((0.05, 0.3, 1.0))
