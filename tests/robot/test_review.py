@@ -39,47 +39,6 @@ class Scene:
         return [name for name in NAMES if self.arm.has_torque(name)]
 
 
-@pytest.mark.parametrize("v1", [False, True])
-def test_leaving_releases_joints_that_could_not_be_released_before(
-    v1: bool, tmp_path: Path
-) -> None:
-    scene = Scene(tmp_path, v1=v1)
-    with scene.robot as robot:
-        robot.home()
-        scene.bus.off()
-        with pytest.raises(BioscaraError):
-            robot.disable()
-        scene.bus.clear()
-    assert scene.energised() == []
-
-
-def test_leaving_releases_joints_after_a_recovery_that_failed(tmp_path: Path) -> None:
-    scene = Scene(tmp_path)
-    with scene.robot as robot:
-        robot.home()
-        scene.bus.off(When(address=0x12))
-        with pytest.raises(BioscaraError):
-            robot.move_joints(START)
-        robot.acknowledge()
-        with pytest.raises(BioscaraError):
-            robot.recover()
-        scene.bus.clear()
-        assert robot.shutdown() == []
-    assert scene.energised() == []
-
-
-def test_shutdown_tells_of_joints_that_could_not_be_released_before(tmp_path: Path) -> None:
-    scene = Scene(tmp_path)
-    with scene.robot as robot:
-        robot.home()
-        scene.bus.off()
-        with pytest.raises(BioscaraError):
-            robot.disable()
-        problems = robot.shutdown()
-    assert scene.energised() == list(NAMES)
-    assert len(problems) == len(NAMES)
-
-
 def test_leaving_tells_of_joints_that_stay_energised(tmp_path: Path) -> None:
     scene = Scene(tmp_path)
     robot = scene.robot.__enter__()

@@ -16,7 +16,7 @@ from bioscara.errors import (
     NotInitializedError,
 )
 from bioscara.hardware import ArmHardware, GripperHardware, State
-from bioscara.hardware.stopping import stop_and_disable
+from bioscara.hardware.stopping import release
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.protocol import Flags
 from bioscara.robot.fault_handling import FaultHandling
@@ -266,11 +266,7 @@ class Connection(FaultHandling):
             return []
         if stack.watchdog is not None:
             stack.watchdog.close()
-        if stack.arm.state is State.ACTIVE or any(
-            not axis.joint.session.flags & Flags.NOTENABLED for axis in stack.arm.axes
-        ):
-            return stop_and_disable(self.joints)
-        return []
+        return release(self.joints)
 
     def _running(self) -> Stack:
         if self._stack is None:
