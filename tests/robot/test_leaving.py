@@ -116,7 +116,7 @@ def test_a_joint_that_homed_and_was_let_go_is_released(tmp_path: Path) -> None:
 
 
 def test_joints_that_another_program_left_energised_are_released(scene: Scene) -> None:
-    with Robot(scene.bus, scene.arm.clock, ARM, "next") as after:
+    with Robot(FirmwareBus(scene.arm), scene.arm.clock, ARM, "next") as after:
         assert after._running().arm.state is State.INACTIVE
     assert scene.energised() == []
 
@@ -126,3 +126,25 @@ def test_nothing_is_sent_to_joints_that_were_never_engaged(tmp_path: Path) -> No
     with scene.robot as robot:
         scene.bus.off()
         assert robot.shutdown() == []
+
+
+def test_leaving_tells_of_joints_that_stay_energised(tmp_path: Path) -> None:
+    scene = Scene(tmp_path, v1=False)
+    robot = scene.robot.__enter__()
+    robot.enable()
+    scene.bus.off()
+    with pytest.raises(HardwareError) as caught:
+        robot.__exit__(None, None, None)
+    assert scene.energised() == list(NAMES)
+    assert all(f"{name} may be energised" in str(caught.value) for name in NAMES)
+
+
+def test_leaving_by_an_error_tells_of_them_by_a_note(tmp_path: Path) -> None:
+    scene = Scene(tmp_path, v1=False)
+    robot = scene.robot.__enter__()
+    robot.enable()
+    scene.bus.off()
+    error = ZeroDivisionError()
+    robot.__exit__(type(error), error, None)
+    assert scene.energised() == list(NAMES)
+    assert all(f"{name} may be energised" in error.__notes__[0] for name in NAMES)

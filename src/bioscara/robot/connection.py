@@ -10,6 +10,7 @@ from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers import Gripper, Joint
 from bioscara.errors import (
+    HardwareError,
     InvalidArgumentError,
     LifecycleError,
     MotionCancelledError,
@@ -209,11 +210,15 @@ class Connection(FaultHandling):
         traceback: TracebackType | None,
     ) -> None:
         try:
-            self.shutdown()
+            told = "; ".join(self.shutdown())
         finally:
             # Where it was refused, a call is still using the bus.
             if self._stack is None:
                 self.bus.close()
+        if told and exc is None:
+            raise HardwareError(told)
+        if told and exc is not None:
+            exc.add_note(told)
 
     @property
     def joints(self) -> tuple[Joint, ...]:
