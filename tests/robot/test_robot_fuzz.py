@@ -29,7 +29,7 @@ BY_ADDRESS = {joint.address: joint for joint in ARM.joints}
 NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 CENTRE = (-0.5, 0.3, 0.5, 0.5)
 FIRST = int(os.environ.get("BIOSCARA_FUZZ_FIRST", "0"))
-SEEDS = range(FIRST, FIRST + int(os.environ.get("BIOSCARA_FUZZ_SEEDS", "6")))
+SEEDS = range(FIRST, FIRST + int(os.environ.get("BIOSCARA_FUZZ_SEEDS", "10")))
 CALLS = 6
 STANDING = 0.02
 """Share of the highest speed below which a joint counts as standing."""
