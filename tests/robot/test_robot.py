@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from bioscara.control.faults import FaultKind
 from bioscara.errors import (
+    BioscaraError,
     FaultedError,
     GoalRejectedError,
     GripperError,
@@ -415,6 +416,29 @@ def test_fw1_after_a_joint_restarted_the_pose_is_unknown_until_it_is_homed(homed
     homed.robot.recover()
     homed.robot.home()
     assert homed.robot.state.positions[0] == pytest.approx(homed.arm.position("j1"), abs=5e-3)
+
+
+def test_after_a_recovery_that_failed_who_looks_or_moves_is_told_the_fault_and_the_way(
+    homed: Scene,
+) -> None:
+    homed.arm.set_power("j2", False)
+    with pytest.raises(BioscaraError):
+        homed.robot.move_joints(START)
+    homed.robot.acknowledge()
+    with pytest.raises(BioscaraError):
+        homed.robot.recover()
+    homed.arm.run(0.1)
+    for call in (
+        lambda: homed.robot.state,
+        lambda: homed.robot.pose,
+        lambda: homed.robot.move_joints(START),
+    ):
+        with pytest.raises(FaultedError, match=r"j2.*recover\(\)"):
+            call()
+    homed.arm.set_power("j2", True)
+    homed.arm.run(0.5)
+    homed.robot.recover()
+    assert math.isnan(homed.robot.state.positions[1])
 
 
 def test_outside_a_with_statement_it_says_so(tmp_path: Path) -> None:

@@ -12,6 +12,9 @@ from types import FrameType
 import pytest
 
 from bioscara.bus import Transaction
+from bioscara.control.gripper_action_controller import GripperActionController
+from bioscara.control.homing_controller import HomingController
+from bioscara.control.joint_trajectory import JointTrajectoryController
 from bioscara.drivers import Gripper, Pwm
 from bioscara.errors import (
     BioscaraError,
@@ -399,6 +402,60 @@ def test_however_often_ctrl_c_is_pressed_the_arm_ramps_down(
     assert scene.speed() < 0.02
     assert scene.robot.faults == ()
     scene.robot.move_joints(START)
+
+
+def look(scene: Scene) -> None:
+    """Look at the arm for a while, which runs cycles."""
+    for _ in range(60):
+        scene.arm.run(0.05)
+        assert scene.robot.state
+
+
+MOTIONS = {
+    "move_joints()": (JointTrajectoryController, lambda robot: robot.move_joints(GOAL)),
+    "home()": (HomingController, lambda robot: robot.home()),
+    "gripper.move()": (GripperActionController, lambda robot: robot.gripper.move(0.1)),
+}
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize("place", [0, 1, 2, 4, 8, 16])
+def test_wherever_ctrl_c_comes_in_no_goal_outlives_the_call(
+    scene: Scene, name: str, place: int, tmp_path: Path
+) -> None:
+    """Any later cycle would carry the goal on, also one that only looks."""
+    controller, move = MOTIONS[name]
+    accepting, accepted, passed = controller.send_goal.__code__, False, 0
+
+    def trace(frame: FrameType, event: str, _: object) -> Callable[..., object] | None:
+        nonlocal accepted, passed
+        if frame.f_code is accepting:
+            accepted = event == "return"
+        elif accepted and event == "call":
+            passed += 1
+        if accepted and passed == place:
+            raise KeyboardInterrupt
+        return trace if frame.f_code is accepting else None
+
+    if name == "home()":
+        scene = Scene(SimulatedArm(seed=2, positions=NEAR), tmp_path / "unhomed")
+        scene.robot.__enter__()
+    robot = scene.robot
+    robot.gripper.move(0.05)
+    look(scene)
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            move(robot)
+    finally:
+        sys.settrace(before)
+    where = scene.where()
+    look(scene)
+    assert scene.where() == pytest.approx(where, abs=0.01)
+    assert robot.gripper.width == pytest.approx(0.05)
+    if name == "home()":
+        robot.__exit__(None, None, None)
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt, ZeroDivisionError, None])

@@ -17,7 +17,7 @@ from collections.abc import Sequence
 
 from bioscara.cli.arguments import parse
 from bioscara.cli.status import Status
-from bioscara.errors import BioscaraError
+from bioscara.errors import BioscaraError, HardwareError
 
 
 def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
@@ -34,7 +34,9 @@ def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
         sys.stdout.flush()
     except BioscaraError as error:
         complain(str(error))
-        status = Status.REFUSED
+        for note in getattr(error, "__notes__", ()):
+            complain(note)
+        status = Status.FAILED if isinstance(error, HardwareError) else Status.REFUSED
     except KeyboardInterrupt:
         # Only before or after a motion: during one, Ctrl-C is a request (interruption.py).
         complain("interrupted")

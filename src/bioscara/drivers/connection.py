@@ -17,7 +17,6 @@ from bioscara.errors import (
     IncorrectStateError,
     InvalidArgumentError,
     JointResetError,
-    LimitError,
     NotEnabledError,
     NotHomedError,
     StalledError,
@@ -28,8 +27,6 @@ from bioscara.protocol import Fault, Flags, JointState, Register
 # Plain numbers: an operation on an IntFlag costs more than the rest of an exchange.
 _OBSTACLES = int(Flags.STALL | Flags.NOTENABLED | Flags.NOTHOMED)
 _NOTHOMED = int(Flags.NOTHOMED)
-ROUNDING = 1e-9
-"""How far a value may be beyond a limit, in parts of one: less than the wire resolves."""
 
 
 class JointConnection:
@@ -48,6 +45,8 @@ class JointConnection:
         transmission: Conversion between joint and motor; changes when the joint is homed.
         plausibility: Judge of a version 1 joint's answers.
         last: The newest sample; of quality UNKNOWN before there was one.
+        may_be_energised: Whether the motor was engaged, or found so, and was not seen to be
+            released since; outlives the session.
     """
 
     def __init__(self, bus: Bus, clock: Clock, parameters: JointParameters) -> None:
@@ -56,6 +55,7 @@ class JointConnection:
         self.transmission = Transmission(parameters.reduction)
         self.plausibility = Plausibility(parameters)
         self.last = UNKNOWN
+        self.may_be_energised = False
         self._offset_known = False
         self._blocking = Register.NONE
 
@@ -96,6 +96,8 @@ class JointConnection:
         self._offset_known = False
         self.last = UNKNOWN
         self.session.open()
+        if not self.session.flags & Flags.NOTENABLED:
+            self.may_be_energised = True
         if not self.session.flags & Flags.NOTHOMED:
             try:
                 self._adopt_offset(self.get_homing_offset())
@@ -279,13 +281,6 @@ class JointConnection:
             raise NotEnabledError(f"{self.name}: it is not enabled", self.name, "enable() first")
         if homed and (flags & Flags.NOTHOMED or not self._offset_known):
             raise NotHomedError(f"{self.name}: it is not homed; home() first", self.name)
-
-    def _check_limit(
-        self, what: str, value: float, lower: float, upper: float, unit: str, remedy: str = ""
-    ) -> None:
-        if not lower - ROUNDING <= value <= upper + ROUNDING:
-            self._check_finite(what, value)
-            raise LimitError(f"{self.name} {what}", value, lower, upper, unit, remedy)
 
     def _check_finite(self, what: str, value: float) -> None:
         if not math.isfinite(value):

@@ -15,7 +15,6 @@ from bioscara.drivers.settings import JointSettings
 from bioscara.drivers.waiting import Cancel, Progress, at_rest, wait_for, wait_for_rest
 from bioscara.errors import (
     CommunicationError,
-    IncorrectStateError,
     InvalidArgumentError,
     JointError,
     LimitError,
@@ -59,6 +58,8 @@ class JointMotion(JointSettings):
         self._require_no_blocking()
         self._check_limit("drive current", drive, 1, 100, "%", "disable() switches it off")
         self._check_limit("hold current", hold, 1, 100, "%", "disable() switches it off")
+        # If only the answer is lost, the motor is engaged.
+        self.may_be_energised = True
         self.session.write(Register.SETUP, drive, hold)
         self._supervise(_idle, _ORIENTATION_TIMEOUT, "enabling")
         if self.session.flags & Flags.NOTENABLED:
@@ -94,6 +95,7 @@ class JointMotion(JointSettings):
                 problem = problem or error
         if problem is not None:
             raise problem
+        self.may_be_energised = False
 
     def stop(self, *, hard: bool = False) -> None:
         """Ramp down and hold; ends a blocking command. Never refused for the joint's state.
@@ -282,14 +284,6 @@ class JointMotion(JointSettings):
         if self.version == 2:
             # A version 2 joint takes the current away once the rotor has swung out.
             wait_for_rest(self, "disable")
-
-    def _require_no_blocking(self) -> None:
-        self.session.require_open()
-        if self._blocking is not Register.NONE:
-            raise IncorrectStateError(
-                f"{self.name}: {self._blocking.name} is running; let it end or stop() it",
-                self.name,
-            )
 
     def raise_fault(self) -> None:
         """Raise the latched fault, if the joint's last flags show one."""

@@ -5,9 +5,12 @@ from __future__ import annotations
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers.connection import JointConnection
-from bioscara.errors import InvalidArgumentError
+from bioscara.errors import IncorrectStateError, InvalidArgumentError, LimitError
 from bioscara.model import JointParameters
 from bioscara.protocol import BrakeMode, Register
+
+ROUNDING = 1e-9
+"""How far a value may be beyond a limit, in parts of one: less than the wire resolves."""
 
 
 class JointSettings(JointConnection):
@@ -131,11 +134,26 @@ class JointSettings(JointConnection):
         limit = self.parameters.max_velocity
         self._check_limit("velocity", velocity, -limit, limit, f"{self.parameters.unit}/s")
 
+    def _require_no_blocking(self) -> None:
+        self.session.require_open()
+        if self._blocking is not Register.NONE:
+            raise IncorrectStateError(
+                f"{self.name}: {self._blocking.name} is running; let it end or stop() it",
+                self.name,
+            )
+
     def _percent(self, what: str, value: int) -> int:
         if isinstance(value, bool) or value != value // 1:
             raise InvalidArgumentError(f"{self.name} {what}: {value!r} is not a whole number")
         self._check_limit(what, value, 0, 100, "%")
         return value
+
+    def _check_limit(
+        self, what: str, value: float, lower: float, upper: float, unit: str, remedy: str = ""
+    ) -> None:
+        if not lower - ROUNDING <= value <= upper + ROUNDING:
+            self._check_finite(what, value)
+            raise LimitError(f"{self.name} {what}", value, lower, upper, unit, remedy)
 
     def _check_above_zero(self, what: str, value: float) -> None:
         if value <= 0.0:

@@ -13,7 +13,7 @@ def stop_and_disable(joints: Sequence[Joint]) -> list[str]:
     """Stop all joints, then disable one after the other; disabling waits for standstill.
 
     Each step is taken for each joint, also after a failure and after a KeyboardInterrupt, which
-    is raised at the end.
+    is raised at the end. A joint that was let go while it may be energised is greeted again.
 
     Returns:
         A sentence for each joint that could not be stopped or disabled.
@@ -22,17 +22,31 @@ def stop_and_disable(joints: Sequence[Joint]) -> list[str]:
     with ExitStack() as steps:
         # Last in, first out, and each is called whatever an earlier one raised.
         for joint in reversed(joints):
-            steps.callback(_attempt, joint.disable, f"{joint.name} may be energised", problems)
+            steps.callback(_attempt, joint, joint.disable, "may be energised", problems)
         for joint in reversed(joints):
-            steps.callback(_attempt, joint.stop, f"{joint.name} may be moving", problems)
+            steps.callback(_attempt, joint, joint.stop, "may be moving", problems)
     return problems
 
 
-def _attempt(step: Callable[[], None], consequence: str, problems: list[str]) -> None:
+def release(joints: Sequence[Joint]) -> list[str]:
+    """Stop and disable all joints if one of them may be energised; else nothing is sent.
+
+    Returns:
+        A sentence for each joint that could not be stopped or disabled.
+    """
+    return stop_and_disable(joints) if any(joint.may_be_energised for joint in joints) else []
+
+
+def _attempt(joint: Joint, step: Callable[[], None], risk: str, problems: list[str]) -> None:
     try:
+        if joint.may_be_energised and joint.version == 0:
+            joint.init()
         step()
-    except (JointResetError, NotInitializedError):
-        # A joint that restarted is off, and one that was never greeted was never on.
+    except JointResetError:
+        # It is off.
+        joint.may_be_energised = False
+    except NotInitializedError:
+        # It was never greeted, so it was never on, or it was released before it was let go.
         return
     except BioscaraError as error:
-        problems.append(f"{consequence}: {error}")
+        problems.append(f"{joint.name} {risk}: {error}")

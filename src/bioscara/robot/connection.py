@@ -10,13 +10,14 @@ from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers import Gripper, Joint
 from bioscara.errors import (
+    HardwareError,
     InvalidArgumentError,
     LifecycleError,
     MotionCancelledError,
     NotInitializedError,
 )
 from bioscara.hardware import ArmHardware, GripperHardware, State
-from bioscara.hardware.stopping import stop_and_disable
+from bioscara.hardware.stopping import release
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.protocol import Flags
 from bioscara.robot.fault_handling import FaultHandling
@@ -209,11 +210,15 @@ class Connection(FaultHandling):
         traceback: TracebackType | None,
     ) -> None:
         try:
-            self.shutdown()
+            told = "; ".join(self.shutdown())
         finally:
             # Where it was refused, a call is still using the bus.
             if self._stack is None:
                 self.bus.close()
+        if told and exc is None:
+            raise HardwareError(told)
+        if told and exc is not None:
+            exc.add_note(told)
 
     @property
     def joints(self) -> tuple[Joint, ...]:
@@ -266,11 +271,7 @@ class Connection(FaultHandling):
             return []
         if stack.watchdog is not None:
             stack.watchdog.close()
-        if stack.arm.state is State.ACTIVE or any(
-            not axis.joint.session.flags & Flags.NOTENABLED for axis in stack.arm.axes
-        ):
-            return stop_and_disable(self.joints)
-        return []
+        return release(self.joints)
 
     def _running(self) -> Stack:
         if self._stack is None:

@@ -6,8 +6,9 @@ from collections.abc import Sequence
 
 from bioscara.control.faults import Fault
 from bioscara.control.supervisor import FaultState
-from bioscara.errors import BioscaraError
+from bioscara.errors import BioscaraError, HardwareError
 from bioscara.hardware import State
+from bioscara.hardware.stopping import release
 from bioscara.protocol import Flags
 from bioscara.robot.looking import Looking
 from bioscara.robot.turn import exclusive
@@ -66,10 +67,13 @@ class FaultHandling(Looking):
 
         Raises:
             BusyError: Another call is using the arm; :meth:`stop` ends it.
+            HardwareError: A joint could not be stopped or released; call it again.
         """
         stack = self._running()
         if stack.arm.state is State.ACTIVE:
             stack.manager.set_hardware_state(stack.arm.name, State.INACTIVE, self.clock.now())
+        elif problems := release(stack.arm.joints):
+            raise HardwareError("; ".join(problems), stack.arm.name)
 
     @property
     def faults(self) -> tuple[Fault, ...]:

@@ -91,8 +91,8 @@ class RobotGripper:
             BusyError: Another call is using the arm.
         """
         self._drive()
-        goal = self._stack().gripper.send_goal(GripperGoal((width,)))
-        self._motion().run(lambda: goal.done, Phase.SETTLING)
+        jaws = self._stack().gripper
+        goal = self._motion().pursue(lambda: jaws.send_goal(GripperGoal((width,))), Phase.SETTLING)
         if goal.status is not Status.SUCCEEDED or goal.result is None:
             raise GripperError(f"the gripper did not reach {width:g} m: {goal.text}")
         return goal.result

@@ -39,6 +39,8 @@ class Looking(ABC):
 
         Raises:
             BusyError: The call that runs has not asked the joints yet.
+            FaultedError: The joints were let go because of a fault, and are not recovered.
+            BioscaraError: They were let go without one: ``enable()`` them.
         """
         stack = self._running()
         busy = self._turn.look(self._refresh)
@@ -46,7 +48,8 @@ class Looking(ABC):
         if states is None:
             if busy is not None:
                 raise busy.refuse("state")
-            raise BioscaraError("the joint states are not told: the broadcaster is not active")
+            stack.supervisor.require_clear()
+            raise BioscaraError("the joints were let go and tell nothing; enable() them")
         return states
 
     @property

@@ -33,7 +33,8 @@ class Robot(Connection, PoseMotions):
     """A Bioscara arm.
 
     Used as a context manager: entering opens the bus and greets the joints, and nothing moves;
-    leaving stops and disables them all, whatever happened. Every method returns when what it
+    leaving stops and disables them all, whatever happened; those that it could not are told of by
+    a HardwareError, or by notes on the error that is under way. Every method returns when what it
     started has ended. One call at a time uses the arm: meanwhile any thread may look (``state``,
     ``pose``, ``faults``), change ``speed``, :meth:`stop` and :meth:`shutdown`; the rest raises
     BusyError, also in the callbacks of the call itself.
@@ -74,8 +75,7 @@ class Robot(Connection, PoseMotions):
         if not directions:
             return
         stack.use(HOMING, self.clock.now())
-        goal = stack.homing.send_goal(directions)
-        motion.run(lambda: goal.done, Phase.HOMING)
+        goal = motion.pursue(lambda: stack.homing.send_goal(directions), Phase.HOMING)
         if goal.status is not Status.SUCCEEDED:
             raise HomingError(goal.text)
         stack.manager.switch(self.clock.now(), (), (HOMING,))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
+from typing import Protocol, TypeVar
 
 from bioscara.clock import Clock
 from bioscara.control.joint_trajectory import Goal, JointTrajectory, Status
@@ -18,6 +19,17 @@ from bioscara.robot.turn import Turn
 
 SETTLING = 0.3
 """How long the end of a trajectory is held, so that the arm is seen to rest there [s]."""
+
+
+class Pursued(Protocol):
+    """A goal that a controller pursues."""
+
+    @property
+    def done(self) -> bool:
+        """Whether that is over, however it ended."""
+
+
+G = TypeVar("G", bound=Pursued)
 
 
 class Motion:
@@ -68,21 +80,51 @@ class Motion:
             BioscaraError: What stopped the arm.
         """
         self._keep_speed()
-        now = self._clock.now()
-        goal = self._stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), now)
+        now, message = self._clock.now(), Goal(JointTrajectory.of(trajectory))
         zero = now + until_start
-
-        def done() -> bool:
-            if not goal.done:
-                self._keep_speed()
-            return goal.done
-
-        self.run(done, phase, zero)
+        goal = self.pursue(
+            lambda: self._stack.trajectory.send_goal(message, now), phase, zero, self._keep_speed
+        )
         if goal.status is not Status.SUCCEEDED:
             raise GoalAbortedError(goal.text, goal.error_code)
         if phase is Phase.TRAJECTORY:
             until = self._clock.now() + SETTLING
             self.run(lambda: self._clock.now() >= until, Phase.SETTLING, zero)
+
+    def pursue(
+        self,
+        send: Callable[[], G],
+        phase: Phase,
+        zero: float = math.nan,
+        each: Callable[[], None] = lambda: None,
+    ) -> G:
+        """Send a goal and run cycles until it is done.
+
+        Args:
+            send: Sends it. From then on it lives in a controller and any cycle would carry it
+                on, so whatever interrupts this call here ends it as well.
+            phase: As for :meth:`run`.
+            zero: As for :meth:`run`.
+            each: Called before each cycle.
+
+        Returns:
+            The goal.
+
+        Raises:
+            GoalRejectedError: It was refused; nothing moved.
+            BioscaraError: As :meth:`run`.
+        """
+        goals: list[G] = []
+
+        def done() -> bool:
+            if not goals:
+                goals.append(send())
+            if not goals[0].done:
+                each()
+            return goals[0].done
+
+        self.run(done, phase, zero)
+        return goals[0]
 
     def run(self, done: Callable[[], bool], phase: Phase, zero: float = math.nan) -> None:
         """Run cycles until ``done``.

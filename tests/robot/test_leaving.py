@@ -1,0 +1,150 @@
+"""Leaving: no joint stays energised unless that is told, whatever was lost on the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from bioscara.bus import FaultyBus, When
+from bioscara.errors import BioscaraError, HardwareError
+from bioscara.hardware import State
+from bioscara.model import load_parameters
+from bioscara.robot import Robot
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+ARM = load_parameters()
+NAMES = tuple(joint.name for joint in ARM.joints)
+NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
+START = (-2.0, 0.30, 2.0, 2.0)
+J2 = When(address=ARM.joints[1].address)
+
+
+class Scene:
+    """A robot that is connected, and the simulated arm and bus behind it."""
+
+    def __init__(self, folder: Path, *, v1: bool) -> None:
+        self.arm = SimulatedArm(seed=2, positions=NEAR, v1=v1)
+        self.bus = FaultyBus(FirmwareBus(self.arm), seed=1, clock=self.arm.clock)
+        self.robot = Robot(self.bus, self.arm.clock, ARM, "leaving", evidence=folder)
+
+    def energised(self) -> list[str]:
+        self.arm.run(1.0)
+        return [name for name in NAMES if self.arm.has_torque(name)]
+
+
+@pytest.fixture(params=[False, True], ids=["v2", "v1"])
+def scene(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[Scene]:
+    made = Scene(tmp_path, v1=request.param)
+    made.robot.__enter__()
+    made.robot.enable()
+    assert made.energised() == list(NAMES)
+    yield made
+    made.bus.clear()
+    made.robot.__exit__(None, None, None)
+
+
+def disabled_in_vain(scene: Scene) -> None:
+    scene.bus.off()
+    with pytest.raises(BioscaraError):
+        scene.robot.disable()
+
+
+def look_until_it_is_noticed(scene: Scene) -> None:
+    for _ in range(100):
+        scene.arm.run(0.03)
+        with suppress(BioscaraError):
+            _ = scene.robot.state
+    assert scene.robot.faults
+
+
+def all_lost(scene: Scene) -> None:
+    scene.bus.off()
+    look_until_it_is_noticed(scene)
+
+
+def not_recovered(scene: Scene) -> None:
+    scene.bus.off(J2)
+    look_until_it_is_noticed(scene)
+    scene.robot.acknowledge()
+    with pytest.raises(BioscaraError):
+        scene.robot.recover()
+
+
+LOSSES = pytest.mark.parametrize("lose", [disabled_in_vain, all_lost, not_recovered])
+
+
+@LOSSES
+def test_joints_that_were_let_go_energised_are_greeted_and_released(
+    scene: Scene, lose: Callable[[Scene], None]
+) -> None:
+    lose(scene)
+    scene.bus.clear()
+    assert scene.robot.shutdown() == []
+    assert scene.energised() == []
+
+
+@LOSSES
+def test_joints_that_cannot_be_greeted_are_told_of(
+    scene: Scene, lose: Callable[[Scene], None]
+) -> None:
+    lose(scene)
+    told = [problem for problem in scene.robot.shutdown() if "may be energised" in problem]
+    assert [sentence[:2] for sentence in told] == scene.energised() != []
+
+
+def test_what_was_not_released_is_released_by_disabling_it_again(scene: Scene) -> None:
+    disabled_in_vain(scene)
+    with pytest.raises(HardwareError, match="j1 may be energised"):
+        scene.robot.disable()
+    scene.bus.clear()
+    scene.robot.disable()
+    assert scene.energised() == []
+    scene.robot.enable()
+    assert scene.energised() == list(NAMES)
+
+
+def test_a_joint_that_homed_and_was_let_go_is_released(tmp_path: Path) -> None:
+    scene = Scene(tmp_path, v1=False)
+    with scene.robot as robot:
+        robot.home()
+        disabled_in_vain(scene)
+        scene.bus.clear()
+    assert scene.energised() == []
+
+
+def test_joints_that_another_program_left_energised_are_released(scene: Scene) -> None:
+    with Robot(FirmwareBus(scene.arm), scene.arm.clock, ARM, "next") as after:
+        assert after._running().arm.state is State.INACTIVE
+    assert scene.energised() == []
+
+
+def test_nothing_is_sent_to_joints_that_were_never_engaged(tmp_path: Path) -> None:
+    scene = Scene(tmp_path, v1=False)
+    with scene.robot as robot:
+        scene.bus.off()
+        assert robot.shutdown() == []
+
+
+def test_leaving_tells_of_joints_that_stay_energised(tmp_path: Path) -> None:
+    scene = Scene(tmp_path, v1=False)
+    robot = scene.robot.__enter__()
+    robot.enable()
+    scene.bus.off()
+    with pytest.raises(HardwareError) as caught:
+        robot.__exit__(None, None, None)
+    assert scene.energised() == list(NAMES)
+    assert all(f"{name} may be energised" in str(caught.value) for name in NAMES)
+
+
+def test_leaving_by_an_error_tells_of_them_by_a_note(tmp_path: Path) -> None:
+    scene = Scene(tmp_path, v1=False)
+    robot = scene.robot.__enter__()
+    robot.enable()
+    scene.bus.off()
+    error = ZeroDivisionError()
+    robot.__exit__(type(error), error, None)
+    assert scene.energised() == list(NAMES)
+    assert all(f"{name} may be energised" in error.__notes__[0] for name in NAMES)
