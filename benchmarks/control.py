@@ -25,6 +25,7 @@ from bioscara.control.realtime import realtime
 from bioscara.errors import RealtimeError
 from bioscara.hardware import ArmHardware, GripperHardware
 from bioscara.model import load_parameters
+from bioscara.planning.zones import Scene
 from bioscara.robot import kinematics_of
 from bioscara.robot.stack import TRAJECTORY, Stack
 from bioscara.robot.wiring import simulated
@@ -86,8 +87,8 @@ def _stack(rate: int, clock_of: Callable[[SimulatedArm], Clock]) -> tuple[Stack,
     jaws = GripperHardware(
         "gripper", "gripper", simulated(_PARAMETERS, v1=False, seed=0).gripper, clock
     )
-    kinematics = kinematics_of(_PARAMETERS)
-    stack = Stack(hardware, jaws, kinematics, clock, _PARAMETERS, rate, Path(os.devnull))
+    surroundings = kinematics_of(_PARAMETERS), Scene()
+    stack = Stack(hardware, jaws, lambda: surroundings, clock, _PARAMETERS, rate, Path(os.devnull))
     # The speed of the tool is looked at but not bounded: the swing is as fast as the joints.
     stack.tool_speed.limit = math.inf
     stack.broadcast(clock.now())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from bioscara.control.limiting import Guard
+from bioscara.control.guard import Guard
 
 _ROUNDING = 1.0 + 1e-3
 """Share by which the tool may be faster: trajectories are slowed down beforehand to the limit."""

@@ -168,7 +168,7 @@ class Connection(FaultHandling):
             stack = Stack(
                 self._arm,
                 self._jaws,
-                self.plan.kinematics,
+                lambda: (self.plan.kinematics, self.plan.scene),
                 self.clock,
                 self.parameters,
                 self._rate,

@@ -69,7 +69,9 @@ class Motion:
         """
         self._keep_speed()
         now = self._clock.now()
-        goal = self._stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), now)
+        goal = self._stack.trajectory.send_goal(
+            Goal(JointTrajectory.of(trajectory), swept=True), now
+        )
         zero = now + until_start
 
         def done() -> bool:

@@ -1,0 +1,167 @@
+"""Keeps the arm clear of zones, table and itself, whatever commands the joints.
+
+Who plans or jogs has looked at the way already and is not looked at again. Whatever else comes must
+leave the arm in a state from which it can come to rest clear of everything; where it does not, the
+arm comes to rest from the state before, on the way that was found clear then.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+from bioscara.control.guard import Guard
+from bioscara.control.manager import ControllerManager
+from bioscara.errors import InvalidArgumentError, ZoneError
+from bioscara.kinematics import Scara
+from bioscara.planning.room import Room
+from bioscara.planning.zones import Scene
+
+_QUIET = 1.0
+"""Time without braking after which braking for the same reason is news [s]."""
+
+
+class Clearance:
+    """Brakes all joints together before the arm comes too near to something.
+
+    What is proven to be clear is so from rest. Where it takes over from something unproven in
+    motion, it is looked at until the arm rests.
+
+    Args:
+        guards: All joints of the arm, j1 to j4.
+        manager: Knows who drives them.
+        surroundings: Returns the arm with its tool, and what it must keep clear of.
+
+    Attributes:
+        interventions: In how many cycles it braked.
+    """
+
+    def __init__(
+        self,
+        guards: Sequence[Guard],
+        manager: ControllerManager,
+        surroundings: Callable[[], tuple[Scara, Scene]],
+    ) -> None:
+        self._guards, self._manager = tuple(guards), manager
+        self._surroundings = surroundings
+        self._room: Room | None = None
+        self._stop: _Stop | None = None
+        self._watching = False
+        self._before: tuple[list[float], list[float]] = ([], [])
+        self._told, self._since = "", math.inf
+        self.interventions = 0
+
+    def foresee(self) -> None:
+        """Remember the state before the cycle, if it has to be looked at."""
+        for controller in self._manager.driving:
+            if not controller.proven:
+                self._watching = True
+                break
+        if self._watching:
+            self._before = self._state()
+
+    def apply(self, period: float) -> None:
+        """Brake where need be; to be called when everything else was bounded.
+
+        Args:
+            period: Time since the last cycle [s].
+        """
+        if not self._watching:
+            return
+        self._since += period
+        if self._stop is None:
+            reason = self._objection(period)
+            if reason:
+                self._stop = _Stop(self._guards, *self._before)
+                self._tell(reason, self._stop.rest)
+        if self._stop is not None:
+            self.interventions += 1
+            self._since = 0.0
+            if self._stop.go_on(period):
+                self._stop = None
+        elif all(controller.proven for controller in self._manager.driving):
+            self._watching = any(self._state()[1])
+
+    def _state(self) -> tuple[list[float], list[float]]:
+        """Return positions and velocities that are commanded; others are measured, at rest."""
+        guards = self._guards
+        return (
+            [guard.here for guard in guards],
+            [guard.speed if guard.commanded else 0.0 for guard in guards],
+        )
+
+    def _objection(self, period: float) -> str:
+        """Return why the arm may not go on to the state that is commanded; empty if it may."""
+        before, (here, speeds) = self._before[0], self._state()
+        if here == before and not any(speeds):
+            return ""
+        arm, scene = self._surroundings()
+        if self._room is None or self._room.arm is not arm or self._room.scene is not scene:
+            self._room = Room(arm, scene)
+        half = _braking(self._guards, speeds) / 2.0
+        reactions = [guard.reaction(period) for guard in self._guards]
+        rest = [
+            place + speed * (half + reaction)
+            for place, speed, reaction in zip(here, speeds, reactions, strict=True)
+        ]
+        moving = {each for each, speed in zip(reactions, speeds, strict=True) if speed}
+        try:
+            self._room.check(before, here, rest, together=len(moving) <= 1)
+        except ZoneError as error:
+            return (
+                f"{error.link} would come nearer to {error.zone} than the margin of "
+                f"{1e3 * error.margin:g} mm"
+            )
+        except InvalidArgumentError:
+            unknown = [guard.name for guard in self._guards if not math.isfinite(guard.here)]
+            return f"the position of {', '.join(unknown)} is unknown; home it first"
+        return ""
+
+    def _tell(self, reason: str, rest: Mapping[str, float]) -> None:
+        """Say why the arm is braked, to those who drive it and, if it is news, to the person."""
+        hindered = [each for each in self._manager.driving if not each.proven]
+        names = ", ".join(each.name for each in hindered)
+        text = f"{names or 'the arm'} was stopped: {reason}"
+        if text != self._told or self._since > _QUIET:
+            self._manager.warnings.append(text)
+        self._told = text
+        for controller in hindered:
+            controller.on_hindered(text, rest)
+
+
+class _Stop:
+    """All joints coming to rest together, from a state on.
+
+    Args:
+        guards: The joints.
+        places: Where they are [rad or m].
+        speeds: How they move [rad/s or m/s].
+
+    Attributes:
+        rest: Where they come to rest, by name [rad or m].
+    """
+
+    def __init__(
+        self, guards: Sequence[Guard], places: Sequence[float], speeds: Sequence[float]
+    ) -> None:
+        self._joints = tuple(zip(guards, places, speeds, strict=True))
+        self._duration = _braking(guards, speeds)
+        self._elapsed = self._share = 0.0
+        self.rest = {
+            guard.name: place + speed * self._duration / 2.0 for guard, place, speed in self._joints
+        }
+
+    def go_on(self, period: float) -> bool:
+        """Command one cycle more; return whether it is the last."""
+        duration, before = self._duration, self._share
+        self._elapsed = at = min(self._elapsed + period, duration)
+        self._share = at - at * at / (2.0 * duration) if duration else 0.0
+        left, mean = 1.0 - at / duration if duration else 0.0, (self._share - before) / period
+        for guard, place, speed in self._joints:
+            guard.put(place + speed * self._share, speed * mean, speed * left, period)
+        return at >= duration
+
+
+def _braking(guards: Sequence[Guard], speeds: Sequence[float]) -> float:
+    """Return how long the joints take to come to rest together [s]."""
+    return max(abs(speed) / guard.acceleration for guard, speed in zip(guards, speeds, strict=True))
