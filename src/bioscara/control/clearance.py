@@ -100,13 +100,14 @@ class Clearance:
             self._room = Room(arm, scene)
         half = _braking(self._guards, speeds) / 2.0
         reactions = [guard.reaction(period) for guard in self._guards]
-        rest = [
+        ends = [
             place + speed * (half + reaction)
             for place, speed, reaction in zip(here, speeds, reactions, strict=True)
         ]
+        rest = [guard.within(end) for guard, end in zip(self._guards, ends, strict=True)]
         moving = {each for each, speed in zip(reactions, speeds, strict=True) if speed}
         try:
-            self._room.check(before, here, rest, together=len(moving) <= 1)
+            self._room.check(before, here, rest, together=rest == ends and len(moving) <= 1)
         except ZoneError as error:
             return (
                 f"{error.link} would come nearer to {error.zone} than the margin of "
@@ -130,7 +131,7 @@ class Clearance:
 
 
 class _Stop:
-    """All joints coming to rest together, from a state on.
+    """All joints coming to rest together from a state on, those before a limit sooner.
 
     Args:
         guards: The joints.
@@ -144,22 +145,28 @@ class _Stop:
     def __init__(
         self, guards: Sequence[Guard], places: Sequence[float], speeds: Sequence[float]
     ) -> None:
-        self._joints = tuple(zip(guards, places, speeds, strict=True))
-        self._duration = _braking(guards, speeds)
-        self._elapsed = self._share = 0.0
-        self.rest = {
-            guard.name: place + speed * self._duration / 2.0 for guard, place, speed in self._joints
-        }
+        self._duration, self._elapsed = _braking(guards, speeds), 0.0
+        self.rest: dict[str, float] = {}
+        self._ramps = []
+        for guard, place, speed in zip(guards, places, speeds, strict=True):
+            self.rest[guard.name] = rest = guard.within(place + speed * self._duration / 2.0)
+            duration = 2.0 * (rest - place) / speed if speed else 0.0
+            self._ramps.append((guard, place, speed, duration))
 
     def go_on(self, period: float) -> bool:
         """Command one cycle more; return whether it is the last."""
-        duration, before = self._duration, self._share
-        self._elapsed = at = min(self._elapsed + period, duration)
-        self._share = at - at * at / (2.0 * duration) if duration else 0.0
-        left, mean = 1.0 - at / duration if duration else 0.0, (self._share - before) / period
-        for guard, place, speed in self._joints:
-            guard.put(place + speed * self._share, speed * mean, speed * left, period)
-        return at >= duration
+        before, self._elapsed = self._elapsed, self._elapsed + period
+        for guard, place, speed, duration in self._ramps:
+            start, end = _ramp(before, duration), _ramp(self._elapsed, duration)
+            left = max(1.0 - self._elapsed / duration, 0.0) if duration else 0.0
+            guard.put(place + speed * end, speed * (end - start) / period, speed * left, period)
+        return self._elapsed >= self._duration
+
+
+def _ramp(time: float, duration: float) -> float:
+    """Return how long a joint would take at its first speed to where it is at a time [s]."""
+    at = min(time, duration)
+    return at - at * at / (2.0 * duration) if duration else 0.0
 
 
 def _braking(guards: Sequence[Guard], speeds: Sequence[float]) -> float:

@@ -77,6 +77,14 @@ class Guard:
         """Position that was commanded last or, where none was, measured [rad or m]."""
         return self.reference if self.commanded else self._position.value
 
+    def within(self, place: float) -> float:
+        """Return the position nearest to ``place`` that the joint may go to [rad or m].
+
+        Beyond a limit, where a joint can only have been pushed, it may stay.
+        """
+        here = self.here
+        return min(max(place, min(self._lower, here)), max(self._upper, here))
+
     @property
     def acceleration(self) -> float:
         """Highest acceleration of the joint [rad/s^2 or m/s^2]."""
@@ -135,6 +143,7 @@ class Guard:
             self.reference, self.speed = place, mean
             self._position_command.value = place
         elif self._velocity_command.owner:
+            velocity = self._in_reserve(velocity, period)
             # Where it is follows from what is measured.
             self.reference -= (self.speed - velocity) * period
             self.speed = velocity
@@ -245,16 +254,20 @@ class Guard:
         speed = min(max(goal, self.speed - step), self.speed + step)
         speed = min(max(speed, -self._fastest), self._fastest)
         if math.isfinite(here):
-            reaction = self.reaction(period)
-            down = self._brakeable(here - self._lower, reaction)
-            up = self._brakeable(self._upper - here, reaction)
-            speed = min(max(speed, -down), up)
+            speed = self._in_reserve(speed, period)
             here = min(max(here + speed * period, self._lower), self._upper)
         if speed != wanted:
             self._velocity_command.value = speed
             self.interventions += 1
         self.speed = self._raw_speed = speed
         self.reference = self._raw = here
+
+    def _in_reserve(self, speed: float, period: float) -> float:
+        """Return what a velocity may be with the way to brake within the limits in reserve."""
+        here, reaction = self._position.value, self.reaction(period)
+        down = self._brakeable(here - self._lower, reaction)
+        up = self._brakeable(self._upper - here, reaction)
+        return min(max(speed, -down), up)
 
     def _within(self, way: float, period: float) -> float:
         """Return the mean speed of a cycle after which one can still come to rest in ``way``.

@@ -103,7 +103,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
     def on_hindered(self, text: str, rest: Mapping[str, float]) -> None:
         """Abort a goal that runs, and hold where the arm comes to rest."""
         player = self._active()
-        if not player.holding:
+        if not self.holding:
             self._end_goal(Status.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED, text)
         player.rest([rest[joint] for joint in self.parameters.joints])
 
