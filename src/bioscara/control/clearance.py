@@ -48,6 +48,7 @@ class Clearance:
         self._stop: _Stop | None = None
         self._watching = False
         self._before: tuple[list[float], list[float]] = ([], [])
+        self._left: list[float | None] = []
         self._told, self._since = "", math.inf
         self.interventions = 0
 
@@ -59,6 +60,9 @@ class Clearance:
                 break
         if self._watching:
             self._before = self._state()
+            if self._stop is not None and self._commanded() != self._left:
+                # Joints were let go of meanwhile: the way that was begun is not theirs any more.
+                self._stop = None
 
     def apply(self, period: float) -> None:
         """Brake where need be; to be called when everything else was bounded.
@@ -77,10 +81,13 @@ class Clearance:
         if self._stop is not None:
             self.interventions += 1
             self._since = 0.0
-            if self._stop.go_on(period):
+            ended = self._stop.go_on(period)
+            self._left = self._commanded()
+            if ended:
                 self._stop = None
-        elif all(controller.proven for controller in self._manager.driving):
-            self._watching = any(self._state()[1])
+        elif all(each.proven for each in self._manager.driving) and not any(self._state()[1]):
+            # What is clear moves the arm from now on, and may leave it anywhere.
+            self._watching, self._room = False, None
 
     def _state(self) -> tuple[list[float], list[float]]:
         """Return positions and velocities that are commanded; others are measured, at rest."""
@@ -89,6 +96,10 @@ class Clearance:
             [guard.here for guard in guards],
             [guard.speed if guard.commanded else 0.0 for guard in guards],
         )
+
+    def _commanded(self) -> list[float | None]:
+        """Return where each joint is commanded to be, None for those that nobody commands."""
+        return [guard.reference if guard.commanded else None for guard in self._guards]
 
     def _objection(self, period: float) -> str:
         """Return why the arm may not go on to the state that is commanded; empty if it may."""
@@ -121,8 +132,9 @@ class Clearance:
     def _tell(self, reason: str, rest: Mapping[str, float]) -> None:
         """Say why the arm is braked, to those who drive it and, if it is news, to the person."""
         hindered = [each for each in self._manager.driving if not each.proven]
-        names = ", ".join(each.name for each in hindered)
-        text = f"{names or 'the arm'} was stopped: {reason}"
+        if not hindered:
+            return
+        text = f"{', '.join(each.name for each in hindered)} was stopped: {reason}"
         if text != self._told or self._since > _QUIET:
             self._manager.warnings.append(text)
         self._told = text

@@ -15,7 +15,7 @@ from bioscara.errors import InvalidArgumentError, ZoneError
 from bioscara.kinematics import Scara
 from bioscara.planning.layout import Layout, Pair
 from bioscara.planning.shapes import Array
-from bioscara.planning.sweep import COARSE, look_between
+from bioscara.planning.sweep import COARSE, SLACK, look_between
 from bioscara.planning.zones import Scene
 
 _ROUNDING = 1e-9
@@ -36,11 +36,9 @@ class Room:
 
     def __init__(self, arm: Scara, scene: Scene) -> None:
         self.arm, self.scene = arm, scene
-        self._layouts = scene.layouts(arm)
-        self._reach: tuple[float, ...] = tuple(self._layouts[0].reach.tolist())
-        self._place: Sequence[float] = (math.nan,) * len(self._reach)
-        self._free = 0.0
-        self._nearest = Pair("", "")
+        self._views = [
+            _View(arm, layout, scene.margin) for layout in scene.layouts(arm) if layout.pairs
+        ]
 
     def check(
         self,
@@ -53,7 +51,8 @@ class Room:
         """Make sure that the arm may go on to a state.
 
         It may where it keeps the margin on the straight way there and on the way to rest from
-        there. A pair that was nearer already may stay so, but not come nearer still.
+        there. A pair that was nearer already may stay so, but not come nearer still, but for
+        :data:`~bioscara.planning.sweep.SLACK` in all.
 
         How far everything was when it was looked at last is remembered: until the arm can have
         covered that distance, this costs next to nothing.
@@ -69,43 +68,61 @@ class Room:
             ZoneError: It may not.
             InvalidArgumentError: A joint is not at a finite number.
         """
-        if self._reaches(here, rest) < self._free:
-            return
-        for joint in (*before, *here, *rest):
-            if not math.isfinite(joint):
-                raise InvalidArgumentError(f"a joint is at {joint}: zones need finite positions")
-        floors = self._look(before)
-        if self._reaches(here, rest) < self._free:
-            return
-        if not together:
-            raise self._refusal(self._nearest, -self._free)
-        corners = np.array((before, here, rest))
-        for layout, floor in zip(self._layouts, floors, strict=True):
-            if layout.pairs:
-                self._sweep(layout, floor, corners)
+        for view in self._views:
+            if not view.reaches(here, rest) < view.free:
+                for joint in (*before, *here, *rest):
+                    if not math.isfinite(joint):
+                        raise InvalidArgumentError(
+                            f"a joint is at {joint}: zones need finite positions"
+                        )
+                view.look(before)
+                if not view.reaches(here, rest) < view.free:
+                    view.sweep(np.array((before, here, rest)), together=together)
 
-    def _reaches(self, here: Sequence[float], rest: Sequence[float]) -> float:
-        """Return how far any point can be from where it was looked at, until rest [m]."""
+
+class _View:
+    """Some pairs, and how far apart they were when they were looked at last.
+
+    Args:
+        arm: The arm.
+        layout: The pairs.
+        margin: Distance to keep [m].
+
+    Attributes:
+        free: By how much more than the margin all pairs were apart [m].
+    """
+
+    def __init__(self, arm: Scara, layout: Layout, margin: float) -> None:
+        self._arm, self._layout, self._margin = arm, layout, margin
+        self._reach: tuple[float, ...] = tuple(layout.reach.tolist())
+        self._place: Sequence[float] = (math.nan,) * len(self._reach)
+        self._floor = self._highest = np.full((len(layout.pairs), 1), -math.inf)
+        self._nearest = layout.pairs[0]
+        self.free = 0.0
+
+    def reaches(self, here: Sequence[float], rest: Sequence[float]) -> float:
+        """Return how far any point goes at most, from where it was looked at until rest [m]."""
         way = 0.0
         for reach, place, one, other in zip(self._reach, self._place, here, rest, strict=True):
             way += reach * max(abs(one - place), abs(other - place))
         return way
 
-    def _look(self, joints: Sequence[float]) -> list[Array]:
-        """Look at all pairs, and return the distance that each must keep, (pairs, 1) [m]."""
-        margin, row = self.scene.margin, np.array((joints,))
-        floors, self._place, self._free = [], joints, math.inf
-        for layout in self._layouts:
-            pairs = layout.clearances(self.arm, row, margin)
-            floors.append(np.minimum(pairs, margin))
-            if len(pairs) and float(pairs.min()) - margin < self._free:
-                self._free = float(pairs.min()) - margin
-                self._nearest = layout.pairs[int(pairs.argmin())]
-        return floors
+    def look(self, joints: Sequence[float]) -> None:
+        """Look at all pairs anew."""
+        pairs = self._layout.clearances(self._arm, np.array((joints,)), self._margin)
+        nearest = int(pairs.argmin())
+        self._nearest = self._layout.pairs[nearest]
+        self._place, self.free = joints, float(pairs[nearest, 0]) - self._margin
+        # Where other joints are held while some lead the arm away, digits may be rounded.
+        floor = np.where(pairs < self._margin, pairs - SLACK, self._margin)
+        self._highest = np.maximum(self._highest, floor)
+        self._floor = np.minimum(self._highest, pairs)
 
-    def _sweep(self, layout: Layout, floor: Array, corners: Array) -> None:
-        """Look at a way from corner to corner; its time is 1 from each to the next."""
-        ways = np.abs(np.diff(corners, axis=0)) @ layout.reach
+    def sweep(self, corners: Array, *, together: bool) -> None:
+        """Look at the way from corner to corner; its time is 1 from each to the next."""
+        if not together:
+            raise self._refusal(self._nearest, -self.free)
+        ways = np.abs(np.diff(corners, axis=0)) @ self._layout.reach
         counts = np.maximum(np.ceil(ways / COARSE), 1.0).astype(np.intp)
         starts = np.concatenate([i + np.arange(n) / n for i, n in enumerate(counts)])
         lengths, speeds = np.repeat(1.0 / counts, counts), np.repeat(ways, counts)
@@ -113,11 +130,11 @@ class Room:
 
         def look(at: Array) -> Array:
             rows = np.stack([np.interp(at, times, column) for column in corners.T], axis=1)
-            rooms = layout.clearances(self.arm, rows, self.scene.margin) - floor
+            rooms = self._layout.clearances(self._arm, rows, self._margin) - self._floor
             free: Array = rooms.min(axis=0)
             if (free < -_ROUNDING).any():
                 row, _ = np.unravel_index(int(rooms.argmin()), rooms.shape)
-                raise self._refusal(layout.pairs[int(row)], -float(free.min()))
+                raise self._refusal(self._layout.pairs[int(row)], -float(free.min()))
             return free
 
         nodes = look(np.append(starts, times[-1]))
@@ -125,4 +142,4 @@ class Room:
 
     def _refusal(self, pair: Pair, depth: float) -> ZoneError:
         where = "before it can come to rest"
-        return ZoneError(pair.zone, pair.link, 0.0, depth, self.scene.margin, where)
+        return ZoneError(pair.zone, pair.link, 0.0, depth, self._margin, where)
