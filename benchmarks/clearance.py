@@ -34,7 +34,7 @@ def _proven(stack: Stack) -> float:
     for _ in range(5):
         begin = perf_counter()
         for _ in range(_CALLS // 5):
-            stage.foresee()
+            stage.foresee(0.01)
             stage.apply(0.01)
         spent = perf_counter() - begin
         begin = perf_counter()
@@ -54,10 +54,10 @@ def _streamed(stack: Stack, swing: Sequence[float]) -> list[float]:
     begin = 0.0
 
     class Timed:
-        def foresee(self) -> None:
+        def foresee(self, period: float) -> None:
             nonlocal begin
             start = perf_counter()
-            foresee()
+            foresee(period)
             begin = perf_counter() - start
 
         def apply(self, period: float) -> None:

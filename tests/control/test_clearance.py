@@ -156,7 +156,7 @@ def test_no_sample_of_a_random_stream_is_inside_the_margin(kind: str) -> None:
     while tried < COUNT // 3:
         scene = random_scene(rng)
         here = guarded.measured()
-        if scene.clearance(ARM, [here])[0] < scene.margin:
+        if scene.clearance(ARM, [here])[0] < scene.margin + 2.0 * SLACK:
             continue
         guarded.scene = scene
         guarded.world.switch(*names)
@@ -174,13 +174,13 @@ def test_no_sample_of_a_random_stream_is_inside_the_margin(kind: str) -> None:
                     else [share * joint.max_velocity for joint in joints]
                 )
             rows = guarded.run(int(rng.integers(5, 50)))
-            assert scene.clearance(ARM, dense(rows)).min() >= scene.margin - SLACK
+            assert scene.clearance(ARM, dense(rows)).min() >= scene.margin - 1e-9
             assert not touched(ARM, scene.zones, guarded.here)
             if kind in {"position", "both"}:
                 require_gentle(rows)
         guarded.world.switch("hold", off=names)
         rows = guarded.run(150)
-        assert scene.clearance(ARM, dense(rows)).min() >= scene.margin - SLACK
+        assert scene.clearance(ARM, dense(rows)).min() >= scene.margin - 1e-9
         assert scene.clearance(ARM, [guarded.measured()])[0] >= scene.margin - 2e-3
         guarded.world.switch(off=("hold",))
     assert guarded.clearance.interventions > tried
@@ -207,7 +207,7 @@ def test_a_trajectory_that_nobody_swept_ends_in_front_of_a_zone() -> None:
     arm = Guarded(WALL)
     controller, goal = arm.follow(BEYOND, 4.0, swept=False)
     rows = arm.run(400)
-    assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin - SLACK
+    assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin
     assert goal.status is Status.ABORTED
     assert goal.error_code is ErrorCode.PATH_TOLERANCE_VIOLATED
     assert goal.text == ("jtc was stopped: jaws would come nearer to wall than the margin of 5 mm")
@@ -273,7 +273,7 @@ def test_hold_takes_over_from_a_stream_where_that_had_room_to_stop() -> None:
         arm.run(cycles)
         arm.world.switch("hold", off=("position of 4",))
         rows = arm.run(150)
-        assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin - SLACK
+        assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin
         assert np.array_equal(rows[-1], rows[-20])
         require_gentle(rows)
 
@@ -288,7 +288,36 @@ def test_jog_takes_over_from_a_stream_that_runs_at_a_wall() -> None:
     arm.world.switch("jog", off=("position of 4",))
     jog.command(JointVelocity(), arm.now)
     rows = arm.run(150)
-    assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin - SLACK
+    assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin
+
+
+def test_a_stream_that_comes_back_takes_the_arm_along() -> None:
+    arm = Guarded(WALL, speed=0.25)
+    forward = arm.stream("position", START)
+    for cycle in range(600):
+        share = math.sin(2.0 * math.pi * cycle / 600.0)
+        swing = zip(START, (1.2, 0.02, 0.4, 0.8), strict=True)
+        forward.command([place + share * way for place, way in swing])
+        arm.run(1)
+    assert arm.clearance.interventions > 50
+    forward.command(START)
+    assert np.allclose(arm.run(500)[-1], START)
+
+
+@pytest.mark.parametrize("interface", ["position", "velocity"])
+def test_a_stop_ends_where_joints_are_let_go_of(interface: str) -> None:
+    arm = Guarded(WALL)
+    far = BEYOND if interface == "position" else (1.0, 0.0, 0.0, 0.0)
+    forward = arm.stream(interface, far)
+    arm.world.run_until(lambda: arm.clearance.interventions > 5)
+    for pause in (3, 20):
+        arm.world.switch(off=(forward.name,))
+        arm.run(pause)
+        arm.world.switch(forward.name)
+        before = np.array(arm.here)
+        forward.command(far)
+        assert np.abs(arm.run(1)[-1] - before).max() < 1e-2
+        arm.run(10)
 
 
 def test_what_pushes_on_is_told_once() -> None:
@@ -302,7 +331,7 @@ def test_what_pushes_on_is_told_once() -> None:
     ]
     forward.command(START)
     assert np.allclose(arm.run(300)[-1], START)
-    assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin - SLACK
+    assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin
     forward.command(BEYOND)
     arm.run(300)
     assert len(arm.stops) == 2
@@ -320,9 +349,10 @@ def test_folded_up_it_may_unfold_but_not_come_nearer() -> None:
     assert "jaws would come nearer to link_1" in arm.stops[0]
     for goal in (-2.0, j2, j3, j4), (-2.0, j2, 1.5, j4):
         forward.command(goal)
-        rows = arm.run(250)
-        assert rows[-1] == pytest.approx(goal)
-        assert (np.diff(Scene().clearance(ARM, rows)) > -SLACK).all()
+        rows = arm.run(400)
+        assert rows[-1] == pytest.approx(goal, abs=1e-3)
+        kept = np.minimum(Scene().clearance(ARM, rows), Scene().margin)
+        assert (np.diff(kept) > -SLACK).all()
 
 
 def test_where_a_joint_is_unknown_nothing_moves() -> None:
@@ -350,5 +380,5 @@ def test_a_zone_that_is_put_in_the_way_counts_at_once() -> None:
     assert arm.clearance.interventions == 0
     arm.scene = WALL
     rows = arm.run(300)
-    assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin - SLACK
+    assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin
     assert arm.clearance.interventions > 10

@@ -22,7 +22,7 @@ WALL = Scene((Box("wall", (0.3, 0.62, 0.0), (0.7, 0.9, 0.6)),))
 
 def clearances(scene: Scene, rows: np.ndarray) -> np.ndarray:
     """Return the distances of all pairs, exact where they are below the margin."""
-    parts = [layout.clearances(ARM, rows, scene.margin) for layout in scene.layouts(ARM)]
+    parts = [layout.clearances(ARM, rows, scene.margin + SLACK) for layout in scene.layouts(ARM)]
     return np.concatenate(parts)
 
 
@@ -42,7 +42,7 @@ def test_it_agrees_with_a_dense_look_at_random_ways() -> None:
                 room.check(before.tolist(), here.tolist(), rest.tolist())
             except ZoneError:
                 refused += 1
-                assert worst < 2e-4
+                assert worst < SLACK + 2e-4
             else:
                 passed += 1
                 assert worst >= -2.0 * SLACK

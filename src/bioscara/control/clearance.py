@@ -46,14 +46,18 @@ class Clearance:
         self._surroundings = surroundings
         self._room: Room | None = None
         self._stop: _Stop | None = None
-        self._watching = False
+        self._watching = self._leading = False
         self._before: tuple[list[float], list[float]] = ([], [])
         self._left: list[float | None] = []
         self._told, self._since = "", math.inf
         self.interventions = 0
 
-    def foresee(self) -> None:
-        """Remember the state before the cycle, if it has to be looked at."""
+    def foresee(self, period: float) -> None:
+        """Remember the state before the cycle, if it has to be looked at.
+
+        Args:
+            period: Time since the last cycle [s].
+        """
         for controller in self._manager.driving:
             if not controller.proven:
                 self._watching = True
@@ -63,6 +67,8 @@ class Clearance:
             if self._stop is not None and self._commanded() != self._left:
                 # Joints were let go of meanwhile: the way that was begun is not theirs any more.
                 self._stop = None
+            if self._leading and self._stop is None:
+                self._lead(period)
 
     def apply(self, period: float) -> None:
         """Brake where need be; to be called when everything else was bounded.
@@ -76,7 +82,7 @@ class Clearance:
         if self._stop is None:
             reason = self._objection(period)
             if reason:
-                self._stop = _Stop(self._guards, *self._before)
+                self._stop, self._leading = _Stop(self._guards, *self._before), True
                 self._tell(reason, self._stop.rest)
         if self._stop is not None:
             self.interventions += 1
@@ -87,7 +93,8 @@ class Clearance:
                 self._stop = None
         elif all(each.proven for each in self._manager.driving) and not any(self._state()[1]):
             # What is clear moves the arm from now on, and may leave it anywhere.
-            self._watching, self._room = False, None
+            self._watching = self._leading = False
+            self._room = None
 
     def _state(self) -> tuple[list[float], list[float]]:
         """Return positions and velocities that are commanded; others are measured, at rest."""
@@ -118,7 +125,9 @@ class Clearance:
         rest = [guard.within(end) for guard, end in zip(self._guards, ends, strict=True)]
         moving = {each for each, speed in zip(reactions, speeds, strict=True) if speed}
         try:
-            self._room.check(before, here, rest, together=rest == ends and len(moving) <= 1)
+            looked = self._room.check(
+                before, here, rest, together=rest == ends and len(moving) <= 1
+            )
         except ZoneError as error:
             return (
                 f"{error.link} would come nearer to {error.zone} than the margin of "
@@ -127,7 +136,30 @@ class Clearance:
         except InvalidArgumentError:
             unknown = [guard.name for guard in self._guards if not math.isfinite(guard.here)]
             return f"the position of {', '.join(unknown)} is unknown; home it first"
+        self._leading = self._leading and looked
         return ""
+
+    def _lead(self, period: float) -> None:
+        """Lead the joints to what is asked for together: what is away from here is so at once.
+
+        Each by itself the quick ones would begin, and might turn towards what they should leave.
+        """
+        guards = self._guards
+        gaps, speeds = [guard.gap for guard in guards], self._before[1]
+        time = max(period, *map(_arrival, guards, gaps))
+        changes = [
+            gap / time + guard.asked_velocity - speed
+            for guard, gap, speed in zip(guards, gaps, speeds, strict=True)
+        ]
+        share = 1.0 / max(
+            1.0,
+            *(
+                abs(change) / (guard.acceleration * period)
+                for guard, change in zip(guards, changes, strict=True)
+            ),
+        )
+        for guard, change, speed in zip(guards, changes, speeds, strict=True):
+            guard.ask(speed + share * change, period)
 
     def _tell(self, reason: str, rest: Mapping[str, float]) -> None:
         """Say why the arm is braked, to those who drive it and, if it is news, to the person."""
@@ -184,3 +216,8 @@ def _ramp(time: float, duration: float) -> float:
 def _braking(guards: Sequence[Guard], speeds: Sequence[float]) -> float:
     """Return how long the joints take to come to rest together [s]."""
     return max(abs(speed) / guard.acceleration for guard, speed in zip(guards, speeds, strict=True))
+
+
+def _arrival(guard: Guard, gap: float) -> float:
+    """Return in how long a joint can go that far, at least [s]."""
+    return max(abs(gap) / guard.fastest, math.sqrt(2.0 * abs(gap) / guard.acceleration))

@@ -38,14 +38,16 @@ class Guard:
 
     Attributes:
         name: Name of the joint.
+        fastest: Its highest velocity [rad/s or m/s].
+        acceleration: Its highest acceleration [rad/s^2 or m/s^2].
         reference: Position that was commanded last [rad or m]; NaN before the first.
         speed: Velocity that was commanded last [rad/s or m/s].
         interventions: In how many cycles a command was changed.
     """
 
     __slots__ = (
-        "_acceleration", "_before", "_fastest", "_lower", "_position", "_position_command",
-        "_raw", "_raw_speed", "_upper", "_velocity", "_velocity_command", "interventions", "name",
+        "_before", "_lower", "_position", "_position_command", "_raw", "_raw_speed", "_upper",
+        "_velocity", "_velocity_command", "acceleration", "fastest", "interventions", "name",
         "reference", "speed",
     )  # fmt: skip
 
@@ -59,7 +61,7 @@ class Guard:
     ) -> None:
         self.name = limits.name
         self._lower, self._upper = limits.lower, limits.upper
-        self._fastest, self._acceleration = limits.max_velocity, limits.max_acceleration
+        self.fastest, self.acceleration = limits.max_velocity, limits.max_acceleration
         self._position_command, self._velocity_command = position_command, velocity_command
         self._position, self._velocity = position, velocity
         self.interventions = 0
@@ -86,9 +88,24 @@ class Guard:
         return min(max(place, min(self._lower, here)), max(self._upper, here))
 
     @property
-    def acceleration(self) -> float:
-        """Highest acceleration of the joint [rad/s^2 or m/s^2]."""
-        return self._acceleration
+    def gap(self) -> float:
+        """How far the position that is asked for is away [rad or m]; 0 where none is."""
+        asked = self._position_command.value
+        if not self._position_command.owner or not math.isfinite(asked):
+            return 0.0
+        return self.within(asked) - self.reference
+
+    def ask(self, velocity: float, period: float) -> None:
+        """Ask for a velocity in place of what is asked for [rad/s or m/s].
+
+        Args:
+            velocity: Until the next cycle.
+            period: Time since the last cycle [s].
+        """
+        if self._position_command.owner:
+            self._position_command.value = self.reference + velocity * period
+        if self._velocity_command.owner:
+            self._velocity_command.value = velocity
 
     def reaction(self, period: float) -> float:
         """Return how long the joint may go on as it was told before it brakes [s].
@@ -155,7 +172,7 @@ class Guard:
         measured, speed = self._position.value, self._velocity.value
         self.reference = self._raw = measured
         speed = speed if math.isfinite(speed) else 0.0
-        self.speed = self._raw_speed = min(max(speed, -self._fastest), self._fastest)
+        self.speed = self._raw_speed = min(max(speed, -self.fastest), self.fastest)
         self._before = 0.0
 
     def resume(self) -> None:
@@ -183,20 +200,20 @@ class Guard:
         lower, upper = min(self._lower, self.reference), max(self._upper, self.reference)
         # What is no number commands nothing: the joint goes on to where it was told to go.
         wanted = min(max(asked, lower), upper) if math.isfinite(asked) else self._raw
-        step = self._acceleration * 0.5 * (period + (self._before or period))
+        step = self.acceleration * 0.5 * (period + (self._before or period))
         towards, behind = (wanted - self._raw) / period, self.reference != self._raw
         self._raw = wanted
         self._raw_speed = min(
-            max(towards, self._raw_speed - step, -self._fastest),
+            max(towards, self._raw_speed - step, -self.fastest),
             self._raw_speed + step,
-            self._fastest,
+            self.fastest,
         )
         reference, last = self.reference, self.speed
         speed, fine = (wanted - reference) / period, step * _ROUNDING
         if (
             behind
             or abs(speed - last) > step + fine
-            or abs(speed) > self._fastest + fine
+            or abs(speed) > self.fastest + fine
             or not -self._within(reference - lower, period) - fine
             <= speed
             <= self._within(upper - reference, period) + fine
@@ -222,15 +239,15 @@ class Guard:
             kept: Whether the position is the one that the controller gave.
         """
         asked, speed = self._velocity_command.value, self.speed
-        reach = self._acceleration * period * (0.5 + _ROUNDING)
-        if kept and abs(asked - speed) <= reach and abs(asked) <= self._fastest:
+        reach = self.acceleration * period * (0.5 + _ROUNDING)
+        if kept and abs(asked - speed) <= reach and abs(asked) <= self.fastest:
             return True
         # The mean belongs to the middle of the cycle, the velocity to its end.
         end = speed + (speed - last) * period / (period + (self._before or period))
         end = max(end, 0.0) if speed > 0.0 else min(end, 0.0) if speed < 0.0 else 0.0
         if kept and math.isfinite(asked):
             end = min(max(asked, speed - reach), speed + reach)
-        self._velocity_command.value = min(max(end, -self._fastest), self._fastest)
+        self._velocity_command.value = min(max(end, -self.fastest), self.fastest)
         return False
 
     def _approach(self, wanted: float, period: float, step: float) -> float:
@@ -243,16 +260,16 @@ class Guard:
             self._within(self._upper - self.reference, period),
         )
         speed = min(max(speed, self.speed - step), self.speed + step)
-        return min(max(speed, -self._fastest), self._fastest)
+        return min(max(speed, -self.fastest), self.fastest)
 
     def _bound_velocity(self, period: float) -> None:
         wanted, here = self._velocity_command.value, self._position.value
-        step = self._acceleration * period
+        step = self.acceleration * period
         goal = wanted if math.isfinite(wanted) else self.speed
         if not math.isfinite(here):
             goal = 0.0
         speed = min(max(goal, self.speed - step), self.speed + step)
-        speed = min(max(speed, -self._fastest), self._fastest)
+        speed = min(max(speed, -self.fastest), self.fastest)
         if math.isfinite(here):
             speed = self._in_reserve(speed, period)
             here = min(max(here + speed * period, self._lower), self._upper)
@@ -274,15 +291,15 @@ class Guard:
 
         Braking began in the middle of that cycle; the last of the way takes one cycle.
         """
-        acceleration = self._acceleration
+        acceleration = self.acceleration
         if way <= 0.5 * acceleration * period * period:
             return max(way, 0.0) / period
         return math.sqrt(2.0 * acceleration * way) - 0.5 * acceleration * period
 
     def _brakeable(self, way: float, reaction: float) -> float:
         """Return the speed from which one comes to rest in ``way``, braking after ``reaction``."""
-        way -= _CREEP * self._fastest * reaction
+        way -= _CREEP * self.fastest * reaction
         if way <= 0.0:
             return 0.0
-        acceleration = self._acceleration
+        acceleration = self.acceleration
         return acceleration * (math.sqrt(reaction**2 + 2.0 * way / acceleration) - reaction)

@@ -15,8 +15,8 @@ from bioscara.hardware import HardwareComponent
 class Stage(Protocol):
     """Bounds what joints do together."""
 
-    def foresee(self) -> None:
-        """Look at what is asked for, before each joint is bounded."""
+    def foresee(self, period: float) -> None:
+        """Look at what is asked for, before each joint is bounded; arguments as :meth:`apply`."""
 
     def apply(self, period: float) -> None:
         """Bound what each joint was left with by itself and by the stages before.
@@ -81,7 +81,7 @@ class Limiter:
             period: Time since the last cycle [s].
         """
         for stage in self.stages:
-            stage.foresee()
+            stage.foresee(period)
         for guard in self._all:
             guard.apply(period)
         for stage in self.stages:

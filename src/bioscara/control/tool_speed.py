@@ -34,7 +34,7 @@ class ToolSpeedCap:
         self.limit = limit
         self.interventions = 0
 
-    def foresee(self) -> None:
+    def foresee(self, period: float) -> None:
         """Take back velocities that are asked for; to be called before joints are bounded.
 
         Bounded alone afterwards, the joint with the most acceleration would get the most of what

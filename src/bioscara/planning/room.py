@@ -47,12 +47,13 @@ class Room:
         rest: Sequence[float],
         *,
         together: bool = True,
-    ) -> None:
+    ) -> bool:
         """Make sure that the arm may go on to a state.
 
         It may where it keeps the margin on the straight way there and on the way to rest from
-        there. A pair that was nearer already may stay so, but not come nearer still, but for
-        :data:`~bioscara.planning.sweep.SLACK` in all.
+        there, and a little more, so that what is missed between samples and what is measured
+        there later keep it too. A pair that was nearer already may stay so, but not come nearer
+        still, but for :data:`~bioscara.planning.sweep.SLACK` in all.
 
         How far everything was when it was looked at last is remembered: until the arm can have
         covered that distance, this costs next to nothing.
@@ -64,10 +65,14 @@ class Room:
             together: Whether the way to rest is straight; False where one joint may be at rest
                 before another, so that the joints may be anywhere between.
 
+        Returns:
+            Whether anything was so near that it had to be looked at closely.
+
         Raises:
             ZoneError: It may not.
             InvalidArgumentError: A joint is not at a finite number.
         """
+        near = False
         for view in self._views:
             if not view.reaches(here, rest) < view.free:
                 for joint in (*before, *here, *rest):
@@ -78,6 +83,8 @@ class Room:
                 view.look(before)
                 if not view.reaches(here, rest) < view.free:
                     view.sweep(np.array((before, here, rest)), together=together)
+                    near = True
+        return near
 
 
 class _View:
@@ -89,11 +96,12 @@ class _View:
         margin: Distance to keep [m].
 
     Attributes:
-        free: By how much more than the margin all pairs were apart [m].
+        free: How much nearer any of the pairs might come [m].
     """
 
     def __init__(self, arm: Scara, layout: Layout, margin: float) -> None:
         self._arm, self._layout, self._margin = arm, layout, margin
+        self._wanted = margin + SLACK
         self._reach: tuple[float, ...] = tuple(layout.reach.tolist())
         self._place: Sequence[float] = (math.nan,) * len(self._reach)
         self._floor = self._highest = np.full((len(layout.pairs), 1), -math.inf)
@@ -109,12 +117,13 @@ class _View:
 
     def look(self, joints: Sequence[float]) -> None:
         """Look at all pairs anew."""
-        pairs = self._layout.clearances(self._arm, np.array((joints,)), self._margin)
+        pairs = self._layout.clearances(self._arm, np.array((joints,)), self._wanted)
         nearest = int(pairs.argmin())
         self._nearest = self._layout.pairs[nearest]
-        self._place, self.free = joints, float(pairs[nearest, 0]) - self._margin
+        self._place, self.free = joints, float(pairs[nearest, 0]) - self._wanted
         # Where other joints are held while some lead the arm away, digits may be rounded.
-        floor = np.where(pairs < self._margin, pairs - SLACK, self._margin)
+        near = np.where(pairs < self._margin, pairs - SLACK, self._margin)
+        floor = np.where(pairs < self._wanted, near, self._wanted)
         self._highest = np.maximum(self._highest, floor)
         self._floor = np.minimum(self._highest, pairs)
 
@@ -130,7 +139,7 @@ class _View:
 
         def look(at: Array) -> Array:
             rows = np.stack([np.interp(at, times, column) for column in corners.T], axis=1)
-            rooms = self._layout.clearances(self._arm, rows, self._margin) - self._floor
+            rooms = self._layout.clearances(self._arm, rows, self._wanted) - self._floor
             free: Array = rooms.min(axis=0)
             if (free < -_ROUNDING).any():
                 row, _ = np.unravel_index(int(rooms.argmin()), rooms.shape)
