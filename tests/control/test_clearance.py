@@ -112,7 +112,8 @@ class Guarded:
     def goal(self, goal: Sequence[float], seconds: float, *, swept: bool) -> Goal:
         zero = (0.0,) * 4
         points = (Point(0.0, tuple(self.here), zero, zero), Point(seconds, tuple(goal), zero, zero))
-        return Goal(JointTrajectory(NAMES, points), swept=swept)
+        trajectory = JointTrajectory(NAMES, points)
+        return Goal(trajectory, swept=True) if swept else Goal(trajectory)
 
     @property
     def now(self) -> float:
@@ -304,20 +305,16 @@ def test_a_stream_that_comes_back_takes_the_arm_along() -> None:
     assert np.allclose(arm.run(500)[-1], START)
 
 
-@pytest.mark.parametrize("interface", ["position", "velocity"])
-def test_a_stop_ends_where_joints_are_let_go_of(interface: str) -> None:
+def test_a_stop_ends_where_joints_are_let_go_of() -> None:
     arm = Guarded(WALL)
-    far = BEYOND if interface == "position" else (1.0, 0.0, 0.0, 0.0)
-    forward = arm.stream(interface, far)
-    arm.world.run_until(lambda: arm.clearance.interventions > 5)
-    for pause in (3, 20):
-        arm.world.switch(off=(forward.name,))
-        arm.run(pause)
-        arm.world.switch(forward.name)
-        before = np.array(arm.here)
-        forward.command(far)
-        assert np.abs(arm.run(1)[-1] - before).max() < 1e-2
-        arm.run(10)
+    forward = arm.stream("velocity", (1.0, 0.0, 0.0, 2.0))
+    arm.world.run_until(lambda: arm.clearance.interventions > 0)
+    arm.world.switch(off=(forward.name,))
+    arm.run(30)
+    arm.world.switch(forward.name)
+    arm.run(1)
+    # By itself the quick joint came to rest long before the stop of all would have ended.
+    assert abs(arm.guards[3].speed) < 0.2
 
 
 def test_what_pushes_on_is_told_once() -> None:
