@@ -12,6 +12,7 @@ TOPICS = {
     "simulation": "Simulation",
     "cycle": "One control cycle",
     "control": "The control loop",
+    "clearance": "Keeping clear",
     "tracking": "Tracking a ramp",
     "kinematics": "Kinematics",
     "trajectory_sampling": "Sampling a trajectory",

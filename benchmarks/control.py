@@ -24,7 +24,9 @@ from bioscara.control.joint_trajectory import Goal, JointTrajectory, Point
 from bioscara.control.realtime import realtime
 from bioscara.errors import RealtimeError
 from bioscara.hardware import ArmHardware, GripperHardware
+from bioscara.kinematics import Scara
 from bioscara.model import load_parameters
+from bioscara.planning.zones import Scene
 from bioscara.robot import kinematics_of
 from bioscara.robot.stack import TRAJECTORY, Stack
 from bioscara.robot.wiring import simulated
@@ -37,6 +39,7 @@ _WARM = 20_000
 _MEDIAN, _P99 = 120e-6, 300e-6
 _START, _SWING = (-2.5, 0.30, 2.2, 2.5), (0.5, 0.03, 0.5, 0.5)
 _PARAMETERS = load_parameters()
+_SURROUNDINGS = kinematics_of(_PARAMETERS), Scene()
 
 
 class _Marked:
@@ -69,7 +72,11 @@ class _Live:
         self._arm.run(max(self._wall.now() - self._lead - self._arm.now(), 0.0))
 
 
-def _stack(rate: int, clock_of: Callable[[SimulatedArm], Clock]) -> tuple[Stack, Clock]:
+def homed_stack(
+    rate: int,
+    clock_of: Callable[[SimulatedArm], Clock],
+    surroundings: Callable[[], tuple[Scara, Scene]] = lambda: _SURROUNDINGS,
+) -> tuple[Stack, Clock]:
     """Return a homed arm on a bus that takes no time, under the trajectory controller."""
     arm = SimulatedArm(frequency=None, positions=NEAR)
     hardware = ArmHardware("arm", FirmwareBus(arm), arm.clock, _PARAMETERS.joints)
@@ -86,8 +93,7 @@ def _stack(rate: int, clock_of: Callable[[SimulatedArm], Clock]) -> tuple[Stack,
     jaws = GripperHardware(
         "gripper", "gripper", simulated(_PARAMETERS, v1=False, seed=0).gripper, clock
     )
-    kinematics = kinematics_of(_PARAMETERS)
-    stack = Stack(hardware, jaws, kinematics, clock, _PARAMETERS, rate, Path(os.devnull))
+    stack = Stack(hardware, jaws, surroundings, clock, _PARAMETERS, rate, Path(os.devnull))
     # The speed of the tool is looked at but not bounded: the swing is as fast as the joints.
     stack.tool_speed.limit = math.inf
     stack.broadcast(clock.now())
@@ -109,8 +115,8 @@ def _swing(stack: Stack, clock: Clock, seconds: float) -> None:
         place = tuple(a - sign * b for a, b in zip(_START, _SWING, strict=True))
         points.append(Point(points[-1].time + 3.0, place, zero))
     points[0] = Point(3.0, _START, zero)
-    goal = Goal(JointTrajectory(tuple(axis.name for axis in stack.arm.axes), tuple(points)))
-    stack.trajectory.send_goal(goal, clock.now())
+    trajectory = JointTrajectory(tuple(axis.name for axis in stack.arm.axes), tuple(points))
+    stack.trajectory.send_goal(Goal(trajectory, swept=True), clock.now())
 
 
 def _timed(owner: object, name: str, spent: dict[str, list[float]], label: str) -> None:
@@ -127,7 +133,7 @@ def _timed(owner: object, name: str, spent: dict[str, list[float]], label: str) 
 
 def _costs() -> tuple[list[float], dict[str, float]]:
     """Return what each cycle of a moving arm cost the host, and the medians of its stages [s]."""
-    stack, clock = _stack(100, lambda arm: _Marked(arm.clock))
+    stack, clock = homed_stack(100, lambda arm: _Marked(arm.clock))
     assert isinstance(clock, _Marked)
     _swing(stack, clock, 2 * CYCLES / 100)
     costs = []
@@ -199,7 +205,7 @@ def hold(seconds: float) -> tuple[int, int, str]:
     Returns:
         Cycles, overruns, and how late cycles began.
     """
-    stack, clock = _stack(HELD_RATE, _Live)
+    stack, clock = homed_stack(HELD_RATE, _Live)
     with ExitStack() as contexts:
         contexts.enter_context(busy_process())
         how = "SCHED_FIFO"
@@ -218,7 +224,7 @@ def hold(seconds: float) -> tuple[int, int, str]:
 
 def _grown(cycles: int) -> int:
     """Return by how much the memory of this process grew over cycles of a moving arm [bytes]."""
-    stack, clock = _stack(HELD_RATE, lambda arm: arm.clock)
+    stack, clock = homed_stack(HELD_RATE, lambda arm: arm.clock)
     loop, seconds = stack.loop, (_WARM + cycles) / HELD_RATE + 10.0
     _swing(stack, clock, seconds)
     for _ in range(_WARM):

@@ -36,6 +36,7 @@ LOOP = ("tests/control/test_loop.py",)
 MANAGER = ("tests/control/test_manager_rules.py", "tests/control/test_cycle_rules.py")
 TURN = ("tests/robot/test_turn.py",)
 LIFECYCLE = ("tests/hardware/test_lifecycle.py",)
+CLEARANCE = ("tests/control/test_clearance.py",)
 SUPERVISOR = ("tests/control/test_supervisor.py",)
 
 MUTANTS = (
@@ -367,6 +368,48 @@ MUTANTS = (
         "(JointLostError, JointResetError)",
         "JointLostError",
         LIFECYCLE,
+    ),
+    Mutant(
+        "unproven commands are looked at",
+        f"{CONTROL}/clearance.py",
+        "if not controller.proven:",
+        "if False:",
+        CLEARANCE,
+    ),
+    Mutant(
+        "the way to rest is looked at",
+        f"{CONTROL}/clearance.py",
+        "place + speed * (half + reaction)",
+        "place",
+        CLEARANCE,
+    ),
+    Mutant(
+        "a joint under velocity control takes time to react",
+        f"{CONTROL}/guard.py",
+        "return _REACTION + 2.0 * period",
+        "return 0.0",
+        (*CLEARANCE, "tests/control/test_limiting_laws.py"),
+    ),
+    Mutant(
+        "a stop ends where joints are let go of",
+        f"{CONTROL}/clearance.py",
+        "self._commanded() != self._left",
+        "False",
+        CLEARANCE,
+    ),
+    Mutant(
+        "a goal that nobody swept is unproven",
+        f"{CONTROL}/joint_trajectory/messages.py",
+        "swept: bool = False",
+        "swept: bool = True",
+        CLEARANCE,
+    ),
+    Mutant(
+        "the robot keeps raw setpoints clear",
+        "src/bioscara/robot/stack.py",
+        "limiter.stages = (self.tool_speed, self.clearance)",
+        "limiter.stages = (self.tool_speed,)",
+        ("tests/robot/test_pose_motions.py",),
     ),
 )
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bioscara.control.limiting import Guard
+from bioscara.control.guard import Guard
 from bioscara.hardware import CommandInterface, StateInterface
 from bioscara.model import JointParameters, load_parameters
 

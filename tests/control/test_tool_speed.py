@@ -20,7 +20,7 @@ def capped(limit: float) -> tuple[World, ToolSpeedCap]:
     world = World(at=MIDDLE)
     guards = tuple(world.manager.limiter.guards.values())
     cap = ToolSpeedCap(guards, kinematics_of(PARAMETERS).tool_speed, limit)
-    world.manager.limiter.before, world.manager.limiter.together = cap.foresee, cap.apply
+    world.manager.limiter.stages = (cap,)
     return world, cap
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from bioscara.control.forward_command_controller import ForwardCommandController
 from bioscara.errors import (
     InvalidArgumentError,
     NotHomedError,
@@ -224,3 +225,30 @@ def test_an_arm_that_is_not_homed_has_no_pose(tmp_path: Path) -> None:
             _ = robot.pose
         with pytest.raises(NotHomedError):
             robot.move_to(HERE)
+
+
+def test_raw_setpoints_keep_clear_of_the_scene_that_is_planned_with(robot: Robot) -> None:
+    robot.move_joints((0.3, 0.2, 0.8, -0.5))
+    stack, scene = robot._running(), robot.plan.scene
+    names = tuple(joint.name for joint in ARM.joints)
+    values = {"joints": names, "interface_name": "position"}
+    forward = stack.manager.load("raw", ForwardCommandController.TYPE, values)
+    assert isinstance(forward, ForwardCommandController)
+    stack.manager.configure("raw")
+    robot.plan.scene = Scene((Box("wall", (-0.2, 0.62, 0.0), (0.6, 0.9, 0.6)),))
+    try:
+        stack.use("raw", robot.clock.now())
+        forward.command((1.5, 0.2, 0.8, -0.5))
+        stack.loop.restart()
+        for _ in range(600):
+            stack.loop.step()
+        here = [guard.here for guard in stack.manager.limiter.guards.values()]
+        assert robot.plan.scene.clearance(robot.plan.kinematics, [here])[0] >= 5e-3
+        assert "wall" in stack.manager.warnings[-1]
+        # From where it was stopped a planned motion leads away.
+        robot.move_joints((0.3, 0.2, 0.8, -0.5))
+        assert stack.clearance.interventions > 10
+    finally:
+        robot.plan.scene = scene
+    stack.manager.cleanup("raw")
+    stack.manager.unload("raw")

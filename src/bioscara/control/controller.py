@@ -71,6 +71,21 @@ class Controller(ABC, Generic[P]):
     def state_interfaces(self) -> tuple[str, ...]:
         """Names of the state interfaces that it reads, valid once configured."""
 
+    @property
+    def proven(self) -> bool:
+        """Whether what it commands, begun from rest, was shown to keep the arm clear of all."""
+        return False
+
+    def on_hindered(self, text: str, rest: Mapping[str, float]) -> None:
+        """Take note that the arm is braked because what is commanded is not clear.
+
+        Only those that are not ``proven`` are told, once for each time that the arm is braked.
+
+        Args:
+            text: Why, in words.
+            rest: Where the joints come to rest, by name [rad or m].
+        """
+
     def on_configure(self) -> None:
         """Check what the parameters mean together.
 

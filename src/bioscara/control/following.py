@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from bioscara.control.limiting import Guard
+from bioscara.control.guard import Guard
 from bioscara.errors import FollowingError
 from bioscara.hardware.axis import Axis
 from bioscara.hardware.modes import Mode

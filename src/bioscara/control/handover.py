@@ -13,7 +13,7 @@ from bioscara.control.schedule import Schedule
 from bioscara.control.statistics import UpdateStatistics
 from bioscara.control.switching import Strictness, Switch
 from bioscara.errors import BioscaraError, ModeSwitchError, SwitchError
-from bioscara.hardware import HardwareComponent, State
+from bioscara.hardware import POSITION, VELOCITY, HardwareComponent, State
 from bioscara.model import JointParameters
 
 
@@ -54,6 +54,7 @@ class Handover:
 
     Attributes:
         active: The active controllers with their schedules, in the order of ``order``.
+        driving: Those of them that command a position or a velocity.
         switched: How often a controller became active or ceased to be.
         order: All controllers in the order in which they are updated.
     """
@@ -66,6 +67,7 @@ class Handover:
         self.switched = 0
         self.order: Iterable[AnyController] = ()
         self.active: list[tuple[AnyController, Schedule]] = []
+        self.driving: tuple[AnyController, ...] = ()
 
     def changes(
         self, activate: Sequence[AnyController], deactivate: Sequence[AnyController]
@@ -221,7 +223,7 @@ class Handover:
         self.switched += 1
         schedules = {each.name: (each, when) for each, when in self.active}
         schedules[controller.name] = (controller, schedule)
-        self.active = [schedules[each.name] for each in self.order if each.name in schedules]
+        self._set_active([schedules[each.name] for each in self.order if each.name in schedules])
 
     def _deactivate(self, controller: AnyController, time: float, problems: list[Problem]) -> None:
         try:
@@ -233,7 +235,15 @@ class Handover:
         controller.unbind()
         controller.state = State.INACTIVE
         self.switched += 1
-        self.active = [entry for entry in self.active if entry[0] is not controller]
+        self._set_active([entry for entry in self.active if entry[0] is not controller])
+
+    def _set_active(self, active: list[tuple[AnyController, Schedule]]) -> None:
+        self.active = active
+        self.driving = tuple(
+            controller
+            for controller, _ in active
+            if any(handle.kind in (POSITION, VELOCITY) for handle in controller.command_handles)
+        )
 
     def _return_modes(
         self, controllers: Sequence[AnyController], time: float, problems: list[Problem]

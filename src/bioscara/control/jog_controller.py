@@ -48,6 +48,11 @@ class JogController(Controller[JogParameters]):
         """None."""
         return ()
 
+    @property
+    def proven(self) -> bool:
+        """True: a jog always has room to come to rest."""
+        return True
+
     def on_configure(self) -> None:
         """Check that the parameters fit one another."""
         parameters = self.parameters

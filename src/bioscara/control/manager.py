@@ -84,6 +84,11 @@ class ControllerManager:
         return tuple(self._roster.controllers.values())
 
     @property
+    def driving(self) -> tuple[AnyController, ...]:
+        """The active controllers that command a position or a velocity."""
+        return self._handover.driving
+
+    @property
     def activity(self) -> int:
         """A number that grows whenever a controller or component comes, goes or changes state."""
         hardware = sum(component.transitions for component in self.components)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from bioscara.control.limiting import Guard
+from bioscara.control.guard import Guard
 
 _ROUNDING = 1.0 + 1e-3
 """Share by which the tool may be faster: trajectories are slowed down beforehand to the limit."""
@@ -34,7 +34,7 @@ class ToolSpeedCap:
         self.limit = limit
         self.interventions = 0
 
-    def foresee(self) -> None:
+    def foresee(self, period: float) -> None:
         """Take back velocities that are asked for; to be called before joints are bounded.
 
         Bounded alone afterwards, the joint with the most acceleration would get the most of what

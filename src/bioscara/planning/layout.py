@@ -55,7 +55,7 @@ class Layout:
     _above: Index
     _table: float
 
-    def clearances(self, arm: Scara, joints: Array) -> Array:
+    def clearances(self, arm: Scara, joints: Array, exact: float = -np.inf) -> Array:
         """Return the distance of each pair [m], shape (pairs, n).
 
         At each instant the nearest pair is exact; others may be farther than what stands here.
@@ -63,14 +63,15 @@ class Layout:
         Args:
             arm: The arm that the layout is for.
             joints: j1 to j4 [rad, m, rad, rad], shape (n, 4).
+            exact: Every pair that is nearer than this is exact too [m].
         """
         result = np.empty((len(self.pairs), len(joints)))
         for start in range(0, len(joints), _AT_ONCE):
             part = slice(start, start + _AT_ONCE)
-            self._fill(arm, joints[part], result[:, part])
+            self._fill(arm, joints[part], result[:, part], exact)
         return result
 
-    def _fill(self, arm: Scara, joints: Array, result: Array) -> None:
+    def _fill(self, arm: Scara, joints: Array, result: Array, exact: float) -> None:
         placed = self._placed(arm, joints)
         apart, within = len(self._apart[0]), len(self._within[0])
         if within:
@@ -83,7 +84,7 @@ class Layout:
             most.min(axis=0, initial=np.inf), result[apart:].min(axis=0, initial=np.inf)
         )
         # Only what may be the nearest of all is worth the exact distance.
-        pair, instant = np.nonzero(least <= nearest)
+        pair, instant = np.nonzero(least <= np.maximum(nearest, exact))
         least[pair, instant] = distances(
             placed.at(one[pair], instant), placed.at(other[pair], instant)
         )

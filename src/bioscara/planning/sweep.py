@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from bioscara.errors import TrajectoryError, ZoneError
@@ -13,7 +15,7 @@ from bioscara.planning.trajectory import Trajectory
 SLACK = 4e-4
 """How much of the margin may be lost between two samples [m]: an arm that touches the margin and
 does not pass it would else take steps without end."""
-_COARSE = 0.02
+COARSE = 0.02
 """Longest way of a point of the arm between the first samples [m]."""
 _LONGEST = 1e4
 """Longest way that is looked through [m]: hours at full speed."""
@@ -59,6 +61,22 @@ def sweep(layout: Layout, arm: Scara, trajectory: Trajectory, rest: Array, margi
 
     starts, lengths, speeds = _steps(trajectory, layout.reach[columns])
     nodes = look(np.append(starts, trajectory.times[-1]))
+    look_between(look, (starts, lengths, speeds), nodes, margin)
+
+
+def look_between(
+    look: Callable[[Array], Array], steps: tuple[Array, Array, Array], nodes: Array, margin: float
+) -> None:
+    """Look between the ends of steps until nothing nearer than the margin can be left out.
+
+    Args:
+        look: Returns what is free at some instants [m]; raises where that is below the margin.
+        steps: Start and length of each step [s], one after the other, and the highest speed of
+            any point of the arm in it [m/s].
+        nodes: What is free at all starts and the end of the last step [m].
+        margin: Distance to keep [m].
+    """
+    starts, lengths, speeds = steps
     first, last = nodes[:-1], nodes[1:]
     while True:
         ways = speeds * lengths
@@ -86,7 +104,7 @@ def _steps(trajectory: Trajectory, reach: Array) -> tuple[Array, Array, Array]:
             f"a point of the arm would go up to {ways.sum():.3g} m; ways above {_LONGEST:g} m are "
             "not looked through for zones; check the limits, or cut the motion in two"
         )
-    counts = np.maximum(np.ceil(ways / _COARSE), 1.0).astype(np.intp)
+    counts = np.maximum(np.ceil(ways / COARSE), 1.0).astype(np.intp)
     segment = np.repeat(np.arange(len(counts)), counts)
     within = np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts)
     lengths = (durations / counts)[segment]

@@ -188,7 +188,7 @@ class Connection(FaultHandling):
             self._stack = Stack(
                 self._arm,
                 self._jaws,
-                self.plan.kinematics,
+                lambda: (self.plan.kinematics, self.plan.scene),
                 self.clock,
                 self.parameters,
                 self._rate,

@@ -80,7 +80,7 @@ class Motion:
             BioscaraError: What stopped the arm.
         """
         self._keep_speed()
-        now, message = self._clock.now(), Goal(JointTrajectory.of(trajectory))
+        now, message = self._clock.now(), Goal(JointTrajectory.of(trajectory), swept=True)
         zero = now + until_start
         goal = self.pursue(
             lambda: self._stack.trajectory.send_goal(message, now), phase, zero, self._keep_speed

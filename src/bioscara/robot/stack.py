@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
 
 from bioscara.clock import Clock, MonotonicClock
+from bioscara.control.clearance import Clearance
 from bioscara.control.flight_record import FlightRecord
 from bioscara.control.gripper_action_controller import GripperActionController
 from bioscara.control.hold_controller import HoldController
@@ -27,6 +29,7 @@ from bioscara.hardware.capacity import Capacity, highest_rate
 from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
 from bioscara.planning.tool_speed import REDUCED_SPEED
+from bioscara.planning.zones import Scene
 
 C = TypeVar("C")
 
@@ -46,7 +49,8 @@ class Stack:
     Args:
         arm: The joints, INACTIVE.
         gripper: The gripper.
-        kinematics: Of the arm with its tool, for the speed of the tool.
+        surroundings: Returns the kinematics of the arm with its tool, and what it must keep clear
+            of; both may change at any time.
         clock: Their time.
         parameters: The arm as data.
         rate: Cycles per second [Hz]; None for what suits the joints.
@@ -64,6 +68,7 @@ class Stack:
         gripper: Moves the jaws.
         jog: Moves the joints by streamed velocities.
         tool_speed: Keeps the tool at or below a speed.
+        clearance: Keeps the arm clear of its surroundings.
 
     Raises:
         ConfigurationError: The rate makes no sense, or the bus cannot carry it.
@@ -73,7 +78,7 @@ class Stack:
         self,
         arm: ArmHardware,
         gripper: GripperHardware,
-        kinematics: Scara,
+        surroundings: Callable[[], tuple[Scara, Scene]],
         clock: Clock,
         parameters: ArmParameters,
         rate: int | None,
@@ -94,10 +99,12 @@ class Stack:
         record = FlightRecord(arm.axes, hertz)
         limiter = Limiter((arm, gripper))
         self.tool_speed = ToolSpeedCap(
-            tuple(limiter.guards.values()), kinematics.tool_speed, REDUCED_SPEED
+            tuple(limiter.guards.values()), surroundings()[0].tool_speed, REDUCED_SPEED
         )
-        limiter.before, limiter.together = self.tool_speed.foresee, self.tool_speed.apply
         self.manager = ControllerManager((arm, gripper), limiter, hertz)
+        guards = [limiter.guards[axis.name] for axis in arm.axes]
+        self.clearance = Clearance(guards, self.manager, surroundings)
+        limiter.stages = (self.tool_speed, self.clearance)
         for name, kind, values in _controllers(parameters, version):
             self.manager.load(name, kind, values)
             self.manager.configure(name)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 
 from bioscara.control.controller import Controller, interfaces
 from bioscara.control.joint_trajectory.course import Course
@@ -94,6 +95,18 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             self.scaling,
         )
 
+    @property
+    def proven(self) -> bool:
+        """Whether the goal that it follows, or followed before it held, was swept."""
+        return self._player is None or self._player.swept
+
+    def on_hindered(self, text: str, rest: Mapping[str, float]) -> None:
+        """Abort a goal that runs, and hold where the arm comes to rest."""
+        player = self._active()
+        if not self.holding:
+            self._end_goal(Status.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED, text)
+        player.rest([rest[joint] for joint in self.parameters.joints])
+
     def on_configure(self) -> None:
         """Check that the parameters fit one another."""
         parameters = self.parameters
@@ -181,7 +194,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
                 goes on.
         """
         player = self._active()
-        player.waiting = self._request(goal.trajectory, time, smooth=False)
+        request = self._request(goal.trajectory, time, smooth=False)
+        player.waiting = request._replace(swept=goal.swept)
         self._end_goal(
             Status.ABORTED,
             ErrorCode.INVALID_GOAL,

@@ -83,12 +83,15 @@ class Goal:
         path_tolerance: How far joints may be off on the way.
         goal_tolerance: How far at the end.
         goal_time_tolerance: How much later than planned they may get there [s]; as a tolerance.
+        swept: Whether the sender made sure that the arm keeps clear of everything on all of the
+            way, from rest where it is. Any other goal is looked at while it is followed.
     """
 
     trajectory: JointTrajectory
     path_tolerance: tuple[Tolerance, ...] = ()
     goal_tolerance: tuple[Tolerance, ...] = ()
     goal_time_tolerance: float = 0.0
+    swept: bool = False
 
 
 class ErrorCode(IntEnum):

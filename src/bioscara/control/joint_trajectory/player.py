@@ -24,11 +24,13 @@ class Request(NamedTuple):
         course: Through its points.
         stamp: When it starts [s]; 0 for its first cycle.
         missing: Indices of the joints that it leaves out.
+        swept: Whether all of the way from rest is known to be clear.
     """
 
     course: Course
     stamp: float
     missing: frozenset[int]
+    swept: bool = False
 
 
 class Player:
@@ -47,6 +49,7 @@ class Player:
         waiting: What is followed next; None for nothing.
         scaling: Share of the planned speed that is gone at now.
         share: Share of the chosen scaling that is gone over to.
+        swept: Whether what is followed, or was before it held, is known to be clear.
     """
 
     def __init__(
@@ -60,7 +63,7 @@ class Player:
         self._splices = parameters.allow_trajectory_replacement
         self._period, self._now = period, time
         self.scaling = self._wanted_scaling = parameters.speed_scaling.initial_scaling_factor
-        self.share = 1.0
+        self.share, self.swept = 1.0, True
         self.waiting: Request | None = None
         self.hold(positions, time)
 
@@ -116,6 +119,10 @@ class Player:
         self._commanded, self._commanded_pace = self.course.sample(0.0).values, 1.0
         self._commanded_time = time
 
+    def rest(self, positions: Sequence[float]) -> None:
+        """Stay at ``positions`` [rad or m] from now on."""
+        self.hold(positions, self._now)
+
     def brake(self, limits: Sequence[float]) -> None:
         """Come to rest from what was commanded last, at these decelerations [rad/s^2 or m/s^2]."""
         pace = self._commanded_pace
@@ -138,7 +145,7 @@ class Player:
 
     def _take(self, request: Request, measured: JointValues) -> None:
         """Begin what waits, unless the running trajectory is kept up to its start."""
-        course, stamp, missing = request
+        course, stamp, missing, swept = request
         running = self.course
         begin = self._now - stamp if stamp else 0.0
         bridge = self._splices and not self.holding and running.continuable
@@ -151,4 +158,6 @@ class Player:
         course.begin(state, begin, bridge=bridge)
         splice = bridge and missing
         self.course = Spliced(course, missing, running, self.time - begin) if splice else course
+        # Where it begins in motion the way to its first point is nobody's plan.
+        self.swept = swept and not bridge
         self.time, self.waiting, self.holding = begin, None, False

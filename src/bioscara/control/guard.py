@@ -1,0 +1,305 @@
+"""Bounds the commands of one joint, from any source.
+
+What is within its limits passes unchanged. A position that is not is approached as fast as
+velocity and acceleration allow, with the way to brake kept in reserve, so that a step becomes a
+ramp and a limit is reached at rest.
+"""
+
+from __future__ import annotations
+
+import math
+
+from bioscara.drivers.session import WATCHDOG_MS
+from bioscara.hardware.interfaces import CommandInterface, StateInterface
+from bioscara.model import JointParameters
+
+_ROUNDING = 1e-6
+"""Share by which a command may pass what it is bounded by: it is a difference of samples."""
+_REACTION = 2.0 * WATCHDOG_MS * 1e-3
+"""Time that a joint under velocity control may go on before it brakes [s]: it stops by itself
+when it hears nothing for its watchdog time, and its driver asks for room for that."""
+_CREEP = 0.01
+"""Share of the highest speed for which a joint under velocity control keeps room to brake when it
+has come to a limit: the speed that its driver measures is not finer than this."""
+
+
+class Guard:
+    """Bounds the commands of one joint.
+
+    Velocities of positions are means over the time between two of them, which belong to the
+    middle of that time; so an acceleration is their difference over the mean of two periods.
+
+    Args:
+        limits: Of the joint.
+        position_command: Its handle.
+        velocity_command: Its handle.
+        position: What is measured.
+        velocity: What is measured.
+
+    Attributes:
+        name: Name of the joint.
+        fastest: Its highest velocity [rad/s or m/s].
+        acceleration: Its highest acceleration [rad/s^2 or m/s^2].
+        reference: Position that was commanded last [rad or m]; NaN before the first.
+        speed: Velocity that was commanded last [rad/s or m/s].
+        interventions: In how many cycles a command was changed.
+    """
+
+    __slots__ = (
+        "_before", "_lower", "_position", "_position_command", "_raw", "_raw_speed", "_upper",
+        "_velocity", "_velocity_command", "acceleration", "fastest", "interventions", "name",
+        "reference", "speed",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        limits: JointParameters,
+        position_command: CommandInterface,
+        velocity_command: CommandInterface,
+        position: StateInterface,
+        velocity: StateInterface,
+    ) -> None:
+        self.name = limits.name
+        self._lower, self._upper = limits.lower, limits.upper
+        self.fastest, self.acceleration = limits.max_velocity, limits.max_acceleration
+        self._position_command, self._velocity_command = position_command, velocity_command
+        self._position, self._velocity = position, velocity
+        self.interventions = 0
+        self.reference = self._raw = math.nan
+        self.speed = self._raw_speed = 0.0
+        self._before = 0.0
+
+    @property
+    def commanded(self) -> bool:
+        """Whether somebody claimed position or velocity of the joint."""
+        return bool(self._position_command.owner or self._velocity_command.owner)
+
+    @property
+    def here(self) -> float:
+        """Position that was commanded last or, where none was, measured [rad or m]."""
+        return self.reference if self.commanded else self._position.value
+
+    def within(self, place: float) -> float:
+        """Return the position nearest to ``place`` that the joint may go to [rad or m].
+
+        Beyond a limit, where a joint can only have been pushed, it may stay.
+        """
+        here = self.here
+        return min(max(place, min(self._lower, here)), max(self._upper, here))
+
+    @property
+    def gap(self) -> float:
+        """How far the position that is asked for is away [rad or m]; 0 where none is."""
+        asked = self._position_command.value
+        if not self._position_command.owner or not math.isfinite(asked):
+            return 0.0
+        return self.within(asked) - self.reference
+
+    def ask(self, velocity: float, period: float) -> None:
+        """Ask for a velocity in place of what is asked for [rad/s or m/s].
+
+        Args:
+            velocity: Until the next cycle.
+            period: Time since the last cycle [s].
+        """
+        if self._position_command.owner:
+            self._position_command.value = self.reference + velocity * period
+        if self._velocity_command.owner:
+            self._velocity_command.value = velocity
+
+    def reaction(self, period: float) -> float:
+        """Return how long the joint may go on as it was told before it brakes [s].
+
+        Args:
+            period: Time from cycle to cycle [s].
+        """
+        if self._position_command.owner or not self._velocity_command.owner:
+            return 0.0
+        return _REACTION + 2.0 * period
+
+    @property
+    def asked_velocity(self) -> float:
+        """Velocity that is asked for where velocity alone is commanded, else 0 [rad/s or m/s]."""
+        if self._position_command.owner or not self._velocity_command.owner:
+            return 0.0
+        asked = self._velocity_command.value
+        return asked if math.isfinite(asked) else 0.0
+
+    def ask_less(self, share: float) -> None:
+        """Take back a share of a velocity that is asked for, as :meth:`slow_down`."""
+        if self.asked_velocity:
+            self._velocity_command.value *= share
+
+    def slow_down(self, share: float, period: float) -> None:
+        """Take back a share of what the cycle commands.
+
+        Args:
+            share: Of the velocity that is left, 0 to 1.
+            period: Time since the last cycle [s].
+        """
+        speed = self.speed * share
+        self.reference -= (self.speed - speed) * period
+        self.speed = speed
+        if self._position_command.owner:
+            self._position_command.value = self.reference
+        if self._velocity_command.owner:
+            self._velocity_command.value = (
+                self._velocity_command.value * share if self._position_command.owner else speed
+            )
+
+    def put(self, place: float, mean: float, velocity: float, period: float) -> None:
+        """Command something else in this cycle than what was asked for.
+
+        Args:
+            place: Position to go to [rad or m].
+            mean: Velocity that leads there from the last position [rad/s or m/s].
+            velocity: At that position [rad/s or m/s].
+            period: Time since the last cycle [s].
+        """
+        if self._position_command.owner:
+            self.reference, self.speed = place, mean
+            self._position_command.value = place
+        elif self._velocity_command.owner:
+            velocity = self._in_reserve(velocity, period)
+            # Where it is follows from what is measured.
+            self.reference -= (self.speed - velocity) * period
+            self.speed = velocity
+        if self._velocity_command.owner:
+            self._velocity_command.value = velocity
+
+    def begin(self) -> None:
+        """Start from what is measured: nobody commanded the joint before."""
+        measured, speed = self._position.value, self._velocity.value
+        self.reference = self._raw = measured
+        speed = speed if math.isfinite(speed) else 0.0
+        self.speed = self._raw_speed = min(max(speed, -self.fastest), self.fastest)
+        self._before = 0.0
+
+    def resume(self) -> None:
+        """Let a controller go on from there: its commands are what was commanded last."""
+        if math.isfinite(self.reference):
+            self._position_command.value = self.reference
+        self._velocity_command.value = self.speed
+
+    def apply(self, period: float) -> None:
+        """Bound what is commanded; arguments as :meth:`Limiter.apply`."""
+        if self._position_command.owner:
+            self._bound_position(period)
+        elif self._velocity_command.owner:
+            self._bound_velocity(period)
+        self._before = period
+
+    def _bound_position(self, period: float) -> None:
+        command, asked = self._position_command, self._position_command.value
+        if not math.isfinite(self.reference):
+            self.begin()
+            if not math.isfinite(self.reference):
+                command.value = math.nan
+                return
+        # From beyond a limit, where a joint can only have been pushed, it may but go back.
+        lower, upper = min(self._lower, self.reference), max(self._upper, self.reference)
+        # What is no number commands nothing: the joint goes on to where it was told to go.
+        wanted = min(max(asked, lower), upper) if math.isfinite(asked) else self._raw
+        step = self.acceleration * 0.5 * (period + (self._before or period))
+        towards, behind = (wanted - self._raw) / period, self.reference != self._raw
+        self._raw = wanted
+        self._raw_speed = min(
+            max(towards, self._raw_speed - step, -self.fastest),
+            self._raw_speed + step,
+            self.fastest,
+        )
+        reference, last = self.reference, self.speed
+        speed, fine = (wanted - reference) / period, step * _ROUNDING
+        if (
+            behind
+            or abs(speed - last) > step + fine
+            or abs(speed) > self.fastest + fine
+            or not -self._within(reference - lower, period) - fine
+            <= speed
+            <= self._within(upper - reference, period) + fine
+        ):
+            bounded = self._approach(wanted, period, step)
+            if abs(bounded - speed) > fine:
+                wanted = min(max(reference + bounded * period, lower), upper)
+                speed = (wanted - reference) / period
+        self.reference, self.speed = wanted, speed
+        kept = wanted == asked
+        command.value = wanted
+        if self._velocity_command.owner and not self._velocity_fits(period, last, kept=kept):
+            kept = False
+        if not kept:
+            self.interventions += 1
+
+    def _velocity_fits(self, period: float, last: float, *, kept: bool) -> bool:
+        """Make the velocity that goes with a position one that the position can have there.
+
+        Args:
+            period: Time since the last cycle [s].
+            last: Mean velocity of the cycle before [rad/s or m/s].
+            kept: Whether the position is the one that the controller gave.
+        """
+        asked, speed = self._velocity_command.value, self.speed
+        reach = self.acceleration * period * (0.5 + _ROUNDING)
+        if kept and abs(asked - speed) <= reach and abs(asked) <= self.fastest:
+            return True
+        # The mean belongs to the middle of the cycle, the velocity to its end.
+        end = speed + (speed - last) * period / (period + (self._before or period))
+        end = max(end, 0.0) if speed > 0.0 else min(end, 0.0) if speed < 0.0 else 0.0
+        if kept and math.isfinite(asked):
+            end = min(max(asked, speed - reach), speed + reach)
+        self._velocity_command.value = min(max(end, -self.fastest), self.fastest)
+        return False
+
+    def _approach(self, wanted: float, period: float, step: float) -> float:
+        """Return the speed that brings the joint to a moving target soon and without overshoot."""
+        ahead = self._raw_speed
+        gap = wanted - self.reference - ahead * period
+        speed = ahead + math.copysign(self._within(abs(gap), period), gap)
+        speed = min(
+            max(speed, -self._within(self.reference - self._lower, period)),
+            self._within(self._upper - self.reference, period),
+        )
+        speed = min(max(speed, self.speed - step), self.speed + step)
+        return min(max(speed, -self.fastest), self.fastest)
+
+    def _bound_velocity(self, period: float) -> None:
+        wanted, here = self._velocity_command.value, self._position.value
+        step = self.acceleration * period
+        goal = wanted if math.isfinite(wanted) else self.speed
+        if not math.isfinite(here):
+            goal = 0.0
+        speed = min(max(goal, self.speed - step), self.speed + step)
+        speed = min(max(speed, -self.fastest), self.fastest)
+        if math.isfinite(here):
+            speed = self._in_reserve(speed, period)
+            here = min(max(here + speed * period, self._lower), self._upper)
+        if speed != wanted:
+            self._velocity_command.value = speed
+            self.interventions += 1
+        self.speed = self._raw_speed = speed
+        self.reference = self._raw = here
+
+    def _in_reserve(self, speed: float, period: float) -> float:
+        """Return what a velocity may be with the way to brake within the limits in reserve."""
+        here, reaction = self._position.value, self.reaction(period)
+        down = self._brakeable(here - self._lower, reaction)
+        up = self._brakeable(self._upper - here, reaction)
+        return min(max(speed, -down), up)
+
+    def _within(self, way: float, period: float) -> float:
+        """Return the mean speed of a cycle after which one can still come to rest in ``way``.
+
+        Braking began in the middle of that cycle; the last of the way takes one cycle.
+        """
+        acceleration = self.acceleration
+        if way <= 0.5 * acceleration * period * period:
+            return max(way, 0.0) / period
+        return math.sqrt(2.0 * acceleration * way) - 0.5 * acceleration * period
+
+    def _brakeable(self, way: float, reaction: float) -> float:
+        """Return the speed from which one comes to rest in ``way``, braking after ``reaction``."""
+        way -= _CREEP * self.fastest * reaction
+        if way <= 0.0:
+            return 0.0
+        acceleration = self.acceleration
+        return acceleration * (math.sqrt(reaction**2 + 2.0 * way / acceleration) - reaction)

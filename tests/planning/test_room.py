@@ -1,0 +1,78 @@
+"""Whether the arm may go on to a state, against a dense look at the way to it and to rest."""
+
+from __future__ import annotations
+
+import math
+import os
+
+import numpy as np
+import pytest
+
+from bioscara.errors import InvalidArgumentError, ZoneError
+from bioscara.kinematics import Joints
+from bioscara.planning.room import Room
+from bioscara.planning.sweep import SLACK
+from bioscara.planning.zones import Box, Scene
+from planning.scenes import ARM, random_joints, random_scene
+
+COUNT = int(os.environ.get("BIOSCARA_RANDOM_MOVES", "1000"))
+START = Joints(0.3, 0.2, 0.8, -0.5)
+WALL = Scene((Box("wall", (0.3, 0.62, 0.0), (0.7, 0.9, 0.6)),))
+
+
+def clearances(scene: Scene, rows: np.ndarray) -> np.ndarray:
+    """Return the distances of all pairs, exact where they are below the margin."""
+    parts = [layout.clearances(ARM, rows, scene.margin + SLACK) for layout in scene.layouts(ARM)]
+    return np.concatenate(parts)
+
+
+def test_it_agrees_with_a_dense_look_at_random_ways() -> None:
+    rng = np.random.default_rng(11)
+    passed = refused = 0
+    while passed + refused < COUNT:
+        scene = random_scene(rng)
+        room, before = Room(ARM, scene), np.array(random_joints(rng))
+        for _ in range(10):
+            step, way = rng.normal(size=(2, 4)) * [0.05, 0.01, 0.05, 0.1]
+            here, rest = before + step, before + step + way * rng.uniform(0.0, 4.0)
+            dense = np.concatenate([np.linspace(before, here, 60), np.linspace(here, rest, 300)])
+            pairs = clearances(scene, dense)
+            worst = float((pairs - np.minimum(pairs[:, :1], scene.margin)).min())
+            try:
+                room.check(before.tolist(), here.tolist(), rest.tolist())
+            except ZoneError:
+                refused += 1
+                assert worst < SLACK + 2e-4
+            else:
+                passed += 1
+                assert worst >= -2.0 * SLACK
+                before = here
+    assert min(passed, refused) > 0.1 * COUNT
+
+
+def test_ways_that_are_not_straight_pass_in_the_free_only() -> None:
+    room, near = Room(ARM, WALL), (0.36, *START[1:])
+    room.check(START, START, (0.31, *START[1:]), together=False)
+    room.check(near, near, near)
+    with pytest.raises(ZoneError, match="wall"):
+        room.check(START, near, (0.6, *START[1:]), together=False)
+
+
+def test_what_is_nearer_already_may_leave_but_not_come_nearer() -> None:
+    scene = Scene((Box("reader", (0.3, 0.3, 0.0), (0.6, 0.6, 0.6)),), margin=0.02)
+    room = Room(ARM, scene)
+    assert scene.clearance(ARM, [START]) < 0.0
+    away, nearer = (START.j1 - 0.1, *START[1:]), (START.j1 + 0.1, *START[1:])
+    room.check(START, START, START)
+    room.check(START, away, away)
+    with pytest.raises(ZoneError, match="reader before it can come to rest"):
+        room.check(START, nearer, nearer)
+
+
+@pytest.mark.parametrize("value", [math.nan, math.inf])
+@pytest.mark.parametrize("which", range(3))
+def test_an_unknown_position_does_not_pass(value: float, which: int) -> None:
+    states = [START, START, START]
+    states[which] = START._replace(j4=value)
+    with pytest.raises(InvalidArgumentError, match="finite"):
+        Room(ARM, WALL).check(*states)
