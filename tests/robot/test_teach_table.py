@@ -14,10 +14,11 @@ from hypothesis import strategies as st
 
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
+from bioscara.kinematics.pose import ANGLE_MAX
 from bioscara.model import load_parameters
 from bioscara.robot.poses import BUILT_IN, NamedPose, TeachTable
 from bioscara.robot.teach_file import load_table, save_table
-from bioscara.robot.tools import ANGLE_MAX, Tool, fingers, kinematics_with
+from bioscara.robot.tools import Tool, fingers, kinematics_with
 
 PARAMETERS = load_parameters()
 FINGERS = fingers(PARAMETERS)

@@ -7,10 +7,8 @@ from dataclasses import dataclass, replace
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
-from bioscara.robot.tools import ANGLE_MAX, FINGERS, Tool, check_name, check_number, unknown
-
-PLACE_MAX = 10.0
-"""Farthest place that is taken for one [m]: beyond it stand millimetres."""
+from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
+from bioscara.robot.tools import FINGERS, Tool, check_name, check_number, unknown
 
 
 @dataclass(frozen=True, slots=True)
