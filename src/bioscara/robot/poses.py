@@ -23,7 +23,8 @@ class NamedPose:
         joints: Positions of the joints [rad, m, rad, rad], or None.
         pose_tool_in_base: Where the tool is, or None.
         tool: Name of the tool that it was taught with.
-        calibration: Which calibration of the arm it was taught with; empty where nobody said.
+        calibration: Which calibration of the arm it was taught with; empty where nobody said. A
+            record: it is compared with nothing.
 
     Raises:
         InvalidArgumentError: There is neither joints nor pose, or a value cannot be.

@@ -31,7 +31,7 @@ class Tool:
     Attributes:
         name: Letters, digits, ``_`` and ``-``; begins with a letter.
         pose_tool_in_flange: The point that is moved.
-        mass: Of all of it [kg].
+        mass: Of all of it [kg]; a record, no motion depends on it.
 
     Raises:
         InvalidArgumentError: A value is not finite or cannot be.
