@@ -11,6 +11,10 @@ from bioscara.errors import InvalidArgumentError
 class Pose(NamedTuple):
     """A frame that stands upright in another: it can be turned about the vertical only.
 
+    Which other one is not part of it. All that plans, moves and tells poses of an arm means its
+    tool in its base, also in files and on the command line; what stands in another frame is turned
+    into that by :meth:`compose`, ``bench_in_base.compose(plate_in_bench)``.
+
     Attributes:
         x: [m].
         y: [m].

@@ -53,7 +53,7 @@ class Waypoint:
     """A pose that the tool goes to.
 
     Attributes:
-        pose: Of the tool, in the frame that the arm's poses are given in.
+        pose: Of the tool in the base, or in the world that the arm's kinematics were given.
         motion: The way there.
         blend: How far from the pose the tool may turn off to the next waypoint [m]; 0 rests there.
         via: Point that an arc passes; its yaw does not matter. For CIRC, and only for it.
