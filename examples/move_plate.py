@@ -4,6 +4,8 @@ import math
 import sys
 
 from bioscara.kinematics import Pose
+from bioscara.planning.shapes import Prism
+from bioscara.planning.zones import Scene
 from bioscara.robot import Robot
 
 FROM = Pose(0.10, 0.35, 0.011, math.pi / 2)
@@ -11,17 +13,23 @@ TO = Pose(-0.2, 0.4, 0.011, math.pi / 2)
 """Where the plate stands and where it shall stand: the point between the finger tips."""
 LIFT = 0.08
 OPEN, GRIP = 0.10, 0.083
+EMPTY = Scene(table_height=0.0)
+PLATE = Prism(x=0.119, y=0.0, half_x=0.064, half_y=0.043, low=-0.1551, high=-0.1407)
+"""The plate in the gripper, in the frame of the wrist; it may touch the table that it stands on."""
+LADEN = EMPTY.carrying(PLATE, touches=["table"])
 
 robot = Robot.connect(sys.argv[1]) if sys.argv[1:] else Robot.simulated()
 with robot:
     robot.home()
     robot.move_joints([0.0, 0.2, 0.0, 0.0])  # Out of the folded place in which homing ends.
-    for place, before, after in ((FROM, OPEN, GRIP), (TO, GRIP, OPEN)):
+    robot.plan.scene = EMPTY
+    for place, before, after, scene in ((FROM, OPEN, GRIP, LADEN), (TO, GRIP, OPEN, EMPTY)):
         above = place._replace(z=place.z + LIFT)
         robot.gripper.move(before)
         robot.move_to(above)
         robot.move_linear(place, speed=0.3)
         robot.gripper.move(after)
+        robot.plan.scene = scene
         robot.move_linear(above)
         width = 1e3 * robot.gripper.width
         print(f"left ({place.x:.2f}, {place.y:.2f}) with {width:.0f} mm between the jaws")

@@ -117,15 +117,27 @@ class ZoneError(InvalidArgumentError):
         link: Name of the link that comes too near.
         time: When it first does, from the start of the motion [s].
         depth: By how much the margin is missed at worst [m].
-        margin: Distance that is to be kept [m]; below zero where a folded arm began inside.
+        margin: Distance that is to be kept [m]; below zero where a folded arm began inside, or
+            where the link may touch the zone.
     """
 
     def __init__(
-        self, zone: str, link: str, time: float, depth: float, margin: float, detail: str
+        self,
+        zone: str,
+        link: str,
+        time: float,
+        depth: float,
+        margin: float,
+        detail: str,
+        *,
+        touch: bool = False,
     ) -> None:
         self.zone, self.link, self.time = zone, link, time
         self.depth, self.margin = depth, margin
-        if margin > 0.0:
+        if touch:
+            rule = f"it may touch that, but this is {depth * 1e3:.1f} mm too deep"
+            remedy = "plan another way or correct the scene"
+        elif margin > 0.0:
             rule = f"the margin of {margin * 1e3:.3g} mm is missed by {depth * 1e3:.1f} mm"
             remedy = "plan another way or correct the scene"
         else:

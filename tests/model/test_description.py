@@ -125,6 +125,9 @@ def test_masses_are_plausible_and_inertias_those_of_bodies(pin: Any) -> None:
     # What the lift carries, and what turns about the column with the arm stretched: about the
     # load with which the simulated joints behave as the real ones.
     assert 2.5 < sum(masses[name] for name in BODIES[2:]) < 5.0
+    # The tool is recorded with the weight that the gripper is drawn with.
+    gripper = sum(masses[name] for name in ("gripper_base", "left_jaw_link", "right_jaw_link"))
+    assert gripper == pytest.approx(load_parameters().geometry.tool_mass, abs=5e-3)
     turned = pin.crba(model, model.createData(), configuration(pin, model, np.zeros(4), 0.08))
     assert 0.3 < turned[0, 0] < 0.9
 

@@ -75,6 +75,44 @@ def test_an_unknown_kind_of_hardware_is_refused() -> None:
         urdf.render(urdf.DESCRIPTION / "bioscara.urdf.xacro", hardware="fake")
 
 
+@FRESH
+@pytest.mark.parametrize("argument", ["xyz", "rpy"])
+@pytest.mark.parametrize("value", ["0 0", "0 0 0 0", "", "0 0 up", "0 nan 0"])
+def test_a_place_that_is_not_three_numbers_is_refused(argument: str, value: str) -> None:
+    told = f"{argument} is '{value}' but must be three num"
+    told = "could not convert string to float: 'up'" if "up" in value else told
+    with pytest.raises(ConfigurationError, match=told):
+        urdf.render(urdf.DESCRIPTION / "bioscara.urdf.xacro", **{argument: value})
+
+
+@FRESH
+@pytest.mark.parametrize("gripper", ["true", "false"])
+def test_srdf_and_urdf_name_the_same_links_and_joints(gripper: str) -> None:
+    arguments = {"prefix": "left_", "gripper": gripper}
+    arm, groups = (
+        ET.fromstring(urdf.render(urdf.DESCRIPTION / f"bioscara.{kind}.xacro", **arguments))
+        for kind in ("urdf", "srdf")
+    )
+    links = {each.attrib["name"] for each in arm.findall("link")}
+    joints = {each.attrib["name"] for each in arm.findall("joint")}
+    named = {
+        (key, value)
+        for tag in groups.iter()
+        for key, value in tag.attrib.items()
+        if key in {"link1", "link2", "base_link", "tip_link", "parent_link"}
+    }
+    assert {value for _, value in named} <= links
+    assert {each.attrib["name"] for each in groups.iter("joint")} <= joints
+    assert {each.attrib["name"] for each in groups.iter("passive_joint")} <= joints
+    bodies = {each.attrib["name"] for each in arm.findall("link") if each.find("collision")}
+    names = {value for key, value in named if key in {"link1", "link2"}}
+    assert names == bodies
+    defined = {each.attrib["name"] for each in groups.findall("group")}
+    assert defined == {"left_arm"} | ({"left_gripper"} if gripper == "true" else set())
+    for tag in (*groups.findall("group_state"), *groups.findall("end_effector")):
+        assert tag.attrib["group"] in defined
+
+
 def _pose(joint: ET.Element, q: float) -> list[list[float]]:
     """Return the 4x4 transform of one URDF joint at ``q``, written out from the standard."""
     origin = joint.find("origin")

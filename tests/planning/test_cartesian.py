@@ -223,7 +223,7 @@ def test_near_the_folded_arm_a_line_slows_down(distance: float) -> None:
     assert speeds.min() < 0.3 * distance**0.25 < 0.3 * speeds.max()
 
 
-@pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6])
+@pytest.mark.parametrize("distance", [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 0.0])
 def test_a_line_may_end_nearly_stretched(distance: float) -> None:
     start = BARE.solve(Pose(0.3, -0.2, 0.25), (0, 0, 1, 0))
     trajectory = linear(BARE, start, Pose(REACH - distance, 0.0, 0.25), LIMITS, FREE)
@@ -243,12 +243,58 @@ def test_where_slowing_down_does_not_help_the_largest_speed_is_told() -> None:
     assert "other side" not in str(caught.value)
 
 
-def test_the_stretched_arm_is_no_goal_of_a_line() -> None:
-    start = BARE.solve(Pose(0.3, -0.2, 0.25), (0, 0, 1, 0))
+@settings(max_examples=20)
+@given(
+    st.sampled_from((BARE, TOOLED)),
+    st.sampled_from((FREE, ToolLimits())),
+    st.floats(-2.0, 2.0),
+    st.floats(-1.5, 1.5),
+    st.tuples(st.floats(-0.5, 0.5), st.floats(0.02, 0.32), st.floats(-1.5, 1.5), st.floats(-1, 1)),
+)
+def test_a_line_may_begin_and_end_stretched(
+    arm: Scara, tool: ToolLimits, j1: float, j4: float, turned: tuple[float, ...]
+) -> None:
+    straight = Joints(j1, 0.2, 0.0, j4)
+    bent = Joints(*(a + b for a, b in zip((j1, 0.0, 0.0, j4), turned, strict=True)))
+    assume(abs(bent.j3) > 0.1)
+    far, near = arm.forward(straight), arm.forward(bent)
+    for start, goal in ((straight, near), (bent, far)):
+        path = Line(arm.forward(start), goal)
+        trajectory = linear(arm, start, goal, LIMITS, tool)
+        assert trajectory.positions[0] == pytest.approx(start, abs=1e-12)
+        reached = arm.forward(trajectory.positions[-1].tolist())
+        assert max(abs(a - b) for a, b in zip(reached[:3], goal[:3], strict=True)) < 1e-9
+        assert exceeded(trajectory, arm, tool) <= 1.0 + 1e-6
+        assert check(trajectory, LIMITS) == []
+        assert beside(trajectory, arm, path) < 1e-6
+
+
+def test_from_one_end_of_the_reach_to_another_takes_little_longer_than_beside_it() -> None:
+    def duration(radius: float) -> float:
+        start, goal = (Pose(radius * math.cos(a), radius * math.sin(a), 0.2) for a in (-0.5, 0.5))
+        return linear(BARE, BARE.solve(start, (-0.5, 0.2, 0.1, 0.0)), goal, LIMITS).duration
+
+    assert duration(REACH - 1e-9) < duration(REACH) < duration(REACH - 1e-9) + 0.05
+
+
+@pytest.mark.parametrize("yaw", [-2.8, 2.8])
+def test_from_stretched_the_elbow_goes_to_the_side_of_the_goal(yaw: float) -> None:
+    goal = Pose(0.5, 0.0, 0.2, yaw)
+    side = BARE.solve(goal, (0.0, 0.065, 0.0, 0.0)).j3
+    trajectory = linear(BARE, Joints(0.0, 0.065, 0.0, 0.0), goal, LIMITS)
+    assert trajectory.positions[-1][2] == pytest.approx(side)
+    assert (trajectory.positions[1:, 2] * side > 0.0).all()
+
+
+def test_the_stretched_arm_is_not_led_through_nor_around() -> None:
+    ends = [Pose(REACH * math.cos(a), REACH * math.sin(a), 0.2) for a in (-0.5, 0.0, 0.5)]
     with pytest.raises(PathError, match=r"stretched or folded .* PTP") as caught:
-        linear(BARE, start, Pose(REACH, 0.0, 0.25), LIMITS, FREE)
+        circular(BARE, BARE.solve(ends[0], (-0.5, 0.2, 0.0, 0.0)), *ends[1:], LIMITS, FREE)
     assert caught.value.largest_speed == 0.0
     assert "other side" not in str(caught.value)
+    start = WIDE.inverse(Pose(FOLDED, -0.3, 0.25))[1]
+    with pytest.raises(PathError, match=r"0\.3\d* m along .* PTP"):
+        linear(WIDE, start, Pose(FOLDED, 0.3, 0.25), WITHOUT_STOPS, FREE)
 
 
 def test_a_goal_of_the_other_elbow_names_joint_and_alternatives() -> None:
@@ -296,7 +342,7 @@ def test_a_range_left_between_two_points_is_seen() -> None:
         start = BARE.inverse(Pose(x, -0.3, 0.25))[1]
         for y in (0.21, 0.25, 0.2937):
             if refused:
-                with pytest.raises(PathError, match=r"j3 at -2\.6\d* rad, 0\.0\d* rad beyond"):
+                with pytest.raises(PathError, match=r"j3 at -2\.6\d* rad, \S+ rad beyond"):
                     linear(BARE, start, Pose(x, y, 0.25), LIMITS, FREE)
             else:
                 check(linear(BARE, start, Pose(x, y, 0.25), LIMITS, FREE), LIMITS)
@@ -311,6 +357,8 @@ GOOD = BARE.inverse(FROM)[0]
         (Pose(350.0, 300.0, 280.0), "millimetres"),
         (Pose(0.7, 0.3, 0.28), "beyond the reach"),
         (Pose(0.35, 0.30, 0.6), r"j2 at 0\.4"),
+        (Pose(0.35, 0.30, 0.28, 90.0), "degrees"),
+        ((0.35, 0.30, 0.28, 0.0), r"the goal is \(0\.35, .*give Pose\("),
         (Pose(0.35, math.nan, 0.28), "y of the goal is nan"),
         (Pose(0.35, 0.3, math.inf), "z of the goal is inf"),
         (FROM, "same pose"),
@@ -329,6 +377,9 @@ def test_bad_goals_are_refused(goal: Pose, message: str) -> None:
         (Pose(0.5, 0.0, 0.25), FROM, "full circle"),
         (Pose(0.5, math.nan, 0.25), TO, "y of the via is nan"),
         (Pose(0.62, 0.0, 0.25), TO, "beyond the reach"),
+        (Pose(600.0, 100.0, 200.0), TO, "x of the via is 600 m; are these millimetres"),
+        (Pose(0.5, 0.0, 0.25, 90.0), TO, "yaw of the via is 90 rad; are these degrees"),
+        ((0.5, 0.0, 0.25), TO, r"the via is \(.*give Pose\("),
     ],
 )
 def test_bad_arcs_are_refused(via: Pose, goal: Pose, message: str) -> None:

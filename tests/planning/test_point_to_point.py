@@ -227,6 +227,8 @@ def test_an_odd_speed_is_refused(speed: float) -> None:
     [
         ((0.0, 0.0, 0.0, 0.0), (0.0, 0.0, 2.7, 0.0), r"j3: goal 2\.7 rad is outside -2\.6"),
         ((0.0, 0.4, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0), r"j2: start 0\.4 m is outside .* 0\.338 m"),
+        ((0.0, 0.0, 0.0, 0.0), (0.0, 150.0, 0.0, 0.0), "j2: goal 150 m is .* millimetres"),
+        ((0.0, 0.0, 0.0, 0.0), (30.0, 0.1, 0.0, 0.0), "j1: goal 30 rad is .* degrees"),
         ((0.0, 0.0, 0.0, 0.0), (math.nan, 0.0, 0.0, 0.0), "j1: goal is nan"),
         ((0.0, 0.0, math.inf, 0.0), (0.0, 0.0, 0.0, 0.0), "j3: start is inf"),
         ((0.0, 0.0), (0.0, 0.0, 0.0, 0.0), "start: 2 values for 4 joints"),

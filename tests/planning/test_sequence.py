@@ -154,8 +154,11 @@ A, B, C = RECTANGLE[:3]
         ([], "at least one"),
         ([Waypoint(A), Waypoint(A)], r"waypoint 1: .* 0 m and 0 rad .* leave it out"),
         ([Waypoint(A, PTP), Waypoint(A, PTP)], r"waypoint 1: .* leave it out"),
-        ([Waypoint(A), Waypoint(B._replace(z=math.nan))], "waypoint 1: z is nan"),
-        ([Waypoint(A), Waypoint(B, CIRC, 0.0, C._replace(x=math.inf))], "waypoint 1: via x is inf"),
+        ([Waypoint(A), Waypoint(B._replace(z=math.nan))], "waypoint 1: z of the pose is nan"),
+        (
+            [Waypoint(A), Waypoint(B, CIRC, 0.0, C._replace(x=math.inf))],
+            "waypoint 1: x of the via is inf",
+        ),
         ([Waypoint(A, blend=-0.01), Waypoint(B)], r"waypoint 0: blend -0.01 m"),
         ([Waypoint(A, blend=math.nan), Waypoint(B)], "waypoint 0: blend nan m"),
         (
@@ -166,6 +169,13 @@ A, B, C = RECTANGLE[:3]
             [Waypoint(A, blend=0.01), Waypoint(A._replace(x=0.4999))],
             r"waypoint 0: blend 0.01 m, but .* only 0.0001 m",
         ),
+        ([Waypoint(A, blend=10.0), Waypoint(B)], r"waypoint 0: blend 10 m .* millimetres"),
+        (
+            [Waypoint(A), Waypoint(B, CIRC, 0.0, Pose(500.0, 100.0, 200.0))],
+            r"waypoint 1: x of the via is 500 m; are these millimetres",
+        ),
+        ([Waypoint(A), Waypoint(B._replace(yaw=90.0))], r"waypoint 1: .* degrees"),
+        ([Waypoint((0.5, 0.0, 0.2))], r"waypoint 0: the pose is \(.*give Pose\("),
         ([Waypoint(A), Waypoint(B, blend=0.01)], r"waypoint 1: blend 0.01 m, .* ends there"),
         ([Waypoint(A, PTP, 0.01), Waypoint(B)], r"waypoint 0: blend 0.01 m, .* PTP"),
         ([Waypoint(A, LIN, 0.01), Waypoint(B, PTP)], r"waypoint 0: blend 0.01 m, .* PTP"),

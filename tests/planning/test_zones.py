@@ -206,6 +206,49 @@ def test_a_load_is_kept_clear_too() -> None:
     assert scene.clearance(ARM, joints) == pytest.approx(0.05 + 0.135 - 0.1466)
 
 
+PLATE = Prism(0.11908, 0.0, 0.064, 0.043, -0.1539, -0.14)
+"""A microplate between the finger tips; its bottom is 9.8 mm below the tool's point."""
+
+
+def down_to(z: float) -> Trajectory:
+    """A motion of the lift to where the tool's point is at that height."""
+    here = REST._replace(j2=0.1)
+    return point_to_point(NAMES, here, here._replace(j2=0.1 + z - ARM.forward(here).z), LIMITS)
+
+
+@pytest.mark.parametrize("holder", ["table", "nest"])
+def test_a_load_is_set_down_on_what_it_may_touch_and_on_nothing_else(holder: str) -> None:
+    point = ARM.forward(REST)
+    if holder == "table":
+        scene = Scene(table_height=0.0, margin=0.003)
+    else:
+        nest = Box(holder, (point.x - 0.05, -0.05, -0.1), (point.x + 0.05, 0.05, 0.0))
+        scene = Scene((nest,), margin=0.003)
+    standing = 0.1539 + ARM.tool.z
+    with pytest.raises(ZoneError, match=rf"load comes too near to {holder} .* 3 mm is missed"):
+        scene.carrying(PLATE).check(ARM, down_to(standing))
+    held = scene.carrying(PLATE, touches=[holder])
+    held.check(ARM, down_to(standing))
+    held.check(ARM, down_to(standing - 0.8e-3))
+    with pytest.raises(ZoneError, match=r"load .* 2\.0 mm inside; .* 1\.1 mm too deep") as caught:
+        held.check(ARM, down_to(standing - 2e-3))
+    assert caught.value.depth == pytest.approx(1.1e-3, abs=1e-6)
+    # The gripper that holds it keeps its distance, and so does the load from all else.
+    with pytest.raises(ZoneError, match=f"jaws comes too near to {holder}"):
+        scene.carrying(replace(PLATE, low=-0.14), touches=[holder]).check(ARM, down_to(0.0))
+    wall = Box("wall", (point.x + 0.07, -0.1, 0.0), (point.x + 0.1, 0.1, 0.3), links=("load",))
+    beside = replace(held, zones=(*scene.zones, wall))
+    with pytest.raises(ZoneError, match="load comes too near to wall"):
+        replace(beside, margin=0.02).check(ARM, down_to(standing))
+
+
+def test_what_a_load_may_touch_is_in_the_scene() -> None:
+    with pytest.raises(ConfigurationError, match=r"load may touch 'rack', .* no zones and no tab"):
+        Scene().carrying(PLATE, touches=["rack"])
+    with pytest.raises(ConfigurationError, match=r"load may touch 'table', which is not in"):
+        Scene((Cylinder("nest", 0.5, 0.0, 0.1, 0.0, 0.1),)).carrying(PLATE, touches=["table"])
+
+
 def test_joints_without_a_number_are_refused() -> None:
     scene = Scene(table_height=0.0)
     turn = point_to_point(NAMES[:1], (0.0,), (1.0,), LIMITS[:1])

@@ -14,10 +14,11 @@ from hypothesis import strategies as st
 
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
+from bioscara.kinematics.pose import ANGLE_MAX
 from bioscara.model import load_parameters
 from bioscara.robot.poses import BUILT_IN, NamedPose, TeachTable
 from bioscara.robot.teach_file import load_table, save_table
-from bioscara.robot.tools import ANGLE_MAX, Tool, fingers, kinematics_with
+from bioscara.robot.tools import Tool, fingers, kinematics_with
 
 PARAMETERS = load_parameters()
 FINGERS = fingers(PARAMETERS)
@@ -116,6 +117,13 @@ def test_a_file_written_by_hand_is_read(tmp_path: Path) -> None:
         ("schema: 1\n", "", 1, "schema is missing"),
         ("poses:", "pose:", 4, "did you mean poses?"),
         ("j3: 0.8", "j5: 0.8", 6, "known here: j1, j2, j3, j4"),
+        (
+            "    tool: needle",
+            "    pose: {x: 0.4, y: 0.1, z: 0.1, yaw: 0.0, frame: bench}",
+            7,
+            "poses.plate.pose.frame is not a known parameter",
+        ),
+        ("    tool: needle", "    frame: bench", 7, "poses.plate.frame is not a known parameter"),
         ("j3: 0.8, ", "", 6, "poses.plate.joints.j3 is missing"),
         ("j3: 0.8", "j3: .nan", 6, "poses.plate.joints.j3: nan is outside"),
         ("j3: 0.8", "j3: 45.8", 6, "j3: 45.8 is outside -12.5664 .. 12.5664 rad"),

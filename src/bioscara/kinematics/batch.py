@@ -50,14 +50,17 @@ def forward(arm: Scara, joints: npt.ArrayLike) -> Array:
 def inverse(arm: Scara, poses: npt.ArrayLike) -> Array:
     """Return both ways to reach each pose: elbow positive first, then elbow negative.
 
+    Nothing is refused. What is out of reach or no number gives NaN, in both ways and in all four
+    joints, and no reason: :meth:`Scara.inverse` and :meth:`Scara.solve` give one, and ask about
+    millimetres and degrees.
+
     Args:
         arm: The arm.
         poses: x, y, z [m] and yaw [rad] of the tool, shape (..., 4).
 
     Returns:
         j1 to j4 [rad, m, rad, rad], shape (..., 2, 4), wrapped as
-        :meth:`~bioscara.kinematics.Scara.inverse` does; NaN where a pose is out of reach. Limits
-        are not checked.
+        :meth:`~bioscara.kinematics.Scara.inverse` does; limits are not checked.
     """
     p = np.asarray(poses, dtype=np.float64)
     rows = p.reshape(-1, 4)

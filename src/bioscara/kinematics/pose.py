@@ -5,9 +5,15 @@ from __future__ import annotations
 import math
 from typing import NamedTuple, Self
 
+from bioscara.errors import InvalidArgumentError
+
 
 class Pose(NamedTuple):
     """A frame that stands upright in another: it can be turned about the vertical only.
+
+    Which other one is not part of it. All that plans, moves and tells poses of an arm means its
+    tool in its base, also in files and on the command line; what stands in another frame is turned
+    into that by :meth:`compose`, ``bench_in_base.compose(plate_in_bench)``.
 
     Attributes:
         x: [m].
@@ -45,6 +51,17 @@ class Pose(NamedTuple):
 TURN = 2.0 * math.pi
 """One full turn [rad]."""
 
+PLACE_MAX = 10.0
+"""Farthest place that is taken for one [m]: beyond it stand millimetres."""
+
+ANGLE_MAX = 4.0 * math.pi
+"""Largest angle that is taken for one [rad]: beyond it stand degrees."""
+
+_HINTS = {
+    "m": (PLACE_MAX, "are these millimetres? lengths are metres"),
+    "rad": (ANGLE_MAX, "are these degrees? angles are radians"),
+}
+
 IDENTITY = Pose(0.0, 0.0, 0.0, 0.0)
 """The frame itself."""
 
@@ -53,3 +70,53 @@ def wrapped(angle: float) -> float:
     """Return ``angle`` [rad] as the equal one above -pi and up to pi."""
     turned = math.remainder(angle, TURN)
     return math.pi if turned == -math.pi else turned
+
+
+def unit_hint(value: float, unit: str) -> str:
+    """Return the question that a value raises which is too large for its unit, or nothing.
+
+    Args:
+        value: What was given.
+        unit: ``"m"`` or ``"rad"``.
+    """
+    most, hint = _HINTS[unit]
+    return hint if math.isfinite(value) and abs(value) > most else ""
+
+
+def require_pose(what: str, pose: object) -> Pose:
+    """Return ``pose`` if it is a :class:`Pose` of finite numbers.
+
+    Args:
+        what: Is said to be wrong.
+        pose: What was given.
+
+    Raises:
+        InvalidArgumentError: It is something else, for example a bare tuple, or not finite.
+    """
+    if not isinstance(pose, Pose):
+        raise InvalidArgumentError(
+            f"{what} is {pose!r}; give Pose(x, y, z, yaw), in metres and radians"
+        )
+    for name, value in zip(Pose._fields, pose, strict=True):
+        if not math.isfinite(value):
+            raise InvalidArgumentError(
+                f"{name} of {what} is {value}; every value must be a finite number"
+            )
+    return pose
+
+
+def require_near(what: str, pose: object) -> None:
+    """Raise unless ``pose`` is a :class:`Pose` that no other unit explains better.
+
+    Args:
+        what: Is said to be wrong.
+        pose: What was given.
+
+    Raises:
+        InvalidArgumentError: As :func:`require_pose`, or a value is one of millimetres or degrees.
+    """
+    pose = require_pose(what, pose)
+    for name, value, unit in zip(Pose._fields, pose, ("m", "m", "m", "rad"), strict=True):
+        hint = unit_hint(value, unit)
+        if hint:
+            raise InvalidArgumentError(f"{name} of {what} is {value:g} {unit}; {hint}")

@@ -12,10 +12,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol
 
 from bioscara.errors import InvalidArgumentError, UnreachableError
-from bioscara.kinematics.pose import IDENTITY, TURN, Pose, wrapped
+from bioscara.kinematics.joints import Geometry, Joints, Range
+from bioscara.kinematics.pose import (
+    ANGLE_MAX,
+    IDENTITY,
+    TURN,
+    Pose,
+    require_pose,
+    unit_hint,
+    wrapped,
+)
 
 _SINGULAR = 1e-9
 """Sine of the elbow angle below which the arm counts as stretched or folded."""
@@ -23,60 +31,10 @@ STRETCH_ROUNDING = 1e-12
 """How far beyond 1 rounding may take the cosine of the elbow angle."""
 LIMIT_ROUNDING = 1e-9
 """How far rounding may take a joint beyond its limit [rad or m]."""
-
-
-class Range(Protocol):
-    """Limits of one joint; :class:`bioscara.model.JointParameters` is one."""
-
-    @property
-    def name(self) -> str:
-        """Name of the joint."""
-        ...
-
-    @property
-    def unit(self) -> str:
-        """``"rad"`` or ``"m"``."""
-        ...
-
-    @property
-    def lower(self) -> float:
-        """Lowest position [unit]."""
-        ...
-
-    @property
-    def upper(self) -> float:
-        """Highest position [unit]."""
-        ...
-
-
-class Geometry(NamedTuple):
-    """Lengths of the arm, from the robot description.
-
-    Attributes:
-        upper_arm: From the column's axis to the elbow's, L1 [m].
-        forearm: From the elbow's axis to the wrist's, L2 [m].
-        height: Of the flange above the base when j2 is 0 [m].
-    """
-
-    upper_arm: float
-    forearm: float
-    height: float
-
-
-class Joints(NamedTuple):
-    """Positions of the four joints.
-
-    Attributes:
-        j1: Column [rad].
-        j2: Lift [m].
-        j3: Elbow [rad].
-        j4: Wrist [rad].
-    """
-
-    j1: float
-    j2: float
-    j3: float
-    j4: float
+_SMALL = 1e-3
+"""Below this, four decimals say too little of an excess [rad or m]."""
+_TURNING = (0, 2, 3)
+"""The joints that turn."""
 
 
 class Scara:
@@ -109,6 +67,8 @@ class Scara:
         slack = 0.5 * LIMIT_ROUNDING
         self._bounds = tuple((limit.lower - slack, limit.upper + slack) for limit in limits)
         self._plain_base = base == IDENTITY
+        turns = sum(max(-limits[i].lower, limits[i].upper) for i in _TURNING)
+        self._most_yaw = max(ANGLE_MAX, turns + abs(tool.yaw) + abs(base.yaw))
 
     def forward(self, joints: Sequence[float]) -> Pose:
         """Return the pose of the tool; yaw is not wrapped.
@@ -139,10 +99,15 @@ class Scara:
             pose: Of the tool.
 
         Raises:
-            UnreachableError: It is too far out or too close in; says by how much.
+            UnreachableError: It is too far out or too close in; says by how much. Or its yaw is
+                one of degrees.
         """
         if not math.isfinite(pose[0] + pose[1] + pose[2] + pose[3]):
             raise UnreachableError(f"{pose} is not a finite pose")
+        if abs(pose.yaw) > self._most_yaw:
+            raise UnreachableError(
+                f"{pose} cannot be reached: no joints turn so far; {unit_hint(pose.yaw, 'rad')}"
+            )
         x, y, z, yaw = pose if self._plain_base else self._to_base.compose(pose)
         tx, ty, tz, tyaw = self.tool
         turn = yaw - tyaw
@@ -173,16 +138,19 @@ class Scara:
         Raises:
             UnreachableError: No way is within the limits; says for each which joint is beyond
                 its limit, and by how much.
-            InvalidArgumentError: ``near`` is not finite.
+            InvalidArgumentError: ``near`` is not finite, or ``pose`` is not a :class:`Pose`.
         """
         if not all(map(math.isfinite, near)):
             raise InvalidArgumentError(f"joints to start from: {tuple(near)} must be finite")
+        require_pose("the pose", pose)
         both = self.inverse(pose)
         good = [self._unwound(joints, near) for joints in both if not self.beyond(joints)]
         if not good:
-            reasons = " or ".join(", ".join(self.beyond(joints)) for joints in dict.fromkeys(both))
-            hint = self._unit_hint(pose)
-            raise UnreachableError(f"{pose} cannot be reached: it would take {reasons}{hint}")
+            # With either elbow it may be the lift alone that is beyond: that is said once.
+            reasons = dict.fromkeys(", ".join(self.beyond(joints)) for joints in both)
+            raise UnreachableError(
+                f"{pose} cannot be reached: it would take {' or '.join(reasons)}"
+            )
         return min(good, key=lambda joints: _distance(joints, near))
 
     def beyond(self, joints: Sequence[float]) -> list[str]:
@@ -195,9 +163,10 @@ class Scara:
             if limit.lower - LIMIT_ROUNDING <= value <= limit.upper + LIMIT_ROUNDING:
                 continue
             over = value - limit.upper if value > limit.upper else limit.lower - value
+            hint = unit_hint(value, limit.unit)
             sentences.append(
-                f"{limit.name} at {value:.4f} {limit.unit}, {over:.4f} {limit.unit} beyond its "
-                f"range {limit.lower:g} .. {limit.upper:g}"
+                f"{limit.name} at {value:.4f} {limit.unit}, {_amount(over)} {limit.unit} beyond "
+                f"its range {limit.lower:g} .. {limit.upper:g}{hint and f' ({hint})'}"
             )
         return sentences
 
@@ -254,7 +223,7 @@ class Scara:
 
     def _unwound(self, joints: Joints, near: Sequence[float]) -> Joints:
         """Return the same way with each turning joint on its turn closest to ``near``."""
-        turned = [self._closest(i, joints[i], near[i]) for i in (0, 2, 3)]
+        turned = [self._closest(i, joints[i], near[i]) for i in _TURNING]
         return Joints(turned[0], joints.j2, turned[1], turned[2])
 
     def _closest(self, joint: int, angle: float, near: float) -> float:
@@ -281,18 +250,20 @@ class Scara:
             return math.copysign(1.0, cosine)
         distance = math.hypot(x, y)
         reach, least = self._l1 + self._l2, abs(self._l1 - self._l2)
-        hint = self._unit_hint(pose)
+        hint = unit_hint(max(map(abs, pose[:3])), "m")
+        ending = f"; {hint}" if hint else ""
         if distance > reach:
-            text = f"{distance - reach:.4f} m beyond the reach of {reach:.4f} m"
+            text = f"{_amount(distance - reach)} m beyond the reach of {reach:.4f} m"
         else:
-            text = f"{least - distance:.4f} m inside the least distance of {least:.4f} m"
+            text = f"{_amount(least - distance)} m inside the least distance of {least:.4f} m"
         raise UnreachableError(
-            f"{pose} cannot be reached: the wrist would be {text} from the column{hint}"
+            f"{pose} cannot be reached: the wrist would be {text} from the column{ending}"
         )
 
-    def _unit_hint(self, pose: Pose) -> str:
-        far = max(map(abs, pose[:3])) > 10.0 * (self._l1 + self._l2)
-        return "; are these millimetres? lengths are metres" if far else ""
+
+def _amount(value: float) -> str:
+    """Return an excess with 4 decimals, or with as many as it takes to be seen."""
+    return f"{value:.4f}" if value >= _SMALL else f"{value:.2g}"
 
 
 def _distance(joints: Sequence[float], near: Sequence[float]) -> float:

@@ -137,7 +137,8 @@ class GeometryParameters:
         tool_x: Of the point between the finger tips, in the wrist's frame [m].
         tool_y: Likewise [m].
         tool_z: Likewise [m].
-        tool_mass: Of the gripper, with everything that turns with it [kg].
+        tool_mass: Of the gripper with its jaws, as the description has it [kg]; a record, no motion
+            depends on it.
     """
 
     height: float

@@ -24,11 +24,13 @@ class Body(NamedTuple):
         link: Name of the link.
         frame: Number of the frame that it stands in.
         shape: In that frame.
+        touches: Names of the zones that it may touch, or ``"table"``.
     """
 
     link: str
     frame: int
     shape: Prism
+    touches: tuple[str, ...] = ()
 
 
 GRIPPER = (

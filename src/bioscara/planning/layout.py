@@ -29,11 +29,13 @@ class Pair(NamedTuple):
         link: Name of the link.
         zone: Name of what it is kept from: a zone, the table or a link.
         keep_in: Whether the zone is one that must not be left.
+        allowed: How much nearer than the margin they may come to each other [m].
     """
 
     link: str
     zone: str
     keep_in: bool = False
+    allowed: float = 0.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -54,9 +56,10 @@ class Layout:
     _within: tuple[Index, Index]
     _above: Index
     _table: float
+    _allowed: Array
 
     def clearances(self, arm: Scara, joints: Array, exact: float = -np.inf) -> Array:
-        """Return the distance of each pair [m], shape (pairs, n).
+        """Return the distance of each pair, and what it is allowed, as one [m], shape (pairs, n).
 
         At each instant the nearest pair is exact; others may be farther than what stands here.
 
@@ -78,8 +81,10 @@ class Layout:
             body, zone = (placed.take(index) for index in self._within)
             result[apart : apart + within] = room_within(body, zone)
         result[apart + within :] = placed.low[self._above] - self._table
+        result[apart:] += self._allowed[apart:]
         one, other = self._apart
-        least, most = bounds(placed, one, other)
+        allowed = self._allowed[:apart]
+        least, most = (bound + allowed for bound in bounds(placed, one, other))
         nearest = np.minimum(
             most.min(axis=0, initial=np.inf), result[apart:].min(axis=0, initial=np.inf)
         )
@@ -88,6 +93,7 @@ class Layout:
         least[pair, instant] = distances(
             placed.at(one[pair], instant), placed.at(other[pair], instant)
         )
+        least[pair, instant] += allowed[pair, 0]
         result[:apart] = least
 
     def _placed(self, arm: Scara, joints: Array) -> Placed:
@@ -113,6 +119,7 @@ def layout_of(
     mounted: tuple[Body, ...],
     geometry: Geometry,
     tool: Pose,
+    allowed: float,
     *,
     own: bool = False,
 ) -> Layout:
@@ -126,6 +133,7 @@ def layout_of(
         mounted: What the wrist carries.
         geometry: Of the arm.
         tool: Pose of the tool in the flange.
+        allowed: How much nearer than the margin bodies may come to what they may touch [m].
     """
     arm = moving(geometry, tool, mounted)
     # The base's frame, in which zones stand too, is the first.
@@ -146,10 +154,14 @@ def layout_of(
         if table is None or own
         else [i for i, body in enumerate(arm) if body.link not in _ON_TABLE]
     )
+
+    def pair(body: Body, zone: str, *, keep_in: bool = False) -> Pair:
+        return Pair(body.link, zone, keep_in, allowed if zone in body.touches else 0.0)
+
     pairs = (
-        *(Pair(bodies[i].link, bodies[k].link) for i, k in near),
-        *(Pair(bodies[i].link, bodies[k].link, keep_in=True) for i, k in inside),
-        *(Pair(bodies[i].link, "table") for i in above),
+        *(pair(bodies[i], bodies[k].link) for i, k in near),
+        *(pair(bodies[i], bodies[k].link, keep_in=True) for i, k in inside),
+        *(pair(bodies[i], "table") for i in above),
     )
     return Layout(
         pairs,
@@ -160,6 +172,7 @@ def layout_of(
         _indices(inside),
         np.array(above, dtype=np.intp),
         0.0 if table is None else table,
+        np.array([pair.allowed for pair in pairs]).reshape(-1, 1),
     )
 
 

@@ -23,6 +23,7 @@ from bioscara.planning.path import Path
 from bioscara.planning.path_limits import Look, caps, look, rows
 from bioscara.planning.path_refusals import check_places, check_speeds, check_start, check_turns
 from bioscara.planning.phase_plane import Rows, fastest
+from bioscara.planning.stretched_ends import Between, between, with_ends
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.trajectory import Array, Trajectory
 
@@ -75,20 +76,27 @@ def parameterise(
     shares = _shares(path, speed)
     highest, shares = float(shares.max()), shares / shares.max()
     check_start(arm, path, start)
-    grid = _first_grid(path)
-    _, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares)
+    part = between(arm, path, start)
+    side = part.side
+    grid = _first_grid(path, part)
+    _, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
     grid = _even_in_time(grid, squares, path.breaks)
     names = [limit.name for limit in limits]
     for _ in range(_REFINEMENTS + 1):
-        seen, squares = _look_and_solve(arm, path, start, limits, tool, grid, shares)
+        seen, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
         velocities = seen.joints.first * np.sqrt(squares)[:, None]
-        trajectory = Trajectory(names, _times(grid, squares), seen.joints.joints, velocities)
+        points = _times(grid, squares), seen.joints.joints, velocities
+        trajectory = Trajectory(names, *points)
         factors = _factors_of_pieces(trajectory, arm, limits, tool)
         coarse = (factors > 1.0 + _EXCESS) & (np.diff(trajectory.times) > _FINEST)
         if not coarse.any():
             break
         grid = _cut(grid, coarse)
-    check_turns(arm, path, start, seen, trajectory)
+    check_turns(arm, path, side, seen, trajectory)
+    if (part.begin, part.end) != (0.0, path.length):
+        points = with_ends(arm, path, part, start, points, limits, tool)
+        trajectory = Trajectory(names, *points)
+        factors = _factors_of_pieces(trajectory, arm, limits, tool)
     factor = max(1.0, (1.0 + _BETWEEN) * float(factors.max()))
     return stretched(trajectory, factor / highest)
 
@@ -138,12 +146,13 @@ def _look_and_solve(
     return seen, squares
 
 
-def _first_grid(path: Path) -> Array:
+def _first_grid(path: Path, part: Between) -> Array:
     """Return a grid that is finer towards both ends, and fine in each piece between breaks."""
+    begin, end, _ = part
     ends = np.cos(np.linspace(0.0, math.pi, _PIECES + 1))
-    edges = np.array((0.0, *path.breaks, path.length))
+    edges = np.array((begin, *path.breaks, end))
     pieces = np.linspace(edges[:-1], edges[1:], _PIECES_BETWEEN + 1).ravel()
-    return np.union1d(0.5 * path.length * (1.0 - ends), pieces)
+    return np.union1d(begin + 0.5 * (end - begin) * (1.0 - ends), pieces)
 
 
 def _times(grid: Array, squares: Array) -> Array:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
-from bioscara.kinematics.pose import wrapped
+from bioscara.kinematics.pose import require_near, require_pose, wrapped
 
 Array = npt.NDArray[np.float64]
 
@@ -82,7 +82,8 @@ class Line:
     """
 
     def __init__(self, start: Pose, goal: Pose) -> None:
-        _check_finite(("start", start), ("goal", goal))
+        require_pose("the start", start)
+        require_pose("the goal", goal)
         way = np.subtract(goal, start)
         way[3] = wrapped(goal.yaw - start.yaw)
         distance = float(np.linalg.norm(way[:3]))
@@ -132,9 +133,12 @@ class Arc:
             goal: Where it ends.
 
         Raises:
-            InvalidArgumentError: A value is not finite, or the three points are on one line.
+            InvalidArgumentError: A value is not finite, via is in other units, or the three
+                points are on one line.
         """
-        _check_finite(("start", start), ("via", via), ("goal", goal))
+        require_pose("the start", start)
+        require_near("the via", via)
+        require_pose("the goal", goal)
         a, b = np.subtract(via, start)[:3], np.subtract(goal, start)[:3]
         chord = float(np.linalg.norm(b))
         if chord < SHORTEST:
@@ -256,12 +260,3 @@ def _check_seam(index: int, before: Path, after: Path) -> None:
             f"piece {index} of the path leaves the direction of piece {index - 1} by {kink:.3g}: "
             "round the corner, or stop there"
         )
-
-
-def _check_finite(*poses: tuple[str, Pose]) -> None:
-    for what, pose in poses:
-        for name, value in zip(Pose._fields, pose, strict=True):
-            if not math.isfinite(value):
-                raise InvalidArgumentError(
-                    f"{name} of the {what} is {value}; every value must be a finite number"
-                )

@@ -12,12 +12,11 @@ from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.planning.joint_path import along
 from bioscara.planning.path import Path
 from bioscara.planning.path_limits import Look
+from bioscara.planning.stretched_ends import STRETCHED
 from bioscara.planning.trajectory import Array, Trajectory
 
 _NEAR = 1e-6
 """How far from the tool a path may begin [m or rad], for rounding."""
-_STRETCHED = 1e-6
-"""Sine of the elbow's angle below which the joints have no finite speed on a path."""
 _SLOWEST = 1e-3
 """A path on which the tool must go slower than this is refused [m/s]."""
 _NEAR_END = 1e-3
@@ -67,7 +66,7 @@ def check_places(arm: Scara, path: Path, start: Joints, look: Look) -> None:
         except UnreachableError as error:
             raise _refusal(arm, path, start, look, index, 2, str(error)) from None
     _check_ranges(arm, path, start, look, joints)
-    flat = np.abs(np.sin(joints[:, 2])) < _STRETCHED
+    flat = np.abs(np.sin(joints[:, 2])) < STRETCHED
     if flat.any():
         index = int(np.argmax(flat))
         why = (
@@ -165,7 +164,7 @@ def _alternative(arm: Scara, start: Joints, look: Look, *, elbow: bool) -> str:
         if elbow and other.j3 * start.j3 < 0.0 and not arm.beyond(other):
             joints = along(arm, look.tool, other).joints
             # The other elbow mirrors this one: where this is stretched, it is too.
-            stretched = (np.abs(np.sin(joints[:, 2])) < _STRETCHED).any()
+            stretched = (np.abs(np.sin(joints[:, 2])) < STRETCHED).any()
             if not stretched and not any(arm.beyond(row) for row in joints.tolist()):
                 offers.append(
                     "with the elbow on the other side the whole path is within limits: start from "

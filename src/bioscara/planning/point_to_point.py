@@ -9,6 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
+from bioscara.kinematics.pose import unit_hint
 from bioscara.planning.check import check
 from bioscara.planning.double_s import durations, fastest, lasting
 from bioscara.planning.limits import JointLimits
@@ -109,9 +110,10 @@ def _require_inside(limit: JointLimits, what: str, value: float) -> None:
         raise TrajectoryError(f"{limit.name}: {what} is {value}; it must be a finite number")
     room = _ROOM * (limit.upper - limit.lower)
     if not limit.lower - room <= value <= limit.upper + room:
+        hint = unit_hint(value, limit.unit)
         raise TrajectoryError(
             f"{limit.name}: {what} {value:.6g} {limit.unit} is outside {limit.lower:g} .. "
-            f"{limit.upper:g} {limit.unit}"
+            f"{limit.upper:g} {limit.unit}{hint and f'; {hint}'}"
         )
 
 

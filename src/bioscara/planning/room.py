@@ -151,4 +151,5 @@ class _View:
 
     def _refusal(self, pair: Pair, depth: float) -> ZoneError:
         where = "before it can come to rest"
-        return ZoneError(pair.zone, pair.link, 0.0, depth, self._margin, where)
+        margin = self._margin - pair.allowed
+        return ZoneError(pair.zone, pair.link, 0.0, depth, margin, where, touch=pair.allowed > 0.0)

@@ -18,7 +18,7 @@ import numpy as np
 
 from bioscara.errors import InvalidArgumentError, PathError
 from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.kinematics.pose import wrapped
+from bioscara.kinematics.pose import require_near, require_pose, wrapped
 from bioscara.planning.blending import Blend, Rounded, rounded
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.parameterisation import parameterise
@@ -30,6 +30,8 @@ from bioscara.planning.trajectory import Trajectory
 
 _LEAST_BLEND = 1e-4
 """Smallest blend [m]; at a smaller one the tool all but stops, and 0 does that better."""
+_MOST_BLEND = 1.0
+"""Largest blend that is taken for one [m]: beyond it stand millimetres."""
 
 _BETWEEN = 1e-5
 """Share by which the tool may be faster than where it was looked at."""
@@ -51,7 +53,7 @@ class Waypoint:
     """A pose that the tool goes to.
 
     Attributes:
-        pose: Of the tool, in the frame that the arm's poses are given in.
+        pose: Of the tool in the base, or in the world that the arm's kinematics were given.
         motion: The way there.
         blend: How far from the pose the tool may turn off to the next waypoint [m]; 0 rests there.
         via: Point that an arc passes; its yaw does not matter. For CIRC, and only for it.
@@ -164,10 +166,9 @@ def _check(arm: Scara, start: Joints, waypoints: Sequence[Waypoint]) -> None:
 
 
 def _check_values(waypoint: Waypoint) -> None:
-    for what, pose in (("", waypoint.pose), ("via ", waypoint.via or waypoint.pose)):
-        for name, value in zip(Pose._fields, pose, strict=True):
-            if not math.isfinite(value):
-                raise InvalidArgumentError(f"{what}{name} is {value}; it must be a finite number")
+    require_pose("the pose", waypoint.pose)
+    if waypoint.via is not None:
+        require_near("the via", waypoint.via)
     if not 0.0 < waypoint.speed <= 1.0:
         raise InvalidArgumentError(f"speed {waypoint.speed} is outside 0 .. 1 (0 excluded)")
     if not 0.0 <= waypoint.blend < math.inf:
@@ -177,6 +178,11 @@ def _check_values(waypoint: Waypoint) -> None:
     if 0.0 < waypoint.blend < _LEAST_BLEND:
         raise InvalidArgumentError(
             f"blend {waypoint.blend:g} m is less than {_LEAST_BLEND:g} m; 0 rests there"
+        )
+    if waypoint.blend > _MOST_BLEND:
+        raise InvalidArgumentError(
+            f"blend {waypoint.blend:g} m is more than {_MOST_BLEND:g} m; are these millimetres? "
+            "lengths are metres"
         )
     circular = waypoint.motion is Motion.CIRC
     if circular != (waypoint.via is not None):

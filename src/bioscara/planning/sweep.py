@@ -120,12 +120,15 @@ def refusal(layout: Layout, times: Array, pairs: Array, margin: float) -> ZoneEr
         pairs: Distance of each pair [m], shape (pairs, n).
         margin: Distance to keep [m].
     """
-    row, sample = np.unravel_index(int(pairs.argmin()), pairs.shape)
-    pair, clearance = layout.pairs[int(row)], float(pairs[row, sample])
     begins = float(times[pairs.min(axis=0) < margin].min())
+    row, sample = np.unravel_index(int(pairs.argmin()), pairs.shape)
+    pair = layout.pairs[int(row)]
+    margin, clearance = margin - pair.allowed, float(pairs[row, sample]) - pair.allowed
     where = "at the start" if begins <= 0.0 else f"from {begins:.3f} s on"
     nearest = f"{where}, nearest at {times[sample]:.3f} s: {_told(pair.keep_in, clearance)}"
-    return ZoneError(pair.zone, pair.link, begins, margin - clearance, margin, nearest)
+    return ZoneError(
+        pair.zone, pair.link, begins, margin - clearance, margin, nearest, touch=pair.allowed > 0.0
+    )
 
 
 def _told(keep_in: bool, clearance: float) -> str:

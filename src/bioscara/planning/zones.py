@@ -133,25 +133,38 @@ class Scene:
         for name in names:
             if names.count(name) > 1:
                 raise ConfigurationError(f"zone {name}: the name is taken by another zone")
+        known = names if self.table_height is None else [*names, "table"]
+        for body in self.mounted:
+            for name in body.touches:
+                if name not in known:
+                    raise ConfigurationError(
+                        f"{body.link} may touch {name!r}, which is not in the scene; there are "
+                        f"{', '.join(known) or 'no zones and no table'}"
+                    )
         _check_number("margin", self.margin, *MARGINS)
         if self.table_height is not None:
             _check_number("table_height", self.table_height, -FAR, FAR)
 
-    def carrying(self, load: Prism) -> Scene:
+    def carrying(self, load: Prism, touches: Sequence[str] = ()) -> Scene:
         """Return the scene of an arm whose tool holds something.
 
         Args:
             load: The shape of it in the frame of the wrist, like the tool.
+            touches: What it is taken from or set down on: names of zones, or ``"table"``. The load
+                alone may come that near to these, up to 0.9 mm inside, which is :data:`STAND`.
+
+        Raises:
+            ConfigurationError: The scene has no zone of such a name, or no table.
         """
-        return replace(self, mounted=(*self.mounted, Body("load", WRIST, load)))
+        held = Body("load", WRIST, load, tuple(touches))
+        return replace(self, mounted=(*self.mounted, held))
 
     def layouts(self, arm: Scara) -> tuple[Layout, Layout]:
         """Return the scene prepared for one arm and its tool: what is around it, and itself."""
         zones = tuple((zone.name, zone.shape, zone.keep_in, zone.links) for zone in self.zones)
-        around = layout_of(zones, self.table_height, self.mounted, arm.geometry, arm.tool)
-        return around, layout_of(
-            zones, self.table_height, self.mounted, arm.geometry, arm.tool, own=True
-        )
+        stands = zones, self.table_height, self.mounted, arm.geometry, arm.tool
+        allowed = self.margin + STAND
+        return layout_of(*stands, allowed), layout_of(*stands, allowed, own=True)
 
     def clearance(self, arm: Scara, joints: npt.ArrayLike) -> Array:
         """Return how far the arm is from everything that it must not touch; exact.
@@ -162,7 +175,8 @@ class Scene:
 
         Returns:
             Distance of the nearest pair [m], shape (n,); below zero how deep one is in the other.
-            The margin is not taken off.
+            The margin is not taken off; a load counts by that
+            and :data:`STAND` farther from what it may touch.
 
         Raises:
             InvalidArgumentError: A joint is not a finite number.

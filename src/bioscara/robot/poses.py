@@ -7,10 +7,8 @@ from dataclasses import dataclass, replace
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
-from bioscara.robot.tools import ANGLE_MAX, FINGERS, Tool, check_name, check_number, unknown
-
-PLACE_MAX = 10.0
-"""Farthest place that is taken for one [m]: beyond it stand millimetres."""
+from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
+from bioscara.robot.tools import FINGERS, Tool, check_name, check_number, unknown
 
 
 @dataclass(frozen=True, slots=True)
@@ -25,7 +23,8 @@ class NamedPose:
         joints: Positions of the joints [rad, m, rad, rad], or None.
         pose_tool_in_base: Where the tool is, or None.
         tool: Name of the tool that it was taught with.
-        calibration: Which calibration of the arm it was taught with; empty where nobody said.
+        calibration: Which calibration of the arm it was taught with; empty where nobody said. A
+            record: it is compared with nothing.
 
     Raises:
         InvalidArgumentError: There is neither joints nor pose, or a value cannot be.

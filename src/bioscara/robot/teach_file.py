@@ -24,9 +24,10 @@ from typing import TypeVar
 
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
+from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
 from bioscara.model.yaml_section import YamlSection, read_text, sections_of
-from bioscara.robot.poses import PLACE_MAX, NamedPose, TeachTable
-from bioscara.robot.tools import ANGLE_MAX, FINGERS, MASS_MAX, OFFSET_MAX, Tool
+from bioscara.robot.poses import NamedPose, TeachTable
+from bioscara.robot.tools import FINGERS, MASS_MAX, OFFSET_MAX, Tool
 
 SCHEMA = 1
 """The form that is read and written."""

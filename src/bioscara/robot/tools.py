@@ -10,14 +10,13 @@ from dataclasses import dataclass
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Geometry, Pose, Scara
+from bioscara.kinematics.pose import ANGLE_MAX
 from bioscara.model import ArmParameters
 
 OFFSET_MAX = 1.0
 """How far a tool may reach from the flange, along each axis [m]: three forearms."""
 MASS_MAX = 10.0
 """Heaviest tool that is taken for one [kg]; the arm carries less."""
-ANGLE_MAX = 4.0 * math.pi
-"""Largest angle that is taken for one [rad]: beyond it stand degrees."""
 FINGERS = "fingers"
 """Name of the tool that the parameters describe."""
 
@@ -32,7 +31,7 @@ class Tool:
     Attributes:
         name: Letters, digits, ``_`` and ``-``; begins with a letter.
         pose_tool_in_flange: The point that is moved.
-        mass: Of all of it [kg].
+        mass: Of all of it [kg]; a record, no motion depends on it.
 
     Raises:
         InvalidArgumentError: A value is not finite or cannot be.
