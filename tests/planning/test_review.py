@@ -80,7 +80,7 @@ def test_small_moves_do_not_lead_the_gripper_into_the_base():
 
 
 def test_from_a_goal_that_was_free_the_arm_can_leave_again():
-    """It rests a tenth of a millimetre beside the goal, where every plan is refused at its start."""
+    """It rests a hair beside the goal, where every plan is refused at its start."""
     start = (0.4297746953080669, 0.2, 1.095035170767486, 0.17580086493352587)
     goal = (-0.023961089524598078, 0.2, 0.9301880158531971, 0.19255204471056064)
     place = (0.5973388428514501, 0.024934661973487482)
