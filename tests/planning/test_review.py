@@ -14,6 +14,7 @@ from bioscara.cli import main
 from bioscara.errors import BioscaraError, ConfigurationError, ZoneError
 from bioscara.kinematics import Joints, Pose
 from bioscara.model import load_parameters
+from bioscara.planning import check, read, write_csv
 from bioscara.planning.cartesian import linear
 from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.scene_file import read_scene
@@ -249,6 +250,16 @@ def test_a_table_that_is_saved_can_be_loaded(tmp_path: Path):
     except ConfigurationError:
         return
     assert load_table(path, FINGERS) == table
+
+
+def test_a_plan_that_is_written_as_csv_can_be_read_again(tmp_path: Path):
+    """Two joints change their jerk 0.05 us apart; in a file, points are 1 us apart."""
+    start = (-0.15402283030787567, 0.15226613102176714, -0.2521493761253315, -1.0959225604347294)
+    goal = (-0.3824816665468913, 0.15226613102176714, 1.8089621839557128, -1.8064242274080027)
+    planned = [replace(limit, max_acceleration=0.8 * limit.max_acceleration) for limit in LIMITS]
+    path = tmp_path / "plan.csv"
+    write_csv(path, point_to_point(NAMES, start, goal, planned))
+    check(read(path).trajectory, LIMITS)
 
 
 def test_tables_saved_by_two_threads_are_whole(tmp_path: Path):
