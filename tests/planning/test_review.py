@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from bioscara.cli import main
-from bioscara.errors import BioscaraError, ConfigurationError, ZoneError
+from bioscara.errors import BioscaraError, ConfigurationError
 from bioscara.kinematics import Joints, Pose
 from bioscara.model import load_parameters
 from bioscara.planning import check, read, write_csv
@@ -22,7 +22,7 @@ from bioscara.planning.sequence import Waypoint, sequence
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.tool_speed import peak_tool_speed
 from bioscara.planning.trajectory import Trajectory
-from bioscara.planning.zones import Box, Cylinder, Scene
+from bioscara.planning.zones import Box, Scene
 from bioscara.robot import Robot
 from bioscara.robot.planner import Planner
 from bioscara.robot.poses import NamedPose, TeachTable
@@ -51,49 +51,6 @@ class Limits:
 
 
 # --- zones -----------------------------------------------------------------------------------
-
-
-def test_small_moves_do_not_lead_the_gripper_into_the_base():
-    """Each move may come 0.4 mm nearer than the one before it: 36 of them end inside."""
-    here = [(0.0, 0.0, 2.28, -3.0)]
-    planner = Planner(PARAMETERS, lambda: here[0])
-
-    def clearance() -> float:
-        return float(Scene().clearance(planner.kinematics, [here[0]])[0])
-
-    assert clearance() > 0.01
-    with pytest.raises(ZoneError):
-        planner.joints((0.0, 0.0, 2.32, -3.0))  # the same way in one go
-    for _ in range(100):
-        for step in (0.01, 0.005, 0.002, 0.001, 0.0005, 0.0003):
-            goal = (0.0, 0.0, here[0][2] + step, -3.0)
-            try:
-                planner.joints(goal)
-            except ZoneError:
-                continue
-            here[0] = goal
-            break
-        else:
-            break
-        if clearance() < 0.0:
-            break
-    assert clearance() > 0.005 - 4e-4
-
-
-def test_from_a_goal_that_was_free_the_arm_can_leave_again():
-    """It rests a hair beside the goal, where every plan is refused at its start."""
-    start = (0.4297746953080669, 0.2, 1.095035170767486, 0.17580086493352587)
-    goal = (-0.023961089524598078, 0.2, 0.9301880158531971, 0.19255204471056064)
-    place = (0.5973388428514501, 0.024934661973487482)
-    with Robot.simulated(PARAMETERS) as robot:
-        robot.home()
-        robot.move_joints(start)
-        thin = Scene((Cylinder("post", *place, 0.01, -1.0, 1.0),))
-        room = float(thin.clearance(robot.kinematics, [goal])[0])
-        radius = 0.01 + room - thin.margin - 1e-6
-        robot.plan.scene = Scene((Cylinder("post", *place, radius, -1.0, 1.0),))
-        robot.move_joints(goal)
-        robot.move_joints(start)
 
 
 def test_a_robot_follows_a_trajectory_for_some_of_the_joints():

@@ -19,13 +19,12 @@ from bioscara.kinematics import Scara
 from bioscara.planning.bodies import GRIPPER, WRIST, Body
 from bioscara.planning.layout import LINKS, Layout, layout_of
 from bioscara.planning.shapes import Array, Prism
-from bioscara.planning.sweep import sweep
+from bioscara.planning.standing import began, stand
+from bioscara.planning.sweep import refusal, sweep
 from bioscara.planning.trajectory import Trajectory
 
 MARGINS = (1e-3, 0.1)
 """Smallest and largest margin [m]: what is missed between samples is less than the smallest."""
-STAND = 0.9e-3
-"""How much nearer to something the arm may stand than it was told to [m]: 1 mrad at its reach."""
 _ROUNDING = 1e-9
 FAR = 10.0
 """Coordinates of a scene are below this [m]: larger ones are millimetres."""
@@ -206,8 +205,8 @@ class Scene:
             arm: The arm with its tool.
             trajectory: For some or all of the joints.
             elsewhere: Where the joints are that it does not name [rad, m, rad, rad].
-            folded: How near its links were to each other when it began to unfold [m]; so near
-                they may come again as long as it has not.
+            folded: How near its links were to each other when it began to unfold [m], from
+                :func:`~bioscara.planning.standing.began`; so near they may come again.
 
         Raises:
             ZoneError: The arm comes too near; names zone, link, time, depth and margin.
@@ -230,17 +229,24 @@ class Scene:
         rest = np.array((0.0,) * len(names) if elsewhere is None else elsewhere)
         _check_finite(rest)
         around, itself = self.layouts(arm)
-        start = rest.copy()
-        start[[names.index(name) for name in trajectory.joint_names]] = trajectory.positions[0]
-        begins = _nearest(around, arm, start) - _ROUNDING
-        stands = self.margin - min(STAND, self.margin / 2.0) <= begins < self.margin
-        sweep(around, arm, trajectory, rest, begins if stands else self.margin)
-        begins = _nearest(itself, arm, start)
-        if begins >= self.margin or folded == math.inf:
-            folded = begins
-        # Not begins - STAND: from motion to motion it could come nearer and nearer.
-        nearest = min(self.margin, begins - _ROUNDING, folded - STAND)
+        ends = np.tile(rest, (2, 1))
+        ends[:, [names.index(name) for name in trajectory.joint_names]] = trajectory.positions[
+            [0, -1]
+        ]
+        begins, allowed = _nearest(around, arm, ends[0]), stand(self.margin)
+        nearest = min(self.margin, begins - _ROUNDING)
+        stands = begins >= self.margin - allowed
+        sweep(around, arm, trajectory, rest, nearest if stands else self.margin)
+        begins = _nearest(itself, arm, ends[0])
+        nearest = min(self.margin, begins - _ROUNDING)
+        folded = began(self.margin, begins, folded)
+        if folded < self.margin:
+            nearest = min(nearest, folded - allowed)
         sweep(itself, arm, trajectory, rest, nearest)
+        # Resting a hair beside each goal it could else come nearer from motion to motion.
+        if begins < folded - allowed > _nearest(itself, arm, ends[1]):
+            pairs = itself.clearances(arm, ends[1:])
+            raise refusal(itself, trajectory.times[-1:], pairs, folded - allowed)
 
 
 def _nearest(layout: Layout, arm: Scara, joints: Sequence[float] | Array) -> float:
