@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints
 from bioscara.planning import point_to_point
+from bioscara.planning.bodies import GRIPPER
 from bioscara.planning.layout import LINKS
 from bioscara.planning.scene_file import read_scene
 from bioscara.planning.shapes import Prism
@@ -204,6 +205,17 @@ def test_a_load_is_kept_clear_too() -> None:
     plate = Prism(0.11908, 0.0, 0.064, 0.043, -0.17, -0.14)
     assert scene.carrying(plate).clearance(ARM, joints) == pytest.approx(0.05 + 0.135 - 0.17)
     assert scene.clearance(ARM, joints) == pytest.approx(0.05 + 0.135 - 0.1466)
+
+
+def test_what_a_scene_is_made_of_may_be_lists() -> None:
+    """A scene written in a program; what it is made into is kept by value."""
+    zone = Box("box", [0.5, 0.5, 0.0], [0.6, 0.6, 0.1], links=["gripper"])  # type: ignore[arg-type]
+    pole = Cylinder("pole", 0.5, -0.5, 0.1, 0.0, 0.1, links=["gripper"])  # type: ignore[arg-type]
+    lists = Scene([zone, pole], mounted=list(GRIPPER))  # type: ignore[arg-type]
+    lists.check(ARM, point_to_point(NAMES, REST, REST._replace(j2=0.3), LIMITS))
+    box = Box("box", (0.5, 0.5, 0.0), (0.6, 0.6, 0.1), links=("gripper",))
+    assert lists == Scene((box, replace(pole, links=("gripper",))))
+    assert hash(lists) == hash(replace(lists))
 
 
 def test_joints_without_a_number_are_refused() -> None:

@@ -54,6 +54,7 @@ class Box:
     links: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        _fix(self, "lower", "upper", "links")
         _check_zone(self.name, self.links)
         for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
             _check_range(self.name, axis, low, high)
@@ -93,6 +94,7 @@ class Cylinder:
     links: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
+        _fix(self, "links")
         _check_zone(self.name, self.links)
         _check_number(f"zone {self.name}: x", self.x, -FAR, FAR)
         _check_number(f"zone {self.name}: y", self.y, -FAR, FAR)
@@ -128,6 +130,7 @@ class Scene:
     mounted: tuple[Body, ...] = GRIPPER
 
     def __post_init__(self) -> None:
+        _fix(self, "zones", "mounted")
         names = [zone.name for zone in self.zones]
         for name in names:
             if names.count(name) > 1:
@@ -230,9 +233,8 @@ class Scene:
         _check_finite(rest)
         around, itself = self.layouts(arm)
         ends = np.tile(rest, (2, 1))
-        ends[:, [names.index(name) for name in trajectory.joint_names]] = trajectory.positions[
-            [0, -1]
-        ]
+        columns = [names.index(name) for name in trajectory.joint_names]
+        ends[:, columns] = trajectory.positions[[0, -1]]
         begins, allowed = _nearest(around, arm, ends[0]), stand(self.margin)
         nearest = min(self.margin, begins - _ROUNDING)
         stands = begins >= self.margin - allowed
@@ -247,6 +249,12 @@ class Scene:
         if begins < folded - allowed > _nearest(itself, arm, ends[1]):
             pairs = itself.clearances(arm, ends[1:])
             raise refusal(itself, trajectory.times[-1:], pairs, folded - allowed)
+
+
+def _fix(owner: Zone | Scene, *sequences: str) -> None:
+    """Make tuples of what may have come as lists: layouts are kept by value."""
+    for name in sequences:
+        object.__setattr__(owner, name, tuple(getattr(owner, name)))
 
 
 def _nearest(layout: Layout, arm: Scara, joints: Sequence[float] | Array) -> float:
