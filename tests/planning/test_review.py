@@ -7,7 +7,6 @@ import warnings
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from bioscara.cli import main
@@ -20,9 +19,7 @@ from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.scene_file import read_scene
 from bioscara.planning.sequence import Waypoint, sequence
 from bioscara.planning.tool_limits import ToolLimits
-from bioscara.planning.tool_speed import peak_tool_speed
 from bioscara.planning.trajectory import Trajectory
-from bioscara.planning.zones import Box, Scene
 from bioscara.robot import Robot
 from bioscara.robot.planner import Planner
 from bioscara.robot.poses import NamedPose, TeachTable
@@ -63,33 +60,7 @@ def test_a_robot_follows_a_trajectory_for_some_of_the_joints():
         assert robot.state.positions[0] == pytest.approx(0.1, abs=1e-3)
 
 
-def test_links_of_a_zone_may_be_a_list():
-    zone = Box("b", (0.5, 0.5, 0.0), (0.6, 0.6, 0.1), links=["gripper"])  # type: ignore[arg-type]
-    Scene((zone,)).check(ARM, PLANNER.joints(HERE).trajectory)
-
-
 # --- limits ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("wait", [4e3, 4e4, 1e5])
-def test_the_tool_is_slow_also_in_a_long_trajectory(wait):
-    """The arm waits, moves for half a second and waits: looked at 50000 times, all in all."""
-    motion = point_to_point(NAMES, HERE, (0.2, 0.2, 1.3, 0.5), LIMITS)
-    rest = np.zeros(4)
-    long = Trajectory(
-        NAMES,
-        np.concatenate(([0.0], wait / 2.0 + motion.times, [wait])),
-        np.vstack((HERE, motion.positions, motion.positions[-1])),
-        np.vstack((rest, motion.velocities, rest)),
-    )
-    slowed = PLANNER.trajectory(long, HERE).trajectory
-    middle = Trajectory(
-        NAMES,
-        slowed.times[1:-1] - slowed.times[1],
-        slowed.positions[1:-1],
-        slowed.velocities[1:-1],
-    )
-    assert peak_tool_speed(middle, ARM, HERE) <= 0.25 * (1.0 + 1e-5)
 
 
 @pytest.mark.parametrize("highest", [1e4, 1e5, 1e6])
@@ -134,32 +105,11 @@ def test_blends_that_almost_meet(left):
     assert sequence(ARM, HERE, ways, LIMITS).trajectory.duration > 1.0
 
 
-def test_a_line_that_keeps_to_its_speed_has_no_note_of_stretching():
-    rng = np.random.default_rng(3)
-    for _ in range(60):
-        here = Joints(*(rng.uniform(0.8 * limit.lower, 0.8 * limit.upper) for limit in LIMITS))
-        planner = Planner(PARAMETERS, lambda here=here: here)
-        tool = planner.kinematics.forward(here)
-        try:
-            plan = planner.linear(
-                tool._replace(x=tool.x + rng.normal() * 0.1, y=tool.y + rng.normal() * 0.1)
-            )
-        except BioscaraError:
-            continue
-        assert not [note for note in plan.notes if "1.00 times" in note]
-
-
 def test_curves_of_a_trajectory_cannot_be_changed():
     """What is checked (arrays) and what is executed (plain floats) would differ."""
     trajectory = PLANNER.joints((0.5, 0.2, 1.0, 0.0)).trajectory
     with pytest.raises(ValueError, match="read-only"):
         trajectory.coefficients[0, 0, 1] = 99.0
-
-
-def test_a_plan_tells_what_is_unusual_about_a_trajectory():
-    """check() returns these sentences; Planner.trajectory() drops them."""
-    steps = Trajectory(NAMES, [0.0, 5.0], [HERE, HERE._replace(j1=0.3)])
-    assert any("jerks" in note for note in PLANNER.trajectory(steps, HERE).notes)
 
 
 # --- files -----------------------------------------------------------------------------------

@@ -214,8 +214,8 @@ class Planner:
             TrajectoryError: It breaks a limit.
             ZoneError: It leads through something.
         """
-        check(trajectory, self._limits)
-        return self._free(trajectory, Joints(*elsewhere))
+        notes = check(trajectory, self._limits)
+        return self._free(trajectory, Joints(*elsewhere), tuple(notes))
 
     def _start(self) -> Joints:
         return Joints(*self._here())
@@ -226,7 +226,7 @@ class Planner:
     def _free(self, trajectory: Trajectory, here: Joints, notes: tuple[str, ...] = ()) -> Plan:
         if not self.full_speed:
             trajectory, factor = reduced(trajectory, self.kinematics, here)
-            if factor > 1.0:
+            if round(factor, 2) > 1.0:
                 notes += (
                     f"takes {factor:.2f} times as long to keep the tool at "
                     f"{1e3 * REDUCED_SPEED:.0f} mm/s",
