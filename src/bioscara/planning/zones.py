@@ -17,17 +17,16 @@ import numpy.typing as npt
 from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara
 from bioscara.planning.bodies import GRIPPER, WRIST, Body
-from bioscara.planning.layout import LINKS, Layout, layout_of
+from bioscara.planning.layout import Layout, layout_of
 from bioscara.planning.shapes import Array, Prism
 from bioscara.planning.standing import began, stand
 from bioscara.planning.sweep import refusal, sweep
 from bioscara.planning.trajectory import Trajectory
+from bioscara.planning.zone_values import FAR, check_name, check_number, check_range, make_tuples
 
 MARGINS = (1e-3, 0.1)
 """Smallest and largest margin [m]: what is missed between samples is less than the smallest."""
 _ROUNDING = 1e-9
-FAR = 10.0
-"""Coordinates of a scene are below this [m]: larger ones are millimetres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +53,11 @@ class Box:
     links: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        _fix(self, "lower", "upper", "links")
-        _check_zone(self.name, self.links)
+        make_tuples(self, "lower", "upper", "links")
+        check_name(self.name, self.links)
         for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
-            _check_range(self.name, axis, low, high)
-        _check_number(f"zone {self.name}: yaw", self.yaw, -2 * math.pi, 2 * math.pi, "rad")
+            check_range(self.name, axis, low, high)
+        check_number(f"zone {self.name}: yaw", self.yaw, -2 * math.pi, 2 * math.pi, "rad")
 
     @property
     def shape(self) -> Prism:
@@ -94,12 +93,12 @@ class Cylinder:
     links: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        _fix(self, "links")
-        _check_zone(self.name, self.links)
-        _check_number(f"zone {self.name}: x", self.x, -FAR, FAR)
-        _check_number(f"zone {self.name}: y", self.y, -FAR, FAR)
-        _check_number(f"zone {self.name}: radius", self.radius, 1e-4, FAR)
-        _check_range(self.name, "z", self.low, self.high)
+        make_tuples(self, "links")
+        check_name(self.name, self.links)
+        check_number(f"zone {self.name}: x", self.x, -FAR, FAR)
+        check_number(f"zone {self.name}: y", self.y, -FAR, FAR)
+        check_number(f"zone {self.name}: radius", self.radius, 1e-4, FAR)
+        check_range(self.name, "z", self.low, self.high)
 
     @property
     def shape(self) -> Prism:
@@ -130,14 +129,14 @@ class Scene:
     mounted: tuple[Body, ...] = GRIPPER
 
     def __post_init__(self) -> None:
-        _fix(self, "zones", "mounted")
+        make_tuples(self, "zones", "mounted")
         names = [zone.name for zone in self.zones]
         for name in names:
             if names.count(name) > 1:
                 raise ConfigurationError(f"zone {name}: the name is taken by another zone")
-        _check_number("margin", self.margin, *MARGINS)
+        check_number("margin", self.margin, *MARGINS)
         if self.table_height is not None:
-            _check_number("table_height", self.table_height, -FAR, FAR)
+            check_number("table_height", self.table_height, -FAR, FAR)
 
     def carrying(self, load: Prism) -> Scene:
         """Return the scene of an arm whose tool holds something.
@@ -251,12 +250,6 @@ class Scene:
             raise refusal(itself, trajectory.times[-1:], pairs, folded - allowed)
 
 
-def _fix(owner: Zone | Scene, *sequences: str) -> None:
-    """Make tuples of what may have come as lists: layouts are kept by value."""
-    for name in sequences:
-        object.__setattr__(owner, name, tuple(getattr(owner, name)))
-
-
 def _nearest(layout: Layout, arm: Scara, joints: Sequence[float] | Array) -> float:
     return float(layout.clearances(arm, np.array([joints])).min(initial=math.inf))
 
@@ -265,34 +258,3 @@ def _check_finite(joints: Array) -> None:
     if not np.isfinite(joints).all():
         bad = joints[~np.isfinite(joints)][0]
         raise InvalidArgumentError(f"a joint is at {bad}: zones need finite positions")
-
-
-def _check_zone(name: str, links: tuple[str, ...]) -> None:
-    if not name.strip():
-        raise ConfigurationError(f"zone {name!r}: it needs a name")
-    if name in (*LINKS, "base_link", "table"):
-        raise ConfigurationError(f"zone {name}: the name is taken by the table or a link")
-    for link in links:
-        if link not in LINKS:
-            raise ConfigurationError(
-                f"zone {name}: {link!r} is not a link that moves; those are {', '.join(LINKS)}"
-            )
-
-
-def _check_range(name: str, axis: str, low: float, high: float) -> None:
-    for value in (low, high):
-        _check_number(f"zone {name}: {axis}", value, -FAR, FAR)
-    if not low < high:
-        raise ConfigurationError(
-            f"zone {name}: {axis} goes from {low:g} m to {high:g} m; the first must be the smaller"
-        )
-
-
-def _check_number(what: str, value: float, lower: float, upper: float, unit: str = "m") -> None:
-    if not lower <= value <= upper:
-        hint = "; are these millimetres? lengths are metres" if unit == "m" else ""
-        if not math.isfinite(value) or abs(value) <= FAR:
-            hint = ""
-        raise ConfigurationError(
-            f"{what}: {value:g} {unit} is outside {lower:g} .. {upper:g} {unit}{hint}"
-        )
