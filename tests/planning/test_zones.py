@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints
 from bioscara.planning import point_to_point
+from bioscara.planning.bodies import GRIPPER
 from bioscara.planning.layout import LINKS
 from bioscara.planning.scene_file import read_scene
 from bioscara.planning.shapes import Prism
@@ -247,6 +248,17 @@ def test_what_a_load_may_touch_is_in_the_scene() -> None:
         Scene().carrying(PLATE, touches=["rack"])
     with pytest.raises(ConfigurationError, match=r"load may touch 'table', which is not in"):
         Scene((Cylinder("nest", 0.5, 0.0, 0.1, 0.0, 0.1),)).carrying(PLATE, touches=["table"])
+
+
+def test_what_a_scene_is_made_of_may_be_lists() -> None:
+    """A scene written in a program; what it is made into is kept by value."""
+    zone = Box("box", [0.5, 0.5, 0.0], [0.6, 0.6, 0.1], links=["gripper"])  # type: ignore[arg-type]
+    pole = Cylinder("pole", 0.5, -0.5, 0.1, 0.0, 0.1, links=["gripper"])  # type: ignore[arg-type]
+    lists = Scene([zone, pole], mounted=list(GRIPPER))  # type: ignore[arg-type]
+    lists.check(ARM, point_to_point(NAMES, REST, REST._replace(j2=0.3), LIMITS))
+    box = Box("box", (0.5, 0.5, 0.0), (0.6, 0.6, 0.1), links=("gripper",))
+    assert lists == Scene((box, replace(pole, links=("gripper",))))
+    assert hash(lists) == hash(replace(lists))
 
 
 def test_joints_without_a_number_are_refused() -> None:

@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from bioscara.errors import ZoneError
 from bioscara.model import load_parameters
 from bioscara.planning.jog import JointVelocity
-from bioscara.planning.zones import STAND, Scene
+from bioscara.planning.standing import STAND
+from bioscara.planning.zones import Cylinder, Scene
+from bioscara.robot import Robot
 from bioscara.robot.planner import Planner
 
 ARM = load_parameters()
@@ -137,3 +139,62 @@ def test_a_stand_that_is_a_little_too_near_may_be_left_and_not_approached(
     folded.plan.jog(folded.here)
     with pytest.raises(ZoneError, match="table"):
         folded.plan.joints((0.0, low - 0.1e-3, 0.0, 0.0))
+
+
+FREE = (0.0, 0.001, 2.28, -3.0)
+"""Unfolded, with the gripper turned to the base: 11.6 mm away."""
+STEPS = (0.01, 0.005, 0.002, 0.001, 0.0005, 0.0003, 0.0)
+
+
+def approach(arm: Folded, off: float) -> float:
+    """Go nearer by small moves as long as one is found, resting beside each; return the nearest."""
+    nearest = arm.clearance()
+    for move in range(100):
+        for step in STEPS:
+            goal = (arm.here[0], arm.here[1] - 1e-3 * (-1) ** move, arm.here[2] + step, arm.here[3])
+            try:
+                arm.plan.joints(goal)
+            except ZoneError:
+                continue
+            arm.here = (*goal[:2], goal[2] + off, goal[3])
+            break
+        else:
+            break
+        nearest = min(nearest, arm.clearance())
+    return nearest
+
+
+def test_small_moves_do_not_lead_the_gripper_into_the_base() -> None:
+    arm = Folded(FREE)
+    assert arm.clearance() > 0.01
+    with pytest.raises(ZoneError, match=r"the margin of 5 mm"):
+        arm.plan.joints((*FREE[:2], 2.32, FREE[3]))  # the same way in one go
+    assert approach(arm, 0.0) > arm.plan.scene.margin - 1e-6
+
+
+@pytest.mark.parametrize("off", [1e-4, 4e-4])
+@pytest.mark.parametrize("begin", [FREE, HALF], ids=["free", "folded"])
+def test_nor_do_they_where_it_always_rests_a_little_nearer(
+    begin: Sequence[float], off: float
+) -> None:
+    arm = Folded(begin)
+    least = min(arm.clearance(), arm.plan.scene.margin) - 2.0 * STAND
+    assert approach(arm, off) > least
+    arm.plan.joints(CENTER)
+
+
+def test_from_a_goal_that_was_free_the_arm_can_leave_again() -> None:
+    """It rests a hair beside the goal, here by more than what the goal had to spare."""
+    start = (0.4297746953080669, 0.2, 1.095035170767486, 0.17580086493352587)
+    goal = (-0.023961089524598078, 0.2, 0.9301880158531971, 0.19255204471056064)
+    place = (0.5973388428514501, 0.024934661973487482)
+    with Robot.simulated(ARM) as robot:
+        robot.home()
+        robot.move_joints(start)
+        thin = Scene((Cylinder("post", *place, 0.01, -1.0, 1.0),))
+        room = float(thin.clearance(robot.kinematics, [goal])[0])
+        radius = 0.01 + room - thin.margin - 1e-6
+        robot.plan.scene = Scene((Cylinder("post", *place, radius, -1.0, 1.0),))
+        robot.move_joints(goal)
+        assert robot.plan.scene.clearance(robot.kinematics, [robot.state.positions])[0] < 5e-3
+        robot.move_joints(start)

@@ -15,7 +15,8 @@ from typing import Any
 
 from bioscara.errors import ConfigurationError
 from bioscara.model.yaml_section import YamlSection, read_sections
-from bioscara.planning.zones import FAR, MARGINS, Box, Cylinder, Scene, Zone
+from bioscara.planning.zone_values import FAR
+from bioscara.planning.zones import MARGINS, Box, Cylinder, Scene, Zone
 
 VERSION = 1
 """Version of the form that is read."""

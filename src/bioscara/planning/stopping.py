@@ -12,8 +12,9 @@ from bioscara.kinematics import Scara, batch
 from bioscara.planning.layout import Layout
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.shapes import Array
+from bioscara.planning.standing import stand
 from bioscara.planning.sweep import SLACK, refusal
-from bioscara.planning.zones import STAND, Scene
+from bioscara.planning.zones import Scene
 
 Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 """Lowest and highest velocity of each joint [rad/s or m/s]."""
@@ -48,6 +49,7 @@ class Stops:
         self._fastest = tuple(limit.max_velocity for limit in limits)
         self._braking = np.array([limit.max_acceleration for limit in limits])
         self._margin = math.inf if scene is None else scene.margin
+        self._stand = 0.0 if scene is None else stand(scene.margin)
         self._layouts: tuple[Layout, ...] = () if scene is None else scene.layouts(arm)
         self._folded = folded
 
@@ -62,7 +64,7 @@ class Stops:
         around = self._layouts[0]
         clearances = around.clearances(self._arm, np.array([positions]))
         # Where a motion came to rest the next one begins, however exactly the arm stands there.
-        if clearances.min() < self._margin - min(STAND, self._margin / 2.0):
+        if clearances.min() < self._margin - self._stand:
             raise refusal(around, np.zeros(1), clearances, self._margin)
 
     def approach(self, moving: Array, targets: Array, period: float, straight: bool) -> Array:

@@ -95,9 +95,7 @@ def look_between(
 def _steps(trajectory: Trajectory, reach: Array) -> tuple[Array, Array, Array]:
     """Return start, length and highest speed of any point [m/s] of the first steps."""
     durations = np.diff(trajectory.times)
-    powers = trajectory.coefficients[..., 1:] * np.arange(1, 6)
-    powers = powers * durations[:, None, None] ** np.arange(5)
-    speeds = np.abs(powers @ _BERNSTEIN.T).max(axis=-1) @ reach
+    speeds = highest_rates(trajectory) @ reach
     ways = speeds * durations
     if not ways.sum() < _LONGEST:
         raise TrajectoryError(
@@ -109,6 +107,14 @@ def _steps(trajectory: Trajectory, reach: Array) -> tuple[Array, Array, Array]:
     within = np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts)
     lengths = (durations / counts)[segment]
     return trajectory.times[segment] + within * lengths, lengths, speeds[segment]
+
+
+def highest_rates(trajectory: Trajectory) -> Array:
+    """Return what no velocity of a joint in a segment exceeds, shape (n - 1, joints)."""
+    powers = trajectory.coefficients[..., 1:] * np.arange(1, 6)
+    powers = powers * np.diff(trajectory.times)[:, None, None] ** np.arange(5)
+    highest: Array = np.abs(powers @ _BERNSTEIN.T).max(axis=-1)
+    return highest
 
 
 def refusal(layout: Layout, times: Array, pairs: Array, margin: float) -> ZoneError:

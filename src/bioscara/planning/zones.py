@@ -17,18 +17,16 @@ import numpy.typing as npt
 from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara
 from bioscara.planning.bodies import GRIPPER, WRIST, Body
-from bioscara.planning.layout import LINKS, Layout, layout_of
+from bioscara.planning.layout import Layout, layout_of
 from bioscara.planning.shapes import Array, Prism
-from bioscara.planning.sweep import sweep
+from bioscara.planning.standing import STAND, began, stand
+from bioscara.planning.sweep import refusal, sweep
 from bioscara.planning.trajectory import Trajectory
+from bioscara.planning.zone_values import FAR, check_name, check_number, check_range, make_tuples
 
 MARGINS = (1e-3, 0.1)
 """Smallest and largest margin [m]: what is missed between samples is less than the smallest."""
-STAND = 0.9e-3
-"""How much nearer to something the arm may stand than it was told to [m]: 1 mrad at its reach."""
 _ROUNDING = 1e-9
-FAR = 10.0
-"""Coordinates of a scene are below this [m]: larger ones are millimetres."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,10 +53,11 @@ class Box:
     links: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        _check_zone(self.name, self.links)
+        make_tuples(self, "lower", "upper", "links")
+        check_name(self.name, self.links)
         for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
-            _check_range(self.name, axis, low, high)
-        _check_number(f"zone {self.name}: yaw", self.yaw, -2 * math.pi, 2 * math.pi, "rad")
+            check_range(self.name, axis, low, high)
+        check_number(f"zone {self.name}: yaw", self.yaw, -2 * math.pi, 2 * math.pi, "rad")
 
     @property
     def shape(self) -> Prism:
@@ -94,11 +93,12 @@ class Cylinder:
     links: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        _check_zone(self.name, self.links)
-        _check_number(f"zone {self.name}: x", self.x, -FAR, FAR)
-        _check_number(f"zone {self.name}: y", self.y, -FAR, FAR)
-        _check_number(f"zone {self.name}: radius", self.radius, 1e-4, FAR)
-        _check_range(self.name, "z", self.low, self.high)
+        make_tuples(self, "links")
+        check_name(self.name, self.links)
+        check_number(f"zone {self.name}: x", self.x, -FAR, FAR)
+        check_number(f"zone {self.name}: y", self.y, -FAR, FAR)
+        check_number(f"zone {self.name}: radius", self.radius, 1e-4, FAR)
+        check_range(self.name, "z", self.low, self.high)
 
     @property
     def shape(self) -> Prism:
@@ -129,6 +129,7 @@ class Scene:
     mounted: tuple[Body, ...] = GRIPPER
 
     def __post_init__(self) -> None:
+        make_tuples(self, "zones", "mounted")
         names = [zone.name for zone in self.zones]
         for name in names:
             if names.count(name) > 1:
@@ -141,9 +142,9 @@ class Scene:
                         f"{body.link} may touch {name!r}, which is not in the scene; there are "
                         f"{', '.join(known) or 'no zones and no table'}"
                     )
-        _check_number("margin", self.margin, *MARGINS)
+        check_number("margin", self.margin, *MARGINS)
         if self.table_height is not None:
-            _check_number("table_height", self.table_height, -FAR, FAR)
+            check_number("table_height", self.table_height, -FAR, FAR)
 
     def carrying(self, load: Prism, touches: Sequence[str] = ()) -> Scene:
         """Return the scene of an arm whose tool holds something.
@@ -220,8 +221,8 @@ class Scene:
             arm: The arm with its tool.
             trajectory: For some or all of the joints.
             elsewhere: Where the joints are that it does not name [rad, m, rad, rad].
-            folded: How near its links were to each other when it began to unfold [m]; so near
-                they may come again as long as it has not.
+            folded: How near its links were to each other when it began to unfold [m], from
+                :func:`~bioscara.planning.standing.began`; so near they may come again.
 
         Raises:
             ZoneError: The arm comes too near; names zone, link, time, depth and margin.
@@ -244,17 +245,23 @@ class Scene:
         rest = np.array((0.0,) * len(names) if elsewhere is None else elsewhere)
         _check_finite(rest)
         around, itself = self.layouts(arm)
-        start = rest.copy()
-        start[[names.index(name) for name in trajectory.joint_names]] = trajectory.positions[0]
-        begins = _nearest(around, arm, start) - _ROUNDING
-        stands = self.margin - min(STAND, self.margin / 2.0) <= begins < self.margin
-        sweep(around, arm, trajectory, rest, begins if stands else self.margin)
-        begins = _nearest(itself, arm, start)
-        if begins >= self.margin or folded == math.inf:
-            folded = begins
-        # Not begins - STAND: from motion to motion it could come nearer and nearer.
-        nearest = min(self.margin, begins - _ROUNDING, folded - STAND)
+        ends = np.tile(rest, (2, 1))
+        columns = [names.index(name) for name in trajectory.joint_names]
+        ends[:, columns] = trajectory.positions[[0, -1]]
+        begins, allowed = _nearest(around, arm, ends[0]), stand(self.margin)
+        nearest = min(self.margin, begins - _ROUNDING)
+        stands = begins >= self.margin - allowed
+        sweep(around, arm, trajectory, rest, nearest if stands else self.margin)
+        begins = _nearest(itself, arm, ends[0])
+        nearest = min(self.margin, begins - _ROUNDING)
+        folded = began(self.margin, begins, folded)
+        if folded < self.margin:
+            nearest = min(nearest, folded - allowed)
         sweep(itself, arm, trajectory, rest, nearest)
+        # Resting a hair beside each goal it could else come nearer from motion to motion.
+        if begins < folded - allowed > _nearest(itself, arm, ends[1]):
+            pairs = itself.clearances(arm, ends[1:])
+            raise refusal(itself, trajectory.times[-1:], pairs, folded - allowed)
 
 
 def _nearest(layout: Layout, arm: Scara, joints: Sequence[float] | Array) -> float:
@@ -265,34 +272,3 @@ def _check_finite(joints: Array) -> None:
     if not np.isfinite(joints).all():
         bad = joints[~np.isfinite(joints)][0]
         raise InvalidArgumentError(f"a joint is at {bad}: zones need finite positions")
-
-
-def _check_zone(name: str, links: tuple[str, ...]) -> None:
-    if not name.strip():
-        raise ConfigurationError(f"zone {name!r}: it needs a name")
-    if name in (*LINKS, "base_link", "table"):
-        raise ConfigurationError(f"zone {name}: the name is taken by the table or a link")
-    for link in links:
-        if link not in LINKS:
-            raise ConfigurationError(
-                f"zone {name}: {link!r} is not a link that moves; those are {', '.join(LINKS)}"
-            )
-
-
-def _check_range(name: str, axis: str, low: float, high: float) -> None:
-    for value in (low, high):
-        _check_number(f"zone {name}: {axis}", value, -FAR, FAR)
-    if not low < high:
-        raise ConfigurationError(
-            f"zone {name}: {axis} goes from {low:g} m to {high:g} m; the first must be the smaller"
-        )
-
-
-def _check_number(what: str, value: float, lower: float, upper: float, unit: str = "m") -> None:
-    if not lower <= value <= upper:
-        hint = "; are these millimetres? lengths are metres" if unit == "m" else ""
-        if not math.isfinite(value) or abs(value) <= FAR:
-            hint = ""
-        raise ConfigurationError(
-            f"{what}: {value:g} {unit} is outside {lower:g} .. {upper:g} {unit}{hint}"
-        )

@@ -15,9 +15,10 @@ from bioscara.planning.cartesian import circular, linear
 from bioscara.planning.jog import Jog
 from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.sequence import Waypoint, sequence
+from bioscara.planning.standing import began
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
-from bioscara.planning.zones import STAND, Scene
+from bioscara.planning.zones import Scene
 from bioscara.robot.poses import TeachTable
 from bioscara.robot.tools import fingers, kinematics_of
 
@@ -213,8 +214,8 @@ class Planner:
             TrajectoryError: It breaks a limit.
             ZoneError: It leads through something.
         """
-        check(trajectory, self._limits)
-        return self._free(trajectory, Joints(*elsewhere))
+        notes = check(trajectory, self._limits)
+        return self._free(trajectory, Joints(*elsewhere), tuple(notes))
 
     def _start(self) -> Joints:
         return Joints(*self._here())
@@ -225,7 +226,7 @@ class Planner:
     def _free(self, trajectory: Trajectory, here: Joints, notes: tuple[str, ...] = ()) -> Plan:
         if not self.full_speed:
             trajectory, factor = reduced(trajectory, self.kinematics, here)
-            if factor > 1.0:
+            if round(factor, 2) > 1.0:
                 notes += (
                     f"takes {factor:.2f} times as long to keep the tool at "
                     f"{1e3 * REDUCED_SPEED:.0f} mm/s",
@@ -236,12 +237,7 @@ class Planner:
     def _folded(self, here: Sequence[float]) -> float:
         """Return how near the arm's links were to each other when it began to unfold [m]."""
         scene, arm = self.scene, self.kinematics
-        clearance = scene.own_clearance(arm, here)
-        _, _, before = self._unfolding
-        if self._unfolding[:2] != (scene, arm) or clearance >= scene.margin:
-            before = math.inf
-        # Nearer than it may have come by itself it was pushed, or homed.
-        if not before - STAND <= clearance:
-            before = clearance
+        before = self._unfolding[2] if self._unfolding[:2] == (scene, arm) else math.inf
+        before = began(scene.margin, scene.own_clearance(arm, here), before)
         self._unfolding = scene, arm, before
         return before

@@ -1,0 +1,46 @@
+"""What a plan says about itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bioscara.errors import BioscaraError
+from bioscara.kinematics import Joints
+from bioscara.model import load_parameters
+from bioscara.planning.trajectory import Trajectory
+from bioscara.robot.planner import Planner
+
+ARM = load_parameters()
+NAMES = tuple(limit.name for limit in ARM.joints)
+HERE = Joints(0.0, 0.2, 1.0, 0.0)
+
+
+def test_a_line_that_keeps_to_its_speed_has_no_note_of_stretching() -> None:
+    rng = np.random.default_rng(3)
+    planned = 0
+    for _ in range(60):
+        here = Joints(*(rng.uniform(0.8 * limit.lower, 0.8 * limit.upper) for limit in ARM.joints))
+        planner = Planner(ARM, lambda here=here: here)
+        tool = planner.kinematics.forward(here)
+        goal = tool._replace(x=tool.x + rng.normal() * 0.1, y=tool.y + rng.normal() * 0.1)
+        try:
+            plan = planner.linear(goal)
+        except BioscaraError:
+            continue
+        planned += 1
+        assert not plan.notes
+    assert planned > 20
+
+
+@pytest.mark.parametrize(
+    ("velocities", "unusual"),
+    [(None, "jerks at each point"), ([[0.0] * 4, [0.1, 0.0, 0.0, 0.0]], "end is not at rest")],
+    ids=["no velocities", "no rest"],
+)
+def test_a_plan_tells_what_is_unusual_about_a_trajectory(
+    velocities: list[list[float]] | None, unusual: str
+) -> None:
+    steps = Trajectory(NAMES, [0.0, 5.0], [HERE, HERE._replace(j1=0.3)], velocities)
+    (note,) = Planner(ARM, lambda: HERE).trajectory(steps, HERE).notes
+    assert unusual in note
