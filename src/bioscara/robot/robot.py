@@ -114,8 +114,12 @@ class Robot(Connection, PoseMotions):
         *,
         timeout: float | None = None,
     ) -> None:
-        """Carry a plan out; arguments and errors as :meth:`follow`."""
-        self._carry_out(plan, observe, cancelled, timeout)
+        """Carry a plan out; arguments and errors as :meth:`follow`.
+
+        Tool, speed or scene may have changed since it was planned: it is checked against what they
+        are now, and takes more time where the tool would be too fast; ``warnings`` then say so.
+        """
+        self._follow(self._checked(plan.trajectory), observe, cancelled, timeout)
 
     @exclusive("follow()")
     def follow(
@@ -149,12 +153,9 @@ class Robot(Connection, PoseMotions):
             GoalAbortedError: It was not followed to its end.
             BioscaraError: What stopped the arm.
         """
-        here = self._here()
-        start = dict(zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True))
-        begin = [start.get(name, where) for name, where in zip(self._names, here, strict=True)]
-        body = self.plan.trajectory(trajectory, begin)
-        lead = self.plan.joints(begin).trajectory if approach else None
-        self._follow(body.trajectory, observe, cancelled, timeout, lead)
+        checked = self._checked(trajectory)
+        lead = self.plan.joints(self._start_of(trajectory)).trajectory if approach else None
+        self._follow(checked, observe, cancelled, timeout, lead)
 
     @exclusive("jog()")
     def jog(
@@ -192,6 +193,12 @@ class Robot(Connection, PoseMotions):
     ) -> None:
         self._follow(plan.trajectory, observe, cancelled, timeout)
 
+    def _checked(self, trajectory: Trajectory) -> Trajectory:
+        """Return a trajectory that may be followed with the tool, speed and scene there are."""
+        checked = self.plan.trajectory(trajectory, self._start_of(trajectory))
+        self._running().supervisor.warnings.extend(checked.notes)
+        return checked.trajectory
+
     def _ready(self) -> None:
         """Engage the arm and look at it once; nothing moves."""
         self._pace(self._pace_motion)
@@ -223,11 +230,16 @@ class Robot(Connection, PoseMotions):
     def _names(self) -> tuple[str, ...]:
         return tuple(joint.name for joint in self.parameters.joints)
 
+    def _start_of(self, trajectory: Trajectory) -> list[float]:
+        """Return where all joints are when a trajectory, perhaps of some of them, begins."""
+        start = dict(zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True))
+        return [
+            start.get(name, where) for name, where in zip(self._names, self._here(), strict=True)
+        ]
+
     def _joining(self, trajectory: Trajectory) -> Trajectory | None:
         """Return the way from where the arm is to a start nearby; None where it is there."""
-        here = self._here()
-        start = dict(zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True))
-        begin = [start.get(name, where) for name, where in zip(self._names, here, strict=True)]
+        here, begin = self._here(), self._start_of(trajectory)
         self._require_near(here, begin)
         if max(abs(a - b) for a, b in zip(here, begin, strict=True)) <= _AT_START:
             return None

@@ -79,6 +79,7 @@ class Motion:
 
         self.run(done, phase, zero)
         if goal.status is not Status.SUCCEEDED:
+            self._come_to_rest(zero)
             raise GoalAbortedError(goal.text, goal.error_code)
         if phase is Phase.TRAJECTORY:
             until = self._clock.now() + SETTLING
