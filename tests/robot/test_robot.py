@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
 
@@ -31,6 +31,7 @@ from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point
 from bioscara.planning.fit import stretched
+from bioscara.planning.sequence import Waypoint
 from bioscara.planning.zones import Box
 from bioscara.planning.zones import Scene as Zones
 from bioscara.report import CycleRecord, Phase
@@ -458,6 +459,49 @@ def test_a_stall_stops_the_arm_and_takes_three_steps_to_leave(homed: Scene, tmp_
     assert homed.robot.faults == ()
     homed.robot.move_joints(START)
     assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
+
+
+@pytest.fixture
+def turned(homed: Scene) -> Scene:
+    """The wrist was turned by hand to 0.27 rad beyond its limit while the arm was released."""
+    homed.robot.disable()
+    homed.arm.remove_stops("j4")
+    homed.arm.push("j4", 0.1)
+    while homed.arm.position("j4") < 3.15:
+        homed.arm.run(0.005)
+    homed.arm.push("j4", 0.0)
+    homed.arm.run(0.5)
+    return homed
+
+
+def test_an_arm_beyond_a_limit_is_not_led_along_a_path(turned: Scene) -> None:
+    robot = turned.robot
+    assert robot.state.positions[3] > ARM.joints[3].upper + 0.2
+    before = turned.arm.position("j4")
+    up = robot.pose._replace(z=0.2)
+    asks: list[Callable[[], object]] = [
+        lambda: robot.move_linear(up),
+        lambda: robot.move_circular(up._replace(z=0.25), up),
+        lambda: robot.move_sequence([Waypoint(up)]),
+        lambda: robot.jog(lambda: None),
+    ]
+    for ask in asks:
+        with pytest.raises(TrajectoryError, match=r"j4 at 3.* rad beyond its range .*move_joints"):
+            ask()
+    assert turned.arm.position("j4") == pytest.approx(before, abs=0.01)
+
+
+def test_an_arm_beyond_a_limit_is_led_back_by_its_joints(turned: Scene) -> None:
+    robot = turned.robot
+    with pytest.raises(TrajectoryError, match=r"j4: goal 3\.1 rad is outside"):
+        robot.move_joints((*START[:3], 3.1))
+    found, records = robot.state.positions[3], list[CycleRecord]()
+    robot.execute(robot.plan.joints(START), records.append)
+    assert robot.state.positions == pytest.approx(START, abs=2e-3)
+    references = [record.joints[3].reference for record in records]
+    assert references[0] == pytest.approx(found, abs=0.01)
+    assert max(abs(a - b) for a, b in pairwise(references)) < 0.1
+    robot.move_linear(robot.pose._replace(z=robot.pose.z - 0.05))
 
 
 def test_usr3_after_a_pause_the_state_is_what_is_and_not_what_was(homed: Scene) -> None:

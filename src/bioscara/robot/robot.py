@@ -166,7 +166,7 @@ class Robot(Connection, PoseMotions):
         timeout: float | None = None,
     ) -> None:
         """As in :class:`~bioscara.robot.pose_motions.PoseMotions`."""
-        self._here()
+        self.plan.here()
         self._ready()
         stack = self._running()
         stack.jog.prepare = self.plan.jog
@@ -232,14 +232,13 @@ class Robot(Connection, PoseMotions):
 
     def _start_of(self, trajectory: Trajectory) -> list[float]:
         """Return where all joints are when a trajectory, perhaps of some of them, begins."""
-        start = dict(zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True))
-        return [
-            start.get(name, where) for name, where in zip(self._names, self._here(), strict=True)
-        ]
+        begin = dict(zip(self._names, self.plan.here(), strict=True))
+        named = zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True)
+        return [*(begin | dict(named)).values()]
 
     def _joining(self, trajectory: Trajectory) -> Trajectory | None:
         """Return the way from where the arm is to a start nearby; None where it is there."""
-        here, begin = self._here(), self._start_of(trajectory)
+        here, begin = self.plan.here(), self._start_of(trajectory)
         self._require_near(here, begin)
         if max(abs(a - b) for a, b in zip(here, begin, strict=True)) <= _AT_START:
             return None
