@@ -169,6 +169,9 @@ class Robot(Connection, PoseMotions):
         self.plan.here()
         self._ready()
         stack = self._running()
+        guards = stack.manager.limiter.guards
+        # Where it will begin; a switch that fails would say less, and only after others had left.
+        self.plan.jog([guards[name].here for name in self._names])
         stack.jog.prepare = self.plan.jog
         stack.use(JOG, self.clock.now())
         ended, since = False, math.inf
@@ -178,7 +181,7 @@ class Robot(Connection, PoseMotions):
             now, velocity = self.clock.now(), None if ended else velocities()
             ended = velocity is None
             if velocity is not None:
-                stack.jog.command(velocity, now)
+                stack.jog.command(velocity, now, self._speed)
             since = min(since, now) if ended and stack.jog.at_rest else math.inf
             return now - since >= SETTLING
 
