@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,7 +14,6 @@ from hypothesis import strategies as st
 from bioscara.control.faults import FaultKind
 from bioscara.errors import (
     FaultedError,
-    GoalAbortedError,
     GoalRejectedError,
     GripperError,
     HomingError,
@@ -25,19 +24,11 @@ from bioscara.errors import (
     NotInitializedError,
     StalledError,
     TrajectoryError,
-    ZoneError,
 )
-from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point
-from bioscara.planning.fit import stretched
-from bioscara.planning.sequence import Waypoint
-from bioscara.planning.zones import Box
-from bioscara.planning.zones import Scene as Zones
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
-from bioscara.robot.planner import Plan
-from bioscara.robot.tools import Tool
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 ARM = load_parameters()
@@ -266,68 +257,6 @@ def test_the_tool_is_slow_unless_full_speed_is_asked_for(homed: Scene) -> None:
     assert fastest() > 0.4
 
 
-def test_a_plan_for_a_faster_tool_is_slowed_down_and_goes_where_it_was_planned_to(
-    homed: Scene,
-) -> None:
-    robot = homed.robot
-    robot.full_speed = True
-    plan = robot.plan.joints((-0.5, 0.30, 0.5, 0.5))
-    robot.full_speed = False
-    records: list[CycleRecord] = []
-    robot.execute(plan, records.append)
-    assert robot.state.positions == pytest.approx((-0.5, 0.30, 0.5, 0.5), abs=2e-3)
-    assert max(homed.speeds()) < 1e-3
-    for record in records:
-        for joint in record.joints:
-            assert joint.reference == pytest.approx(joint.position, abs=0.02)
-    assert any("to keep the tool at 250 mm/s" in warning for warning in robot.warnings)
-
-
-def test_a_plan_for_a_shorter_tool_is_slowed_down_too(homed: Scene) -> None:
-    robot = homed.robot
-    plan = robot.plan.joints((-0.5, 0.30, 2.0, 2.0))
-    robot.plan.table = robot.plan.table.with_tool(Tool("rod", Pose(0.9, 0.0, -0.2), 0.5))
-    robot.plan.use_tool("rod")
-    begin = robot.clock.now()
-    robot.execute(plan)
-    assert robot.clock.now() - begin > 1.2 * plan.trajectory.duration
-    assert robot.state.positions[0] == pytest.approx(-0.5, abs=2e-3)
-
-
-def test_a_plan_is_checked_against_what_stands_around_the_arm_by_now(homed: Scene) -> None:
-    robot = homed.robot
-    plan = robot.plan.joints((-1.0, 0.30, 2.0, 2.0))
-    robot.plan.scene = Zones((Box("crate", (-2.0, -2.0, -2.0), (2.0, 2.0, 2.0)),))
-    with pytest.raises(ZoneError, match="crate"):
-        robot.execute(plan)
-    robot.plan.scene = Zones()
-    far = point_to_point(NAMES, START, (-1.0, 0.30, 2.0, 2.0), ARM.joints)
-    with pytest.raises(TrajectoryError, match=r"j1.*exceeds the limit"):
-        robot.execute(Plan(stretched(far, 0.5)))
-    assert robot.state.positions == pytest.approx(START, abs=2e-3)
-
-
-@pytest.mark.parametrize(
-    ("left", "speed", "complaint"),
-    [(0.9, 0.15, "path tolerance"), (0.04, 1e-6, "goal_time_tolerance")],
-)
-def test_an_arm_that_does_not_follow_is_not_said_to_have_arrived(
-    homed: Scene, left: float, speed: float, complaint: str
-) -> None:
-    robot = homed.robot
-
-    def observe(record: CycleRecord) -> None:
-        if record.joints[0].position > -1.0 - left:
-            robot._running().tool_speed.limit = speed
-
-    with pytest.raises(GoalAbortedError, match=complaint):
-        robot.move_joints((-1.0, 0.30, 2.0, 2.0), observe=observe)
-    assert max(homed.speeds()) < 1e-3
-    assert robot.faults == ()
-    robot.move_joints(START)
-    assert robot.state.positions == pytest.approx(START, abs=2e-3)
-
-
 def test_the_jaws_go_where_they_are_told(homed: Scene, tmp_path: Path) -> None:
     with Robot.simulated(evidence=tmp_path) as robot:
         assert math.isnan(robot.gripper.width)
@@ -459,49 +388,6 @@ def test_a_stall_stops_the_arm_and_takes_three_steps_to_leave(homed: Scene, tmp_
     assert homed.robot.faults == ()
     homed.robot.move_joints(START)
     assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
-
-
-@pytest.fixture
-def turned(homed: Scene) -> Scene:
-    """The wrist was turned by hand to 0.27 rad beyond its limit while the arm was released."""
-    homed.robot.disable()
-    homed.arm.remove_stops("j4")
-    homed.arm.push("j4", 0.1)
-    while homed.arm.position("j4") < 3.15:
-        homed.arm.run(0.005)
-    homed.arm.push("j4", 0.0)
-    homed.arm.run(0.5)
-    return homed
-
-
-def test_an_arm_beyond_a_limit_is_not_led_along_a_path(turned: Scene) -> None:
-    robot = turned.robot
-    assert robot.state.positions[3] > ARM.joints[3].upper + 0.2
-    before = turned.arm.position("j4")
-    up = robot.pose._replace(z=0.2)
-    asks: list[Callable[[], object]] = [
-        lambda: robot.move_linear(up),
-        lambda: robot.move_circular(up._replace(z=0.25), up),
-        lambda: robot.move_sequence([Waypoint(up)]),
-        lambda: robot.jog(lambda: None),
-    ]
-    for ask in asks:
-        with pytest.raises(TrajectoryError, match=r"j4 at 3.* rad beyond its range .*move_joints"):
-            ask()
-    assert turned.arm.position("j4") == pytest.approx(before, abs=0.01)
-
-
-def test_an_arm_beyond_a_limit_is_led_back_by_its_joints(turned: Scene) -> None:
-    robot = turned.robot
-    with pytest.raises(TrajectoryError, match=r"j4: goal 3\.1 rad is outside"):
-        robot.move_joints((*START[:3], 3.1))
-    found, records = robot.state.positions[3], list[CycleRecord]()
-    robot.execute(robot.plan.joints(START), records.append)
-    assert robot.state.positions == pytest.approx(START, abs=2e-3)
-    references = [record.joints[3].reference for record in records]
-    assert references[0] == pytest.approx(found, abs=0.01)
-    assert max(abs(a - b) for a, b in pairwise(references)) < 0.1
-    robot.move_linear(robot.pose._replace(z=robot.pose.z - 0.05))
 
 
 def test_usr3_after_a_pause_the_state_is_what_is_and_not_what_was(homed: Scene) -> None:
