@@ -136,7 +136,7 @@ def test_a_file_of_ones_own_is_the_same_arm(tmp_path: Path) -> None:
         ),
         ("version_2: 100 ", "version_2: 99.5 ", "99.5 is not a whole number"),
         ("version_1: 50 ", "version_3: 50 ", "did you mean version_"),
-        ("goal_time: 0.0", "goal_time: -1.0", "constraints.goal_time: -1 is outside 0 .. 3600 s"),
+        ("goal_time: 2.0", "goal_time: -1.0", "constraints.goal_time: -1 is outside 0 .. 3600 s"),
         ("on_cancel_share: 1.0", "on_cancel_share: 2", "2 is outside 0.01 .. 1"),
         ("on_cancel_share: 1.0", "on_cancel_share: 0", "0 is outside 0.01 .. 1"),
         ("j2: {trajectory: 0.0, ", "j2: {trajectory: 5.0, ", "5 is outside 0 .. 0.3396 m"),

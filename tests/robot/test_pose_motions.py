@@ -157,6 +157,37 @@ def test_jogging_moves_as_asked_and_ends_at_rest(robot: Robot) -> None:
     assert turned.yaw - there.yaw == pytest.approx(0.3, abs=0.05)
 
 
+def test_a_jog_goes_at_the_chosen_share_of_its_velocity(robot: Robot) -> None:
+    robot.move_joints((0.0, 0.2, 0.0, 0.0))
+    try:
+        ways = {}
+        for speed in (1.0, 0.25, 0.0):
+            robot.speed = speed
+            before = robot.state.positions[3]
+            jog(robot, JointVelocity(j4=0.3), 1.0)
+            ways[speed] = robot.state.positions[3] - before
+        assert ways[1.0] > 0.3
+        assert ways[0.25] == pytest.approx(0.25 * ways[1.0], rel=0.05)
+        assert ways[0.0] == pytest.approx(0.0, abs=1e-3)
+        with pytest.raises(InvalidArgumentError, match="j4 velocity: 100 rad/s"):
+            jog(robot, JointVelocity(j4=100.0), 1.0)
+    finally:
+        robot.speed = 1.0
+
+
+def test_a_jog_that_begins_in_a_zone_is_refused_and_all_stays_as_it_was(robot: Robot) -> None:
+    robot.move_to(HERE)
+    active = [each.state for each in robot._running().manager.controllers]
+    robot.plan.scene = Scene((Box("crate", (-2.0, -2.0, -2.0), (2.0, 2.0, 2.0)),))
+    try:
+        with pytest.raises(ZoneError, match="crate"):
+            jog(robot, JointVelocity(j4=0.3), 1.0)
+    finally:
+        robot.plan.scene = Scene()
+    assert [each.state for each in robot._running().manager.controllers] == active
+    assert near(robot.pose, HERE)
+
+
 def test_a_source_that_raises_leaves_the_arm_at_rest(robot: Robot) -> None:
     robot.move_to(HERE)
     with pytest.raises(InvalidArgumentError):

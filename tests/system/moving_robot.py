@@ -27,8 +27,9 @@ def main() -> None:
             except BioscaraError as error:
                 # A busy machine may keep this process from speaking in time: once more.
                 sys.stderr.write(f"{error}\n")
-                robot.acknowledge()
-                robot.recover()
+                if robot.faults:
+                    robot.acknowledge()
+                    robot.recover()
 
 
 if __name__ == "__main__":

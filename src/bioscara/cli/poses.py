@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -13,15 +12,13 @@ from bioscara.cli.output import Output
 from bioscara.cli.pictures import require_drawing, write_picture
 from bioscara.cli.status import Status
 from bioscara.cli.target import planner_from
-from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
+from bioscara.errors import InvalidArgumentError, UnreachableError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.robot.poses import BUILT_IN, NamedPose, TeachTable
 from bioscara.robot.teach_file import load_table, save_table
 from bioscara.robot.tools import fingers, kinematics_with
 
-_END_STOP = 1e-3
-"""How far beyond its limit a joint may read that was pressed against its end stop [rad or m]."""
 _JOINTS = "joints [rad m rad rad]"
 _PLACE = "tool at [m m m rad]"
 
@@ -148,17 +145,7 @@ def _load(options: Options, parameters: ArmParameters) -> TeachTable:
 def _here(options: Options, parameters: ArmParameters) -> Joints:
     """Return where the joints of the arm are."""
     with open_arm(options, parameters) as robot:
-        positions = robot.state.positions
-    result = []
-    for limit, position in zip(parameters.joints, positions, strict=True):
-        if math.isnan(position):
-            raise NotHomedError(
-                f"{limit.name} is not homed: where it is, is not known; home the arm first",
-                limit.name,
-            )
-        within = min(max(position, limit.lower), limit.upper)
-        result.append(within if abs(position - within) <= _END_STOP else position)
-    return Joints(*result)
+        return robot.plan.here()
 
 
 def _numbers(values: Joints | Pose | None) -> str:

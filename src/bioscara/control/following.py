@@ -8,6 +8,7 @@ from bioscara.control.guard import Guard
 from bioscara.errors import FollowingError
 from bioscara.hardware.axis import Axis
 from bioscara.hardware.modes import Mode
+from bioscara.model import JointParameters
 
 FLOOR_SHARE = 0.005
 """Error that is always allowed, as a share of the joint's range: backlash, load, friction."""
@@ -20,6 +21,21 @@ _MEMORY = 2.0
 outlasts it."""
 
 
+def allowed(limits: JointParameters, version: int, speed: float) -> float:
+    """Return how far a joint may be from where it was told to be [rad or m].
+
+    Args:
+        limits: Of the joint.
+        version: Of the protocol that it speaks.
+        speed: Highest one of the last seconds [rad/s or m/s].
+    """
+    error = FLOOR_SHARE * (limits.upper - limits.lower) + LAG * speed
+    if version == 1:
+        # It goes to each setpoint as if to rest there, so it trails by its way to brake.
+        error += _MARGIN * speed**2 / (2.0 * limits.max_acceleration)
+    return error
+
+
 class Following:
     """Compares one joint with its position commands; the limit scales with the speed.
 
@@ -28,12 +44,10 @@ class Following:
         guard: What it was told last.
     """
 
-    __slots__ = ("_axis", "_floor", "_guard", "_peak")
+    __slots__ = ("_axis", "_guard", "_peak")
 
     def __init__(self, axis: Axis, guard: Guard) -> None:
         self._axis, self._guard = axis, guard
-        limits = axis.joint.parameters
-        self._floor = FLOOR_SHARE * (limits.upper - limits.lower)
         self._peak = 0.0
 
     def check(self, time: float, period: float) -> FollowingError | None:
@@ -52,10 +66,7 @@ class Following:
         # The last command is for one period after this cycle; the measurement is older.
         then = guard.reference - speed * (time + period - axis.position.stamp)
         error = abs(then - measured)
-        limit = self._floor + LAG * self._peak
-        if axis.joint.version == 1:
-            # It goes to each setpoint as if to rest there, so it trails by its way to brake.
-            limit += _MARGIN * self._peak**2 / (2.0 * axis.joint.parameters.max_acceleration)
+        limit = allowed(axis.joint.parameters, axis.joint.version, self._peak)
         # Not written as error > limit: an unknown position is no reason to complain here.
         if not error > limit:
             return None

@@ -81,12 +81,15 @@ class JogController(Controller[JogParameters]):
         """Whether the joints are commanded to stand."""
         return self.jog is None or not any(self.jog.velocities)
 
-    def command(self, velocity: JointVelocity | ToolVelocity, time: float) -> None:
+    def command(
+        self, velocity: JointVelocity | ToolVelocity, time: float, share: float = 1.0
+    ) -> None:
         """Ask for a velocity; it expires 0.15 s later.
 
         Args:
             velocity: Of the joints or of the tool.
             time: Now [s].
+            share: Of the velocity, 0 to 1.
 
         Raises:
             GoalRejectedError: The controller is not active.
@@ -94,7 +97,7 @@ class JogController(Controller[JogParameters]):
         """
         if self.jog is None or self.state is not State.ACTIVE:
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
-        self.jog.command(velocity, time)
+        self.jog.command(velocity, time, share)
 
     def update(self, time: float, period: float) -> None:
         """Command where the joints are to be one cycle from now."""

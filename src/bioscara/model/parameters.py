@@ -165,11 +165,11 @@ class UpdateRates:
 
 @dataclass(frozen=True, slots=True)
 class Tolerances:
-    """How far one joint may be off a trajectory; 0 is unchecked.
+    """How far one joint may be off a trajectory.
 
     Attributes:
-        trajectory: On the way [unit].
-        goal: At the end [unit].
+        trajectory: On the way [unit]; 0 for what a healthy joint trails at its highest speed.
+        goal: At the end [unit]; 0 is unchecked.
     """
 
     trajectory: float

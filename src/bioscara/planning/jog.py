@@ -114,12 +114,15 @@ class Jog:
         self._since = -math.inf
         self._stops.check_start(self.positions)
 
-    def command(self, velocity: JointVelocity | ToolVelocity, time: float) -> None:
+    def command(
+        self, velocity: JointVelocity | ToolVelocity, time: float, share: float = 1.0
+    ) -> None:
         """Ask for a velocity; it holds until the next one, at most for :data:`EXPIRY`.
 
         Args:
             velocity: Of the joints or of the tool.
             time: When it was received [s].
+            share: Of the velocity that is wanted, 0 to 1.
 
         Raises:
             LimitError: It is larger than any that the arm can do.
@@ -138,7 +141,8 @@ class Jog:
             if abs(value) > limit_ * (1.0 + 1e-9):
                 remedy = "are these mm/s or degrees? velocities are m/s and rad/s"
                 raise LimitError(f"{name} velocity", value, -limit_, limit_, f"{unit}/s", remedy)
-        self._velocity, self._since = velocity, time
+        self._velocity = type(velocity)(*[share * value for value in velocity])
+        self._since = time
 
     def step(self, time: float, period: float) -> tuple[Joints, Joints]:
         """Move on by one period.

@@ -39,7 +39,7 @@ def point_to_point(
 
     Args:
         joint_names: The joints.
-        start: Where they are [rad or m].
+        start: Where they are [rad or m]; from beyond a limit they go back.
         goal: Where they go [rad or m].
         limits: Of these joints, in the same order.
         speed: Share of the speed limits to use, above 0 and at most 1.
@@ -50,13 +50,13 @@ def point_to_point(
 
     Raises:
         InvalidArgumentError: The speed is outside its range.
-        TrajectoryError: Start or goal is outside the position limits or not finite.
+        TrajectoryError: The goal is outside the position limits, or one of both not finite.
     """
     if not 0.0 < speed <= 1.0:
         raise InvalidArgumentError(f"speed {speed} is outside 0 .. 1 (0 excluded)")
     _require_sizes(joint_names, start, goal, limits)
     for limit, here, there in zip(limits, start, goal, strict=True):
-        _require_inside(limit, "start", here)
+        _require_finite(limit, "start", here)
         _require_inside(limit, "goal", there)
     bounds = [_bounds(limit, speed) for limit in limits]
     begin, end = [State(p) for p in start], [State(p) for p in goal]
@@ -105,9 +105,13 @@ def _require_sizes(names: Sequence[str], *columns: Sequence[object]) -> None:
             raise TrajectoryError(f"{what}: {len(column)} values for {len(names)} joints")
 
 
-def _require_inside(limit: JointLimits, what: str, value: float) -> None:
+def _require_finite(limit: JointLimits, what: str, value: float) -> None:
     if not math.isfinite(value):
         raise TrajectoryError(f"{limit.name}: {what} is {value}; it must be a finite number")
+
+
+def _require_inside(limit: JointLimits, what: str, value: float) -> None:
+    _require_finite(limit, what, value)
     room = _ROOM * (limit.upper - limit.lower)
     if not limit.lower - room <= value <= limit.upper + room:
         hint = unit_hint(value, limit.unit)

@@ -237,7 +237,7 @@ class Connection(FaultHandling):
 
     @property
     def speed(self) -> float:
-        """Share of the planned speed, 0 to 1; any thread may change it in motion, 0 pauses it."""
+        """Share of the planned speed or a jog's, 0 to 1; any thread may change it, 0 pauses."""
         return self._speed
 
     @speed.setter

@@ -77,16 +77,14 @@ class Looking(ABC):
         return self._running().loop.period
 
     def _here(self) -> Joints:
-        """Return where the joints are; at an end stop they may read a hair beyond the limit."""
+        """Return where the joints are [rad, m, rad, rad]."""
         state = self.state
-        here = []
-        for joint, position in zip(self.parameters.joints, state.positions, strict=True):
+        for name, position in zip(state.names, state.positions, strict=True):
             if math.isnan(position):
                 raise NotHomedError(
-                    f"{joint.name} is not homed: its position is unknown; home() first", joint.name
+                    f"{name} is not homed: its position is unknown; home() first", name
                 )
-            here.append(min(max(position, joint.lower), joint.upper))
-        return Joints(*here)
+        return Joints(*state.positions)
 
     def _refresh(self) -> None:
         """Ask the joints, unless that was done a moment ago."""

@@ -25,6 +25,8 @@ from bioscara.robot.tools import fingers, kinematics_of
 RESERVE = 0.8
 """Share of a joint's acceleration that motions planned here use. With all of it a joint that slips
 a step on the way could not catch up before it has to brake, and would overshoot."""
+_END_STOP = 1e-3
+"""How far beyond its limit a joint may read that was pressed against its end stop [rad or m]."""
 FULL = ToolLimits(math.inf, math.inf, math.inf, math.inf)
 """At full speed the joints alone are the limit."""
 REDUCED = ToolLimits()
@@ -51,7 +53,7 @@ class Planner:
 
     Args:
         parameters: The arm as data.
-        here: Returns where the joints are [rad, m, rad, rad].
+        measured: Returns where the joints are [rad, m, rad, rad].
 
     Attributes:
         table: The tools and poses that have names.
@@ -61,13 +63,13 @@ class Planner:
         full_speed: Whether the tool may be faster than 250 mm/s.
     """
 
-    def __init__(self, parameters: ArmParameters, here: Callable[[], Sequence[float]]) -> None:
+    def __init__(self, parameters: ArmParameters, measured: Callable[[], Sequence[float]]) -> None:
         self.tool = fingers(parameters)
         self.table = TeachTable(self.tool)
         self.kinematics = kinematics_of(parameters)
         self.scene = Scene()
         self.full_speed = False
-        self._limits, self._here = parameters.joints, here
+        self._limits, self._measured = parameters.joints, measured
         self._planned = tuple(
             replace(limit, max_acceleration=RESERVE * limit.max_acceleration)
             for limit in parameters.joints
@@ -75,8 +77,18 @@ class Planner:
         self._unfolding = self.scene, self.kinematics, math.inf
         self._names = tuple(limit.name for limit in parameters.joints)
 
+    def here(self) -> Joints:
+        """Return where the joints are; pressed against its end stop one is at its limit.
+
+        Raises:
+            NotHomedError: A joint does not know it.
+        """
+        return self._settled(self._measured())
+
     def joints(self, goal: Sequence[float], speed: float = 1.0) -> Plan:
         """Plan to a place of the joints; they start and end together.
+
+        Joints that were pushed beyond a limit by hand are led back by it.
 
         Args:
             goal: One position for each joint [rad or m].
@@ -88,7 +100,7 @@ class Planner:
         """
         if len(goal) != len(self._names):
             raise TrajectoryError(f"{len(goal)} positions for {len(self._names)} joints")
-        here = self._start()
+        here = self.here()
         return self._free(point_to_point(self._names, here, goal, self._planned, speed=speed), here)
 
     def to(self, pose: Pose, speed: float = 1.0) -> Plan:
@@ -102,7 +114,7 @@ class Planner:
             UnreachableError: The arm cannot take the pose.
             ZoneError: The way leads through something.
         """
-        return self.joints(self.kinematics.solve(pose, self._start()), speed)
+        return self.joints(self.kinematics.solve(pose, self.here()), speed)
 
     def named(self, name: str, speed: float = 1.0) -> Plan:
         """Plan to a pose of the teach table.
@@ -146,8 +158,10 @@ class Planner:
             start: Where the joints are [rad, m, rad, rad].
 
         Raises:
+            TrajectoryError: A joint was pushed beyond a limit.
             ZoneError: The arm is too near to something.
         """
+        start = self._inside(self._settled(start))
         speed = math.inf if self.full_speed else REDUCED_SPEED
         folded = self._folded(start)
         return Jog(self.kinematics, self._planned, start, self.scene, speed, folded)
@@ -214,11 +228,32 @@ class Planner:
             TrajectoryError: It breaks a limit.
             ZoneError: It leads through something.
         """
-        notes = check(trajectory, self._limits)
+        limits = [
+            # From beyond a limit, where it can only have been pushed, a joint may but go back.
+            replace(limit, lower=min(limit.lower, at), upper=max(limit.upper, at))
+            for limit, at in zip(self._limits, self.here(), strict=True)
+        ]
+        notes = check(trajectory, limits)
         return self._free(trajectory, Joints(*elsewhere), tuple(notes))
 
     def _start(self) -> Joints:
-        return Joints(*self._here())
+        return self._inside(self.here())
+
+    def _settled(self, joints: Sequence[float]) -> Joints:
+        settled = []
+        for limit, value in zip(self._limits, joints, strict=True):
+            within = min(max(value, limit.lower), limit.upper)
+            settled.append(within if abs(value - within) <= _END_STOP else value)
+        return Joints(*settled)
+
+    def _inside(self, start: Joints) -> Joints:
+        problems = self.kinematics.beyond(start)
+        if problems:
+            raise TrajectoryError(
+                f"the arm stands outside its limits: {'; '.join(problems)}; lead it back by its "
+                "joints: move_joints(), or bioscara move --joints"
+            )
+        return start
 
     def _tool_limits(self) -> ToolLimits:
         return FULL if self.full_speed else REDUCED
@@ -231,7 +266,7 @@ class Planner:
                     f"takes {factor:.2f} times as long to keep the tool at "
                     f"{1e3 * REDUCED_SPEED:.0f} mm/s",
                 )
-        self.scene.check(self.kinematics, trajectory, here, self._folded(self._here()))
+        self.scene.check(self.kinematics, trajectory, here, self._folded(self.here()))
         return Plan(trajectory, notes)
 
     def _folded(self, here: Sequence[float]) -> float:

@@ -74,7 +74,8 @@ class PoseMotions(ABC):
         """Move by streamed velocities until there are no more; the arm is then at rest.
 
         Joint limits, the tool's speed and zones are kept, with room to come to rest in front of
-        them. A source that does not answer within 0.15 s lets the arm come to rest.
+        them. Of what is asked for the arm does the share ``speed``. A source that does not answer
+        within 0.15 s lets the arm come to rest.
 
         Args:
             velocities: Asked each cycle: a velocity of the joints or of the tool, the one before
@@ -84,6 +85,7 @@ class PoseMotions(ABC):
 
         Raises:
             InvalidArgumentError: A velocity is not finite or too large; the arm is at rest.
+            TrajectoryError: A joint was pushed beyond a limit; nothing moved.
             ZoneError: The arm is too near to something; nothing moved.
             BioscaraError: As ``follow``.
         """

@@ -114,8 +114,12 @@ class Robot(Connection, PoseMotions):
         *,
         timeout: float | None = None,
     ) -> None:
-        """Carry a plan out; arguments and errors as :meth:`follow`."""
-        self._carry_out(plan, observe, cancelled, timeout)
+        """Carry a plan out; arguments and errors as :meth:`follow`.
+
+        Tool, speed or scene may have changed since it was planned: it is checked against what they
+        are now, and takes more time where the tool would be too fast; ``warnings`` then say so.
+        """
+        self._follow(self._checked(plan.trajectory), observe, cancelled, timeout)
 
     @exclusive("follow()")
     def follow(
@@ -149,12 +153,9 @@ class Robot(Connection, PoseMotions):
             GoalAbortedError: It was not followed to its end.
             BioscaraError: What stopped the arm.
         """
-        here = self._here()
-        start = dict(zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True))
-        begin = [start.get(name, where) for name, where in zip(self._names, here, strict=True)]
-        body = self.plan.trajectory(trajectory, begin)
-        lead = self.plan.joints(begin).trajectory if approach else None
-        self._follow(body.trajectory, observe, cancelled, timeout, lead)
+        checked = self._checked(trajectory)
+        lead = self.plan.joints(self._start_of(trajectory)).trajectory if approach else None
+        self._follow(checked, observe, cancelled, timeout, lead)
 
     @exclusive("jog()")
     def jog(
@@ -165,9 +166,12 @@ class Robot(Connection, PoseMotions):
         timeout: float | None = None,
     ) -> None:
         """As in :class:`~bioscara.robot.pose_motions.PoseMotions`."""
-        self._here()
+        self.plan.here()
         self._ready()
         stack = self._running()
+        guards = stack.manager.limiter.guards
+        # Where it will begin; a switch that fails would say less, and only after others had left.
+        self.plan.jog([guards[name].here for name in self._names])
         stack.jog.prepare = self.plan.jog
         stack.use(JOG, self.clock.now())
         ended, since = False, math.inf
@@ -177,7 +181,7 @@ class Robot(Connection, PoseMotions):
             now, velocity = self.clock.now(), None if ended else velocities()
             ended = velocity is None
             if velocity is not None:
-                stack.jog.command(velocity, now)
+                stack.jog.command(velocity, now, self._speed)
             since = min(since, now) if ended and stack.jog.at_rest else math.inf
             return now - since >= SETTLING
 
@@ -191,6 +195,12 @@ class Robot(Connection, PoseMotions):
         timeout: float | None = None,
     ) -> None:
         self._follow(plan.trajectory, observe, cancelled, timeout)
+
+    def _checked(self, trajectory: Trajectory) -> Trajectory:
+        """Return a trajectory that may be followed with the tool, speed and scene there are."""
+        checked = self.plan.trajectory(trajectory, self._start_of(trajectory))
+        self._running().supervisor.warnings.extend(checked.notes)
+        return checked.trajectory
 
     def _ready(self) -> None:
         """Engage the arm and look at it once; nothing moves."""
@@ -223,11 +233,15 @@ class Robot(Connection, PoseMotions):
     def _names(self) -> tuple[str, ...]:
         return tuple(joint.name for joint in self.parameters.joints)
 
+    def _start_of(self, trajectory: Trajectory) -> list[float]:
+        """Return where all joints are when a trajectory, perhaps of some of them, begins."""
+        begin = dict(zip(self._names, self.plan.here(), strict=True))
+        named = zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True)
+        return [*(begin | dict(named)).values()]
+
     def _joining(self, trajectory: Trajectory) -> Trajectory | None:
         """Return the way from where the arm is to a start nearby; None where it is there."""
-        here = self._here()
-        start = dict(zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True))
-        begin = [start.get(name, where) for name, where in zip(self._names, here, strict=True)]
+        here, begin = self.plan.here(), self._start_of(trajectory)
         self._require_near(here, begin)
         if max(abs(a - b) for a, b in zip(here, begin, strict=True)) <= _AT_START:
             return None

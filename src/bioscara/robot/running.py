@@ -86,6 +86,7 @@ class Motion:
             lambda: self._stack.trajectory.send_goal(message, now), phase, zero, self._keep_speed
         )
         if goal.status is not Status.SUCCEEDED:
+            self._come_to_rest(zero)
             raise GoalAbortedError(goal.text, goal.error_code)
         if phase is Phase.TRAJECTORY:
             until = self._clock.now() + SETTLING

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.control.clearance import Clearance
 from bioscara.control.flight_record import FlightRecord
+from bioscara.control.following import allowed
 from bioscara.control.gripper_action_controller import GripperActionController
 from bioscara.control.hold_controller import HoldController
 from bioscara.control.homing_controller import HomingController
@@ -204,13 +205,13 @@ def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str
                 "command_interfaces": commanded,
                 "state_interfaces": both,
                 "fallback_controllers": (HOLD,),
-                **_following(parameters),
+                **_following(parameters, version),
             },
         ),
     ]
 
 
-def _following(parameters: ArmParameters) -> dict[str, Any]:
+def _following(parameters: ArmParameters, version: int) -> dict[str, Any]:
     """Return how trajectories are followed, in the names of their controller."""
     said = parameters.controllers.joint_trajectory_controller
     limits = said.constraints
@@ -223,7 +224,10 @@ def _following(parameters: ArmParameters) -> dict[str, Any]:
             "decelerate_on_cancel": True,
             **{
                 joint.name: {
-                    **asdict(tolerances),
+                    # What commands may fall behind, where they are bounded on their way.
+                    "trajectory": tolerances.trajectory
+                    or allowed(joint, version, joint.max_velocity),
+                    "goal": tolerances.goal,
                     "max_deceleration_on_cancel": limits.max_deceleration_on_cancel_share
                     * joint.max_acceleration,
                 }

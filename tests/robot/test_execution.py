@@ -1,0 +1,144 @@
+"""What is executed is what may be: plans that have grown old, arms that lag or stand outside."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from itertools import pairwise
+from pathlib import Path
+
+import pytest
+
+from bioscara.errors import GoalAbortedError, TrajectoryError, ZoneError
+from bioscara.kinematics import Pose
+from bioscara.model import load_parameters
+from bioscara.planning import point_to_point
+from bioscara.planning.fit import stretched
+from bioscara.planning.sequence import Waypoint
+from bioscara.planning.zones import Box, Scene
+from bioscara.report import CycleRecord
+from bioscara.robot import Robot
+from bioscara.robot.planner import Plan
+from bioscara.robot.tools import Tool
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+ARM = load_parameters()
+NAMES = tuple(joint.name for joint in ARM.joints)
+NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
+START = (-2.0, 0.30, 2.0, 2.0)
+
+
+@pytest.fixture
+def arm() -> SimulatedArm:
+    return SimulatedArm(seed=2, positions=NEAR)
+
+
+@pytest.fixture
+def robot(arm: SimulatedArm, tmp_path: Path) -> Iterator[Robot]:
+    with Robot(FirmwareBus(arm), arm.clock, ARM, "arm", evidence=tmp_path) as made:
+        made.home()
+        made.move_joints(START)
+        yield made
+
+
+def fastest(arm: SimulatedArm) -> float:
+    """Return the highest speed once the belts have swung out."""
+    arm.run(0.5)
+    return max(abs(arm.velocity(name)) for name in NAMES)
+
+
+def test_a_plan_for_a_faster_tool_is_slowed_down_and_goes_where_it_was_planned_to(
+    robot: Robot, arm: SimulatedArm
+) -> None:
+    robot.full_speed = True
+    plan = robot.plan.joints((-0.5, 0.30, 0.5, 0.5))
+    robot.full_speed = False
+    records: list[CycleRecord] = []
+    robot.execute(plan, records.append)
+    assert robot.state.positions == pytest.approx((-0.5, 0.30, 0.5, 0.5), abs=2e-3)
+    assert fastest(arm) < 1e-3
+    for record in records:
+        for joint in record.joints:
+            assert joint.reference == pytest.approx(joint.position, abs=0.02)
+    assert any("to keep the tool at 250 mm/s" in warning for warning in robot.warnings)
+
+
+def test_a_plan_for_a_shorter_tool_is_slowed_down_too(robot: Robot) -> None:
+    plan = robot.plan.joints((-0.5, 0.30, 2.0, 2.0))
+    robot.plan.table = robot.plan.table.with_tool(Tool("rod", Pose(0.9, 0.0, -0.2), 0.5))
+    robot.plan.use_tool("rod")
+    begin = robot.clock.now()
+    robot.execute(plan)
+    assert robot.clock.now() - begin > 1.2 * plan.trajectory.duration
+    assert robot.state.positions[0] == pytest.approx(-0.5, abs=2e-3)
+
+
+def test_a_plan_is_checked_against_what_stands_around_the_arm_by_now(robot: Robot) -> None:
+    plan = robot.plan.joints((-1.0, 0.30, 2.0, 2.0))
+    robot.plan.scene = Scene((Box("crate", (-2.0, -2.0, -2.0), (2.0, 2.0, 2.0)),))
+    with pytest.raises(ZoneError, match="crate"):
+        robot.execute(plan)
+    robot.plan.scene = Scene()
+    far = point_to_point(NAMES, START, (-1.0, 0.30, 2.0, 2.0), ARM.joints)
+    with pytest.raises(TrajectoryError, match=r"j1.*exceeds the limit"):
+        robot.execute(Plan(stretched(far, 0.5)))
+    assert robot.state.positions == pytest.approx(START, abs=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("left", "speed", "complaint"),
+    [(0.9, 0.15, "path tolerance"), (0.04, 1e-6, "goal_time_tolerance")],
+)
+def test_an_arm_that_does_not_follow_is_not_said_to_have_arrived(
+    robot: Robot, arm: SimulatedArm, left: float, speed: float, complaint: str
+) -> None:
+    def observe(record: CycleRecord) -> None:
+        if record.joints[0].position > -1.0 - left:
+            robot._running().tool_speed.limit = speed
+
+    with pytest.raises(GoalAbortedError, match=complaint):
+        robot.move_joints((-1.0, 0.30, 2.0, 2.0), observe=observe)
+    assert fastest(arm) < 1e-3
+    assert robot.faults == ()
+    robot.move_joints(START)
+    assert robot.state.positions == pytest.approx(START, abs=2e-3)
+
+
+@pytest.fixture
+def turned(robot: Robot, arm: SimulatedArm) -> Robot:
+    """The wrist was turned by hand to 0.27 rad beyond its limit while the arm was released."""
+    robot.disable()
+    arm.remove_stops("j4")
+    arm.push("j4", 0.1)
+    while arm.position("j4") < 3.15:
+        arm.run(0.005)
+    arm.push("j4", 0.0)
+    arm.run(0.5)
+    return robot
+
+
+def test_an_arm_beyond_a_limit_is_not_led_along_a_path(turned: Robot, arm: SimulatedArm) -> None:
+    assert turned.state.positions[3] > ARM.joints[3].upper + 0.2
+    before = arm.position("j4")
+    up = turned.pose._replace(z=0.2)
+    asks: list[Callable[[], object]] = [
+        lambda: turned.move_linear(up),
+        lambda: turned.move_circular(up._replace(z=0.25), up),
+        lambda: turned.move_sequence([Waypoint(up)]),
+        lambda: turned.jog(lambda: None),
+    ]
+    for ask in asks:
+        with pytest.raises(TrajectoryError, match=r"j4 at 3.* rad beyond its range .*move_joints"):
+            ask()
+    assert arm.position("j4") == pytest.approx(before, abs=0.01)
+
+
+def test_an_arm_beyond_a_limit_is_led_back_by_its_joints(turned: Robot) -> None:
+    with pytest.raises(TrajectoryError, match=r"j4: goal 3\.1 rad is outside"):
+        turned.move_joints((*START[:3], 3.1))
+    found, records = turned.state.positions[3], list[CycleRecord]()
+    turned.execute(turned.plan.joints(START), records.append)
+    assert turned.state.positions == pytest.approx(START, abs=2e-3)
+    references = [record.joints[3].reference for record in records]
+    assert references[0] == pytest.approx(found, abs=0.01)
+    assert max(abs(a - b) for a, b in pairwise(references)) < 0.1
+    turned.move_linear(turned.pose._replace(z=turned.pose.z - 0.05))
