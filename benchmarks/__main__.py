@@ -1,11 +1,14 @@
-"""Runs the benchmarks and writes docs/benchmarks.md."""
+"""Runs the benchmarks; where all of them ran, writes docs/benchmarks.md."""
 
 from __future__ import annotations
 
+import argparse
+import difflib
 import importlib
 import os
 import platform
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 TOPICS = {
@@ -24,9 +27,45 @@ TOPICS = {
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 
 
-def main() -> int:
-    """Run all topics; return 1 when a limit does not hold."""
-    lines = [
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the topics that are named, or all; return 1 when a limit does not hold.
+
+    Args:
+        arguments: Names of topics; the words of the process by default.
+    """
+    parser = argparse.ArgumentParser(
+        prog="python -m benchmarks",
+        description="Run benchmarks and print them; all of them also write docs/benchmarks.md.",
+    )
+    known = ", ".join(TOPICS)
+    parser.add_argument(
+        "topics", metavar="TOPIC", nargs="*", type=_topic, help=f"{known} (default: all)"
+    )
+    wanted = set(parser.parse_args(arguments).topics) or set(TOPICS)
+    lines, failed = [], []
+    for module, title in TOPICS.items():
+        if module in wanted:
+            rows, missed = _run(module, title)
+            lines += rows
+            failed += missed
+    if wanted == set(TOPICS):
+        PAGE.write_text("\n".join([*_heading(), *lines]) + "\n")
+        print(f"wrote {PAGE}")
+    for what in failed:
+        print(f"does not hold: {what}", file=sys.stderr)
+    return 1 if failed else 0
+
+
+def _topic(name: str) -> str:
+    if name not in TOPICS:
+        near = difflib.get_close_matches(name, TOPICS, 1)
+        hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(TOPICS)}"
+        raise argparse.ArgumentTypeError(f"there is no topic {name!r}; {hint}")
+    return name
+
+
+def _heading() -> list[str]:
+    return [
         "# Benchmarks",
         "",
         "Written by `make bench`. Absolute times are this run's and drift with the machine; the",
@@ -34,23 +73,22 @@ def main() -> int:
         "",
         f"Python {platform.python_version()}, {platform.machine()}, {os.cpu_count()} cores.",
     ]
+
+
+def _run(module: str, title: str) -> tuple[list[str], list[str]]:
+    """Run one topic; return its part of the page, and what does not hold."""
+    print(f"{title} ...", flush=True)
+    lines = ["", f"## {title}", "", "| what | measured | against | limit | |"]
+    lines.append("| --- | --- | --- | --- | --- |")
     failed = []
-    for module, title in TOPICS.items():
-        print(f"{title} ...", flush=True)
-        lines += ["", f"## {title}", "", "| what | measured | against | limit | |"]
-        lines.append("| --- | --- | --- | --- | --- |")
-        for row in importlib.import_module(f"benchmarks.{module}").rows():
-            mark = "holds" if row.holds else "**does not hold**"
-            line = f"| {row.what} | {row.value} | {row.reference} | {row.limit} | {mark} |"
-            print(line, flush=True)
-            lines.append(line)
-            if not row.holds:
-                failed.append(row.what)
-    PAGE.write_text("\n".join(lines) + "\n")
-    print(f"wrote {PAGE}")
-    for what in failed:
-        print(f"does not hold: {what}", file=sys.stderr)
-    return 1 if failed else 0
+    for row in importlib.import_module(f"benchmarks.{module}").rows():
+        mark = "holds" if row.holds else "**does not hold**"
+        line = f"| {row.what} | {row.value} | {row.reference} | {row.limit} | {mark} |"
+        print(line, flush=True)
+        lines.append(line)
+        if not row.holds:
+            failed.append(row.what)
+    return lines, failed
 
 
 if __name__ == "__main__":

@@ -83,6 +83,12 @@ def test_links_in_the_documentation_lead_somewhere() -> None:
     assert broken == []
 
 
+def test_the_readme_lists_every_document_once() -> None:
+    _, _, section = (ROOT / "README.md").read_text().partition("## Documentation")
+    linked = re.findall(r"\]\(docs/([^)#/]+\.md)\)", section)
+    assert sorted(linked) == sorted(path.name for path in (ROOT / "docs").glob("*.md"))
+
+
 def test_every_mutant_still_finds_its_guard() -> None:
     stale = [each.guard for each in MUTANTS if (ROOT / each.file).read_text().count(each.old) != 1]
     assert stale == []

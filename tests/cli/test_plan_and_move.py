@@ -2,22 +2,70 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
 
+import bioscara.sim
+from bioscara.bus import Bus
 from bioscara.cli import main
+from bioscara.model import load_parameters
 from bioscara.planning import read
+from bioscara.robot import Robot
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+PARAMETERS = load_parameters()
+REACHED = ["--pose", "0.45", "-0.2", "0.25", "0"]
+TABLE = """\
+schema: 1
+tools:
+  needle: {x: 0.0, y: 0.0, z: -0.2, yaw: 0.0, mass: 0.1}
+poses:
+  prick:
+    pose: {x: 0.4, y: 0.2, z: 0.1, yaw: 0.0}
+    tool: needle
+  far:
+    joints: {j1: 4.0, j2: 0.2, j3: 0.0, j4: 0.0}
+...
+"""
+SCENE = """\
+version: 1
+table_height: null
+margin: 0.005
+zones:
+  - {name: post, keep: out, shape: cylinder, x: 0.45, y: -0.2, radius: 0.02, low: 0.0, high: 0.6}
+"""
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A folder with poses, and a scene that has something at the place of ``REACHED``."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "poses.yaml").write_text(TABLE)
+    (tmp_path / "scene.yaml").write_text(SCENE)
+    return tmp_path
+
+
+@pytest.fixture
+def arm(monkeypatch: pytest.MonkeyPatch) -> SimulatedArm:
+    """The arm that every command gets."""
+    arm = SimulatedArm()
+    monkeypatch.setattr(bioscara.sim, "SimulatedArm", lambda **_: arm)
+    return arm
+
+
+def places(arm: SimulatedArm) -> list[float]:
+    return [arm.position(limit.name) for limit in PARAMETERS.joints]
 
 
 def test_a_plan_is_told_written_and_drawn(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     words = ["plan", "--pose", "0.45", "-0.2", "0.25", "0", "--csv", "m.csv", "--plot", "m.png"]
     assert main(words) == 0
     out = capsys.readouterr().out
-    assert "tool at most 250 mm/s" in out
+    assert re.match(r"duration \d\.\d{3} s, tool at most \d+ mm/s\n", out)
     assert "to   (0.4500, -0.2000, 0.2500) m" in out
     assert (tmp_path / "m.png").read_bytes().startswith(b"\x89PNG")
     trajectory, _ = read(tmp_path / "m.csv")
@@ -29,7 +77,10 @@ def test_a_plan_is_told_written_and_drawn(
     [
         (["--pose", "450", "200", "100", "0"], "millimetres"),
         (["--pose", "0.9", "0", "0.2", "0"], "beyond the reach"),
-        (["--pose", "nan", "0", "0.2", "0"], "not finite"),
+        (["--pose", "nan", "0", "0.2", "0"], "--pose, x: nan m"),
+        (["--pose", "0.45", "0", "0.2", "90"], "are these degrees?"),
+        (["--joints", "45", "0.1", "0", "0"], "are these degrees?"),
+        (["--joints", "0", "200", "0", "0"], "are these millimetres?"),
         (["--joints", "0", "0.5", "0", "0"], "j2"),
         (["--name", "centre"], "did you mean center"),
         (["--pose", "0.45", "0", "0.2", "0", "--speed", "10"], "speed"),
@@ -39,35 +90,116 @@ def test_a_plan_is_told_written_and_drawn(
     ],
 )
 def test_what_cannot_be_planned_is_refused_in_one_line(
-    words: list[str],
-    complaint: str,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    monkeypatch: pytest.MonkeyPatch,
+    words: list[str], complaint: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
+    before = sorted(folder.iterdir())
     assert main(["plan", *words]) == 2
     err = capsys.readouterr().err
     assert complaint in err
     assert len(err.splitlines()) == 1
-    assert list(tmp_path.iterdir()) == []
+    assert sorted(folder.iterdir()) == before
 
 
-def test_an_arm_is_moved_to_a_pose(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["move", "--pose", "0.45", "-0.2", "0.25", "0"], paced=False) == 0
+def test_an_arm_is_moved_to_a_pose(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["move", *REACHED], paced=False) == 0
     out = capsys.readouterr().out
     assert out.startswith("arm: simulation, in this process")
     assert "tool at (0.450" in out
 
 
-def test_a_target_out_of_reach_is_refused_before_homing(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+def test_a_line_can_be_planned_from_where_plans_start(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", "--pose", "0.634", "0", "0.2", "0", "--linear"]) == 0
+    assert "to   (0.6340, 0.0000, 0.2000) m" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        ("--pose 0.9 0 0.2 0", "beyond the reach"),
+        ("--pose 0.45 -0.2 0.25 90", "--pose, yaw: 90 rad .*are these degrees?"),
+        ("--pose 450 -200 250 0", "--pose, x: 450 m .*are these millimetres?"),
+        ("--pose 0.45 -0.2 0.25 0 --speed 10", "--speed 10 is not"),
+        ("--pose 0.45 -0.2 0.25 0 --speed 0", "--speed 0 is not"),
+        ("--pose 0.45 -0.2 0.25 0 --speed nan", "--speed nan is not"),
+        ("--pose 0.45 -0.2 0.25 0 --via nan 0 0.2", "--via, x: nan m"),
+        ("--pose 0.45 -0.2 0.25 0 --via 600 100 200", "--via, x: 600 m .*are these millimetres?"),
+        ("--pose 0.45 -0.2 0.25 0 --via 0.6 0.6 0.2", "--via .* beyond the tool's reach"),
+        ("--pose 0.45 -0.2 0.25 0 --via 0.5 0 0.9", "--via .*j2 at"),
+        ("--pose 0.45 -0.2 0.25 0 --via 0.45 -0.2 0.25", "--via is where --pose is"),
+        ("--pose 0.45 -0.2 0.25 0 --via 0.5 0 0.2 --linear", "exclude one another"),
+        ("--pose 0.45 -0.2 0.25 0 --tool neddle", "did you mean needle?"),
+        ("--pose 0.45 -0.2 0.25 0 --scene scene.yaml", "too near to post at the target"),
+        ("--pose 0.45 -0.2 0.25 0 --csv nowhere/a.csv", "there is no folder nowhere"),
+        ("--joints 0 0.2 0 0 --linear", "need a --pose"),
+        ("--joints 0 0.2 0 0 --via 0.5 0 0.2", "need a --pose"),
+        ("--joints 0 200 0 0", "--joints, j2: 200 m .*are these millimetres?"),
+        ("--joints nan 0.2 0 0", "--joints, j1: nan rad"),
+        ("--joints -0.6 0.4 1.2 -0.6", "--joints: j2 at 0.4000 m"),
+        ("--name center --linear", "need a --pose"),
+        ("--name centre", "did you mean center?"),
+        ("--name far", "pose far: j1 at 4.0000 rad"),
+        ("--name prick", "prick was taught with tool needle.*; give --tool needle once that is"),
+    ],
+)
+def test_what_is_wrong_wherever_the_arm_is_is_refused_before_it_is_touched(
+    words: str, complaint: str, arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
-    assert main(["move", "--pose", "0.9", "0", "0.2", "0"], paced=False) == 2
+    before = places(arm)
+    assert main(["move", *words.split()], paced=False) == 2
     out, err = capsys.readouterr()
-    assert "homing" not in out
-    assert "beyond the reach" in err
+    assert re.search(complaint, err)
+    assert len(err.splitlines()) == 1
+    assert out == ""  # not even greeted
+    assert places(arm) == before
+
+
+BETWEEN = SCENE.replace("x: 0.45, y: -0.2", "x: 0.28, y: -0.35")
+
+
+def test_what_is_refused_only_after_homing_is_a_failure(
+    folder: Path, arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The target is free, the post stands between it and where homing leaves the arm."""
+    (folder / "between.yaml").write_text(BETWEEN)
+    words = ["move", "--joints", "0", "0.2", "0.3", "0", "--scene", "between.yaml"]
+    assert main(words, paced=False) == 1
+    out, err = capsys.readouterr()
+    assert "homing" in out
+    assert re.search(r"comes too near to post from .* s on", err)
+    assert err.endswith("; all joints were stopped and disabled\n")
+    assert len(err.splitlines()) == 1
+
+
+def test_a_file_that_cannot_be_written_after_homing_is_a_failure(
+    folder: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (folder / "full.csv").symlink_to("/dev/full")
+    assert main(["move", *REACHED, "--csv", "full.csv"], paced=False) == 1
+    assert "full.csv cannot be written: No space left" in capsys.readouterr().err
+
+
+def test_the_same_is_a_refusal_where_nothing_was_homed(
+    folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arm = SimulatedArm()
+    with Robot(FirmwareBus(arm), arm.clock, PARAMETERS, "the arm") as robot:
+        robot.home()
+    before = places(arm)
+
+    def same_arm(_: SimulatedArm) -> Bus:
+        return FirmwareBus(arm)
+
+    monkeypatch.setattr(bioscara.sim, "FirmwareBus", same_arm)
+    (folder / "between.yaml").write_text(BETWEEN)
+    words = ["move", "--joints", "0", "0.2", "0.3", "0", "--scene", "between.yaml"]
+    assert main(words, paced=False) == 2
+    assert "comes too near to post from" in capsys.readouterr().err
+    assert places(arm) == pytest.approx(before, abs=1e-4)
+
+
+@pytest.mark.parametrize("command", ["plan", "move"])
+def test_a_pose_of_another_tool_is_gone_to_with_that_tool(
+    command: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([command, "--name", "prick", "--tool", "needle"], paced=False) == 0
+    assert "to   (0.4000, 0.2000, 0.1000) m, yaw 0.0 deg" in capsys.readouterr().out

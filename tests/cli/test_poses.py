@@ -66,6 +66,7 @@ def test_saved_listed_shown_deleted(elsewhere: Path, capsys: pytest.CaptureFixtu
         ("delete center", "center is built in"),
         ("delete none", "no pose 'none'"),
         ("delete plate --table other.yaml", "other.yaml: No such file"),
+        ("delete center --table other.yaml", "center is built in"),
         ("list --table .", "directory"),
     ],
 )

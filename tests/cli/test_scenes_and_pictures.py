@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from bioscara.cli import main
+from bioscara.cli.shared_arguments import START
 from bioscara.kinematics import Joints
 from bioscara.planning import read, write_csv
 from bioscara.planning.point_to_point import point_to_point
@@ -20,8 +21,9 @@ from cli.pictures import PARAMETERS, expected, size
 pytest.importorskip("matplotlib")
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "scene.yaml"
-START = (0.0, 0.2, 0.0, 0.0)
+CENTER = (0.0, 0.2, 0.0, 0.0)
 PLATE = (0.3, 0.1, 0.8, -0.4)
+WAY = tuple(0.5 * (a + b) for a, b in zip(START, PLATE, strict=True))
 SCENE = """\
 version: 1
 table_height: null
@@ -36,10 +38,11 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a scene for every kind of trouble, and poses."""
     monkeypatch.chdir(tmp_path)
     arm = Planner(PARAMETERS, lambda: START).kinematics
-    for name, joints in (("start", START), ("way", (0.15, 0.15, 0.4, -0.2)), ("goal", PLATE)):
+    for name, joints in (("start", START), ("way", WAY), ("goal", PLATE)):
         x, y, *_ = arm.forward(joints)
         (tmp_path / f"{name}.yaml").write_text(SCENE % (x, y))
     (tmp_path / "wrong.yaml").write_text(SCENE.replace("radius", "diameter") % (0.5, 0.5))
+    (tmp_path / "full.png").symlink_to("/dev/full")
     (tmp_path / "millimetres.yaml").write_text(SCENE % (500, 0.5))
     main(["poses", "save", "plate", "--joints", *map(str, PLATE)])
     main(["poses", "save", "beside", "--pose", "0.45", "0.2", "0.25", "0"])
@@ -90,14 +93,16 @@ def test_a_motion_among_zones_is_drawn_with_them(command: str, folder: Path) -> 
     [
         ("--plot nowhere/a.png", r"nowhere/a.png cannot be written: there is no folder nowhere$"),
         ("--plot .", r"\. cannot be written: it is a folder; name a file in it$"),
-        ("--plot /dev/full", r"/dev/full cannot be written: No space left on device$"),
+        ("--plot a.pdf", r"--plot a.pdf: pictures are PNG; name .* \.png, for example a\.png$"),
+        ("--plot picture", r"for example picture\.png$"),
+        ("--plot full.png", r"full.png cannot be written: No space left on device$"),
         ("--scene none.yaml", r"none.yaml: No such file or directory"),
         ("--scene wrong.yaml", r"wrong.yaml, line 5: .*diameter"),
         ("--scene millimetres.yaml", r"millimetres.yaml, line 5: .*500 m .*millimetres\?"),
         ("--scene start.yaml", r"post at the start, nearest at .* s: [\d.]+ mm inside; the margin "
          r"of 5 mm is missed by [\d.]+ mm"),
         ("--scene way.yaml", r"post from [\d.]+ s on, nearest at .* s: [\d.]+ mm inside"),
-        ("--scene goal.yaml", r"post from [\d.]+ s on, nearest at .* s: [\d.]+ mm inside"),
+        ("--scene goal.yaml", r"too near to post (from [\d.]+ s on|at the target).* is missed by"),
         ("--from 9 0.2 0 0", r"--from is outside the limits: j1 at 9"),
         ("--from nan 0.2 0 0", r"--from is outside the limits: j1 .*nan"),
     ],
@@ -162,8 +167,8 @@ def test_an_arm_is_not_moved_into_a_zone(folder: Path, capsys: pytest.CaptureFix
     capsys.readouterr()
     assert main(["move", "--name", "plate", "--scene", "goal.yaml"], paced=False) == 2
     out, err = capsys.readouterr()
-    assert re.search(r"comes too near to post from .* mm inside", err)
-    assert "tool at" not in out
+    assert re.search(r"comes too near to post at the target; .* is missed by [\d.]+ mm", err)
+    assert out == ""  # neither greeted nor homed
     assert main(["move", "--name", "plate", "--scene", "wrong.yaml"], paced=False) == 2
     assert "homing" not in capsys.readouterr().out
 
@@ -193,14 +198,14 @@ def test_the_way_to_a_trajectory_is_kept_clear_too(
 ) -> None:
     """The trajectory is free, the post stands between it and where homing leaves the arm."""
     names = [limit.name for limit in PARAMETERS.joints]
-    write_motion(folder / "m.csv", names, Joints(*START), Joints(*START)._replace(j1=0.3))
+    write_motion(folder / "m.csv", names, Joints(*CENTER), Joints(*CENTER)._replace(j1=0.3))
     (folder / "between.yaml").write_text(SCENE % (0.28, -0.35))
     capsys.readouterr()
     assert main(["run", "m.csv", "--scene", "between.yaml", "--out", "a"], paced=False) == 1
     err = capsys.readouterr().err
     assert re.search(r"comes too near to post from .* mm inside", err)
     trajectory = read(folder / "a" / "trajectory.csv").trajectory
-    assert np.allclose(trajectory.positions[0], START)
+    assert np.allclose(trajectory.positions[0], CENTER)
     assert "approach" not in (folder / "a" / "samples.csv").read_text()
 
 

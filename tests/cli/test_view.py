@@ -48,16 +48,13 @@ def test_it_serves_until_it_is_interrupted() -> None:
     )
     try:
         assert view.stdout is not None
-        for line in view.stdout:
-            found = re.search(r"the arm in 3D: (http://127\.0\.0\.1:\d+)", line)
-            if found:
-                break
-        else:
-            pytest.fail("it said no address")
+        found = re.match(r"the arm in 3D: (http://127\.0\.0\.1:\d+) .*\n$", view.stdout.readline())
+        assert found
         with urllib.request.urlopen(found[1]) as answer:
             assert answer.status == 200
         view.send_signal(signal.SIGINT)
         assert view.wait(timeout=20) == 0
+        assert view.stdout.read() == ""
     finally:
         view.kill()
         view.wait()

@@ -22,6 +22,7 @@ from bioscara.cli.shared_arguments import (
     add_start,
     add_table,
     add_target,
+    add_tool,
 )
 
 _EPILOG = (
@@ -175,6 +176,7 @@ def _add_plan(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
 def _add_move(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     move = _add(commands, "move", "Home the arm where need be and move it to a target.")
     add_target(move)
+    move.set_defaults(start=None)
     add_bus(move)
     add_acknowledge(move)
     add_realtime(move)
@@ -243,7 +245,7 @@ def _add_poses(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     where.add_argument("--bus", metavar="BUS", help="where this arm is now; " + BUS_HELP)
     add_four(where, "--joints", "J1 J2 J3 J4", "where the joints are [rad m rad rad]")
     add_four(where, "--pose", "X Y Z YAW", "where the tool is, in the base [m m m rad]")
-    save.add_argument("--tool", default="fingers", help="name of the tool (default: fingers)")
+    add_tool(save, "name of the tool")
     save.add_argument(
         "--calibration",
         metavar="ID",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 
 from bioscara.cli import complain
 from bioscara.cli.arguments import Options
@@ -10,56 +11,74 @@ from bioscara.cli.arm import open_arm
 from bioscara.cli.interruption import Interruption
 from bioscara.cli.latched import acknowledge, require_noted, the_way_on
 from bioscara.cli.output import Output
-from bioscara.cli.pictures import require_drawing, write_picture, write_trajectory
+from bioscara.cli.pictures import require_files, write_picture, write_trajectory
 from bioscara.cli.status import Status
-from bioscara.cli.target import check_target, describe, plan_target, wanted_scene
+from bioscara.cli.target import describe, plan_target, target_planner
 from bioscara.cli.warned import Warnings
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
 from bioscara.model import load_parameters
-from bioscara.robot.teach_file import load_table
+from bioscara.report import CycleRecord
+from bioscara.robot import Robot
 
 
 def run(options: Options) -> int:
     """Home the arm where need be, move it to a target and release it.
 
     Raises:
-        BioscaraError: It could not be moved there.
+        BioscaraError: It could not be moved there, and nothing moved.
+        OSError: Standard output cannot be written.
     """
-    require_drawing(options.plot)
-    parameters, output, scene = load_parameters(), Output(), wanted_scene(options)
-    with Interruption() as cancelled, open_arm(options, parameters) as robot:
-        if options.table.exists():
-            robot.plan.table = load_table(options.table, robot.plan.tool)
-        robot.plan.scene = scene
-        check_target(robot.plan, options)
+    require_files(options)
+    parameters, output = load_parameters(), Output()
+    wanted = target_planner(options, parameters)
+    robot = open_arm(options, parameters)
+    robot.plan.table, robot.plan.scene = wanted.table, wanted.scene
+    robot.plan.use_tool(options.tool)
+    with Interruption() as cancelled, robot:
         output.line(f"arm: {robot.description}")
         require_noted(robot, options)
         acknowledge(robot, output.line)
         output.line("homing the joints that are not homed")
         warnings = Warnings(robot)
         try:
-            robot.home(cancelled=cancelled)
-            plan = plan_target(robot.plan, options)
-            for line in describe(plan, robot.kinematics):
-                output.line(line)
-            if options.csv is not None:
-                output.line(write_trajectory(options.csv, plan.trajectory))
-            if options.plot is not None:
-                output.line(write_picture(options.plot, plan, robot.plan, parameters, "move"))
-            robot.execute(plan, cancelled=cancelled)
-        except MotionCancelledError as error:
-            complain(f"{error}; all joints were stopped and disabled")
-            return Status.INTERRUPTED
-        except InvalidArgumentError:
-            raise
-        except BioscaraError as error:
-            told = robot.faults[0] if robot.faults else error
-            complain(f"{told}{the_way_on(robot)}; all joints were stopped and disabled")
-            return Status.FAILED
+            status = _move(robot, options, cancelled, output)
         finally:
             for sentence in warnings.fresh():
                 output.line(sentence)
+        if status is not Status.OK:
+            return status
         x, y, z, yaw = robot.pose
         output.line(f"tool at ({x:.4f}, {y:.4f}, {z:.4f}) m, yaw {math.degrees(yaw):.1f} deg")
     output.check()
+    return Status.OK
+
+
+def _move(robot: Robot, options: Options, cancelled: Interruption, output: Output) -> Status:
+    """Home the arm and move it; complain of what stopped it.
+
+    Raises:
+        InvalidArgumentError: It was refused before anything moved.
+    """
+    last: deque[CycleRecord] = deque(maxlen=1)
+    try:
+        robot.home(last.append, cancelled)
+        plan = plan_target(robot.plan, options)
+        for line in describe(plan, robot.kinematics):
+            output.line(line)
+        if options.csv is not None:
+            output.line(write_trajectory(options.csv, plan.trajectory))
+        if options.plot is not None:
+            picture = write_picture(options.plot, plan, robot.plan, robot.parameters, "move")
+            output.line(picture)
+        robot.execute(plan, last.append, cancelled)
+    except MotionCancelledError as error:
+        complain(f"{error}; all joints were stopped and disabled")
+        return Status.INTERRUPTED
+    except BioscaraError as error:
+        # No cycle of a motion was seen: nothing moved yet.
+        if isinstance(error, InvalidArgumentError) and not last:
+            raise
+        told = robot.faults[0] if robot.faults else error
+        complain(f"{told}{the_way_on(robot)}; all joints were stopped and disabled")
+        return Status.FAILED
     return Status.OK

@@ -6,6 +6,7 @@ import os
 from dataclasses import astuple
 from pathlib import Path
 
+from bioscara.cli.arguments import Options
 from bioscara.errors import InvalidArgumentError
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, write_csv
@@ -13,21 +14,42 @@ from bioscara.report.plan_png import ToolBounds, require_matplotlib, write_plan
 from bioscara.robot.planner import REDUCED, Plan, Planner
 
 
+def require_files(options: Options) -> None:
+    """Raise if ``--csv`` or ``--plot`` cannot be written; to be asked before anything moves.
+
+    Raises:
+        InvalidArgumentError: As :func:`require_drawing`, for either file.
+    """
+    if options.csv is not None:
+        _require_writable(options.csv)
+    require_drawing(options.plot)
+
+
 def require_drawing(plot: Path | None) -> None:
     """Raise if a picture is wanted and cannot be drawn; to be asked before anything moves.
 
     Raises:
-        InvalidArgumentError: matplotlib is not installed, or nothing can be written there.
+        InvalidArgumentError: matplotlib is not installed, the name is not that of a PNG file, or
+            nothing can be written there.
     """
     if plot is None:
         return
     require_matplotlib()
-    if plot.is_dir():
-        raise InvalidArgumentError(f"{plot} cannot be written: it is a folder; name a file in it")
-    if not plot.parent.is_dir():
-        raise InvalidArgumentError(f"{plot} cannot be written: there is no folder {plot.parent}")
-    if not os.access(plot if plot.exists() else plot.parent, os.W_OK):
-        raise InvalidArgumentError(f"{plot} cannot be written: permission denied")
+    _require_writable(plot)
+    if plot.suffix.lower() != ".png":
+        raise InvalidArgumentError(
+            f"--plot {plot}: pictures are PNG; name a file that ends in .png, for example "
+            f"{plot.with_suffix('.png')}"
+        )
+
+
+def _require_writable(path: Path) -> None:
+    if path.is_dir():
+        raise InvalidArgumentError(f"{path} cannot be written: it is a folder; name a file in it")
+    if not path.parent.is_dir():
+        raise InvalidArgumentError(f"{path} cannot be written: there is no folder {path.parent}")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise InvalidArgumentError(f"{path} cannot be written: permission denied")
 
 
 def write_trajectory(path: Path, trajectory: Trajectory) -> str:

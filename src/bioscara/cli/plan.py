@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from bioscara.cli.arguments import Options
 from bioscara.cli.output import Output
-from bioscara.cli.pictures import require_drawing, write_picture, write_trajectory
+from bioscara.cli.pictures import require_files, write_picture, write_trajectory
 from bioscara.cli.status import Status
-from bioscara.cli.target import describe, plan_target, planner_from
+from bioscara.cli.target import describe, plan_target, target_planner
 from bioscara.model import load_parameters
 
 
@@ -16,9 +16,9 @@ def run(options: Options) -> int:
     Raises:
         BioscaraError: It cannot be planned.
     """
-    require_drawing(options.plot)
+    require_files(options)
     parameters, output = load_parameters(), Output()
-    planner = planner_from(options, parameters)
+    planner = target_planner(options, parameters)
     plan = plan_target(planner, options)
     for line in describe(plan, planner.kinematics):
         output.line(line)

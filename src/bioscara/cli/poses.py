@@ -132,7 +132,11 @@ def _save(options: Options, parameters: ArmParameters) -> list[str]:
 
 
 def _delete(options: Options, parameters: ArmParameters) -> list[str]:
-    table = load_table(options.table, fingers(parameters))
+    built_in = any(pose.name == options.name for pose in BUILT_IN)
+    # That a pose is built in is the better answer, also where there is no file.
+    table = (
+        _load(options, parameters) if built_in else load_table(options.table, fingers(parameters))
+    )
     save_table(options.table, table.without_pose(options.name))
     return [f"deleted {options.name} from {options.table}"]
 

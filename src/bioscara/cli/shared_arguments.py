@@ -9,8 +9,9 @@ BUS_HELP = (
     "which arm: 'sim' (simulated in this process, the default), 'sim:/path.sock' (one that "
     "'bioscara simulate' runs) or 'linux:1' (a real one on I2C bus 1)"
 )
-START = (0.0, 0.2, 0.0, 0.0)
-"""Where a plan starts from unless it is told [rad m rad rad]: the pose ``center``."""
+START = (-0.6, 0.2, 1.2, -0.6)
+"""Where a plan starts from unless it is told [rad m rad rad]: in front of the column, the elbow
+well bent, so that a line can start there. Stretched, as at ``center``, none can."""
 _JOINTS = "J1 J2 J3 J4"
 
 
@@ -80,6 +81,7 @@ def add_target(parser: argparse.ArgumentParser) -> None:
     add_four(target, "--joints", _JOINTS, "where the joints shall be [rad m rad rad]")
     target.add_argument("--name", metavar="NAME", default="", help="a pose that has a name")
     add_table(parser)
+    add_tool(parser, "name of the tool that is mounted")
     parser.add_argument("--linear", action="store_true", help="lead the tool along a line")
     parser.add_argument(
         "--via",
@@ -135,6 +137,13 @@ def add_table(parser: argparse.ArgumentParser) -> None:
         type=Path,
         default=Path("poses.yaml"),
         help="file with the poses (default: poses.yaml)",
+    )
+
+
+def add_tool(parser: argparse.ArgumentParser, help_text: str) -> None:
+    """Add the name of a tool."""
+    parser.add_argument(
+        "--tool", metavar="NAME", default="fingers", help=f"{help_text} (default: fingers)"
     )
 
 

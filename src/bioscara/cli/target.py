@@ -6,6 +6,7 @@ import math
 
 from bioscara.cli.arguments import Options
 from bioscara.cli.shared_arguments import START
+from bioscara.cli.target_checks import check_target
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose, Scara, batch
 from bioscara.model import ArmParameters
@@ -43,44 +44,37 @@ def planner_from(options: Options, parameters: ArmParameters) -> Planner:
     return planner
 
 
-def check_target(planner: Planner, options: Options) -> None:
-    """Refuse what cannot be reached from anywhere, before anything moves.
+def target_planner(options: Options, parameters: ArmParameters) -> Planner:
+    """Return a planner as :func:`planner_from`, with ``--tool``, for a target it can go to.
 
     Raises:
-        InvalidArgumentError: The target is out of reach or outside the limits.
+        InvalidArgumentError: The target is refused wherever the arm is, or there is no such tool.
     """
-    arm = planner.kinematics
-    if options.name:
-        planner.table.pose(options.name)
-    elif options.joints is not None:
-        problems = arm.beyond(options.joints)
-        if problems:
-            raise InvalidArgumentError(f"--joints: {'; '.join(problems)}")
-    else:
-        arm.solve(_pose(options.pose or []), (0.0,) * len(arm.limits))
+    planner = planner_from(options, parameters)
+    planner.use_tool(options.tool)
+    check_target(planner, options)
+    return planner
 
 
 def plan_target(planner: Planner, options: Options) -> Plan:
     """Return the motion to the target that the options name; nothing moves.
 
+    Args:
+        planner: Where the arm is, with what :func:`target_planner` returned.
+        options: What was asked for, and found possible there.
+
     Raises:
-        InvalidArgumentError: The words do not go together, or a number is not finite.
         UnreachableError, TrajectoryError, ZoneError: The arm cannot go there.
     """
     planner.full_speed = options.full_speed
     if options.name:
-        if options.linear or options.via is not None:
-            raise InvalidArgumentError("--linear and --via need a --pose to go to")
         return planner.named(options.name, options.speed)
     if options.joints is not None:
-        if options.linear or options.via is not None:
-            raise InvalidArgumentError("--linear and --via need a --pose to go to")
         return planner.joints(options.joints, options.speed)
-    pose = _pose(options.pose or [])
+    pose = Pose(*options.pose or ())
     if options.via is not None:
-        if options.linear:
-            raise InvalidArgumentError("--linear and --via exclude one another")
-        return planner.circular(_pose([*options.via, pose.yaw]), pose, options.speed)
+        x, y, z = options.via
+        return planner.circular(Pose(x, y, z, pose.yaw), pose, options.speed)
     if options.linear:
         return planner.linear(pose, options.speed)
     return planner.to(pose, options.speed)
@@ -108,9 +102,3 @@ def describe(plan: Plan, arm: Scara) -> list[str]:
             f"{abs(ranges.acceleration.largest.value):.4f} {unit}/s^2"
         )
     return [*lines, *(f"note: {note}" for note in plan.notes)]
-
-
-def _pose(numbers: list[float]) -> Pose:
-    if not all(map(math.isfinite, numbers)):
-        raise InvalidArgumentError(f"pose {numbers} has a number that is not finite")
-    return Pose(*numbers)

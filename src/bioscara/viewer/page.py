@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from xml.etree.ElementTree import Element
 
 import numpy as np
+import rich
 import viser
 
 from bioscara.hardware.urdf_reader import Urdf
@@ -55,7 +57,8 @@ class Page:
         self.positions = {joint.name: _at_start(joint.lower, joint.upper, joint.name)
                           for joint in self.tree.free}  # fmt: skip
         self._lock = threading.Lock()
-        self._server = _LoopbackServer(host=LOOPBACK, port=port, verbose=False)
+        with _untold():
+            self._server = _LoopbackServer(host=LOOPBACK, port=port, verbose=False)
         self._server.gui.configure_theme(show_share_button=False)
         self._server.gui.main_panel.dock_right()
         self._server.scene.add_grid("/floor", width=2.0, height=2.0, cell_size=0.1)
@@ -95,7 +98,8 @@ class Page:
 
     def close(self) -> None:
         """Stop serving."""
-        self._server.stop()
+        with _untold():
+            self._server.stop()
 
     def _link(self, name: str) -> viser.FrameHandle:
         return self._server.scene.add_frame(
@@ -143,6 +147,17 @@ class Page:
         x, y, z = tool.translation()
         yaw = tool.rotation().compute_yaw_radians()
         self._tool.content = f"tool: x {x:.4f}, y {y:.4f}, z {z:.4f} m, yaw {yaw:.4f} rad"
+
+
+@contextmanager
+def _untold() -> Iterator[None]:
+    """Keep what viser says when it begins and ends, verbose or not, off the terminal."""
+    console = rich.get_console()
+    quiet, console.quiet = console.quiet, True
+    try:
+        yield
+    finally:
+        console.quiet = quiet
 
 
 def _at_start(lower: float, upper: float, name: str) -> float:
