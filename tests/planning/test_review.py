@@ -1,0 +1,326 @@
+"""Defects that a review proved; each test fails until its defect is gone."""
+
+import contextlib
+import os
+import threading
+import warnings
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from bioscara.cli import main
+from bioscara.errors import BioscaraError, ConfigurationError, ZoneError
+from bioscara.kinematics import Joints, Pose
+from bioscara.model import load_parameters
+from bioscara.planning import check, read, write_csv
+from bioscara.planning.cartesian import linear
+from bioscara.planning.point_to_point import point_to_point
+from bioscara.planning.scene_file import read_scene
+from bioscara.planning.sequence import Waypoint, sequence
+from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.tool_speed import peak_tool_speed
+from bioscara.planning.trajectory import Trajectory
+from bioscara.planning.zones import Box, Cylinder, Scene
+from bioscara.robot import Robot
+from bioscara.robot.planner import Planner
+from bioscara.robot.poses import NamedPose, TeachTable
+from bioscara.robot.teach_file import load_table, save_table
+from bioscara.robot.tools import fingers
+
+PARAMETERS = load_parameters()
+LIMITS = PARAMETERS.joints
+NAMES = tuple(limit.name for limit in LIMITS)
+HERE = Joints(0.0, 0.2, 1.0, 0.0)
+FINGERS = fingers(PARAMETERS)
+PLANNER = Planner(PARAMETERS, lambda: HERE)
+ARM = PLANNER.kinematics
+TOOL = ARM.forward(HERE)
+
+
+@dataclass
+class Limits:
+    name: str
+    max_velocity: float
+    max_acceleration: float
+    max_jerk: float
+    unit: str = "rad"
+    lower: float = -10.0
+    upper: float = 10.0
+
+
+# --- zones -----------------------------------------------------------------------------------
+
+
+def test_small_moves_do_not_lead_the_gripper_into_the_base():
+    """Each move may come 0.4 mm nearer than the one before it: 36 of them end inside."""
+    here = [(0.0, 0.0, 2.28, -3.0)]
+    planner = Planner(PARAMETERS, lambda: here[0])
+
+    def clearance() -> float:
+        return float(Scene().clearance(planner.kinematics, [here[0]])[0])
+
+    assert clearance() > 0.01
+    with pytest.raises(ZoneError):
+        planner.joints((0.0, 0.0, 2.32, -3.0))  # the same way in one go
+    for _ in range(100):
+        for step in (0.01, 0.005, 0.002, 0.001, 0.0005, 0.0003):
+            goal = (0.0, 0.0, here[0][2] + step, -3.0)
+            try:
+                planner.joints(goal)
+            except ZoneError:
+                continue
+            here[0] = goal
+            break
+        else:
+            break
+        if clearance() < 0.0:
+            break
+    assert clearance() > 0.005 - 4e-4
+
+
+def test_from_a_goal_that_was_free_the_arm_can_leave_again():
+    """It rests a hair beside the goal, where every plan is refused at its start."""
+    start = (0.4297746953080669, 0.2, 1.095035170767486, 0.17580086493352587)
+    goal = (-0.023961089524598078, 0.2, 0.9301880158531971, 0.19255204471056064)
+    place = (0.5973388428514501, 0.024934661973487482)
+    with Robot.simulated(PARAMETERS) as robot:
+        robot.home()
+        robot.move_joints(start)
+        thin = Scene((Cylinder("post", *place, 0.01, -1.0, 1.0),))
+        room = float(thin.clearance(robot.kinematics, [goal])[0])
+        radius = 0.01 + room - thin.margin - 1e-6
+        robot.plan.scene = Scene((Cylinder("post", *place, radius, -1.0, 1.0),))
+        robot.move_joints(goal)
+        robot.move_joints(start)
+
+
+def test_a_robot_follows_a_trajectory_for_some_of_the_joints():
+    """follow(): "For some or all of the joints; the others hold"."""
+    with Robot.simulated(PARAMETERS) as robot:
+        robot.home()
+        robot.move_joints((0.0, 0.2, 1.2, 0.0))
+        start = robot.state.positions[0]
+        robot.follow(Trajectory(["j1"], [0.0, 2.0], [[start], [0.1]], [[0.0], [0.0]]))
+        assert robot.state.positions[0] == pytest.approx(0.1, abs=1e-3)
+
+
+def test_links_of_a_zone_may_be_a_list():
+    zone = Box("b", (0.5, 0.5, 0.0), (0.6, 0.6, 0.1), links=["gripper"])  # type: ignore[arg-type]
+    Scene((zone,)).check(ARM, PLANNER.joints(HERE).trajectory)
+
+
+# --- limits ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("wait", [4e3, 4e4, 1e5])
+def test_the_tool_is_slow_also_in_a_long_trajectory(wait):
+    """The arm waits, moves for half a second and waits: looked at 50000 times, all in all."""
+    motion = point_to_point(NAMES, HERE, (0.2, 0.2, 1.3, 0.5), LIMITS)
+    rest = np.zeros(4)
+    long = Trajectory(
+        NAMES,
+        np.concatenate(([0.0], wait / 2.0 + motion.times, [wait])),
+        np.vstack((HERE, motion.positions, motion.positions[-1])),
+        np.vstack((rest, motion.velocities, rest)),
+    )
+    slowed = PLANNER.trajectory(long, HERE).trajectory
+    middle = Trajectory(
+        NAMES,
+        slowed.times[1:-1] - slowed.times[1],
+        slowed.positions[1:-1],
+        slowed.velocities[1:-1],
+    )
+    assert peak_tool_speed(middle, ARM, HERE) <= 0.25 * (1.0 + 1e-5)
+
+
+@pytest.mark.parametrize("highest", [1e4, 1e5, 1e6])
+def test_a_motion_with_a_loose_velocity_limit_takes_time(highest):
+    """Rounding is measured in ways at full speed, which nothing here comes near to."""
+    way = 1e-12 * highest**2
+    limits = [Limits("j", highest, 1.0, 40.0)]
+    tight = [Limits("j", 10.0, 1.0, 40.0)]
+    expected = point_to_point(["j"], [0.0], [way / 100.0], tight).duration
+    assert point_to_point(["j"], [0.0], [way / 100.0], limits).duration == pytest.approx(
+        expected, rel=1e-3
+    )
+
+
+@pytest.mark.parametrize("speed", [1e-120, 1e-200])
+def test_a_tiny_speed_gives_one_clear_error(speed):
+    line = TOOL._replace(z=TOOL.z - 0.1)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for plan in (lambda: PLANNER.joints((0.5, 0.2, 1.0, 0.0), speed),
+                     lambda: PLANNER.linear(line, speed)):  # fmt: skip
+            with pytest.raises(BioscaraError, match="speed"):
+                plan()
+
+
+@pytest.mark.parametrize("tool", [ToolLimits(speed=5e-4), ToolLimits(yaw_speed=5e-3)])
+def test_a_slow_tool_is_no_singularity(tool):
+    """Refused as if j3 had to turn suddenly; the arm is nowhere near stretched."""
+    goal = Pose(TOOL.x, TOOL.y - 0.05, TOOL.z - 0.01, TOOL.yaw + 0.5)
+    assert linear(ARM, HERE, goal, LIMITS, tool).duration > 0.0
+
+
+@pytest.mark.parametrize("left", [1e-9, 2e-9, 1e-8, 1e-7])
+def test_blends_that_almost_meet(left):
+    """A millionth of a millimetre between two blends lasts less than two points may be apart."""
+    corner = TOOL._replace(y=TOOL.y - 0.1)
+    ways = [
+        Waypoint(corner, blend=0.05 - left),
+        Waypoint(corner._replace(x=corner.x - 0.1), blend=0.05),
+        Waypoint(corner._replace(x=corner.x - 0.1, y=TOOL.y)),
+    ]
+    assert sequence(ARM, HERE, ways, LIMITS).trajectory.duration > 1.0
+
+
+def test_a_line_that_keeps_to_its_speed_has_no_note_of_stretching():
+    rng = np.random.default_rng(3)
+    for _ in range(60):
+        here = Joints(*(rng.uniform(0.8 * limit.lower, 0.8 * limit.upper) for limit in LIMITS))
+        planner = Planner(PARAMETERS, lambda here=here: here)
+        tool = planner.kinematics.forward(here)
+        try:
+            plan = planner.linear(
+                tool._replace(x=tool.x + rng.normal() * 0.1, y=tool.y + rng.normal() * 0.1)
+            )
+        except BioscaraError:
+            continue
+        assert not [note for note in plan.notes if "1.00 times" in note]
+
+
+def test_curves_of_a_trajectory_cannot_be_changed():
+    """What is checked (arrays) and what is executed (plain floats) would differ."""
+    trajectory = PLANNER.joints((0.5, 0.2, 1.0, 0.0)).trajectory
+    with pytest.raises(ValueError, match="read-only"):
+        trajectory.coefficients[0, 0, 1] = 99.0
+
+
+def test_a_plan_tells_what_is_unusual_about_a_trajectory():
+    """check() returns these sentences; Planner.trajectory() drops them."""
+    steps = Trajectory(NAMES, [0.0, 5.0], [HERE, HERE._replace(j1=0.3)])
+    assert any("jerks" in note for note in PLANNER.trajectory(steps, HERE).notes)
+
+
+# --- files -----------------------------------------------------------------------------------
+
+_JOINTS = "joints: {j1: 0.1, j2: 0.1, j3: 0.1, j4: 0}"
+
+
+@pytest.mark.parametrize(
+    "poses",
+    [
+        f"  a: &a\n    {_JOINTS}\n  b:\n    <<: *a\n    tool: fingers\n",
+        "  a:\n    joints: {<<: {j1: 20}, j2: 0.1, j3: 0.1, j4: 0}\n",
+        "  a: {joints: {j1: !!bool 3, j2: 0.1, j3: 0.1, j4: 0}}\n",
+        "  <<: &p\n    <<: *p\n",
+    ],
+    ids=["merge of poses", "merge of joints", "tag bool", "merge of itself"],
+)
+def test_odd_yaml_in_a_teach_table_is_no_crash(tmp_path: Path, poses):
+    path = tmp_path / "poses.yaml"
+    path.write_text(f"schema: 1\ntools: {{}}\nposes:\n{poses}...\n")
+    with contextlib.suppress(ConfigurationError):
+        load_table(path, FINGERS)
+
+
+def test_a_huge_number_in_a_scene_is_no_crash(tmp_path: Path):
+    path = tmp_path / "scene.yaml"
+    path.write_text(
+        "version: 1\ntable_height: null\nmargin: 0.005\nzones:\n"
+        f"  - {{name: a, keep: out, shape: box, lower: [-1{'0' * 400}, 0, 0], upper: [1, 1, 1]}}\n"
+    )
+    with pytest.raises(ConfigurationError):
+        read_scene(path)
+
+
+def test_a_table_that_is_saved_can_be_loaded(tmp_path: Path):
+    """Files above 1 MiB are not read; none may replace one that is."""
+    path = tmp_path / "poses.yaml"
+    joints, pose = Joints(*[0.1234567890123] * 4), Pose(*[0.1234567890123] * 4)
+    table = replace(
+        TeachTable(FINGERS),
+        poses=tuple(NamedPose(f"p{i}", joints, pose, calibration="c" * 90) for i in range(4000)),
+    )
+    try:
+        save_table(path, table)
+    except ConfigurationError:
+        return
+    assert load_table(path, FINGERS) == table
+
+
+def test_a_plan_that_is_written_as_csv_can_be_read_again(tmp_path: Path):
+    """Two joints change their jerk 0.05 us apart; in a file, points are 1 us apart."""
+    start = (-0.15402283030787567, 0.15226613102176714, -0.2521493761253315, -1.0959225604347294)
+    goal = (-0.3824816665468913, 0.15226613102176714, 1.8089621839557128, -1.8064242274080027)
+    planned = [replace(limit, max_acceleration=0.8 * limit.max_acceleration) for limit in LIMITS]
+    path = tmp_path / "plan.csv"
+    write_csv(path, point_to_point(NAMES, start, goal, planned))
+    check(read(path).trajectory, LIMITS)
+
+
+def test_tables_saved_by_two_threads_are_whole(tmp_path: Path):
+    """Both write the same temporary file."""
+    path = tmp_path / "poses.yaml"
+    small = TeachTable(FINGERS)
+    large = replace(
+        small, poses=tuple(NamedPose(f"p{i}", Joints(0.0, 0.1, 0.0, 0.0)) for i in range(200))
+    )
+    save_table(path, small)
+    failures: list[Exception] = []
+
+    def save(table: TeachTable) -> None:
+        try:
+            for _ in range(20):
+                save_table(path, table)
+        except ConfigurationError as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=save, args=(table,)) for table in (small, small, large)]
+    for thread in threads:
+        thread.start()
+    while any(thread.is_alive() for thread in threads):
+        try:
+            load_table(path, FINGERS)
+        except ConfigurationError as error:
+            failures.append(error)
+    assert not failures
+
+
+def test_a_loop_of_links_is_refused_in_one_sentence(tmp_path: Path):
+    os.symlink("b", tmp_path / "a")
+    os.symlink("a", tmp_path / "b")
+    with pytest.raises(ConfigurationError):
+        save_table(tmp_path / "a", TeachTable(FINGERS))
+
+
+# --- command line ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["--joints", "0", "0.1", "0", "0", "--speed", "2"],
+        ["--joints", "0", "0.1", "0", "0", "--speed", "nan"],
+        ["--name", "center", "--linear"],
+        ["--pose", "0.4", "0.1", "0.1", "0", "--via", "0.3", "0.1", "0.1", "--linear"],
+        ["--name", "needled"],
+        ["--name", "beyond"],
+    ],
+    ids=" ".join,
+)
+def test_a_target_that_cannot_be_is_refused_before_the_arm_is_homed(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, words
+):
+    """It ends with status 2, "refused before anything moved"; the arm has been homed by then."""
+    monkeypatch.chdir(tmp_path)
+    Path("poses.yaml").write_text(
+        "schema: 1\ntools: {needle: {x: 0.05, y: 0.0, z: -0.2, yaw: 0.0, mass: 0.1}}\nposes:\n"
+        "  needled: {pose: {x: 0.5, y: 0.3, z: 0.03, yaw: 1.1}, tool: needle}\n"
+        "  beyond: {joints: {j1: 9, j2: 0.1, j3: 0, j4: 0}}\n...\n"
+    )
+    assert main(["move", *words], paced=False) == 2
+    assert "homing" not in capsys.readouterr().out
