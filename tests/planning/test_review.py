@@ -18,7 +18,6 @@ from bioscara.planning import check, read, write_csv
 from bioscara.planning.cartesian import linear
 from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.scene_file import read_scene
-from bioscara.planning.sequence import Waypoint, sequence
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.tool_speed import peak_tool_speed
 from bioscara.planning.trajectory import Trajectory
@@ -165,18 +164,6 @@ def test_a_slow_tool_is_no_singularity(tool):
     assert linear(ARM, HERE, goal, LIMITS, tool).duration > 0.0
 
 
-@pytest.mark.parametrize("left", [1e-9, 2e-9, 1e-8, 1e-7])
-def test_blends_that_almost_meet(left):
-    """A millionth of a millimetre between two blends lasts less than two points may be apart."""
-    corner = TOOL._replace(y=TOOL.y - 0.1)
-    ways = [
-        Waypoint(corner, blend=0.05 - left),
-        Waypoint(corner._replace(x=corner.x - 0.1), blend=0.05),
-        Waypoint(corner._replace(x=corner.x - 0.1, y=TOOL.y)),
-    ]
-    assert sequence(ARM, HERE, ways, LIMITS).trajectory.duration > 1.0
-
-
 def test_a_line_that_keeps_to_its_speed_has_no_note_of_stretching():
     rng = np.random.default_rng(3)
     for _ in range(60):
@@ -190,13 +177,6 @@ def test_a_line_that_keeps_to_its_speed_has_no_note_of_stretching():
         except BioscaraError:
             continue
         assert not [note for note in plan.notes if "1.00 times" in note]
-
-
-def test_curves_of_a_trajectory_cannot_be_changed():
-    """What is checked (arrays) and what is executed (plain floats) would differ."""
-    trajectory = PLANNER.joints((0.5, 0.2, 1.0, 0.0)).trajectory
-    with pytest.raises(ValueError, match="read-only"):
-        trajectory.coefficients[0, 0, 1] = 99.0
 
 
 def test_a_plan_tells_what_is_unusual_about_a_trajectory():

@@ -35,10 +35,15 @@ _STEP, _FEWEST, _MOST = 10e-3, 60, 4000
 _EXCESS, _FINEST, _REFINEMENTS = 1e-3, 1e-4, 6
 """Share by which a piece may exceed a limit before it is cut in two, the shortest time of a piece
 that is cut [s], and how often that happens at most."""
+_APART = 1e-5
+"""Breaks that come less than this apart [s] are one point of the grid."""
 _LOOKS = (0.25, 0.5, 0.75)
 """Where between two points the tool is looked at, in shares of the time."""
 _BETWEEN = 1e-5
 """Share by which the tool may exceed a limit between two looks."""
+
+Pieces = npt.NDArray[np.bool_]
+"""Some of the pieces of a grid."""
 
 
 def parameterise(
@@ -84,21 +89,22 @@ def parameterise(
         velocities = seen.joints.first * np.sqrt(squares)[:, None]
         trajectory = Trajectory(names, _times(grid, squares), seen.joints.joints, velocities)
         factors = _factors_of_pieces(trajectory, arm, limits, tool)
-        coarse = (factors > 1.0 + _EXCESS) & (np.diff(trajectory.times) > _FINEST)
+        divisible = np.diff(trajectory.times) > _FINEST
+        coarse = (factors > 1.0 + _EXCESS) & divisible
         if not coarse.any():
             break
-        grid = _cut(grid, coarse)
+        grid = _cut(grid, coarse, divisible)
     check_turns(arm, path, start, seen, trajectory)
     factor = max(1.0, (1.0 + _BETWEEN) * float(factors.max()))
     return stretched(trajectory, factor / highest)
 
 
-def _cut(grid: Array, coarse: npt.NDArray[np.bool_]) -> Array:
-    """Return the grid with the coarse pieces and those next to them cut in two."""
+def _cut(grid: Array, coarse: Pieces, divisible: Pieces) -> Array:
+    """Return the grid with the coarse pieces cut in two, and what is divisible next to them."""
     wide = coarse.copy()
     wide[:-1] |= coarse[1:]
     wide[1:] |= coarse[:-1]
-    return np.union1d(grid, 0.5 * (grid[:-1] + grid[1:])[wide])
+    return np.union1d(grid, 0.5 * (grid[:-1] + grid[1:])[wide & divisible])
 
 
 def _shares(path: Path, speed: float | Sequence[float]) -> Array:
@@ -152,7 +158,10 @@ def _times(grid: Array, squares: Array) -> Array:
 
 
 def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...]) -> Array:
-    """Return a grid whose pieces all take about the same time, with the path's breaks."""
+    """Return a grid whose pieces all take about the same time, with the path's breaks.
+
+    Of breaks that all but meet it has the last: points of a trajectory are some way apart in time.
+    """
     times, rates = _times(grid, squares), np.sqrt(squares)
     count = min(max(math.ceil(times[-1] / _STEP), _FEWEST), _MOST)
     at = np.linspace(0.0, times[-1], count + 1)[1:-1]
@@ -164,7 +173,9 @@ def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...]) -> Arr
     if breaks:
         near = np.interp(breaks, grid, times)
         close = np.abs(at[:, None] - near).min(axis=1) < 0.3 * times[-1] / count
-        inner = np.union1d(inner[~close], breaks)
+        # The last one, for what comes after it may have a lower share of speed.
+        apart = np.append(np.diff(near) > _APART, True)
+        inner = np.union1d(inner[~close], np.array(breaks)[apart])
     return np.concatenate((grid[:1], inner, grid[-1:]))
 
 
