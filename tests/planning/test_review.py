@@ -4,7 +4,7 @@ import contextlib
 import os
 import threading
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -36,17 +36,6 @@ FINGERS = fingers(PARAMETERS)
 PLANNER = Planner(PARAMETERS, lambda: HERE)
 ARM = PLANNER.kinematics
 TOOL = ARM.forward(HERE)
-
-
-@dataclass
-class Limits:
-    name: str
-    max_velocity: float
-    max_acceleration: float
-    max_jerk: float
-    unit: str = "rad"
-    lower: float = -10.0
-    upper: float = 10.0
 
 
 # --- zones -----------------------------------------------------------------------------------
@@ -132,18 +121,6 @@ def test_the_tool_is_slow_also_in_a_long_trajectory(wait):
         slowed.velocities[1:-1],
     )
     assert peak_tool_speed(middle, ARM, HERE) <= 0.25 * (1.0 + 1e-5)
-
-
-@pytest.mark.parametrize("highest", [1e4, 1e5, 1e6])
-def test_a_motion_with_a_loose_velocity_limit_takes_time(highest):
-    """Rounding is measured in ways at full speed, which nothing here comes near to."""
-    way = 1e-12 * highest**2
-    limits = [Limits("j", highest, 1.0, 40.0)]
-    tight = [Limits("j", 10.0, 1.0, 40.0)]
-    expected = point_to_point(["j"], [0.0], [way / 100.0], tight).duration
-    assert point_to_point(["j"], [0.0], [way / 100.0], limits).duration == pytest.approx(
-        expected, rel=1e-3
-    )
 
 
 @pytest.mark.parametrize("speed", [1e-120, 1e-200])
