@@ -187,7 +187,8 @@ A, B, C = RECTANGLE[:3]
         ([Waypoint(A), Waypoint(B, blend=0.01)], r"waypoint 1: blend 0.01 m, .* ends there"),
         ([Waypoint(A, PTP, 0.01), Waypoint(B)], r"waypoint 0: blend 0.01 m, .* PTP"),
         ([Waypoint(A, LIN, 0.01), Waypoint(B, PTP)], r"waypoint 0: blend 0.01 m, .* PTP"),
-        ([Waypoint(A, speed=0.0)], r"waypoint 0: speed 0.0 is outside 0 .. 1"),
+        ([Waypoint(A, speed=0.0)], r"waypoint 0: speed 0.0 is outside 0.001 .. 1"),
+        ([Waypoint(A, speed=1e-120)], r"waypoint 0: speed 1e-120 is outside"),
         ([Waypoint(A), Waypoint(B, speed=10.0)], r"waypoint 1: speed 10.0 is outside"),
         ([Waypoint(A, CIRC)], "waypoint 0: an arc needs via"),
         ([Waypoint(A, LIN, 0.0, B)], "waypoint 0: via does not belong to LIN"),
@@ -269,7 +270,7 @@ def test_a_share_for_each_piece_is_the_share_for_all_where_they_are_equal():
     assert each.duration == pytest.approx(one.duration, rel=1e-9)
     with pytest.raises(InvalidArgumentError, match="2 shares of speed do not fit the 3 pieces"):
         parameterise(ARM, path, START, LIMITS, speed=[0.4, 0.4])
-    with pytest.raises(InvalidArgumentError, match=r"speed scale 1.5 is outside"):
+    with pytest.raises(InvalidArgumentError, match=r"speed 1.5 is outside"):
         parameterise(ARM, path, START, LIMITS, speed=[0.4, 1.5, 1.0])
 
 

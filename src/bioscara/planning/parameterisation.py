@@ -18,7 +18,7 @@ import numpy.typing as npt
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Scara, batch
 from bioscara.planning.fit import stretched
-from bioscara.planning.limits import JointLimits
+from bioscara.planning.limits import JointLimits, check_share
 from bioscara.planning.path import Path
 from bioscara.planning.path_limits import Look, caps, look, rows
 from bioscara.planning.path_refusals import check_places, check_speeds, check_start, check_turns
@@ -63,7 +63,7 @@ def parameterise(
         start: Joints at the path's beginning [rad, m, rad, rad]; the elbow stays on their side.
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
-        speed: Share of the speed to use, above 0 and at most 1: the same in 1/speed of the time.
+        speed: Share of the speed to use, 0.001 to 1: the same in 1/speed of the time.
             One share, or one for each piece of the path between its breaks.
 
     Returns:
@@ -115,11 +115,8 @@ def _shares(path: Path, speed: float | Sequence[float]) -> Array:
         raise InvalidArgumentError(
             f"{len(shares)} shares of speed do not fit the {pieces} pieces of the path"
         )
-    wrong = ~((shares > 0.0) & (shares <= 1.0))
-    if wrong.any():
-        raise InvalidArgumentError(
-            f"speed scale {shares[np.argmax(wrong)]} is outside 0 .. 1 (0 excluded)"
-        )
+    for share in shares.tolist():
+        check_share(share)
     return shares
 
 

@@ -79,7 +79,7 @@ class Planner:
 
         Args:
             goal: One position for each joint [rad or m].
-            speed: Share of the speed limits to use, above 0 and at most 1.
+            speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
             TrajectoryError: The goal is outside the limits or not finite.
@@ -95,7 +95,7 @@ class Planner:
 
         Args:
             pose: Of the tool in the base.
-            speed: Share of the speed limits to use, above 0 and at most 1.
+            speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
             UnreachableError: The arm cannot take the pose.
@@ -108,7 +108,7 @@ class Planner:
 
         Args:
             name: Of the pose.
-            speed: Share of the speed limits to use, above 0 and at most 1.
+            speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
             InvalidArgumentError: No pose has that name, or it was taught with another tool.
@@ -156,7 +156,7 @@ class Planner:
 
         Args:
             pose: Of the tool in the base.
-            speed: Share of the tool's speed limit to use, above 0 and at most 1.
+            speed: Share of the tool's speed limit to use, 0.001 to 1.
 
         Raises:
             UnreachableError, TrajectoryError: The arm cannot go along that line.
@@ -174,7 +174,7 @@ class Planner:
         Args:
             via: A pose on the way; its yaw is not used.
             pose: The end; both of the tool in the base.
-            speed: Share of the tool's speed limit to use, above 0 and at most 1.
+            speed: Share of the tool's speed limit to use, 0.001 to 1.
 
         Raises:
             UnreachableError, TrajectoryError: The arm cannot go along that arc.
