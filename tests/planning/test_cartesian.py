@@ -176,6 +176,22 @@ def test_the_tool_speed_is_used_and_kept() -> None:
     assert np.median(speeds) > 0.2499
 
 
+@pytest.mark.parametrize(
+    "tool", [ToolLimits(speed=5e-4), ToolLimits(yaw_speed=2e-3), ToolLimits(acceleration=1e-6)]
+)
+def test_a_slow_tool_is_no_singularity(tool: ToolLimits) -> None:
+    """Limits of the tool may be low; only what the joints cannot pass is refused."""
+    start = Joints(0.0, 0.2, 1.0, 0.0)
+    here = BARE.forward(start)
+    goal = Pose(here.x, here.y - 0.05, here.z - 0.01, here.yaw + 0.5)
+    via = Pose(here.x - 0.02, here.y - 0.03, here.z, here.yaw)
+    for motion in (
+        linear(BARE, start, goal, LIMITS, tool),
+        circular(BARE, start, via, goal, LIMITS, tool),
+    ):
+        assert 0.98 < exceeded(motion, BARE, tool) <= 1.0 + 1e-5
+
+
 def test_a_turn_on_the_spot_keeps_the_tool_there_and_uses_the_yaw_speed() -> None:
     start = TOOLED.inverse(Pose(1.1, 1.6, 0.7, 2.0))[0]
     here = TOOLED.forward(start)

@@ -14,10 +14,8 @@ from bioscara.errors import BioscaraError, ConfigurationError, ZoneError
 from bioscara.kinematics import Joints, Pose
 from bioscara.model import load_parameters
 from bioscara.planning import check, read, write_csv
-from bioscara.planning.cartesian import linear
 from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.scene_file import read_scene
-from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.tool_speed import peak_tool_speed
 from bioscara.planning.trajectory import Trajectory
 from bioscara.planning.zones import Box, Cylinder, Scene
@@ -120,13 +118,6 @@ def test_the_tool_is_slow_also_in_a_long_trajectory(wait):
         slowed.velocities[1:-1],
     )
     assert peak_tool_speed(middle, ARM, HERE) <= 0.25 * (1.0 + 1e-5)
-
-
-@pytest.mark.parametrize("tool", [ToolLimits(speed=5e-4), ToolLimits(yaw_speed=5e-3)])
-def test_a_slow_tool_is_no_singularity(tool):
-    """Refused as if j3 had to turn suddenly; the arm is nowhere near stretched."""
-    goal = Pose(TOOL.x, TOOL.y - 0.05, TOOL.z - 0.01, TOOL.yaw + 0.5)
-    assert linear(ARM, HERE, goal, LIMITS, tool).duration > 0.0
 
 
 def test_a_line_that_keeps_to_its_speed_has_no_note_of_stretching():

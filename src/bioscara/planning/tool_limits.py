@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 
 from bioscara.errors import InvalidArgumentError
@@ -39,3 +40,7 @@ class ToolLimits:
             if not value >= LEAST:
                 name = field.name.replace("_", " ")
                 raise InvalidArgumentError(f"tool limit {name} is {value}; give {LEAST:g} or more")
+
+
+FULL = ToolLimits(math.inf, math.inf, math.inf, math.inf)
+"""At full speed the joints alone are the limit."""

@@ -15,7 +15,7 @@ from bioscara.planning.cartesian import circular, linear
 from bioscara.planning.jog import Jog
 from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.sequence import Waypoint, sequence
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.tool_limits import FULL, ToolLimits
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
 from bioscara.planning.zones import STAND, Scene
 from bioscara.robot.poses import TeachTable
@@ -24,8 +24,6 @@ from bioscara.robot.tools import fingers, kinematics_of
 RESERVE = 0.8
 """Share of a joint's acceleration that motions planned here use. With all of it a joint that slips
 a step on the way could not catch up before it has to brake, and would overshoot."""
-FULL = ToolLimits(math.inf, math.inf, math.inf, math.inf)
-"""At full speed the joints alone are the limit."""
 REDUCED = ToolLimits()
 """What it may do until full speed is asked for."""
 
