@@ -1,28 +1,20 @@
 """Defects that a review proved; each test fails until its defect is gone."""
 
-import contextlib
-import os
-import threading
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from bioscara.cli import main
-from bioscara.errors import BioscaraError, ConfigurationError, ZoneError
-from bioscara.kinematics import Joints, Pose
+from bioscara.errors import BioscaraError, ZoneError
+from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
-from bioscara.planning import check, read, write_csv
 from bioscara.planning.point_to_point import point_to_point
-from bioscara.planning.scene_file import read_scene
 from bioscara.planning.tool_speed import peak_tool_speed
 from bioscara.planning.trajectory import Trajectory
 from bioscara.planning.zones import Box, Cylinder, Scene
 from bioscara.robot import Robot
 from bioscara.robot.planner import Planner
-from bioscara.robot.poses import NamedPose, TeachTable
-from bioscara.robot.teach_file import load_table, save_table
 from bioscara.robot.tools import fingers
 
 PARAMETERS = load_parameters()
@@ -139,98 +131,6 @@ def test_a_plan_tells_what_is_unusual_about_a_trajectory():
     """check() returns these sentences; Planner.trajectory() drops them."""
     steps = Trajectory(NAMES, [0.0, 5.0], [HERE, HERE._replace(j1=0.3)])
     assert any("jerks" in note for note in PLANNER.trajectory(steps, HERE).notes)
-
-
-# --- files -----------------------------------------------------------------------------------
-
-_JOINTS = "joints: {j1: 0.1, j2: 0.1, j3: 0.1, j4: 0}"
-
-
-@pytest.mark.parametrize(
-    "poses",
-    [
-        f"  a: &a\n    {_JOINTS}\n  b:\n    <<: *a\n    tool: fingers\n",
-        "  a:\n    joints: {<<: {j1: 20}, j2: 0.1, j3: 0.1, j4: 0}\n",
-        "  a: {joints: {j1: !!bool 3, j2: 0.1, j3: 0.1, j4: 0}}\n",
-        "  <<: &p\n    <<: *p\n",
-    ],
-    ids=["merge of poses", "merge of joints", "tag bool", "merge of itself"],
-)
-def test_odd_yaml_in_a_teach_table_is_no_crash(tmp_path: Path, poses):
-    path = tmp_path / "poses.yaml"
-    path.write_text(f"schema: 1\ntools: {{}}\nposes:\n{poses}...\n")
-    with contextlib.suppress(ConfigurationError):
-        load_table(path, FINGERS)
-
-
-def test_a_huge_number_in_a_scene_is_no_crash(tmp_path: Path):
-    path = tmp_path / "scene.yaml"
-    path.write_text(
-        "version: 1\ntable_height: null\nmargin: 0.005\nzones:\n"
-        f"  - {{name: a, keep: out, shape: box, lower: [-1{'0' * 400}, 0, 0], upper: [1, 1, 1]}}\n"
-    )
-    with pytest.raises(ConfigurationError):
-        read_scene(path)
-
-
-def test_a_table_that_is_saved_can_be_loaded(tmp_path: Path):
-    """Files above 1 MiB are not read; none may replace one that is."""
-    path = tmp_path / "poses.yaml"
-    joints, pose = Joints(*[0.1234567890123] * 4), Pose(*[0.1234567890123] * 4)
-    table = replace(
-        TeachTable(FINGERS),
-        poses=tuple(NamedPose(f"p{i}", joints, pose, calibration="c" * 90) for i in range(4000)),
-    )
-    try:
-        save_table(path, table)
-    except ConfigurationError:
-        return
-    assert load_table(path, FINGERS) == table
-
-
-def test_a_plan_that_is_written_as_csv_can_be_read_again(tmp_path: Path):
-    """Two joints change their jerk 0.05 us apart; in a file, points are 1 us apart."""
-    start = (-0.15402283030787567, 0.15226613102176714, -0.2521493761253315, -1.0959225604347294)
-    goal = (-0.3824816665468913, 0.15226613102176714, 1.8089621839557128, -1.8064242274080027)
-    planned = [replace(limit, max_acceleration=0.8 * limit.max_acceleration) for limit in LIMITS]
-    path = tmp_path / "plan.csv"
-    write_csv(path, point_to_point(NAMES, start, goal, planned))
-    check(read(path).trajectory, LIMITS)
-
-
-def test_tables_saved_by_two_threads_are_whole(tmp_path: Path):
-    """Both write the same temporary file."""
-    path = tmp_path / "poses.yaml"
-    small = TeachTable(FINGERS)
-    large = replace(
-        small, poses=tuple(NamedPose(f"p{i}", Joints(0.0, 0.1, 0.0, 0.0)) for i in range(200))
-    )
-    save_table(path, small)
-    failures: list[Exception] = []
-
-    def save(table: TeachTable) -> None:
-        try:
-            for _ in range(20):
-                save_table(path, table)
-        except ConfigurationError as error:
-            failures.append(error)
-
-    threads = [threading.Thread(target=save, args=(table,)) for table in (small, small, large)]
-    for thread in threads:
-        thread.start()
-    while any(thread.is_alive() for thread in threads):
-        try:
-            load_table(path, FINGERS)
-        except ConfigurationError as error:
-            failures.append(error)
-    assert not failures
-
-
-def test_a_loop_of_links_is_refused_in_one_sentence(tmp_path: Path):
-    os.symlink("b", tmp_path / "a")
-    os.symlink("a", tmp_path / "b")
-    with pytest.raises(ConfigurationError):
-        save_table(tmp_path / "a", TeachTable(FINGERS))
 
 
 # --- command line ----------------------------------------------------------------------------
