@@ -26,10 +26,10 @@ from bioscara.planning.joint_path import along
 from bioscara.planning.path import Arc, Line, Path
 from bioscara.planning.profile import Bounds, State
 from bioscara.planning.sequence import Waypoint, approach, retract
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.tool_limits import FULL, ToolLimits
 from bioscara.planning.zones import Box, Cylinder, Scene
 from bioscara.robot import kinematics_of
-from bioscara.robot.planner import FULL, Plan, Planner
+from bioscara.robot.planner import Plan, Planner
 
 BLEND = 0.01
 CORNERS = [Pose(x, y, 0.2) for x, y in ((0.5, -0.2), (0.5, 0.2), (0.4, 0.2), (0.4, -0.2))]

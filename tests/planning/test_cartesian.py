@@ -176,6 +176,22 @@ def test_the_tool_speed_is_used_and_kept() -> None:
     assert np.median(speeds) > 0.2499
 
 
+@pytest.mark.parametrize(
+    "tool", [ToolLimits(speed=5e-4), ToolLimits(yaw_speed=2e-3), ToolLimits(acceleration=1e-6)]
+)
+def test_a_slow_tool_is_no_singularity(tool: ToolLimits) -> None:
+    """Limits of the tool may be low; only what the joints cannot pass is refused."""
+    start = Joints(0.0, 0.2, 1.0, 0.0)
+    here = BARE.forward(start)
+    goal = Pose(here.x, here.y - 0.05, here.z - 0.01, here.yaw + 0.5)
+    via = Pose(here.x - 0.02, here.y - 0.03, here.z, here.yaw)
+    for motion in (
+        linear(BARE, start, goal, LIMITS, tool),
+        circular(BARE, start, via, goal, LIMITS, tool),
+    ):
+        assert 0.98 < exceeded(motion, BARE, tool) <= 1.0 + 1e-5
+
+
 def test_a_turn_on_the_spot_keeps_the_tool_there_and_uses_the_yaw_speed() -> None:
     start = TOOLED.inverse(Pose(1.1, 1.6, 0.7, 2.0))[0]
     here = TOOLED.forward(start)
@@ -396,13 +412,13 @@ def test_bad_starts_are_refused() -> None:
         parameterise(BARE, Line(TO, FROM), GOOD, LIMITS)
 
 
-@pytest.mark.parametrize("speed", [0.0, 10.0, -1.0, math.nan])
+@pytest.mark.parametrize("speed", [0.0, 1e-200, 1e-120, 9e-4, 10.0, -1.0, math.nan])
 def test_bad_shares_of_the_speed_are_refused(speed: float) -> None:
-    with pytest.raises(InvalidArgumentError, match=r"outside 0 \.\. 1"):
+    with pytest.raises(InvalidArgumentError, match=r"speed .* outside 0\.001 \.\. 1"):
         linear(BARE, GOOD, TO, LIMITS, speed=speed)
 
 
-@pytest.mark.parametrize("value", [0.0, -1.0, math.nan])
+@pytest.mark.parametrize("value", [0.0, 1e-310, 9e-7, -1.0, math.nan])
 @pytest.mark.parametrize("name", ["speed", "acceleration", "yaw_speed", "yaw_acceleration"])
 def test_bad_tool_limits_are_refused(name: str, value: float) -> None:
     with pytest.raises(InvalidArgumentError, match=name.replace("_", " ")):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import random
+from dataclasses import replace
 from pathlib import Path
 from time import process_time
 
@@ -13,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.errors import TrajectoryError
-from bioscara.planning import Trajectory, check, fit, read, write_csv
+from bioscara.planning import Trajectory, check, fit, point_to_point, read, write_csv
 from bioscara.planning.message_text import ITEMS_MAX
 from bioscara.planning.ros_yaml import trajectory_of_yaml
 from planning.limits import LIMITS, NAMES
@@ -59,6 +60,22 @@ def test_a_csv_gives_back_what_was_written(path: Path, tmp_path: Path) -> None:
     assert again.joint_names == trajectory.joint_names
     for name in ("times", "positions", "velocities", "accelerations"):
         assert np.array_equal(getattr(again, name), getattr(trajectory, name))
+
+
+def test_a_plan_that_is_written_as_csv_can_be_read_again(tmp_path: Path) -> None:
+    """Two joints change their jerk 0.05 us apart; in a file, points are 1 us apart."""
+    start = (-0.15402283030787567, 0.15226613102176714, -0.2521493761253315, -1.0959225604347294)
+    goal = (-0.3824816665468913, 0.15226613102176714, 1.8089621839557128, -1.8064242274080027)
+    planned = [replace(limit, max_acceleration=0.8 * limit.max_acceleration) for limit in LIMITS]
+    path = tmp_path / "plan.csv"
+    trajectory = point_to_point(NAMES, start, goal, planned)
+    assert np.diff(trajectory.times).min() < 1e-6
+    write_csv(path, trajectory)
+    again = read(path).trajectory
+    check(again, LIMITS)
+    times = np.linspace(0.0, trajectory.duration, 1000)
+    for one, other in zip(again.sample_many(times), trajectory.sample_many(times), strict=True):
+        assert np.abs(one - other).max() < 1e-4
 
 
 def test_each_kind_of_message_is_read(tmp_path: Path) -> None:

@@ -102,6 +102,35 @@ def test_a_state_that_is_the_goal_takes_no_time(acceleration: float, difference:
     assert fastest(here, there, Bounds(1.0, 1.0, 7.5)).duration == 0.0
 
 
+@given(st.data(), st.floats(1e-8, 1.0), st.sampled_from([1e4, 1e6]))
+def test_limits_that_are_not_reached_make_no_difference(
+    data: st.DataObject, way: float, loose: float
+) -> None:
+    """Also where a motion comes nowhere near them, it takes its time and ends at its goal."""
+    jerk = 40.0
+    # The orders of magnitude that belong to the way at that jerk.
+    sizes = way, 0.25 * (jerk * way * way) ** (1 / 3), 0.25 * (jerk * jerk * way) ** (1 / 3)
+    start, goal = (State(*(data.draw(shares) * size for size in sizes)) for _ in range(2))
+    least = fastest(start, goal, Bounds(100.0, 100.0, jerk)).duration
+    for limits in (
+        Bounds(loose, 100.0, jerk),
+        Bounds(100.0, loose, jerk),
+        Bounds(loose, loose, jerk),
+    ):
+        longer = lasting(2.0 * durations(start, goal, limits)[-1], start, goal, limits)
+        assert longer is not None
+        for profile in (fastest(start, goal, limits), longer):
+            assert profile.at(profile.duration) == pytest.approx(goal, abs=1e-9)
+        assert fastest(start, goal, limits).duration == pytest.approx(least, rel=1e-6, abs=1e-9)
+
+
+@pytest.mark.parametrize("highest", [1e4, 1e5, 1e6])
+def test_a_motion_with_a_loose_velocity_limit_takes_time(highest: float) -> None:
+    goal = [1e-14 * highest**2]
+    loose, tight = (point_to_point(["j"], [0.0], goal, [Limit("j", v, 1.0)]) for v in (highest, 10))
+    assert loose.duration == pytest.approx(tight.duration, rel=1e-3)
+
+
 def test_a_fast_joint_cannot_wait_but_can_come_back() -> None:
     start, goal, limits = State(0.0, 1.0), State(0.4, 1.0), Bounds(1.0, 2.0, 80.0)
     least, *_, last = durations(start, goal, limits)
@@ -216,9 +245,9 @@ def test_a_goal_that_is_the_start_takes_no_time() -> None:
         assert motion.sample(0.0).positions == here
 
 
-@pytest.mark.parametrize("speed", [0.0, -1.0, 10.0, math.nan])
+@pytest.mark.parametrize("speed", [0.0, 1e-200, 1e-120, 9e-4, -1.0, 10.0, math.nan])
 def test_an_odd_speed_is_refused(speed: float) -> None:
-    with pytest.raises(InvalidArgumentError, match=r"outside 0 \.\. 1"):
+    with pytest.raises(InvalidArgumentError, match=r"speed .* outside 0\.001 \.\. 1"):
         point_to_point(NAMES, (0.0,) * 4, GOAL, LIMITS, speed=speed)
 
 

@@ -102,6 +102,24 @@ def test_the_tool_may_turn_on_the_spot():
     assert poses[:, 3].max() == pytest.approx(here.yaw + 0.5, abs=1e-6)
 
 
+@pytest.mark.parametrize("tool", [ToolLimits(), ToolLimits(*[math.inf] * 4)])
+@pytest.mark.parametrize("left", [1e-11, 1e-10, 1e-9, 2e-9, 1e-8, 1e-7, 1e-6, 5e-6, 2e-5])
+def test_blends_may_almost_meet(left, tool):
+    """What is left between them may last less than two points of a trajectory are apart."""
+    ways = [
+        Waypoint(Pose(0.5, 0.1, 0.2, 0.2), blend=0.05 - left),
+        Waypoint(Pose(0.4, 0.1, 0.2, 0.2), blend=0.05, speed=0.9),
+        Waypoint(Pose(0.4, 0.0, 0.2, 0.2), speed=0.5),
+    ]
+    start = ARM.solve(Pose(0.5, 0.0, 0.2, 0.2), START)
+    trajectory, _ = sequence(ARM, start, ways, LIMITS, tool)
+    check(trajectory, LIMITS)
+    for waypoint in ways:
+        assert nearest(motion_of(trajectory)[1], waypoint.pose) <= 0.05
+    close, _ = sequence(ARM, start, [replace(ways[0], blend=0.05), *ways[1:]], LIMITS, tool)
+    assert trajectory.duration == pytest.approx(close.duration, rel=1e-2)
+
+
 def test_radii_that_do_not_fit_shrink_and_say_so():
     ways = [Waypoint(Pose(0.45, 0.1, 0.2, 0.2), blend=0.08), Waypoint(Pose(0.35, 0.1, 0.2, 0.2))]
     trajectory, warnings = sequence(ARM, START, ways, LIMITS)
@@ -179,7 +197,8 @@ A, B, C = RECTANGLE[:3]
         ([Waypoint(A), Waypoint(B, blend=0.01)], r"waypoint 1: blend 0.01 m, .* ends there"),
         ([Waypoint(A, PTP, 0.01), Waypoint(B)], r"waypoint 0: blend 0.01 m, .* PTP"),
         ([Waypoint(A, LIN, 0.01), Waypoint(B, PTP)], r"waypoint 0: blend 0.01 m, .* PTP"),
-        ([Waypoint(A, speed=0.0)], r"waypoint 0: speed 0.0 is outside 0 .. 1"),
+        ([Waypoint(A, speed=0.0)], r"waypoint 0: speed 0.0 is outside 0.001 .. 1"),
+        ([Waypoint(A, speed=1e-120)], r"waypoint 0: speed 1e-120 is outside"),
         ([Waypoint(A), Waypoint(B, speed=10.0)], r"waypoint 1: speed 10.0 is outside"),
         ([Waypoint(A, CIRC)], "waypoint 0: an arc needs via"),
         ([Waypoint(A, LIN, 0.0, B)], "waypoint 0: via does not belong to LIN"),
@@ -261,7 +280,7 @@ def test_a_share_for_each_piece_is_the_share_for_all_where_they_are_equal():
     assert each.duration == pytest.approx(one.duration, rel=1e-9)
     with pytest.raises(InvalidArgumentError, match="2 shares of speed do not fit the 3 pieces"):
         parameterise(ARM, path, START, LIMITS, speed=[0.4, 0.4])
-    with pytest.raises(InvalidArgumentError, match=r"speed scale 1.5 is outside"):
+    with pytest.raises(InvalidArgumentError, match=r"speed 1.5 is outside"):
         parameterise(ARM, path, START, LIMITS, speed=[0.4, 1.5, 1.0])
 
 

@@ -177,3 +177,18 @@ def test_points_too_close_for_a_curve_are_refused(step: float) -> None:
 def test_values_too_large_for_a_curve_are_refused() -> None:
     with pytest.raises(TrajectoryError, match="too large"):
         Trajectory(("j1",), [0.0, 1e-6], [[-1e300], [1e300]], [[0.0]] * 2, [[0.0]] * 2)
+
+
+def test_a_trajectory_cannot_be_changed() -> None:
+    """Its curves are kept twice, as arrays and as plain floats, which must be the same."""
+    trajectory = Trajectory(("j1",), [0.0, 1.0], [[0.0], [0.1]], [[0.0]] * 2, [[0.0]] * 2)
+    for array in (
+        trajectory.times,
+        trajectory.positions,
+        trajectory.velocities,
+        trajectory.accelerations,
+        trajectory.coefficients,
+    ):
+        assert array is not None
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 99.0

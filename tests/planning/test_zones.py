@@ -349,6 +349,14 @@ def test_a_scene_file_is_strict(tmp_path: Path, old: str, new: str, complaint: s
         read_scene(written(tmp_path, GOOD.replace(old, new, 1)))
 
 
+@pytest.mark.parametrize("number", ["-1" + "0" * 400, ".inf", "-.inf", "1.0e+300"])
+def test_a_corner_is_no_number_that_cannot_be(tmp_path: Path, number: str) -> None:
+    zone = f"{{name: a, keep: out, shape: box, lower: [{number}, 0, 0], upper: [1, 1, 1]}}"
+    text = GOOD[: GOOD.index("zones:")] + f"zones:\n  - {zone}\n"
+    with pytest.raises(ConfigurationError, match=r"line 5: zones\[0\]\.lower: a number is beyond"):
+        read_scene(written(tmp_path, text))
+
+
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"nowhere\.yaml: No such file"):
         read_scene(tmp_path / "nowhere.yaml")

@@ -6,6 +6,8 @@ import contextlib
 import math
 import os
 import stat
+import threading
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -161,6 +163,36 @@ def test_strange_files_are_refused(text: str, tmp_path: Path) -> None:
         load_table(written(tmp_path, text), FINGERS)
 
 
+_JOINTS = "joints: {j1: 0.1, j2: 0.1, j3: 0.1, j4: 0}"
+
+
+@pytest.mark.parametrize(
+    "poses",
+    [
+        f"  a: &a\n    {_JOINTS}\n  b:\n    <<: *a\n    tool: fingers\n",
+        "  a:\n    joints: {<<: {j1: 20}, j2: 0.1, j3: 0.1, j4: 0}\n",
+        "  a: {joints: {j1: !!bool 3, j2: 0.1, j3: 0.1, j4: 0}}\n",
+        "  <<: &p\n    <<: *p\n",
+    ],
+    ids=["merge of poses", "merge of joints", "tag bool", "merge of itself"],
+)
+def test_odd_yaml_in_a_teach_table_is_no_crash(tmp_path: Path, poses: str) -> None:
+    path = tmp_path / "poses.yaml"
+    path.write_text(f"schema: 1\ntools: {{}}\nposes:\n{poses}...\n")
+    with contextlib.suppress(ConfigurationError):
+        load_table(path, FINGERS)
+
+
+def test_what_is_merged_from_elsewhere_is_told_with_a_line(tmp_path: Path) -> None:
+    poses = f"  a: &a\n    {_JOINTS}\n    tool: fingers\n  b:\n    <<: *a\n    tol: x\n"
+    text = f"schema: 1\ntools: {{}}\nposes:\n{poses.replace('j1: 0.1', 'j1: 20')}"
+    with pytest.raises(ConfigurationError, match=r"line 5: poses\.a\.joints\.j1: 20 is outside"):
+        load_table(written(tmp_path, text), FINGERS)
+    text = text.replace("j1: 20", "j1: 0.1")
+    with pytest.raises(ConfigurationError, match=r"line 9: poses\.b\.tol is not a known"):
+        load_table(written(tmp_path, text), FINGERS)
+
+
 def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"none\.yaml: No such file"):
         load_table(tmp_path / "none.yaml", FINGERS)
@@ -169,16 +201,58 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_written_leaves_the_file_as_it_was(tmp_path: Path) -> None:
-    file = tmp_path / "poses.yaml"
-    save_table(file, TABLE)
-    before = file.read_bytes()
+    file = tmp_path / f"{'p' * 245}.yaml"  # no room for the name of another file beside it
+    file.write_bytes(before := b"as it was")
     broken = TeachTable(FINGERS, (), (NamedPose("a", Joints(0.0, 0.0, 0.0, 0.0)),))
-    file.parent.joinpath(f".poses.yaml.{os.getpid()}.new").mkdir()
     with pytest.raises(ConfigurationError, match=r"cannot be kept .* name another file"):
         save_table(file, broken)
     assert file.read_bytes() == before
     with pytest.raises(ConfigurationError, match="cannot be kept"):
         save_table(tmp_path / "no" / "poses.yaml", TABLE)
+
+
+def test_a_table_that_is_too_large_to_be_read_again_is_not_saved(tmp_path: Path) -> None:
+    file = tmp_path / "poses.yaml"
+    save_table(file, TABLE)
+    long = replace(TABLE, poses=tuple(replace(PLATE, name=f"p{i}") for i in range(8000)))
+    with pytest.raises(ConfigurationError, match=r"poses take 1\.\d+ MiB, a file holds 1;"):
+        save_table(file, long)
+    assert load_table(file, FINGERS) == TABLE
+
+
+def test_a_loop_of_links_is_refused_in_one_sentence(tmp_path: Path) -> None:
+    os.symlink("b", tmp_path / "a")
+    os.symlink("a", tmp_path / "b")
+    with pytest.raises(ConfigurationError, match="a: the poses cannot be kept"):
+        save_table(tmp_path / "a", TABLE)
+    assert (tmp_path / "a").is_symlink()
+
+
+def test_tables_saved_by_two_threads_are_whole(tmp_path: Path) -> None:
+    path = tmp_path / "poses.yaml"
+    small = TeachTable(FINGERS)
+    large = replace(
+        small, poses=tuple(NamedPose(f"p{i}", Joints(0.0, 0.1, 0.0, 0.0)) for i in range(200))
+    )
+    save_table(path, small)
+    failures: list[Exception] = []
+
+    def save(table: TeachTable) -> None:
+        try:
+            for _ in range(20):
+                save_table(path, table)
+        except ConfigurationError as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=save, args=(table,)) for table in (small, small, large)]
+    for thread in threads:
+        thread.start()
+    while any(thread.is_alive() for thread in threads):
+        try:
+            load_table(path, FINGERS)
+        except ConfigurationError as error:
+            failures.append(error)
+    assert not failures
 
 
 def test_who_reads_meanwhile_reads_the_old_table_whole(tmp_path: Path) -> None:

@@ -95,7 +95,7 @@ def add_target(parser: argparse.ArgumentParser) -> None:
         metavar="SHARE",
         type=float,
         default=1.0,
-        help="share of the speed limits to use, above 0 and at most 1 (default 1)",
+        help="share of the speed limits to use, 0.001 to 1 (default 1)",
     )
     add_scene(parser)
     parser.add_argument(

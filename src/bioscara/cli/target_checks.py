@@ -10,10 +10,12 @@ import numpy as np
 from bioscara.cli.arguments import Options
 from bioscara.errors import InvalidArgumentError, UnreachableError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.planning.zones import STAND, Scene
+from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
+from bioscara.planning.limits import check_share
+from bioscara.planning.standing import STAND
+from bioscara.planning.zones import Scene
 from bioscara.robot.planner import Planner
-from bioscara.robot.poses import PLACE_MAX
-from bioscara.robot.tools import ANGLE_MAX, check_number
+from bioscara.robot.tools import check_number
 
 _LENGTHS = ("j2", "x", "y", "z")
 _ROUNDING = 1e-9
@@ -43,10 +45,7 @@ def check_target(planner: Planner, options: Options) -> None:
 
 
 def _check_words(options: Options) -> None:
-    if not 0.0 < options.speed <= 1.0:
-        raise InvalidArgumentError(
-            f"--speed {options.speed:g} is not a share above 0 and at most 1; a tenth is 0.1"
-        )
+    check_share(options.speed)
     if options.pose is None and (options.linear or options.via is not None):
         raise InvalidArgumentError("--linear and --via need a --pose to go to")
     if options.linear and options.via is not None:

@@ -34,9 +34,7 @@ class YamlSection(Section):
 
     def error(self, text: str, key: str | None = None) -> ConfigurationError:
         """Return an error that says where the value of ``key`` stands."""
-        line = self._line
-        if key is not None and key in self._node:
-            line = self._node.lc.key(key)[0] + 1
+        line = self._line if key is None else self._line_of(key)
         return ConfigurationError(f"{self._source}, line {line}: {text}")
 
     def name(self, key: str) -> str:
@@ -64,7 +62,7 @@ class YamlSection(Section):
             ConfigurationError: There is none.
         """
         node = self.value(key)
-        return YamlSection(self._source, self.name(key), node, self._node.lc.key(key)[0] + 1)
+        return YamlSection(self._source, self.name(key), node, self._line_of(key))
 
     def sections(self, key: str) -> list[YamlSection]:
         """Return the mappings of the list that stands there.
@@ -80,6 +78,11 @@ class YamlSection(Section):
             YamlSection(self._source, f"{self.name(key)}[{i}]", node, lines.item(i)[0] + 1)
             for i, node in enumerate(nodes)
         ]
+
+    def _line_of(self, key: str) -> int:
+        # What a merge (<<) brought here stands elsewhere; it has no line of its own.
+        known = (self._node.lc.data or {}).get(key)
+        return known[0] + 1 if known else self._line
 
 
 def read_text(path: Path, source: str) -> str:
@@ -124,8 +127,8 @@ def sections_of(text: str, source: str) -> YamlSection:
     except MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         raise ConfigurationError(f"{source}, line {line}: {error.problem}") from error
-    except (YAMLError, ValueError) as error:
-        raise ConfigurationError(f"{source}: not a YAML file: {error}") from error
+    except (YAMLError, ValueError, LookupError, AttributeError, TypeError, OverflowError) as error:
+        raise ConfigurationError(f"{source}: not a YAML file: {error!r}") from error
     except RecursionError:
         raise ConfigurationError(f"{source}: is nested too deeply") from None
     return YamlSection(source, "", node, 1)

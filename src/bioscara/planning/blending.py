@@ -22,8 +22,9 @@ import numpy.typing as npt
 
 from bioscara.planning.path import Arc, Joined, Line, Part, Path, PathSamples
 
-_LEAST = 1e-9
-"""What is left of a piece between two blends is left out below this length [m]."""
+_LEAST = 1e-10
+"""What is left of a piece between two blends is left out below this length [m]: a step that is
+well within the one that joined pieces may have."""
 
 _HERMITE = np.array(
     [

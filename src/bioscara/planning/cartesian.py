@@ -29,7 +29,7 @@ def linear(
         goal: Of the tool; it turns there by the shorter way.
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
-        speed: Share of that speed, above 0 and at most 1.
+        speed: Share of that speed, 0.001 to 1.
 
     Raises:
         InvalidArgumentError: A value is not finite, or the goal is where the tool is.
@@ -59,7 +59,7 @@ def circular(
         goal: Of the tool; it turns there by the shorter way.
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
-        speed: Share of that speed, above 0 and at most 1.
+        speed: Share of that speed, 0.001 to 1.
 
     Raises:
         InvalidArgumentError: A value is not finite, or the points are on one line.

@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from bioscara.planning.longest_ways import EXACT, LongestWays, Member, usual_way
+from bioscara.planning.longest_ways import LongestWays, Member
 from bioscara.planning.profile import Bounds, Phase, Profile, State
 
 
@@ -80,7 +80,7 @@ def lasting(duration: float, start: State, goal: State, bounds: Bounds) -> Profi
         phases = [(t, sign * jerk) for t, jerk in family.phases(point)]
         ends.append((sign * family.way(point), phases))
     (longest, up), (shortest, down) = ends
-    room, tiny = longest - shortest, EXACT * usual_way(bounds, duration)
+    room, tiny = longest - shortest, family.rounding(duration)
     if not shortest - tiny <= way <= longest + tiny:
         return None
     share = min(max((way - shortest) / room, 0.0), 1.0) if room > tiny else 0.5

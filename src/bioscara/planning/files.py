@@ -13,7 +13,7 @@ from bioscara.errors import TrajectoryError
 from bioscara.planning.message_text import ITEMS_MAX
 from bioscara.planning.numbers import number
 from bioscara.planning.ros_yaml import trajectory_of_yaml
-from bioscara.planning.trajectory import Trajectory
+from bioscara.planning.trajectory import STEP_MIN, Trajectory
 
 SIZE_MAX = 8 * 2**20
 """Largest file that is read [bytes]; a minute at 1 kHz of four joints is a third of it."""
@@ -57,6 +57,9 @@ def read(path: str | Path) -> TrajectoryFile:
 def write_csv(path: str | Path, trajectory: Trajectory) -> None:
     """Write a trajectory as CSV; reading it gives the same trajectory.
 
+    Of points that come too soon after another to be read, which a planner may make, the first is
+    written.
+
     Raises:
         OSError: The file cannot be written.
     """
@@ -73,9 +76,19 @@ def write_csv(path: str | Path, trajectory: Trajectory) -> None:
     with open(path, "w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(["time", *(column for group in columns for column in group)])
-        for index, time in enumerate(trajectory.times.tolist()):
+        times = trajectory.times.tolist()
+        for index in _apart(times):
             row = [repr(value) for array in arrays for value in array[index].tolist()]
-            writer.writerow([repr(time), *row])
+            writer.writerow([repr(times[index]), *row])
+
+
+def _apart(times: list[float]) -> list[int]:
+    """Return which points are kept, first and last included, so that none are too close."""
+    kept = [0]
+    for index, time in enumerate(times[:-1]):
+        if min(time - times[kept[-1]], times[-1] - time) >= STEP_MIN:
+            kept.append(index)
+    return kept if len(times) == 1 else [*kept, len(times) - 1]
 
 
 def _text(path: Path) -> str:

@@ -4,7 +4,26 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Range
+
+SLOWEST = 1e-3
+"""Least share of the speed that a motion may have: at it, one of a second takes a quarter hour."""
+
+
+def check_share(speed: float) -> None:
+    """Make sure that a share of the speed is one.
+
+    Args:
+        speed: From :data:`SLOWEST` to 1.
+
+    Raises:
+        InvalidArgumentError: It is not.
+    """
+    if not SLOWEST <= speed <= 1.0:
+        raise InvalidArgumentError(
+            f"speed {speed} is outside {SLOWEST:g} .. 1; it is a share of what is possible"
+        )
 
 
 class JointLimits(Range, Protocol):

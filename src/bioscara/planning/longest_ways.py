@@ -9,13 +9,10 @@ from typing import NamedTuple
 
 from bioscara.planning.profile import Bounds, Phase, State
 
-EXACT = 1e-13
+_EXACT = 1e-13
 """Share of a joint's usual way that counts as none: rounding of the sums here."""
-
-
-def usual_way(bounds: Bounds, duration: float) -> float:
-    """Return the order of magnitude of the ways in a duration [unit]."""
-    return bounds.velocity * (duration + bounds.velocity / bounds.acceleration)
+_INSTANT = 1e-9
+"""A change of velocity that takes less than this counts as none [s]."""
 
 
 class Member(NamedTuple):
@@ -55,7 +52,8 @@ class LongestWays(NamedTuple):
         highest, limit, jerk = bounds
         (v0, a0), (v1, a1) = (sign * x for x in start[1:]), (sign * x for x in goal[1:])
         gain = jerk * (v1 - v0) + (a0 * a0 - a1 * a1) / 2.0
-        if abs(gain) <= EXACT * (limit * limit + jerk * highest):
+        terms = jerk * (abs(v0) + abs(v1)) + a0 * a0 + a1 * a1
+        if abs(gain) <= _EXACT * terms + (jerk * _INSTANT) ** 2:
             gain = 0.0  # else rounding would ask for a detour to change the velocity by nothing
         backwards = gain < 0.0
         if backwards:
@@ -84,12 +82,25 @@ class LongestWays(NamedTuple):
 
     def way(self, point: Member) -> float:
         """Return the way of a member [unit]."""
-        p, v, a = 0.0, self.v0, self.a0
-        for t, jerk in self._phases(point):
+        # Summed up with the rest, an acceleration that is not quite zero would count for its time.
+        p, v, a = point.cruise * self.bounds.velocity, self.v0, self.a0
+        for t, jerk in self._phases(Member(point.depth, 0.0)):
             p += t * (v + t * (a / 2.0 + t * jerk / 6.0))
             v += t * (a + t * jerk / 2.0)
             a += t * jerk
         return p
+
+    def rounding(self, duration: float) -> float:
+        """Return what counts as none of the ways in a duration [unit].
+
+        It is measured in what speeds can become in that time, which may be far below the limit.
+        """
+        highest, limit, jerk = self.bounds
+        hardest = min(limit, abs(self.a0) + abs(self.a1) + jerk * duration)
+        gained = hardest * (duration + hardest / jerk)
+        speed = min(highest, abs(self.v0) + abs(self.v1) + gained)
+        usual = speed * (duration + speed / limit)
+        return _EXACT * usual + jerk * _INSTANT**2 * (duration + _INSTANT)
 
     def growth(self, depth: float) -> float:
         """Return how the way of a member grows with its duration [unit/s]."""
@@ -115,14 +126,14 @@ class LongestWays(NamedTuple):
     def ranges(self) -> list[tuple[float, float]]:
         """Return the ranges of depths, each from its shortest duration to its longest."""
         last = (min(-self.gap, self.a1), self.cap)
-        if self.a1 > 0.0 and self.a1 >= self.gap * (1.0 - EXACT):
+        if self.a1 > 0.0 and self.a1 >= self.gap * (1.0 - _EXACT):
             return [(self.a1, min(self.gap, self.a1)), last]
         return [last]
 
     def lasting(self, duration: float) -> Member | None:
         """Return the member of a duration [s], or None where there is none."""
         for first, last in self.ranges():
-            if duration < self.duration(first) * (1.0 - EXACT):
+            if duration < self.duration(first) * (1.0 - _EXACT):
                 return None
             if duration <= self.duration(last):
                 return Member(_root(lambda y: self.duration(y) - duration, first, last), 0.0)
@@ -134,16 +145,18 @@ class LongestWays(NamedTuple):
         def excess(depth: float) -> float:
             return self.way(Member(depth, 0.0)) - way
 
-        tiny = EXACT * (usual_way(self.bounds, 0.0) + abs(way))
+        def tiny(depth: float) -> float:
+            return self.rounding(self.duration(depth)) + _EXACT * abs(way)
+
         for first, last in self._monotone():
             before, after = excess(first), excess(last)
-            if abs(before) <= tiny:
+            if abs(before) <= tiny(first):
                 yield self.duration(first), Member(first, 0.0)
             elif before * after < 0.0:
                 depth = _root(excess, first, last)
                 yield self.duration(depth), Member(depth, 0.0)
         missing = -excess(self.cap)
-        if missing >= -tiny:
+        if missing >= -tiny(self.cap):
             cruise = max(missing, 0.0) / self.bounds.velocity
             yield self.duration(self.cap) + cruise, Member(self.cap, cruise)
 

@@ -18,13 +18,19 @@ import numpy.typing as npt
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Scara, batch
 from bioscara.planning.fit import stretched
-from bioscara.planning.limits import JointLimits
+from bioscara.planning.limits import JointLimits, check_share
 from bioscara.planning.path import Path
 from bioscara.planning.path_limits import Look, caps, look, rows
-from bioscara.planning.path_refusals import check_places, check_speeds, check_start, check_turns
+from bioscara.planning.path_refusals import (
+    SLOWEST,
+    check_places,
+    check_speeds,
+    check_start,
+    check_turns,
+)
 from bioscara.planning.phase_plane import Rows, fastest
 from bioscara.planning.stretched_ends import Between, between, with_ends
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.tool_limits import FULL, ToolLimits
 from bioscara.planning.trajectory import Array, Trajectory
 
 _PIECES = 80
@@ -36,10 +42,15 @@ _STEP, _FEWEST, _MOST = 10e-3, 60, 4000
 _EXCESS, _FINEST, _REFINEMENTS = 1e-3, 1e-4, 6
 """Share by which a piece may exceed a limit before it is cut in two, the shortest time of a piece
 that is cut [s], and how often that happens at most."""
+_APART = 1e-5
+"""Breaks that come less than this apart [s] are one point of the grid."""
 _LOOKS = (0.25, 0.5, 0.75)
 """Where between two points the tool is looked at, in shares of the time."""
 _BETWEEN = 1e-5
 """Share by which the tool may exceed a limit between two looks."""
+
+Pieces = npt.NDArray[np.bool_]
+"""Some of the pieces of a grid."""
 
 
 def parameterise(
@@ -59,7 +70,7 @@ def parameterise(
         start: Joints at the path's beginning [rad, m, rad, rad]; the elbow stays on their side.
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
-        speed: Share of the speed to use, above 0 and at most 1: the same in 1/speed of the time.
+        speed: Share of the speed to use, 0.001 to 1: the same in 1/speed of the time.
             One share, or one for each piece of the path between its breaks.
 
     Returns:
@@ -88,10 +99,11 @@ def parameterise(
         points = _times(grid, squares), seen.joints.joints, velocities
         trajectory = Trajectory(names, *points)
         factors = _factors_of_pieces(trajectory, arm, limits, tool)
-        coarse = (factors > 1.0 + _EXCESS) & (np.diff(trajectory.times) > _FINEST)
+        divisible = np.diff(trajectory.times) > _FINEST
+        coarse = (factors > 1.0 + _EXCESS) & divisible
         if not coarse.any():
             break
-        grid = _cut(grid, coarse)
+        grid = _cut(grid, coarse, divisible)
     check_turns(arm, path, side, seen, trajectory)
     if (part.begin, part.end) != (0.0, path.length):
         points = with_ends(arm, path, part, start, points, limits, tool)
@@ -101,12 +113,12 @@ def parameterise(
     return stretched(trajectory, factor / highest)
 
 
-def _cut(grid: Array, coarse: npt.NDArray[np.bool_]) -> Array:
-    """Return the grid with the coarse pieces and those next to them cut in two."""
+def _cut(grid: Array, coarse: Pieces, divisible: Pieces) -> Array:
+    """Return the grid with the coarse pieces cut in two, and what is divisible next to them."""
     wide = coarse.copy()
     wide[:-1] |= coarse[1:]
     wide[1:] |= coarse[:-1]
-    return np.union1d(grid, 0.5 * (grid[:-1] + grid[1:])[wide])
+    return np.union1d(grid, 0.5 * (grid[:-1] + grid[1:])[wide & divisible])
 
 
 def _shares(path: Path, speed: float | Sequence[float]) -> Array:
@@ -117,11 +129,8 @@ def _shares(path: Path, speed: float | Sequence[float]) -> Array:
         raise InvalidArgumentError(
             f"{len(shares)} shares of speed do not fit the {pieces} pieces of the path"
         )
-    wrong = ~((shares > 0.0) & (shares <= 1.0))
-    if wrong.any():
-        raise InvalidArgumentError(
-            f"speed scale {shares[np.argmax(wrong)]} is outside 0 .. 1 (0 excluded)"
-        )
+    for share in shares.tolist():
+        check_share(share)
     return shares
 
 
@@ -142,7 +151,10 @@ def _look_and_solve(
     slowed = Rows(along / share[:, None], across / share[:, None])
     lower = np.minimum(np.append(share, 1.0), np.append(1.0, share))
     squares, bound = fastest(np.diff(grid), slowed, lower * caps(seen, limits, tool))
-    check_speeds(arm, path, start, seen, bound / share)
+    if (bound < share * SLOWEST**2).any():
+        # The tool may be meant to be that slow: what the joints can do counts.
+        alone = rows(seen, limits, FULL), caps(seen, limits, FULL)
+        check_speeds(arm, path, start, seen, fastest(np.diff(grid), *alone)[1])
     return seen, squares
 
 
@@ -161,7 +173,10 @@ def _times(grid: Array, squares: Array) -> Array:
 
 
 def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...]) -> Array:
-    """Return a grid whose pieces all take about the same time, with the path's breaks."""
+    """Return a grid whose pieces all take about the same time, with the path's breaks.
+
+    Of breaks that all but meet it has the last: points of a trajectory are some way apart in time.
+    """
     times, rates = _times(grid, squares), np.sqrt(squares)
     count = min(max(math.ceil(times[-1] / _STEP), _FEWEST), _MOST)
     at = np.linspace(0.0, times[-1], count + 1)[1:-1]
@@ -173,7 +188,9 @@ def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...]) -> Arr
     if breaks:
         near = np.interp(breaks, grid, times)
         close = np.abs(at[:, None] - near).min(axis=1) < 0.3 * times[-1] / count
-        inner = np.union1d(inner[~close], breaks)
+        # The last one, for what comes after it may have a lower share of speed.
+        apart = np.append(np.diff(near) > _APART, True)
+        inner = np.union1d(inner[~close], np.array(breaks)[apart])
     return np.concatenate((grid[:1], inner, grid[-1:]))
 
 

@@ -17,7 +17,7 @@ from bioscara.planning.trajectory import Array, Trajectory
 
 _NEAR = 1e-6
 """How far from the tool a path may begin [m or rad], for rounding."""
-_SLOWEST = 1e-3
+SLOWEST = 1e-3
 """A path on which the tool must go slower than this is refused [m/s]."""
 _NEAR_END = 1e-3
 """Nearer than this to its ends the tool is slow in any case [m]."""
@@ -116,7 +116,7 @@ def check_speeds(arm: Scara, path: Path, start: Joints, look: Look, bound: Array
     inside = (grid > _NEAR_END) & (grid < path.length - _NEAR_END)
     bound = np.where(inside, bound, np.inf)
     index = int(np.argmin(bound))
-    if bound[index] >= _SLOWEST**2:
+    if bound[index] >= SLOWEST**2:
         return
     joint = _TURNING[int(np.argmax(np.abs(look.joints.second[index, _TURNING])))]
     largest = math.sqrt(float(bound[index]))

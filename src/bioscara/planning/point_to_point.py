@@ -8,11 +8,11 @@ from itertools import pairwise
 
 import numpy as np
 
-from bioscara.errors import InvalidArgumentError, TrajectoryError
+from bioscara.errors import TrajectoryError
 from bioscara.kinematics.pose import unit_hint
 from bioscara.planning.check import check
 from bioscara.planning.double_s import durations, fastest, lasting
-from bioscara.planning.limits import JointLimits
+from bioscara.planning.limits import JointLimits, check_share
 from bioscara.planning.profile import Bounds, Knot, State
 from bioscara.planning.trajectory import Trajectory
 
@@ -42,7 +42,7 @@ def point_to_point(
         start: Where they are [rad or m]; from beyond a limit they go back.
         goal: Where they go [rad or m].
         limits: Of these joints, in the same order.
-        speed: Share of the speed limits to use, above 0 and at most 1.
+        speed: Share of the speed limits to use, 0.001 to 1.
         jerk_limited: False lets accelerations jump: faster, and rougher.
 
     Returns:
@@ -52,8 +52,7 @@ def point_to_point(
         InvalidArgumentError: The speed is outside its range.
         TrajectoryError: The goal is outside the position limits, or one of both not finite.
     """
-    if not 0.0 < speed <= 1.0:
-        raise InvalidArgumentError(f"speed {speed} is outside 0 .. 1 (0 excluded)")
+    check_share(speed)
     _require_sizes(joint_names, start, goal, limits)
     for limit, here, there in zip(limits, start, goal, strict=True):
         _require_finite(limit, "start", here)

@@ -88,5 +88,7 @@ def _corner(section: YamlSection, key: str) -> tuple[float, float, float]:
     fits = isinstance(value, list) and len(value) == 3
     if not fits or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in value):
         raise section.error(f"{section.name(key)}: {value!r} is not [x, y, z] in metres", key)
+    if any(abs(v) > _ANY for v in value):  # YAML has whole numbers that no float can be
+        raise section.error(f"{section.name(key)}: a number is beyond {_ANY:g} m", key)
     x, y, z = (float(v) for v in value)
     return x, y, z

@@ -20,7 +20,7 @@ from bioscara.errors import InvalidArgumentError, PathError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.kinematics.pose import require_near, require_pose, wrapped
 from bioscara.planning.blending import Blend, Rounded, rounded
-from bioscara.planning.limits import JointLimits
+from bioscara.planning.limits import JointLimits, check_share
 from bioscara.planning.parameterisation import parameterise
 from bioscara.planning.path import LEVER, SHORTEST, Arc, Line
 from bioscara.planning.point_to_point import point_to_point
@@ -57,7 +57,7 @@ class Waypoint:
         motion: The way there.
         blend: How far from the pose the tool may turn off to the next waypoint [m]; 0 rests there.
         via: Point that an arc passes; its yaw does not matter. For CIRC, and only for it.
-        speed: Share of the possible speed on the way there, above 0 and at most 1. A blend has the
+        speed: Share of the possible speed on the way there, 0.001 to 1. A blend has the
             lower speed of the two motions that it joins.
     """
 
@@ -169,8 +169,7 @@ def _check_values(waypoint: Waypoint) -> None:
     require_pose("the pose", waypoint.pose)
     if waypoint.via is not None:
         require_near("the via", waypoint.via)
-    if not 0.0 < waypoint.speed <= 1.0:
-        raise InvalidArgumentError(f"speed {waypoint.speed} is outside 0 .. 1 (0 excluded)")
+    check_share(waypoint.speed)
     if not 0.0 <= waypoint.blend < math.inf:
         raise InvalidArgumentError(
             f"blend {waypoint.blend} m must be a finite number, 0 or more; 0 rests there"

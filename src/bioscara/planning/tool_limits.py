@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, fields
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.planning.tool_speed import REDUCED_SPEED
+
+LEAST = 1e-6
+"""Least limit of the tool, in its unit; below it, a way of a metre takes days."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,7 +26,7 @@ class ToolLimits:
         yaw_acceleration: About the vertical [rad/s^2].
 
     Raises:
-        InvalidArgumentError: A limit is not above zero.
+        InvalidArgumentError: A limit is below :data:`LEAST`.
     """
 
     speed: float = REDUCED_SPEED
@@ -33,6 +37,10 @@ class ToolLimits:
     def __post_init__(self) -> None:
         for field in fields(self):
             value = getattr(self, field.name)
-            if not value > 0.0:
+            if not value >= LEAST:
                 name = field.name.replace("_", " ")
-                raise InvalidArgumentError(f"tool limit {name} is {value}; give more than zero")
+                raise InvalidArgumentError(f"tool limit {name} is {value}; give {LEAST:g} or more")
+
+
+FULL = ToolLimits(math.inf, math.inf, math.inf, math.inf)
+"""At full speed the joints alone are the limit."""

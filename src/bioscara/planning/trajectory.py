@@ -92,6 +92,7 @@ class Trajectory:
             self._coefficients = self._segments(cubics)
         if not np.isfinite(self._coefficients).all():
             raise TrajectoryError("the values are too large for a curve between the points")
+        self._coefficients.setflags(write=False)
         self._starts: list[float] = self.times.tolist()
         # Plain floats: for four joints they are several times faster than arrays.
         self._plain: list[list[list[float]]] = self._coefficients.tolist()
@@ -109,7 +110,10 @@ class Trajectory:
 
     @property
     def coefficients(self) -> Array:
-        """Polynomials, shape (n - 1, joints, 6): powers of the time since the segment's start."""
+        """Polynomials, shape (n - 1, joints, 6): powers of the time since the segment's start.
+
+        Read-only.
+        """
         return self._coefficients
 
     def sample(self, time: float) -> Sample:

@@ -16,7 +16,7 @@ from bioscara.planning.jog import Jog
 from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.sequence import Waypoint, sequence
 from bioscara.planning.standing import began
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.tool_limits import FULL, ToolLimits
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
 from bioscara.planning.zones import Scene
 from bioscara.robot.poses import TeachTable
@@ -27,8 +27,6 @@ RESERVE = 0.8
 a step on the way could not catch up before it has to brake, and would overshoot."""
 _END_STOP = 1e-3
 """How far beyond its limit a joint may read that was pressed against its end stop [rad or m]."""
-FULL = ToolLimits(math.inf, math.inf, math.inf, math.inf)
-"""At full speed the joints alone are the limit."""
 REDUCED = ToolLimits()
 """What it may do until full speed is asked for."""
 
@@ -92,7 +90,7 @@ class Planner:
 
         Args:
             goal: One position for each joint [rad or m].
-            speed: Share of the speed limits to use, above 0 and at most 1.
+            speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
             TrajectoryError: The goal is outside the limits or not finite.
@@ -108,7 +106,7 @@ class Planner:
 
         Args:
             pose: Of the tool in the base.
-            speed: Share of the speed limits to use, above 0 and at most 1.
+            speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
             UnreachableError: The arm cannot take the pose.
@@ -121,7 +119,7 @@ class Planner:
 
         Args:
             name: Of the pose.
-            speed: Share of the speed limits to use, above 0 and at most 1.
+            speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
             InvalidArgumentError: No pose has that name, or it was taught with another tool.
@@ -171,7 +169,7 @@ class Planner:
 
         Args:
             pose: Of the tool in the base.
-            speed: Share of the tool's speed limit to use, above 0 and at most 1.
+            speed: Share of the tool's speed limit to use, 0.001 to 1.
 
         Raises:
             UnreachableError, TrajectoryError: The arm cannot go along that line.
@@ -189,7 +187,7 @@ class Planner:
         Args:
             via: A pose on the way; its yaw is not used.
             pose: The end; both of the tool in the base.
-            speed: Share of the tool's speed limit to use, above 0 and at most 1.
+            speed: Share of the tool's speed limit to use, 0.001 to 1.
 
         Raises:
             UnreachableError, TrajectoryError: The arm cannot go along that arc.

@@ -44,7 +44,7 @@ class PoseMotions(ABC):
 
         Args:
             pose: Where the tool shall be.
-            speed: Share of the speed limits to use, above 0 and at most 1.
+            speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
             UnreachableError: The arm cannot take the pose; nothing moved.
@@ -96,7 +96,7 @@ class PoseMotions(ABC):
 
         Args:
             name: Of the pose.
-            speed: Share of the speed limits to use, above 0 and at most 1.
+            speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
             InvalidArgumentError: No pose has that name, or it was taught with another tool.

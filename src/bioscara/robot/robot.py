@@ -94,7 +94,7 @@ class Robot(Connection, PoseMotions):
 
         Args:
             positions: One for each joint [rad or m].
-            speed: Share of the speed limits to use, above 0 and at most 1.
+            speed: Share of the speed limits to use, 0.001 to 1.
             observe: Takes a record of all joints each cycle.
             cancelled: Asked each cycle; True ends the motion.
             timeout: Longest time that it may take [s]; None for no bound.

@@ -16,8 +16,10 @@ The last line is part of it: a YAML file that lost its end would often still be 
 
 from __future__ import annotations
 
+import errno
 import io
 import os
+import secrets
 from collections.abc import Callable
 from pathlib import Path
 from typing import TypeVar
@@ -25,7 +27,7 @@ from typing import TypeVar
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
-from bioscara.model.yaml_section import YamlSection, read_text, sections_of
+from bioscara.model.yaml_section import SIZE_MAX, YamlSection, read_text, sections_of
 from bioscara.robot.poses import NamedPose, TeachTable
 from bioscara.robot.tools import FINGERS, MASS_MAX, OFFSET_MAX, Tool
 
@@ -78,14 +80,22 @@ def save_table(path: Path, table: TeachTable) -> None:
         table: The table; the fingers are not written, the parameters have them.
 
     Raises:
-        ConfigurationError: The file cannot be written.
+        ConfigurationError: The file cannot be written, or would be too large to be read again.
     """
-    goal = path.resolve()
-    temporary = goal.with_name(f".{goal.name}.{os.getpid()}.new")
+    data = _text(table).encode()
+    if len(data) > SIZE_MAX:
+        raise ConfigurationError(
+            f"{path}: the poses take {len(data) / 2**20:.2f} MiB, a file holds "
+            f"{SIZE_MAX // 2**20}; remove some, or keep them in two files"
+        )
     try:
+        goal = Path(os.path.realpath(path))
+        if goal.is_symlink():  # what is left of a loop
+            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
+        temporary = goal.with_name(f".{goal.name}.{secrets.token_hex(8)}.new")
         try:
-            with temporary.open("w", encoding="utf-8", newline="\n") as file:
-                file.write(_text(table))
+            with temporary.open("xb") as file:
+                file.write(data)
                 file.flush()
                 os.fsync(file.fileno())
             if goal.exists():
