@@ -19,7 +19,9 @@ HERE = Joints(0.0, 0.2, 1.0, 0.0)
 
 def dense(trajectory: Trajectory, begin: float, end: float) -> float:
     """Return the largest speed of the tool at very many instants [m/s]."""
-    positions, velocities, _ = trajectory.sample_many(np.linspace(begin, end, 20_001))
+    # At its very end a trajectory is at rest, whatever speed it arrives with.
+    times = np.linspace(begin, np.nextafter(end, 0.0), 20_001)
+    positions, velocities, _ = trajectory.sample_many(times)
     return float(batch.tool_speeds(ARM, positions, velocities).max())
 
 
