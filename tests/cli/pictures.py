@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from dataclasses import astuple
 from pathlib import Path
 
 from bioscara.model import load_parameters
 from bioscara.planning.zones import Scene
-from bioscara.report.plan_png import ToolBounds, write_plan
-from bioscara.robot.planner import REDUCED, Planner
+from bioscara.report.plan_png import write_plan
+from bioscara.robot.planner import Planner
 
 PARAMETERS = load_parameters()
 
@@ -26,10 +25,9 @@ def expected(
     planner = Planner(PARAMETERS, lambda: start)
     planner.scene = scene or Scene()
     path = folder / "expected.png"
-    trajectory = planner.joints(goal).trajectory
-    tool = ToolBounds(*astuple(REDUCED))
+    plan = planner.joints(goal)
     arm = planner.kinematics
-    write_plan(path, trajectory, arm, PARAMETERS.joints, tool, title, planner.scene)
+    write_plan(path, plan.trajectory, arm, PARAMETERS.joints, plan.tool, title, planner.scene)
     return path.read_bytes()
 
 

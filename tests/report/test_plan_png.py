@@ -14,8 +14,9 @@ from bioscara.kinematics import Pose, Scara, batch
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, read
 from bioscara.planning.shapes import Prism
+from bioscara.planning.tool_limits import FULL, ToolLimits
 from bioscara.planning.zones import Box, Cylinder, Scene
-from bioscara.report.plan_png import ToolBounds, draw_plan, require_matplotlib, write_plan
+from bioscara.report.plan_png import draw_plan, require_matplotlib, write_plan
 from bioscara.robot import kinematics_of
 
 if TYPE_CHECKING:
@@ -29,7 +30,7 @@ DATA = Path(__file__).parents[1] / "data"
 TOO_FAST = read(DATA / "planned_time_optimal.yaml").trajectory
 
 
-def captions(trajectory: Trajectory, tool: ToolBounds) -> dict[str, tuple[str, bool]]:
+def captions(trajectory: Trajectory, tool: ToolLimits) -> dict[str, tuple[str, bool]]:
     """What stands above each panel, and whether it is marked as over its limit."""
     figure = draw_plan(trajectory, ARM, PARAMETERS.joints, tool)
     rows = ("j1", "j2", "j3", "j4", "tool", "yaw")
@@ -41,7 +42,7 @@ def captions(trajectory: Trajectory, tool: ToolBounds) -> dict[str, tuple[str, b
 
 
 def test_it_says_what_is_reached_and_marks_what_is_over() -> None:
-    said = captions(TOO_FAST, ToolBounds(0.1, 1.0, 1.57, 6.0))
+    said = captions(TOO_FAST, ToolLimits(0.1, 1.0, 1.57, 6.0))
     assert said["j2 velocity"] == ("at most 0.035 of 0.03 m/s (115 %)", True)
     assert said["j3 velocity"] == ("at most 1.036 of 5 rad/s (21 %)", False)
     assert said["j1 position"] == ("-0.260 to 0.000 within -3.046 to 3.046 rad", False)
@@ -54,21 +55,21 @@ def test_it_says_what_is_reached_and_marks_what_is_over() -> None:
 
 
 def test_without_a_bound_it_says_so() -> None:
-    said = captions(TOO_FAST, ToolBounds())
+    said = captions(TOO_FAST, FULL)
     assert said["tool velocity"] == ("at most 0.141 m/s, no limit", False)
 
 
 def test_beyond_the_range_is_marked() -> None:
     upper = PARAMETERS.joints[3].upper
     beyond = Trajectory(ARM_NAMES, [0.0, 1.0], [[0.0, 0.1, 0.5, 0.0], [0.0, 0.1, 0.5, upper + 0.1]])
-    assert captions(beyond, ToolBounds())["j4 position"][1]
+    assert captions(beyond, FULL)["j4 position"][1]
 
 
 ARM_NAMES = tuple(limit.name for limit in ARM.limits)
 
 
 def test_the_curves_of_the_tool_are_derivatives_of_one_another() -> None:
-    figure = draw_plan(TOO_FAST, ARM, PARAMETERS.joints, ToolBounds())
+    figure = draw_plan(TOO_FAST, ARM, PARAMETERS.joints, FULL)
     (yaw,), (rate,), (acceleration,) = (axis.get_lines() for axis in figure.axes[15:18])
     times = yaw.get_xdata()
     assert np.allclose(np.gradient(yaw.get_ydata(), times)[5:-5], rate.get_ydata()[5:-5], atol=2e-3)
@@ -92,13 +93,13 @@ def test_joints_in_another_order_are_drawn_alike() -> None:
         TOO_FAST.velocities[:, order],
         None if TOO_FAST.accelerations is None else TOO_FAST.accelerations[:, order],
     )
-    assert captions(turned, ToolBounds()) == captions(TOO_FAST, ToolBounds())
+    assert captions(turned, FULL) == captions(TOO_FAST, FULL)
 
 
 def test_the_file_is_a_picture(tmp_path: Path) -> None:
     # Also where nothing moves, and by another ending.
     rest = Trajectory(ARM_NAMES, [0.0], [[0.0, 0.1, 0.5, 0.0]])
-    write_plan(tmp_path / "rest.picture", rest, ARM, PARAMETERS.joints, ToolBounds())
+    write_plan(tmp_path / "rest.picture", rest, ARM, PARAMETERS.joints, FULL)
     assert (tmp_path / "rest.picture").read_bytes().startswith(b"\x89PNG")
 
 
@@ -120,7 +121,7 @@ def test_the_zones_are_drawn_where_they_are() -> None:
         ),
         table_height=-0.02,
     )
-    figure = draw_plan(TOO_FAST, arm, PARAMETERS.joints, ToolBounds(), scene=scene)
+    figure = draw_plan(TOO_FAST, arm, PARAMETERS.joints, FULL, scene=scene)
     above, height = figure.axes[18:]
     below, cell = rows_of(above)
     assert below.mean(axis=0) == pytest.approx(poses[-1, :2], abs=6e-3)
@@ -150,9 +151,7 @@ def test_the_border_of_a_shape_is_where_it_begins_to_cover() -> None:
 
 def test_a_trajectory_of_other_joints_is_refused(tmp_path: Path) -> None:
     with pytest.raises(TrajectoryError, match="j1, j2, j3, j4; this one is of j1, j5"):
-        draw_plan(
-            Trajectory(["j1", "j5"], [0.0], [[0.0, 0.0]]), ARM, PARAMETERS.joints, ToolBounds()
-        )
+        draw_plan(Trajectory(["j1", "j5"], [0.0], [[0.0, 0.0]]), ARM, PARAMETERS.joints, FULL)
 
 
 def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -160,3 +159,29 @@ def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPa
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(InvalidArgumentError, match=r"pip install 'bioscara\[plot\]'"):
         require_matplotlib()
+
+
+def test_names_are_no_formulas(tmp_path: Path) -> None:
+    post = Cylinder(r"$\frac$", 0.5, 0.3, 0.05, 0.0, 0.1)
+    drawn = PARAMETERS.joints, FULL, r"pose $\frac$", Scene((post,))
+    write_plan(tmp_path / "a.png", TOO_FAST, ARM, *drawn)
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_is_far_away_does_not_make_the_arm_small() -> None:
+    room = Box("room", (-9.0, -9.0, -1.0), (9.0, 9.0, 3.0), keep_in=True)
+    figure = draw_plan(TOO_FAST, ARM, PARAMETERS.joints, FULL, scene=Scene((room,)))
+    figure.canvas.draw()
+    above = figure.axes[18]
+    left, right = above.get_xlim()
+    assert right - left < 2.5
+    # All that the arm can reach is in it, whatever the motion.
+    reach = ARM.geometry.upper_arm + ARM.geometry.forearm + ARM.tool.x
+    assert left < -reach < reach < right
+
+
+def test_rest_is_drawn_as_rest() -> None:
+    rest = Trajectory(ARM_NAMES, [0.0], [[0.0, 0.1, 0.5, 0.0]])
+    (line,) = draw_plan(rest, ARM, PARAMETERS.joints, FULL).axes[3].get_lines()
+    assert np.ptp(line.get_xdata()) > 0.0
+    assert line.get_ydata() == pytest.approx(0.1)

@@ -78,6 +78,11 @@ def test_a_run_without_any_cycle_can_be_reported(summary: Summary, tmp_path: Pat
     png.write(tmp_path / "empty.png", summary, empty)
 
 
+def test_a_title_is_no_formula(summary: Summary, history: History, tmp_path: Path) -> None:
+    png.write(tmp_path / "a.png", replace(summary, title=r"$\frac$"), history)
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
+
+
 def test_the_text_says_which_arm_and_how_it_ended(summary: Summary, history: History) -> None:
     failed = replace(summary, outcome=Outcome.FAILED, message="j2 stalled", faults=("j2 stalled",))
     rendered = text.render(failed, history)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
 from bioscara.errors import BioscaraError
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
+from bioscara.planning.tool_limits import FULL, ToolLimits
+from bioscara.planning.tool_speed import REDUCED_SPEED
 from bioscara.planning.trajectory import Trajectory
 from bioscara.robot.planner import Planner
 
@@ -44,3 +48,14 @@ def test_a_plan_tells_what_is_unusual_about_a_trajectory(
     steps = Trajectory(NAMES, [0.0, 5.0], [HERE, HERE._replace(j1=0.3)], velocities)
     (note,) = Planner(ARM, lambda: HERE).trajectory(steps, HERE).notes
     assert unusual in note
+
+
+def test_a_plan_says_what_the_tool_was_kept_to() -> None:
+    """Only lines and arcs keep to an acceleration of the tool; nothing does at full speed."""
+    planner = Planner(ARM, lambda: HERE)
+    goal = planner.kinematics.forward(HERE)
+    goal = goal._replace(x=goal.x + 0.05)
+    assert planner.linear(goal).tool == ToolLimits()
+    assert planner.to(goal).tool == ToolLimits(REDUCED_SPEED, math.inf, math.inf, math.inf)
+    planner.full_speed = True
+    assert planner.linear(goal).tool == planner.to(goal).tool == FULL

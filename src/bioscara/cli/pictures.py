@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import os
-from dataclasses import astuple
 from pathlib import Path
 
 from bioscara.cli.arguments import Options
 from bioscara.errors import InvalidArgumentError
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, write_csv
-from bioscara.report.plan_png import ToolBounds, require_matplotlib, write_plan
-from bioscara.robot.planner import REDUCED, Plan, Planner
+from bioscara.report.plan_png import require_matplotlib, write_plan
+from bioscara.robot.planner import Plan, Planner
 
 
 def require_files(options: Options) -> None:
@@ -80,10 +79,9 @@ def write_picture(
     Raises:
         InvalidArgumentError: The file cannot be written.
     """
-    tool = ToolBounds() if planner.full_speed else ToolBounds(*astuple(REDUCED))
     arm, scene = planner.kinematics, planner.scene
     try:
-        write_plan(path, plan.trajectory, arm, parameters.joints, tool, title, scene)
+        write_plan(path, plan.trajectory, arm, parameters.joints, plan.tool, title, scene)
     except OSError as error:
         raise _unwritable(path, error) from error
     return f"wrote {path}"

@@ -14,6 +14,7 @@ from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara, batch
 from bioscara.planning import Trajectory
 from bioscara.planning.limits import JointLimits
+from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.zones import Scene
 from bioscara.report.plan_views import FREE, LEAST, Way, draw_from_above, draw_height, widen
 from bioscara.report.png import available
@@ -31,22 +32,6 @@ _ROUNDING = 1e-6
 """How far beyond a limit still counts as at it [rad or m]."""
 _NEAR = 0.3
 """Share of a limit from which the limit is drawn; below it the curve would be a flat line."""
-
-
-class ToolBounds(NamedTuple):
-    """What the tool keeps to; None for no bound.
-
-    Attributes:
-        speed: [m/s].
-        acceleration: [m/s^2].
-        yaw_speed: [rad/s].
-        yaw_acceleration: [rad/s^2].
-    """
-
-    speed: float | None = None
-    acceleration: float | None = None
-    yaw_speed: float | None = None
-    yaw_acceleration: float | None = None
 
 
 class _Motion(NamedTuple):
@@ -78,7 +63,7 @@ def write_plan(
     trajectory: Trajectory,
     arm: Scara,
     limits: Sequence[JointLimits],
-    tool: ToolBounds,
+    tool: ToolLimits,
     title: str = "",
     scene: Scene = FREE,
 ) -> None:
@@ -89,7 +74,7 @@ def write_plan(
         trajectory: For all joints of the arm.
         arm: The arm with its tool.
         limits: Of its joints, j1 to j4.
-        tool: What the tool keeps to.
+        tool: What the tool was kept to.
         title: What stands above.
         scene: What the arm was kept clear of.
 
@@ -106,7 +91,7 @@ def draw_plan(
     trajectory: Trajectory,
     arm: Scara,
     limits: Sequence[JointLimits],
-    tool: ToolBounds,
+    tool: ToolLimits,
     title: str = "",
     scene: Scene = FREE,
 ) -> Figure:
@@ -119,6 +104,7 @@ def draw_plan(
     figure.suptitle(
         f"{title or 'planned motion'}, {trajectory.duration:.3f} s  (dashed red: limits)",
         fontsize=15,
+        parse_math=False,
     )
     halves = figure.add_gridspec(1, 2, width_ratios=(2.3, 1.0))
     grid = halves[0].subgridspec(6, 3)
@@ -152,7 +138,8 @@ def _sampled(trajectory: Trajectory, arm: Scara) -> _Motion:
         )
     count = min(max(int(trajectory.duration / _STEP) + 2, 2), _SAMPLES)
     # At its very end a trajectory is at rest, whatever speed it arrives with.
-    times = np.linspace(0.0, np.nextafter(trajectory.duration, 0.0), count)
+    end = np.nextafter(trajectory.duration, 0.0) or _STEP
+    times = np.linspace(0.0, end, count)
     order = [trajectory.joint_names.index(name) for name in names]
     positions, velocities, accelerations = (
         values[:, order] for values in trajectory.sample_many(times)
@@ -195,7 +182,7 @@ def _draw_joint(axes: Sequence[Axes], motion: _Motion, index: int, limit: JointL
         _draw_bounded(axis, motion.times, values[:, index], most, name)
 
 
-def _draw_tool(axes: Sequence[Axes], motion: _Motion, tool: ToolBounds) -> None:
+def _draw_tool(axes: Sequence[Axes], motion: _Motion, tool: ToolLimits) -> None:
     for column, name in enumerate("xyz"):
         axes[0].plot(motion.times, motion.poses[:, column], label=name)
     axes[0].legend(loc="best", ncols=3, fontsize=8, framealpha=0.6)
@@ -207,7 +194,7 @@ def _draw_tool(axes: Sequence[Axes], motion: _Motion, tool: ToolBounds) -> None:
     _draw_bounded(axes[2], motion.times, acceleration, tool.acceleration, "m/s²", size=True)
 
 
-def _draw_yaw(axes: Sequence[Axes], motion: _Motion, tool: ToolBounds) -> None:
+def _draw_yaw(axes: Sequence[Axes], motion: _Motion, tool: ToolLimits) -> None:
     axes[0].plot(motion.times, motion.poses[:, 3], color=_VALUE)
     axes[0].set_ylabel("tool yaw [rad]", weight="bold")
     widen(axes[0], LEAST)
@@ -217,13 +204,13 @@ def _draw_yaw(axes: Sequence[Axes], motion: _Motion, tool: ToolBounds) -> None:
 
 
 def _draw_bounded(
-    axis: Axes, times: Array, values: Array, bound: float | None, unit: str, *, size: bool = False
+    axis: Axes, times: Array, values: Array, bound: float, unit: str, *, size: bool = False
 ) -> None:
     """Draw a velocity or acceleration, its bound either way, and how much of it is used."""
     peak = float(np.abs(values).max())
     axis.plot(times, values, color=_VALUE)
     axis.set_ylabel(f"[{unit}]")
-    if bound is None or not math.isfinite(bound):
+    if not math.isfinite(bound):
         _caption(axis, f"at most {peak:.3f} {unit}, no limit", over=False)
         widen(axis, LEAST)
         return

@@ -47,6 +47,8 @@ def draw_from_above(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
         scene: What stands around it.
     """
     l1, l2, _ = arm.geometry
+    reach = 1.2 * (l1 + l2 + math.hypot(arm.tool.x, arm.tool.y))
+    axis.update_datalim([(arm.base.x + side, arm.base.y + side) for side in (-reach, reach)])
     turns = np.linspace(0.0, 2.0 * np.pi, 181)
     for radius in (l1 + l2, abs(l1 - l2)):
         axis.plot(
@@ -120,11 +122,16 @@ def widen(axis: Axes, least: float) -> None:
 
 def _draw_border(axis: Axes, zone: Zone, base: Pose) -> None:
     """Draw a zone from above, with its name and, where it is not for all, the links it is for."""
-    x, y = _in_world(zone.shape.outline(), base).T
+    from matplotlib.patches import Polygon  # noqa: PLC0415
+
+    rows = _in_world(zone.shape.outline(), base)
+    x, y = rows.T
     if zone.keep_in:
-        axis.fill(x, y, facecolor="none", edgecolor=_IN, linewidth=2.0, linestyle="--")
+        border = Polygon(rows, facecolor="none", edgecolor=_IN, linewidth=2.0, linestyle="--")
     else:
-        axis.fill(x, y, facecolor=_OUT, edgecolor=_OUT, alpha=0.3, linewidth=1.5)
+        border = Polygon(rows, facecolor=_OUT, edgecolor=_OUT, alpha=0.3, linewidth=1.5)
+    # Not as a patch: the view would reach as far, and the arm be small in a room.
+    axis.add_artist(border)
     name = zone.name + (f" ({', '.join(zone.links)})" if zone.links else "")
     # Above a cell and below anything else: there the arm is not drawn.
     at, side = (y.argmax(), "bottom") if zone.keep_in else (y.argmin(), "top")
@@ -132,6 +139,7 @@ def _draw_border(axis: Axes, zone: Zone, base: Pose) -> None:
     axis.annotate(
         name, (x[at] if zone.keep_in else x.mean(), y[at]), (0, 3 if zone.keep_in else -3),
         textcoords="offset points", ha="center", va=side, fontsize=9, color=color,
+        parse_math=False, annotation_clip=True, clip_on=True, in_layout=False,
     )  # fmt: skip
 
 

@@ -29,7 +29,9 @@ def write(path: Path, summary: Summary, history: History) -> None:
 
     count = len(summary.joints)
     figure = Figure(figsize=(14, 2.2 * count + 1), layout="constrained")
-    figure.suptitle(f"{summary.title} on {summary.arm}: {outcome_line(summary)}", wrap=True)
+    title = f"{summary.title} on {summary.arm}: {outcome_line(summary)}"
+    # Between two dollars stands a formula, also for parse_math=False where lines are wrapped.
+    figure.suptitle(title.replace("$", r"\$"), wrap=True)
     axes = figure.subplots(count, 3, sharex=True, squeeze=False)
     cycles = np.flatnonzero(~phase_mask(history, Phase.HOMING))
     for index, joint in enumerate(summary.joints):

@@ -27,8 +27,8 @@ RESERVE = 0.8
 a step on the way could not catch up before it has to brake, and would overshoot."""
 _END_STOP = 1e-3
 """How far beyond its limit a joint may read that was pressed against its end stop [rad or m]."""
-REDUCED = ToolLimits()
-"""What it may do until full speed is asked for."""
+_REDUCED = replace(FULL, speed=REDUCED_SPEED)
+"""What the tool may do on any way until full speed is asked for; lines and arcs keep to more."""
 
 
 class Plan(NamedTuple):
@@ -37,10 +37,12 @@ class Plan(NamedTuple):
     Attributes:
         trajectory: All joints, from where the arm is.
         notes: What the person should know about it.
+        tool: What the tool was kept to all the way.
     """
 
     trajectory: Trajectory
     notes: tuple[str, ...] = ()
+    tool: ToolLimits = FULL
 
 
 class Planner:
@@ -177,9 +179,8 @@ class Planner:
         """
         here = self._start()
         tool = self._tool_limits()
-        return self._free(
-            linear(self.kinematics, here, pose, self._planned, tool, speed=speed), here
-        )
+        trajectory = linear(self.kinematics, here, pose, self._planned, tool, speed=speed)
+        return self._free(trajectory, here, tool=tool)
 
     def circular(self, via: Pose, pose: Pose, speed: float = 1.0) -> Plan:
         """Plan to a pose along an arc.
@@ -195,9 +196,8 @@ class Planner:
         """
         here = self._start()
         tool = self._tool_limits()
-        return self._free(
-            circular(self.kinematics, here, via, pose, self._planned, tool, speed=speed), here
-        )
+        trajectory = circular(self.kinematics, here, via, pose, self._planned, tool, speed=speed)
+        return self._free(trajectory, here, tool=tool)
 
     def sequence(self, waypoints: Sequence[Waypoint]) -> Plan:
         """Plan along several waypoints with rounded corners, without a stop.
@@ -254,9 +254,15 @@ class Planner:
         return start
 
     def _tool_limits(self) -> ToolLimits:
-        return FULL if self.full_speed else REDUCED
+        return FULL if self.full_speed else ToolLimits()
 
-    def _free(self, trajectory: Trajectory, here: Joints, notes: tuple[str, ...] = ()) -> Plan:
+    def _free(
+        self,
+        trajectory: Trajectory,
+        here: Joints,
+        notes: tuple[str, ...] = (),
+        tool: ToolLimits = _REDUCED,
+    ) -> Plan:
         if not self.full_speed:
             trajectory, factor = reduced(trajectory, self.kinematics, here)
             if round(factor, 2) > 1.0:
@@ -265,7 +271,7 @@ class Planner:
                     f"{1e3 * REDUCED_SPEED:.0f} mm/s",
                 )
         self.scene.check(self.kinematics, trajectory, here, self._folded(self.here()))
-        return Plan(trajectory, notes)
+        return Plan(trajectory, notes, FULL if self.full_speed else tool)
 
     def _folded(self, here: Sequence[float]) -> float:
         """Return how near the arm's links were to each other when it began to unfold [m]."""
