@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import re
+import sys
+import threading
 from pathlib import Path
 
 import pytest
@@ -125,3 +127,58 @@ def test_where_the_arm_is_can_be_saved(
     assert saved.joints is not None
     place = robot.kinematics.forward(saved.joints)
     assert saved.pose_tool_in_base == pytest.approx(place)
+
+
+def test_what_is_saved_at_the_same_time_is_all_there(elsewhere: Path) -> None:
+    names = [f"p{number}" for number in range(6)]
+    words = [["poses", "save", name, "--joints", *JOINTS] for name in names]
+    threads = [threading.Thread(target=main, args=(each,)) for each in words]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert {pose.name for pose in load_table(elsewhere, fingers(PARAMETERS)).poses} == {*names}
+
+
+@pytest.mark.parametrize(
+    "words", ["plan --name plate", "poses show plate", "plan --name center --tool needle"]
+)
+def test_where_there_is_no_file_a_name_that_there_is_not_is_told_with_it(
+    words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main([*words.split(), "--table", "nowhere.yaml"]) == 2
+    assert "nowhere.yaml does not exist; name the file with --table" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["x" * 300 + ".png", "poses.yaml/a.png"])
+@pytest.mark.parametrize(
+    "words",
+    [
+        "plan --name center --table",
+        "plan --name center --csv",
+        "plan --name center --plot",
+        "move --name center --table",
+        "poses list --table",
+        "poses save a --joints 0 0.1 0 0 --table",
+        "poses delete a --table",
+    ],
+)
+def test_a_file_that_cannot_be_looked_for_is_refused_by_its_name(
+    words: str, name: str, elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    elsewhere.write_text("")
+    assert main([*words.split(), name]) == 2
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert re.search(
+        f"^bioscara: {name}.*(File name too long|Not a directory|there is no folder)", err
+    )
+
+
+def test_a_standard_output_that_is_closed_hinders_nothing(
+    elsewhere: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("sys.stdout", None)
+    assert main(["poses", "save", "plate", "--joints", *JOINTS]) == 0
+    sys.stdout.close()
+    assert elsewhere.exists()

@@ -19,7 +19,7 @@ from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX
 from bioscara.model import load_parameters
 from bioscara.robot.poses import BUILT_IN, NamedPose, TeachTable
-from bioscara.robot.teach_file import load_table, save_table
+from bioscara.robot.teach_file import changing, load_table, save_table
 from bioscara.robot.tools import Tool, fingers, kinematics_with
 
 PARAMETERS = load_parameters()
@@ -253,6 +253,30 @@ def test_tables_saved_by_two_threads_are_whole(tmp_path: Path) -> None:
         except ConfigurationError as error:
             failures.append(error)
     assert not failures
+
+
+def test_what_several_add_at_the_same_time_is_all_there(tmp_path: Path) -> None:
+    path = tmp_path / "poses.yaml"
+    save_table(path, TeachTable(FINGERS))
+
+    def teach(number: int) -> None:
+        with changing(path):
+            pose = replace(PLATE, name=f"p{number}", tool="fingers")
+            save_table(path, load_table(path, FINGERS).with_pose(pose))
+
+    threads = [threading.Thread(target=teach, args=(number,)) for number in range(8)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert {pose.name for pose in load_table(path, FINGERS).poses} == {f"p{i}" for i in range(8)}
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_folder_that_is_not_there_cannot_be_held(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="the poses cannot be kept"):  # noqa: SIM117
+        with changing(tmp_path / "none" / "poses.yaml"):
+            pytest.fail("it was")
 
 
 def test_who_reads_meanwhile_reads_the_old_table_whole(tmp_path: Path) -> None:

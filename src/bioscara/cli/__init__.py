@@ -14,6 +14,7 @@ import contextlib
 import os
 import sys
 from collections.abc import Sequence
+from pathlib import Path
 
 from bioscara.cli.arguments import parse
 from bioscara.cli.status import Status
@@ -27,6 +28,9 @@ def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
         arguments: The words after ``bioscara``; those of the process by default.
         paced: Whether a simulated trajectory takes the time it takes; tests do not wait for it.
     """
+    if sys.stdout is None:
+        # Closed by who started it, as in `bioscara demo >&-`: nobody reads.
+        sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
     options = parse(arguments)
     options.paced = paced
     try:

@@ -43,9 +43,13 @@ def require_drawing(plot: Path | None) -> None:
 
 
 def _require_writable(path: Path) -> None:
-    if path.is_dir():
+    try:
+        is_folder, has_folder = path.is_dir(), path.parent.is_dir()
+    except OSError as error:
+        raise _unwritable(path, error) from error
+    if is_folder:
         raise InvalidArgumentError(f"{path} cannot be written: it is a folder; name a file in it")
-    if not path.parent.is_dir():
+    if not has_folder:
         raise InvalidArgumentError(f"{path} cannot be written: there is no folder {path.parent}")
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise InvalidArgumentError(f"{path} cannot be written: permission denied")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,11 +13,12 @@ from bioscara.cli.output import Output
 from bioscara.cli.pictures import require_drawing, write_picture
 from bioscara.cli.status import Status
 from bioscara.cli.target import planner_from
+from bioscara.cli.taught import by_name, taught
 from bioscara.errors import InvalidArgumentError, UnreachableError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters, load_parameters
-from bioscara.robot.poses import BUILT_IN, NamedPose, TeachTable
-from bioscara.robot.teach_file import load_table, save_table
+from bioscara.robot.poses import BUILT_IN, NamedPose
+from bioscara.robot.teach_file import changing, load_table, save_table
 from bioscara.robot.tools import fingers, kinematics_with
 
 _JOINTS = "joints [rad m rad rad]"
@@ -34,14 +36,16 @@ def run(options: Options) -> int:
     """
     output, parameters = Output(), load_parameters()
     actions = {"list": _list, "show": _show, "save": _save, "delete": _delete}
-    for line in actions[options.action](options, parameters):
+    with changing(options.table) if options.action in {"save", "delete"} else nullcontext():
+        lines = actions[options.action](options, parameters)
+    for line in lines:
         output.line(line)
     output.check()
     return Status.OK
 
 
 def _list(options: Options, parameters: ArmParameters) -> list[str]:
-    table = _load(options, parameters)
+    table = taught(options, fingers(parameters))
     poses = [("pose", _JOINTS, _PLACE, "tool", "calibration")]
     poses += [
         (
@@ -66,8 +70,8 @@ def _list(options: Options, parameters: ArmParameters) -> list[str]:
 
 def _show(options: Options, parameters: ArmParameters) -> list[str]:
     require_drawing(options.plot)
-    table = _load(options, parameters)
-    pose = table.pose(options.name)
+    table = taught(options, fingers(parameters))
+    pose = by_name(options, table.pose, options.name)
     tool = table.tool(pose.tool)
     arm = kinematics_with(parameters, tool)
     lines = [f"pose {pose.name}, {'built in' if pose in BUILT_IN else f'from {options.table}'}"]
@@ -111,8 +115,8 @@ def _reached(arm: Scara, place: Pose) -> tuple[Joints | None, str]:
 
 
 def _save(options: Options, parameters: ArmParameters) -> list[str]:
-    table = _load(options, parameters)
-    arm = kinematics_with(parameters, table.tool(options.tool))
+    table = taught(options, fingers(parameters))
+    arm = kinematics_with(parameters, by_name(options, table.tool, options.tool))
     joints, place, problem = None, None, ""
     if options.pose is not None:
         place = Pose(*options.pose)
@@ -135,15 +139,12 @@ def _delete(options: Options, parameters: ArmParameters) -> list[str]:
     built_in = any(pose.name == options.name for pose in BUILT_IN)
     # That a pose is built in is the better answer, also where there is no file.
     table = (
-        _load(options, parameters) if built_in else load_table(options.table, fingers(parameters))
+        taught(options, fingers(parameters))
+        if built_in
+        else load_table(options.table, fingers(parameters))
     )
     save_table(options.table, table.without_pose(options.name))
     return [f"deleted {options.name} from {options.table}"]
-
-
-def _load(options: Options, parameters: ArmParameters) -> TeachTable:
-    tool = fingers(parameters)
-    return load_table(options.table, tool) if options.table.exists() else TeachTable(tool)
 
 
 def _here(options: Options, parameters: ArmParameters) -> Joints:

@@ -7,6 +7,7 @@ import math
 from bioscara.cli.arguments import Options
 from bioscara.cli.shared_arguments import START
 from bioscara.cli.target_checks import check_target
+from bioscara.cli.taught import by_name, taught
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose, Scara, batch
 from bioscara.model import ArmParameters
@@ -15,7 +16,6 @@ from bioscara.planning.scene_file import read_scene
 from bioscara.planning.tool_speed import peak_tool_speed
 from bioscara.planning.zones import Scene
 from bioscara.robot.planner import Plan, Planner
-from bioscara.robot.teach_file import load_table
 
 
 def wanted_scene(options: Options) -> Scene:
@@ -38,8 +38,7 @@ def planner_from(options: Options, parameters: ArmParameters) -> Planner:
     problems = planner.kinematics.beyond(start)
     if problems:
         raise InvalidArgumentError(f"--from is outside the limits: {'; '.join(problems)}")
-    if options.table.exists():
-        planner.table = load_table(options.table, planner.tool)
+    planner.table = taught(options, planner.tool)
     planner.scene = wanted_scene(options)
     return planner
 
@@ -51,7 +50,7 @@ def target_planner(options: Options, parameters: ArmParameters) -> Planner:
         InvalidArgumentError: The target is refused wherever the arm is, or there is no such tool.
     """
     planner = planner_from(options, parameters)
-    planner.use_tool(options.tool)
+    by_name(options, planner.use_tool, options.tool)
     check_target(planner, options)
     return planner
 

@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from bioscara.cli.arguments import Options
+from bioscara.cli.taught import by_name
 from bioscara.errors import InvalidArgumentError, UnreachableError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
@@ -88,7 +89,7 @@ def _ways(planner: Planner, options: Options) -> list[Joints]:
     word = "--joints"
     if options.name:
         word = f"pose {options.name}"
-        taught = planner.table.pose(options.name)
+        taught = by_name(options, planner.table.pose, options.name)
         joints, place = taught.joints, taught.pose_tool_in_base
         if joints is None and taught.tool != planner.tool.name:
             raise InvalidArgumentError(

@@ -17,10 +17,12 @@ The last line is part of it: a YAML file that lost its end would often still be 
 from __future__ import annotations
 
 import errno
+import fcntl
 import io
 import os
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
@@ -72,8 +74,35 @@ def load_table(path: Path, fingers: Tool) -> TeachTable:
     return TeachTable(fingers, tools, poses)
 
 
+@contextmanager
+def changing(path: Path) -> Iterator[None]:
+    """Hold the file of a table while it is read, changed and saved.
+
+    Whoever else would hold it waits, in this process or another. Reading alone needs none of that.
+
+    Args:
+        path: The file; there need not be one.
+
+    Raises:
+        ConfigurationError: Its folder cannot be opened.
+    """
+    try:
+        # Not the file, which saving replaces, and none beside it, which would stay behind.
+        folder = os.open(Path(os.path.realpath(path)).parent, os.O_RDONLY)
+    except OSError as error:
+        raise _unkept(path, error) from error
+    try:
+        fcntl.flock(folder, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(folder)
+
+
 def save_table(path: Path, table: TeachTable) -> None:
     """Put a table into a file: afterwards it holds it whole, or what it held before.
+
+    What others saved since the table was loaded is lost, unless both is done within
+    :func:`changing`.
 
     Args:
         path: The file; written through if it is a link.
@@ -109,9 +138,13 @@ def save_table(path: Path, table: TeachTable) -> None:
         finally:
             os.close(folder)
     except OSError as error:
-        raise ConfigurationError(
-            f"{path}: the poses cannot be kept ({error.strerror or error}); name another file"
-        ) from error
+        raise _unkept(path, error) from error
+
+
+def _unkept(path: Path, error: OSError) -> ConfigurationError:
+    return ConfigurationError(
+        f"{path}: the poses cannot be kept ({error.strerror or error}); name another file"
+    )
 
 
 _Item = TypeVar("_Item", Tool, NamedPose)

@@ -1,0 +1,46 @@
+"""The poses and tools of ``--table``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TypeVar
+
+from bioscara.cli.arguments import Options
+from bioscara.errors import ConfigurationError, InvalidArgumentError
+from bioscara.robot.poses import TeachTable
+from bioscara.robot.teach_file import load_table
+from bioscara.robot.tools import Tool
+
+T = TypeVar("T")
+
+
+def taught(options: Options, tool: Tool) -> TeachTable:
+    """Return the poses and tools of ``--table``; where there is no such file, what every arm has.
+
+    Args:
+        options: What was asked for.
+        tool: The fingers.
+
+    Raises:
+        ConfigurationError: The file cannot be read; names file and line.
+    """
+    try:
+        return load_table(options.table, tool)
+    except ConfigurationError as error:
+        if isinstance(error.__cause__, FileNotFoundError):
+            return TeachTable(tool)
+        raise
+
+
+def by_name(options: Options, find: Callable[[str], T], name: str) -> T:
+    """Return what has a name in ``--table``; a complaint says so where there is no such file.
+
+    Raises:
+        InvalidArgumentError: Nothing has that name.
+    """
+    try:
+        return find(name)
+    except InvalidArgumentError as error:
+        if not options.table.exists():
+            error.add_note(f"{options.table} does not exist; name the file with --table")
+        raise
