@@ -129,8 +129,10 @@ def test_half_speed_is_told_with_its_reason(
 
 
 def test_host3_a_run_after_a_killed_one_says_what_is_latched_and_moves_nothing(
-    tmp_path: Path,
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    # Who is killed leaves the folder of the simulated servo behind.
+    monkeypatch.setenv("TMPDIR", str(tmp_path))
     arm = tmp_path / "arm.sock"
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     with subprocess.Popen(

@@ -63,7 +63,12 @@ def _start(folder: Path, script: str, socket: Path) -> subprocess.Popen[str]:
         stdout=subprocess.PIPE,
         text=True,
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])},
+        env={
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)]),
+            # Who is killed leaves the folder of the simulated servo behind.
+            "TMPDIR": str(folder),
+        },
     )
 
 

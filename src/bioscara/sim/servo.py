@@ -16,7 +16,8 @@ _NS = 1e9
 class SimulatedServo:
     """One PWM chip with one exported channel.
 
-    Its folder is temporary: until :meth:`close`, or until nobody has the object any more.
+    Its folder is temporary: until :meth:`close`, until nobody has the object any more, or until the
+    process ends, but for one that is ended by a signal that it does not handle.
 
     Values that the kernel would refuse are not refused here.
 
