@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import math
 from pathlib import Path
 
@@ -37,6 +38,16 @@ def test_something_that_is_no_adapter_is_refused(tmp_path: Path, make: object) -
     make(tmp_path / "i2c-1")  # type: ignore[operator]
     with pytest.raises(BusUnavailableError, match="is not an I2C adapter"):
         LinuxBus(str(tmp_path / "i2c-1")).transfer(PING)
+
+
+def test_a_bus_that_another_program_uses_is_refused(tmp_path: Path) -> None:
+    device = tmp_path / "i2c-1"
+    with device.open("w") as other:
+        fcntl.flock(other, fcntl.LOCK_EX)
+        with pytest.raises(BusUnavailableError, match=f"{device} is used by another program"):
+            LinuxBus(str(device)).transfer(PING)
+    with pytest.raises(BusUnavailableError, match="is not an I2C adapter"):
+        LinuxBus(str(device)).transfer(PING)
 
 
 def test_making_a_bus_opens_nothing_and_closing_it_is_idempotent() -> None:

@@ -12,7 +12,7 @@ import math
 import os
 import struct
 from collections.abc import Sequence
-from fcntl import ioctl
+from fcntl import LOCK_EX, LOCK_NB, flock, ioctl
 from typing import NamedTuple
 
 from bioscara.bus.bus import Bus, Transaction
@@ -109,7 +109,8 @@ class LinuxBus(Bus):
     answered with :class:`~bioscara.errors.BusStuckError`, so a transfer on a stuck bus takes one
     adapter timeout, not one per joint. Any other outcome ends the condition.
 
-    For one thread at a time.
+    For one thread at a time, and one program: the first transfer opens the adapter, and until it is
+    closed no other bus of this kind can.
 
     Args:
         bus: Number of the bus (1 is the one on the Pi's header) or path of its device.
@@ -256,6 +257,14 @@ class LinuxBus(Bus):
             device = os.open(self._path, os.O_RDWR)
         except OSError as error:
             raise open_error(error, self._path) from error
+        try:
+            flock(device, LOCK_EX | LOCK_NB)
+        except OSError as error:
+            os.close(device)
+            raise BusUnavailableError(
+                f"{self._path} is used by another program: two that ask the joints at the same "
+                f"time take one another's answers; end that one first"
+            ) from error
         try:
             functions = ioctl(device, _I2C_FUNCS, bytes(struct.calcsize("L")))
             ioctl(device, _I2C_TIMEOUT, self._timeout_steps)
