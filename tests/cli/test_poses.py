@@ -182,3 +182,13 @@ def test_a_standard_output_that_is_closed_hinders_nothing(
     assert main(["poses", "save", "plate", "--joints", *JOINTS]) == 0
     sys.stdout.close()
     assert elsewhere.exists()
+
+
+def test_where_an_arm_is_that_is_not_homed_cannot_be_saved(
+    elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["poses", "save", "here", "--bus", "sim"]) == 2
+    err = capsys.readouterr().err
+    assert "j1 is not homed" in err
+    assert "name one that 'bioscara simulate' runs" in err
+    assert not elsewhere.exists()

@@ -14,7 +14,7 @@ from bioscara.cli.pictures import require_drawing, write_picture
 from bioscara.cli.status import Status
 from bioscara.cli.target import planner_from
 from bioscara.cli.taught import by_name, taught
-from bioscara.errors import InvalidArgumentError, UnreachableError
+from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.robot.poses import BUILT_IN, NamedPose
@@ -150,7 +150,16 @@ def _delete(options: Options, parameters: ArmParameters) -> list[str]:
 def _here(options: Options, parameters: ArmParameters) -> Joints:
     """Return where the joints of the arm are."""
     with open_arm(options, parameters) as robot:
-        return robot.plan.here()
+        try:
+            return robot.plan.here()
+        except NotHomedError as error:
+            way = (
+                "an arm simulated in this process is new each time: name one that 'bioscara "
+                "simulate' runs"
+                if options.bus == "sim"
+                else f"home it, for example with bioscara move --name center --bus {options.bus}"
+            )
+            raise NotHomedError(error.what, error.joint, way) from error
 
 
 def _numbers(values: Joints | Pose | None) -> str:

@@ -41,6 +41,8 @@ def by_name(options: Options, find: Callable[[str], T], name: str) -> T:
     try:
         return find(name)
     except InvalidArgumentError as error:
-        if not options.table.exists():
-            error.add_note(f"{options.table} does not exist; name the file with --table")
-        raise
+        if options.table.exists():
+            raise
+        raise InvalidArgumentError(
+            f"{error}, and {options.table} does not exist; name the file with --table"
+        ) from error
