@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from bioscara.errors import BioscaraError
+from bioscara.errors import BioscaraError, InvalidArgumentError
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
 from bioscara.planning.tool_limits import FULL, ToolLimits
@@ -59,3 +59,11 @@ def test_a_plan_says_what_the_tool_was_kept_to() -> None:
     assert planner.to(goal).tool == ToolLimits(REDUCED_SPEED, math.inf, math.inf, math.inf)
     planner.full_speed = True
     assert planner.linear(goal).tool == planner.to(goal).tool == FULL
+
+
+@pytest.mark.parametrize("word", ["no", "False", 1, None])
+def test_only_true_and_false_say_how_fast_the_tool_may_be(word: object) -> None:
+    planner = Planner(ARM, lambda: HERE)
+    with pytest.raises(InvalidArgumentError, match=r"full_speed is .*; give True or False"):
+        planner.full_speed = word  # type: ignore[assignment]
+    assert not planner.full_speed

@@ -60,7 +60,6 @@ class Planner:
         tool: The one that is mounted; :meth:`use_tool` changes it.
         kinematics: Of the arm with that tool.
         scene: What the arm must keep clear of.
-        full_speed: Whether the tool may be faster than 250 mm/s.
     """
 
     def __init__(self, parameters: ArmParameters, measured: Callable[[], Sequence[float]]) -> None:
@@ -68,7 +67,7 @@ class Planner:
         self.table = TeachTable(self.tool)
         self.kinematics = kinematics_of(parameters)
         self.scene = Scene()
-        self.full_speed = False
+        self._full_speed = False
         self._limits, self._measured = parameters.joints, measured
         self._planned = tuple(
             replace(limit, max_acceleration=RESERVE * limit.max_acceleration)
@@ -76,6 +75,18 @@ class Planner:
         )
         self._unfolding = self.scene, self.kinematics, math.inf
         self._names = tuple(limit.name for limit in parameters.joints)
+
+    @property
+    def full_speed(self) -> bool:
+        """Whether the tool may be faster than 250 mm/s."""
+        return self._full_speed
+
+    @full_speed.setter
+    def full_speed(self, full_speed: bool) -> None:
+        # The word "no" would count as yes.
+        if not isinstance(full_speed, bool):
+            raise InvalidArgumentError(f"full_speed is {full_speed!r}; give True or False")
+        self._full_speed = full_speed
 
     def here(self) -> Joints:
         """Return where the joints are; pressed against its end stop one is at its limit.
