@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from bioscara.model.checks import JOINTS, check_addresses, check_jaws, check_joint
+from bioscara.model.checks import JOINTS, UNITS, check_addresses, check_jaws, check_joint
 from bioscara.model.parameters import (
     HIGHEST_RATE,
     LOWEST_RATE,
@@ -35,7 +35,8 @@ def _joint(name: str, section: YamlSection) -> JointParameters:
     section.refuse_unknown(key for key in JointParameters.__slots__ if key not in _IMPLIED)
     homing = section.section("homing")
     homing.refuse_unknown(HomingParameters.__slots__)
-    return check_joint(name, section.text("unit", ("rad", "m")), section, homing)
+    section.text("unit", (UNITS[name],))
+    return check_joint(name, section, homing)
 
 
 def _gripper(section: YamlSection) -> GripperParameters:
