@@ -125,12 +125,12 @@ def test_a_file_of_ones_own_is_the_same_arm(tmp_path: Path) -> None:
         ("      velocity: -0.03", "      velocity: -0.9", "300.803 rpm of the motor"),
         ("      velocity: -0.03", "      velocity: 0", "must not be zero"),
         ("      current_percent: 30 ", "      current_percent: 130 ", "130 is outside 1 .. 100 %"),
-        ("    unit: m\n", "    unit: mm\n", "joints.j2.unit: 'mm' is not a valid name; it must be m"),
+        ("    unit: m\n", "    unit: mm\n", "unit: 'mm' is not a valid name; it must be m"),
         ("    unit: rad", "    unit: m", "joints.j1.unit: 'm' is not a valid name; it must be rad"),
         ("    lower: -3.04647", "    lower: -174.55", "-174.55 is outside -12.5664 .. 12.5664 rad"),
         ("    upper: 2.62672", "    upper: 150.5", "150.5 is outside -12.5664 .. 12.5664 rad"),
         ("    upper: 0.338", "    upper: 338", "joints.j2.upper: 338 is outside -2 .. 2 m"),
-        # What TRACK carries, 3276 rpm of the motor, and what the driver's register takes, 365 rad/s^2.
+        # What a setpoint carries, 3276 rpm of the motor, and what its driver takes, 365 rad/s^2.
         ("    max_velocity: 1.0", "    max_velocity: 57.3", "57.3 is outside 1e-06 .. 9.8 rad/s"),
         ("    max_velocity: 0.03", "    max_velocity: 30", "30 is outside 1e-06 .. 0.218361 m/s"),
         (
