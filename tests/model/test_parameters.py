@@ -131,6 +131,7 @@ def test_a_file_of_ones_own_is_the_same_arm(tmp_path: Path) -> None:
         ("    upper: 2.62672", "    upper: 150.5", "150.5 is outside -12.5664 .. 12.5664 rad"),
         ("    upper: 0.338", "    upper: 338", "joints.j2.upper: 338 is outside -2 .. 2 m"),
         # What a setpoint carries, 3276 rpm of the motor, and what its driver takes, 365 rad/s^2.
+        ("  upper_arm: 0.329476", "  upper_arm: 0.1", "upper_arm: 0.1 is outside 0.16 .. 2 m"),
         ("    max_velocity: 1.0", "    max_velocity: 57.3", "57.3 is outside 1e-06 .. 9.8 rad/s"),
         ("    max_velocity: 0.03", "    max_velocity: 30", "30 is outside 1e-06 .. 0.218361 m/s"),
         (
