@@ -77,7 +77,8 @@ def capsule(start: float, end: float, radius: float, lower: float, upper: float)
     """
     half = np.linspace(-np.pi / 2.0, np.pi / 2.0, _SIDES // 2 + 1)
     arc = radius * np.column_stack((np.cos(half), np.sin(half)))
-    return prism(np.concatenate((arc + (end, 0.0), (start, 0.0) - arc)), lower, upper)
+    right, left = arc + np.array((end, 0.0)), np.array((start, 0.0)) - arc
+    return prism(np.concatenate((right, left)), lower, upper)
 
 
 def cylinder(
