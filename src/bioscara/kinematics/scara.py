@@ -48,6 +48,7 @@ class Scara:
 
     Attributes:
         geometry: As given.
+        limits: As given.
         tool: As given.
         base: As given.
     """
