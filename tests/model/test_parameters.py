@@ -126,6 +126,8 @@ def test_a_file_of_ones_own_is_the_same_arm(tmp_path: Path) -> None:
         ("      velocity: -0.03", "      velocity: 0", "must not be zero"),
         ("      current_percent: 30 ", "      current_percent: 130 ", "130 is outside 1 .. 100 %"),
         ("    unit: m\n", "    unit: mm\n", "unit: 'mm' is not a valid name; it must be m"),
+        ("    reduction: 35.0", "    reduction: 2020-13-45", "month must be in 1..12"),
+        ("    reduction: 35.0", f"    reduction: {'9' * 5000}", "Exceeds the limit (4300 digits)"),
         ("    unit: rad", "    unit: m", "joints.j1.unit: 'm' is not a valid name; it must be rad"),
         ("    lower: -3.04647", "    lower: -174.55", "-174.55 is outside -12.5664 .. 12.5664 rad"),
         ("    upper: 2.62672", "    upper: 150.5", "150.5 is outside -12.5664 .. 12.5664 rad"),
@@ -192,6 +194,17 @@ def test_a_missing_key_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["", "[1, 2]", "joints: {j1: 3", "a: 1\na: 2\n", "\x00", "7"])
 def test_what_is_no_parameter_file_is_refused(tmp_path: Path, text: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"arm\.yaml"):
+        load(tmp_path, text)
+
+
+def test_a_sign_that_no_text_has_is_refused_with_its_line(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match=r"arm\.yaml, line 2: special characters"):
+        load(tmp_path, "a: 1\nb: \x07\n")
+
+
+@pytest.mark.parametrize("text", ["# a\n > # b\n", "a: # b\n    c \x85\nd: 1\n"])
+def test_comments_where_the_parser_gives_up_are_refused(tmp_path: Path, text: str) -> None:
     with pytest.raises(ConfigurationError, match=r"arm\.yaml"):
         load(tmp_path, text)
 
