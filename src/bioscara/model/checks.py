@@ -99,7 +99,8 @@ class Section(ABC):
         """Return a text, one of ``allowed`` if there are any."""
         value = self.value(key)
         if not isinstance(value, str) or not value or (allowed and value not in allowed):
-            choice = f"; it must be {' or '.join(allowed)}" if allowed else ""
+            several = "one of " if len(allowed) > 1 else ""
+            choice = f"; it must be {several}{', '.join(allowed)}" if allowed else ""
             raise self.error(f"{self.name(key)}: {value!r} is not a valid name{choice}", key)
         return value
 
