@@ -98,6 +98,8 @@ WRONG = [
     ('    <joint name="j2">', '    <joint name="j1">', "joint j1 is there twice"),
     ('<joint name="j1" type="revolute">', '<joint name="j1" type="continuous">',
      "j1: type 'continuous' is not one of revolute, prismatic"),
+    ('<joint name="j1" type="revolute">', '<joint name="j1" type="prismatic">',
+     "j1: its type goes with m, not rad"),
     ('<joint name="j1" type="revolute">', '<joint name="j9" type="revolute">',
      "j1: the robot has 0 joints of that name"),
     ('name="bioscara_arm"', 'name="bioscara_ram"', "did you mean bioscara_ram?"),

@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element
 from bioscara.errors import ConfigurationError
 from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import GripperParameters, JointParameters
-from bioscara.model.checks import JOINTS, Section, check_addresses, check_jaws, check_joint
+from bioscara.model.checks import JOINTS, UNITS, Section, check_addresses, check_jaws, check_joint
 from bioscara.model.tags import (
     ARM_COMMANDS,
     ARM_COMPONENT,
@@ -93,8 +93,6 @@ class _Params(Section):
 def read_arm(urdf: Urdf, name: str = ARM_COMPONENT) -> ArmDescription:
     """Return what a description says about the arm.
 
-    The unit of a joint follows from its type in the robot: revolute or prismatic.
-
     Args:
         urdf: The description.
         name: Name of the ``<ros2_control>`` tag.
@@ -116,7 +114,9 @@ def read_arm(urdf: Urdf, name: str = ARM_COMPONENT) -> ArmDescription:
         _check_parts(urdf, element, ARM_COMMANDS, ARM_STATES)
         section, homing = (_Params(urdf, element, tags) for tags in (JOINT_TAGS, HOMING_TAGS))
         section.refuse_unknown((*JOINT_TAGS.values(), *HOMING_TAGS.values()))
-        joints.append((check_joint(joint, _unit(urdf, element), section, homing), section))
+        if (unit := _unit(urdf, element)) != UNITS[joint]:
+            raise urdf.error(element, f"{joint}: its type goes with {unit}, not {UNITS[joint]}")
+        joints.append((check_joint(joint, section, homing), section))
     check_addresses(joints)
     return ArmDescription(name, tuple(joint for joint, _ in joints))
 
