@@ -125,3 +125,12 @@ def test_where_the_arm_is_can_be_saved(
     assert saved.joints is not None
     place = robot.kinematics.forward(saved.joints)
     assert saved.pose_tool_in_base == pytest.approx(place)
+
+
+def test_where_an_arm_is_that_is_not_homed_cannot_be_saved(
+    elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["poses", "save", "here", "--bus", "sim"]) == 2
+    assert "j1 is not homed" in (told := capsys.readouterr().err)
+    assert "'bioscara move --name center' homes the arm" in told
+    assert not elsewhere.exists()

@@ -12,7 +12,7 @@ from bioscara.cli.output import Output
 from bioscara.cli.pictures import require_drawing, write_picture
 from bioscara.cli.status import Status
 from bioscara.cli.target import planner_from
-from bioscara.errors import InvalidArgumentError, UnreachableError
+from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.robot.poses import BUILT_IN, NamedPose, TeachTable
@@ -147,9 +147,19 @@ def _load(options: Options, parameters: ArmParameters) -> TeachTable:
 
 
 def _here(options: Options, parameters: ArmParameters) -> Joints:
-    """Return where the joints of the arm are."""
+    """Return where the joints of the arm are.
+
+    Raises:
+        InvalidArgumentError: It is not homed.
+    """
     with open_arm(options, parameters) as robot:
-        return robot.plan.here()
+        try:
+            return robot.plan.here()
+        except NotHomedError as error:
+            raise InvalidArgumentError(
+                f"pose {options.name} is not saved: {error.joint} is not homed, so it does not "
+                "know where it is; 'bioscara move --name center' homes the arm, and moves it"
+            ) from error
 
 
 def _numbers(values: Joints | Pose | None) -> str:
