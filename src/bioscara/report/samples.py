@@ -12,7 +12,6 @@ import os
 from collections.abc import Iterable, Sequence
 from math import isnan
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from bioscara.report.cycles import CycleRecord, JointRecord
@@ -92,12 +91,7 @@ class SampleWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        exc_type: type[BaseException] | None,
-        exc: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _append(self, text: str) -> None:
