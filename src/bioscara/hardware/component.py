@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
@@ -10,6 +9,7 @@ from bioscara.errors import BioscaraError, LifecycleError, ModeSwitchError
 from bioscara.hardware.interfaces import CommandInterface, StateInterface
 from bioscara.hardware.lifecycle import State
 from bioscara.model import JointParameters
+from bioscara.spelling import did_you_mean
 
 
 class HardwareComponent(ABC):
@@ -221,8 +221,7 @@ class HardwareComponent(ABC):
         """
         for name in names:
             if name not in self.commands:
-                near = difflib.get_close_matches(name, self.commands, 1)
-                hint = f"did you mean {near[0]}?" if near else f"it has {', '.join(self.commands)}"
+                hint = did_you_mean(name, self.commands, f"it has {', '.join(self.commands)}")
                 raise ModeSwitchError(
                     f"{self.name} has no command interface {name}; {hint}", self.name
                 )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
@@ -10,6 +9,7 @@ from typing import Any, NamedTuple
 
 from bioscara.errors import ConfigurationError
 from bioscara.model.parameters import HomingParameters, JointParameters
+from bioscara.spelling import did_you_mean
 
 JOINTS = ("j1", "j2", "j3", "j4")
 """Names of the joints, in the order of their numbers."""
@@ -104,8 +104,7 @@ class Section(ABC):
         for key in self.keys():
             if key in names:
                 continue
-            near = difflib.get_close_matches(str(key), names, 1)
-            hint = f"did you mean {near[0]}?" if near else f"known here: {', '.join(names)}"
+            hint = did_you_mean(str(key), names, f"known here: {', '.join(names)}")
             raise self.error(f"{self.name(str(key))} is not a known parameter; {hint}", key)
 
 

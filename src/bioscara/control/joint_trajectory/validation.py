@@ -6,7 +6,6 @@ in each cycle, as every command is.
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping, Sequence
 from operator import attrgetter
@@ -16,6 +15,7 @@ from bioscara.control.joint_trajectory.parameters import JointTrajectoryParamete
 from bioscara.errors import GoalRejectedError
 from bioscara.model import JointParameters
 from bioscara.planning.check import TOLERANCE
+from bioscara.spelling import did_you_mean
 
 _EPSILON = 1.19e-7
 """Speed that still counts as none at the end [rad/s or m/s]: the rounding of a 32 bit float."""
@@ -122,11 +122,8 @@ def _check_names(names: Sequence[str], parameters: JointTrajectoryParameters) ->
         raise GoalRejectedError(f"the trajectory names no joints; name {', '.join(joints)}")
     for name in names:
         if name not in joints:
-            near = difflib.get_close_matches(name, joints, 1)
-            raise GoalRejectedError(
-                f"{name} is not a joint of this controller; "
-                + (f"did you mean {near[0]}?" if near else f"it has {', '.join(joints)}")
-            )
+            hint = did_you_mean(name, joints, f"it has {', '.join(joints)}")
+            raise GoalRejectedError(f"{name} is not a joint of this controller; {hint}")
         if names.count(name) > 1:
             raise GoalRejectedError(f"joint {name} is named twice")
     if len(names) != len(joints) and not parameters.allow_partial_joints_goal:
