@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 
-from bioscara.drivers.session import WATCHDOG_MS
+from bioscara.drivers.session import SILENCE
 from bioscara.hardware.interfaces import CommandInterface, StateInterface
 from bioscara.model import JointParameters
 
 _ROUNDING = 1e-6
 """Share by which a command may pass what it is bounded by: it is a difference of samples."""
-_REACTION = 2.0 * WATCHDOG_MS * 1e-3
+_REACTION = 2.0 * SILENCE
 """Time that a joint under velocity control may go on before it brakes [s]: it stops by itself
 when it hears nothing for its watchdog time, and its driver asks for room for that."""
 _CREEP = 0.01

@@ -264,13 +264,8 @@ class JointConnection:
             NotInitializedError, JointResetError, NotEnabledError, NotHomedError, StalledError,
             IncorrectStateError: What stands in the way.
         """
-        self.session.require_open()
+        self._require_no_blocking()
         flags = self.session.flags
-        if self._blocking is not Register.NONE:
-            raise IncorrectStateError(
-                f"{self.name}: {self._blocking.name} is running; let it end or stop() it",
-                self.name,
-            )
         if flags & Flags.STALL:
             raise StalledError(
                 f"{self.name}: the joint stalled",
@@ -281,6 +276,14 @@ class JointConnection:
             raise NotEnabledError(f"{self.name}: it is not enabled", self.name, "enable() first")
         if homed and (flags & Flags.NOTHOMED or not self._offset_known):
             raise NotHomedError(f"{self.name}: it is not homed; home() first", self.name)
+
+    def _require_no_blocking(self) -> None:
+        self.session.require_open()
+        if self._blocking is not Register.NONE:
+            raise IncorrectStateError(
+                f"{self.name}: {self._blocking.name} is running; let it end or stop() it",
+                self.name,
+            )
 
     def _check_finite(self, what: str, value: float) -> None:
         if not math.isfinite(value):

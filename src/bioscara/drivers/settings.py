@@ -5,7 +5,7 @@ from __future__ import annotations
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers.connection import JointConnection
-from bioscara.errors import IncorrectStateError, InvalidArgumentError, LimitError
+from bioscara.errors import InvalidArgumentError, LimitError
 from bioscara.model import JointParameters
 from bioscara.protocol import BrakeMode, Register
 
@@ -133,14 +133,6 @@ class JointSettings(JointConnection):
         """
         limit = self.parameters.max_velocity
         self._check_limit("velocity", velocity, -limit, limit, f"{self.parameters.unit}/s")
-
-    def _require_no_blocking(self) -> None:
-        self.session.require_open()
-        if self._blocking is not Register.NONE:
-            raise IncorrectStateError(
-                f"{self.name}: {self._blocking.name} is running; let it end or stop() it",
-                self.name,
-            )
 
     def _percent(self, what: str, value: int) -> int:
         if isinstance(value, bool) or value != value // 1:
