@@ -61,7 +61,7 @@ class HardwareComponent(ABC):
             BioscaraError: It could not; it is still UNCONFIGURED.
         """
         self._require("configure", State.UNCONFIGURED)
-        self._try(self.on_configure)
+        self._reach(self.on_configure)
         self._enter(State.INACTIVE)
 
     def activate(self) -> None:
@@ -72,7 +72,7 @@ class HardwareComponent(ABC):
             BioscaraError: It could not; it is still INACTIVE.
         """
         self._require("activate", State.INACTIVE)
-        self._try(self.on_activate)
+        self._reach(self.on_activate)
         self._enter(State.ACTIVE)
 
     def deactivate(self) -> None:
@@ -95,6 +95,7 @@ class HardwareComponent(ABC):
         """
         self._require("clean up", State.INACTIVE)
         self._leave(self.on_cleanup)
+        self._forget()
         self._enter(State.UNCONFIGURED)
 
     def shutdown(self) -> None:
@@ -237,7 +238,7 @@ class HardwareComponent(ABC):
                 self.name,
             )
 
-    def _try(self, hook: Callable[[], None]) -> None:
+    def _reach(self, hook: Callable[[], None]) -> None:
         try:
             hook()
         except BaseException:
@@ -250,8 +251,6 @@ class HardwareComponent(ABC):
         except BaseException:
             self.fail()
             raise
-        if hook == self.on_cleanup:
-            self._forget()
 
     def _forget(self) -> None:
         """What was measured before means nothing any more."""
