@@ -12,6 +12,9 @@ from bioscara.errors import ControllerError
 from bioscara.hardware import CommandInterface, State, StateInterface
 from bioscara.model import JointParameters
 
+WARNINGS = 100
+"""How many warnings are kept: the latest."""
+
 P = TypeVar("P", bound=Parameters)
 
 

@@ -4,18 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import Annotated, NamedTuple
-
-from pydantic import Field
+from typing import NamedTuple
 
 from bioscara.control.controller import Controller, interfaces
 from bioscara.control.joint_trajectory.messages import Status
-from bioscara.control.parameters import Parameters
+from bioscara.control.parameters import Parameters, Positive
 from bioscara.drivers import Quality
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import HOME, VELOCITY, State
-
-Positive = Annotated[float, Field(gt=0.0)]
 
 
 class HomingParameters(Parameters):

@@ -12,6 +12,8 @@ from bioscara.errors import ConfigurationError
 from bioscara.model.parameters import HIGHEST_RATE
 from bioscara.spelling import did_you_mean
 
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
 Rate = Annotated[int, Field(ge=0, le=HIGHEST_RATE)]
 _UNKNOWN = "unknown_name"
 

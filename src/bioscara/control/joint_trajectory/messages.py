@@ -127,6 +127,10 @@ class JointValues(NamedTuple):
     velocities: tuple[float, ...]
     accelerations: tuple[float, ...]
 
+    def first(self, count: int) -> JointValues:
+        """Return it with only so many of its fields; the others are empty."""
+        return JointValues(*self[:count], *((),) * (3 - count))
+
 
 class Feedback(NamedTuple):
     """Where a goal is.
