@@ -58,22 +58,9 @@ def validate(
     _check_stamp(trajectory, now)
     before = -math.inf
     for index, point in enumerate(trajectory.points):
-        if not math.isfinite(point.time) or point.time < 0.0:
-            raise GoalRejectedError(
-                f"point {index}: time_from_start {point.time:g} s must be finite and not negative"
-            )
-        if point.time > _LARGEST:
-            raise GoalRejectedError(
-                f"point {index}: time_from_start {point.time:g} s is beyond {_LARGEST:g} s; send "
-                "the trajectory in parts"
-            )
-        if point.time <= before:
-            raise GoalRejectedError(
-                f"point {index}: time_from_start {point.time:g} s does not come after "
-                f"{before:g} s of the point before"
-            )
-        before = point.time
+        _check_time(index, point.time, before)
         _check_fields(index, point, names, parameters)
+        before = point.time
     points = trajectory.points
     if parameters.allow_integration_in_goal_trajectories:
         points = integrate(points, _in_order(names, parameters.joints, commanded))
@@ -149,6 +136,16 @@ def _check_stamp(trajectory: JointTrajectory, now: float) -> None:
         raise GoalRejectedError(
             f"the trajectory ended {now - end:.3f} s ago; send a stamp of 0 to start at once"
         )
+
+
+def _check_time(index: int, time: float, before: float) -> None:
+    told = f"point {index}: time_from_start {time:g} s"
+    if not math.isfinite(time) or time < 0.0:
+        raise GoalRejectedError(f"{told} must be finite and not negative")
+    if time > _LARGEST:
+        raise GoalRejectedError(f"{told} is beyond {_LARGEST:g} s; send the trajectory in parts")
+    if time <= before:
+        raise GoalRejectedError(f"{told} does not come after {before:g} s of the point before")
 
 
 def _check_fields(
