@@ -39,11 +39,6 @@ class ForwardCommandController(Controller[ForwardCommandParameters]):
         """The named interface of each joint."""
         return interfaces(self.parameters.joints, (self.parameters.interface_name,))
 
-    @property
-    def state_interfaces(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
     def on_configure(self) -> None:
         """Check that there is a joint."""
         if not self.parameters.joints:

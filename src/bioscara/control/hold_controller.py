@@ -46,11 +46,6 @@ class HoldController(Controller[HoldParameters]):
         return interfaces(self.parameters.joints, self.parameters.command_interfaces)
 
     @property
-    def state_interfaces(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
-    @property
     def proven(self) -> bool:
         """True: it but brakes, which nothing may hinder."""
         return True

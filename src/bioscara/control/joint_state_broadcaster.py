@@ -77,11 +77,6 @@ class JointStateBroadcaster(Controller[JointStateParameters]):
         self._velocities: tuple[StateInterface, ...] = ()
 
     @property
-    def command_interfaces(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
-    @property
     def state_interfaces(self) -> tuple[str, ...]:
         """Position of each joint; what else a joint has is told without being required."""
         return interfaces(self.parameters.joints, (POSITION,))
