@@ -114,20 +114,17 @@ class Guard:
         Args:
             period: Time from cycle to cycle [s].
         """
-        if self._by_velocity:
-            return _REACTION + 2.0 * period
-        return 0.0
+        if self._position_command.owner or not self._velocity_command.owner:
+            return 0.0
+        return _REACTION + 2.0 * period
 
     @property
     def asked_velocity(self) -> float:
         """Velocity that is asked for where velocity alone is commanded, else 0 [rad/s or m/s]."""
+        if self._position_command.owner or not self._velocity_command.owner:
+            return 0.0
         asked = self._velocity_command.value
-        return asked if self._by_velocity and math.isfinite(asked) else 0.0
-
-    @property
-    def _by_velocity(self) -> bool:
-        """Whether velocity alone is commanded."""
-        return not self._position_command.owner and bool(self._velocity_command.owner)
+        return asked if math.isfinite(asked) else 0.0
 
     def ask_less(self, share: float) -> None:
         """Take back a share of a velocity that is asked for, as :meth:`slow_down`."""
