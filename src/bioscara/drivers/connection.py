@@ -169,6 +169,7 @@ class JointConnection:
             offset: Joint position at encoder zero [rad or m].
 
         Raises:
+            InvalidArgumentError: Not finite.
             IncorrectStateError: The joint returns another number than it was given.
         """
         self._check_finite("homing offset", offset)
@@ -198,6 +199,7 @@ class JointConnection:
         Raises:
             NotSupportedError: A version 1 joint latches none; ``enable`` clears its stall.
             RefusedError: Another fault is latched.
+            InvalidArgumentError: No fault has that name.
         """
         self.session.require_v2("clear_fault")
         if fault is None:

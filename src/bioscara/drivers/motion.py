@@ -47,6 +47,7 @@ class JointMotion(JointSettings):
             hold_percent: Motor current at standstill; None for the configured one.
 
         Raises:
+            LimitError: A current is not between 1 and 100 %.
             JointFaultError: A fault is latched, or the check failed.
             NotEnabledError: The joint did not engage.
         """
@@ -179,6 +180,7 @@ class JointMotion(JointSettings):
             cancel: Asked with each sample.
 
         Raises:
+            InvalidArgumentError: The number is not whole.
             LimitError: It would end outside the limits.
             MotionCancelledError: ``cancel`` said so.
         """
@@ -204,6 +206,7 @@ class JointMotion(JointSettings):
             motor_angle: How far the motor turns, at most 10 degrees [rad of the motor].
 
         Raises:
+            LimitError: It is too far.
             JointFaultError: They do not agree (version 2; a version 1 joint corrects it).
         """
         angle_deg = math.degrees(motor_angle)
