@@ -1,10 +1,11 @@
 """The joint trajectory controller of ros2_controllers: goals come in, followed paths come out.
 
-``messages`` is what it is asked and answers, ``validation`` whether that can be followed,
-``upsampling`` smooths bare positions, ``course`` is the curve through the points, ``requests`` one
-that waits, ``player`` goes along it and from one to the next (``splicing``, ``stopping``),
-``tolerances`` is how far joints may be off, ``judging`` what follows from it, ``pid`` the velocity
-controller of a joint, ``handles`` the interfaces of all, ``controller`` the whole.
+``messages`` is what it is asked and answers, ``parameters`` what it is told beforehand,
+``validation`` whether the former can be followed, ``upsampling`` smooths bare positions, ``course``
+is the curve through the points, ``requests`` one that waits, ``player`` goes along it and from one
+to the next (``splicing``, ``stopping``), ``tolerances`` is how far joints may be off, ``judging``
+what follows from it, ``pid`` the velocity controller of a joint, ``handles`` the interfaces of all,
+``controller`` the whole.
 """
 
 from bioscara.control.joint_trajectory.controller import (
