@@ -1,6 +1,6 @@
 """Controllers and who runs them: measured states come in, bounded commands go out, each cycle.
 
-``controller`` is what every controller is, with ``parameters``; then one file for each:
+``controller`` is what every controller is, with ``parameters`` and ``goals``; then a file for each:
 ``forward_command_controller``, ``gripper_action_controller`` (``gripper_messages``),
 ``hold_controller``, ``homing_controller``, ``jog_controller``, ``joint_state_broadcaster``, and
 ``joint_trajectory``, a folder. ``registry`` has them by the names of ROS.

@@ -8,13 +8,13 @@ from typing import Annotated
 from pydantic import Field
 
 from bioscara.control.controller import Controller, interfaces
+from bioscara.control.goals import Status
 from bioscara.control.gripper_messages import (
     GripperFeedback,
     GripperGoal,
     GripperGoalHandle,
     GripperResult,
 )
-from bioscara.control.joint_trajectory.messages import Status
 from bioscara.control.parameters import Parameters, Positive
 from bioscara.errors import ConfigurationError, ControllerError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, State

@@ -8,6 +8,7 @@ what follows from it, ``pid`` the velocity controller of a joint, ``handles`` th
 ``controller`` the whole.
 """
 
+from bioscara.control.goals import Status as Status
 from bioscara.control.joint_trajectory.controller import (
     JointTrajectoryController as JointTrajectoryController,
 )
@@ -18,6 +19,5 @@ from bioscara.control.joint_trajectory.messages import Goal as Goal
 from bioscara.control.joint_trajectory.messages import GoalHandle as GoalHandle
 from bioscara.control.joint_trajectory.messages import JointTrajectory as JointTrajectory
 from bioscara.control.joint_trajectory.messages import Point as Point
-from bioscara.control.joint_trajectory.messages import Status as Status
 from bioscara.control.joint_trajectory.messages import Tolerance as Tolerance
 from bioscara.control.joint_trajectory.pid import Gains as Gains

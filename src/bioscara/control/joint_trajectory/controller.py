@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Mapping
 
 from bioscara.control.controller import WARNINGS, Controller, interfaces
+from bioscara.control.goals import Status
 from bioscara.control.joint_trajectory.handles import Handles
 from bioscara.control.joint_trajectory.judging import Judge
 from bioscara.control.joint_trajectory.messages import (
@@ -16,7 +17,6 @@ from bioscara.control.joint_trajectory.messages import (
     GoalHandle,
     JointTrajectory,
     JointValues,
-    Status,
 )
 from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.joint_trajectory.pid import Gains, Pid

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from bioscara.control.joint_trajectory.messages import ErrorCode, JointValues, Status
+from bioscara.control.goals import Status
+from bioscara.control.joint_trajectory.messages import ErrorCode, JointValues
 from bioscara.control.joint_trajectory.tolerances import Tolerances, Violation, violated
 
 
