@@ -11,10 +11,8 @@ from bioscara.errors import (
     NotSupportedError,
     WrongJointError,
 )
-from bioscara.protocol import MAGIC, READ, TRAILER, Register, crc8
+from bioscara.protocol import MAGIC, PROTOCOL, READ, TRAILER, Register, crc8
 
-PROTOCOL = 2
-"""The newest version that this host speaks."""
 LOOP = 25e-3
 """Existing firmware shows BUSY for an unknown register until its 10 ms loop came by, and forgets
 a command if another transaction comes first [s]."""

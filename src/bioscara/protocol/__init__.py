@@ -22,4 +22,5 @@ from bioscara.protocol.enums import Refusal as Refusal
 from bioscara.protocol.enums import Register as Register
 from bioscara.protocol.enums import ResetCause as ResetCause
 from bioscara.protocol.registers import MAGIC as MAGIC
+from bioscara.protocol.registers import PROTOCOL as PROTOCOL
 from bioscara.protocol.registers import REGISTERS as REGISTERS

@@ -24,7 +24,7 @@ from bioscara.protocol.enums import (
     Register,
     ResetCause,
 )
-from bioscara.protocol.registers import MAGIC, REGISTERS, VELOCITY_STEP_RPM
+from bioscara.protocol.registers import MAGIC, PROTOCOL, REGISTERS, VELOCITY_STEP_RPM
 from bioscara.protocol.rows import Definition, Field
 
 _ENUMS: tuple[type[IntEnum] | type[IntFlag], ...] = (
@@ -68,7 +68,7 @@ struct Definition {
 """
 _HEADER_END = f"""\
 constexpr uint16_t kMagic = 0x{MAGIC:04X};
-constexpr uint8_t kProtocolVersion = 2;
+constexpr uint8_t kProtocolVersion = {PROTOCOL};
 constexpr float kVelocityStepRpm = {VELOCITY_STEP_RPM}F;
 
 }}  // namespace bioscara

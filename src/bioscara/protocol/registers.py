@@ -25,6 +25,9 @@ _DIRECTION = Field("direction", Kind.U8, "", 0, 1)
 VELOCITY_STEP_RPM = 0.1
 """Resolution of the velocities in TRACK [rpm]: 16 bits then span +-3276 rpm of the motor."""
 
+PROTOCOL = 2
+"""The newest version of the protocol."""
+
 MAGIC = 0x4253
 """First two bytes of HELLO's answer, the letters ``SB`` in wire order."""
 
