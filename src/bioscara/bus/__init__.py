@@ -6,6 +6,7 @@ its errors), ``recorder`` writes down and replays a ``recording``, ``faults`` sp
 or joints.
 """
 
+from bioscara.bus.bus import ADDRESSES as ADDRESSES
 from bioscara.bus.bus import Bus as Bus
 from bioscara.bus.bus import Transaction as Transaction
 from bioscara.bus.faults import FaultyBus as FaultyBus

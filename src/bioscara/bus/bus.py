@@ -8,6 +8,9 @@ from typing import NamedTuple, Self
 
 from bioscara.errors import CommunicationError
 
+ADDRESSES = range(0x08, 0x78)
+"""The 7-bit addresses that devices may have; the others mean something to the bus itself."""
+
 
 class Transaction(NamedTuple):
     """A write to one address and, after a repeated start, a read from it.
