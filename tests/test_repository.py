@@ -74,6 +74,16 @@ def test_no_module_is_longer_than_500_lines() -> None:
     assert long == {}
 
 
+def test_every_package_says_which_modules_it_has() -> None:
+    untold = [
+        str(path.relative_to(ROOT))
+        for package in (ROOT / "src").rglob("__init__.py")
+        for path in sorted(package.parent.glob("[a-z]*.py"))
+        if package.parent.name != "bioscara" and f"``{path.stem}``" not in package.read_text()
+    ]
+    assert untold == []
+
+
 def test_links_in_the_documentation_lead_somewhere() -> None:
     broken = []
     for path, text in _texts():

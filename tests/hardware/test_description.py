@@ -129,6 +129,11 @@ def test_a_missing_joint_is_named() -> None:
         read(TEXT[:begin] + TEXT[end:])
 
 
+def test_a_robot_without_any_hardware_is_told_so() -> None:
+    with pytest.raises(ConfigurationError, match="named bioscara_arm; known here: none"):
+        read('<robot name="bioscara"/>')
+
+
 def test_files_that_are_no_urdf_are_refused(tmp_path: Path) -> None:
     file = tmp_path / "arm.urdf"
     with pytest.raises(ConfigurationError, match="No such file"):

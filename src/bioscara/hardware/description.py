@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,6 +24,7 @@ from bioscara.model.tags import (
     HOMING_TAGS,
     JOINT_TAGS,
 )
+from bioscara.spelling import did_you_mean
 
 _UNITS = {"revolute": "rad", "prismatic": "m"}
 _WHOLE = re.compile(r"[+-]?(0x[0-9a-f]+|\d+)", re.IGNORECASE)
@@ -155,9 +155,7 @@ def _component(urdf: Urdf, name: str) -> Element:
     if name in names:
         raise urdf.error(tags[names.index(name)], f"there are {names.count(name)} <ros2_control> "
                          f"tags named {name}")  # fmt: skip
-    raise urdf.error(
-        urdf.root, f"no <ros2_control> tag is named {name}; {_hint(name, names) or 'there is none'}"
-    )
+    raise urdf.error(urdf.root, f"no <ros2_control> tag is named {name}; {_hint(name, names)}")
 
 
 def _joints(urdf: Urdf, component: Element) -> dict[str, Element]:
@@ -221,5 +219,4 @@ def _check_names(urdf: Urdf, element: Element, tag: str, wanted: Sequence[str]) 
 
 
 def _hint(name: str, known: Sequence[str]) -> str:
-    near = difflib.get_close_matches(name, known, 1)
-    return f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
+    return did_you_mean(name, known, f"known here: {', '.join(known) or 'none'}")

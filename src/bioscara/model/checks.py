@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
@@ -10,6 +9,7 @@ from typing import Any, NamedTuple
 
 from bioscara.errors import ConfigurationError
 from bioscara.model.parameters import HomingParameters, JointParameters
+from bioscara.spelling import did_you_mean
 
 UNITS = {"j1": "rad", "j2": "m", "j3": "rad", "j4": "rad"}
 """Units of the joints, by name: the second one lifts, the others turn."""
@@ -114,8 +114,7 @@ class Section(ABC):
         for key in self.keys():
             if key in names:
                 continue
-            near = difflib.get_close_matches(str(key), names, 1)
-            hint = f"did you mean {near[0]}?" if near else f"known here: {', '.join(names)}"
+            hint = did_you_mean(str(key), names, f"known here: {', '.join(names)}")
             raise self.error(f"{self.name(str(key))} is not a known parameter; {hint}", key)
 
 
