@@ -8,6 +8,9 @@
 #   make laws            the laws over random moves, switches and faults, at their full number
 #   make mutants         remove each guard once and require a red test
 #   make generate        what follows from the register table and the parameters
+#   make clean           remove the environment and what the tools left
+#
+# All of it is installed into .venv. For another Python: make clean, then make PYTHON=python3.13.
 
 PYTHON ?= python3
 VENV ?= .venv
@@ -17,13 +20,17 @@ NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
             \( -name '*.cpp' -o -name '*.h' -o -name 'CMakeLists.txt' -o -name '*.toml' -o -name '*.py*' \) \
             -not -path '*/build/*' -not -path '*/__pycache__/*' 2>/dev/null)
 
+# An environment works only where it was made: in a folder that was moved it is made anew.
+MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
+
+.PHONY: $(if $(MOVED),$(VENV)/.created)
 .PHONY: demo test check lint types layers fresh firmware-check bench laws mutants generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
 	@$(PYTHON) -c 'import sys; v = "%d.%d" % sys.version_info[:2]; sys.exit(sys.version_info < (3, 11) and "bioscara needs Python 3.11 or newer; $(PYTHON) is " + v + ": make PYTHON=/path/to/python3.11")'
-	@$(PYTHON) -m venv $(VENV) || { echo "cannot create $(VENV): on Debian and Ubuntu, apt install python3-venv" >&2; exit 1; }
-	@touch $@
+	@$(PYTHON) -m venv $(if $(MOVED),--clear) $(VENV) || { echo "cannot create $(VENV): on Debian and Ubuntu, apt install python3-venv" >&2; exit 1; }
+	@(cd $(VENV) && pwd -P) >$@
 
 $(VENV)/.native: $(VENV)/.created constraints.txt $(NATIVE)
 	@command -v c++ >/dev/null || { echo "no C++ compiler: on Debian and Ubuntu, apt install g++" >&2; exit 1; }

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import re
+import shutil
 import subprocess
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -72,6 +74,16 @@ def test_no_module_is_longer_than_500_lines() -> None:
     assert long == {}
 
 
+def test_every_package_says_which_modules_it_has() -> None:
+    untold = [
+        str(path.relative_to(ROOT))
+        for package in (ROOT / "src").rglob("__init__.py")
+        for path in sorted(package.parent.glob("[a-z]*.py"))
+        if package.parent.name != "bioscara" and f"``{path.stem}``" not in package.read_text()
+    ]
+    assert untold == []
+
+
 def test_links_in_the_documentation_lead_somewhere() -> None:
     broken = []
     for path, text in _texts():
@@ -92,3 +104,24 @@ def test_the_readme_lists_every_document_once() -> None:
 def test_every_mutant_still_finds_its_guard() -> None:
     stale = [each.guard for each in MUTANTS if (ROOT / each.file).read_text().count(each.old) != 1]
     assert stale == []
+
+
+@pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")
+@pytest.mark.parametrize("moved", [False, True])
+def test_the_environment_of_a_folder_that_was_moved_is_made_anew(
+    moved: bool, tmp_path: Path
+) -> None:
+    shutil.copy(ROOT / "Makefile", tmp_path)
+    venv = tmp_path / ".venv"
+    venv.mkdir()
+    (venv / ".created").write_text("/elsewhere/.venv\n" if moved else f"{venv.resolve()}\n")
+    done = subprocess.run(
+        ["make", "-n", ".venv/.created"], cwd=tmp_path, check=True, capture_output=True, text=True
+    )
+    assert ("-m venv --clear .venv" in done.stdout) == moved
+
+
+def test_a_package_that_calls_itself_typed_has_the_marker() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert "Typing :: Typed" in project["classifiers"]
+    assert (ROOT / "src/bioscara/py.typed").is_file()

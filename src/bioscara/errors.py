@@ -5,7 +5,9 @@
     │   ├── LimitError                ... outside a limit
     │   ├── UnreachableError          ... a pose that the arm cannot take
     │   │   └── PathError             ... on the way along a path of the tool
+    │   ├── ZoneError                 ... a way that comes too near to something
     │   ├── TrajectoryError           ... a trajectory that cannot be executed
+    │   ├── GoalRejectedError         ... a goal of a controller; nothing moved
     │   └── ConfigurationError        ... a configuration value or file
     ├── CommunicationError            the exchange with a device failed
     │   ├── NoAcknowledgeError        nobody answered the address
@@ -33,7 +35,6 @@
     ├── RealtimeError                 the system does not let the loop run before all else
     ├── ControllerError               a controller raised, or produced what nobody can use
     ├── SwitchError                   loading, configuring or switching controllers was refused
-    ├── GoalRejectedError             a goal was refused; nothing moved
     ├── GoalAbortedError              an accepted goal did not reach its end
     ├── FaultedError                  the arm is stopped by a fault that nobody acknowledged
     ├── BusyError                     another call is using the arm
@@ -144,6 +145,10 @@ class ZoneError(InvalidArgumentError):
             rule = f"that is {depth * 1e3:.1f} mm nearer than where the arm began, folded up"
             remedy = "unfold the arm first, for example to the pose center"
         super().__init__(f"{link} comes too near to {zone} {detail}; {rule}; {remedy}")
+
+
+class GoalRejectedError(InvalidArgumentError):
+    """A goal was refused before anything moved; the message says which rule it breaks."""
 
 
 class ConfigurationError(InvalidArgumentError):
@@ -269,11 +274,11 @@ class IncorrectStateError(JointError):
     code = -109
 
 
-class JointFaultError(JointError):
-    """A joint latched a fault by itself.
+class _ToldFaultError(JointError):
+    """A joint says by itself what it stopped for.
 
     Attributes:
-        fault: Name of the fault, see :class:`bioscara.protocol.Fault`.
+        fault: Name of the fault, see :class:`bioscara.protocol.Fault`; ``""`` where it told none.
         data: The number that the joint stored with the fault; its meaning depends on the fault.
     """
 
@@ -287,6 +292,14 @@ class JointFaultError(JointError):
     ) -> None:
         self.fault, self.data = fault, data
         super().__init__(message, joint, remedy)
+
+
+class JointFaultError(_ToldFaultError):
+    """A joint latched a fault by itself."""
+
+
+class HomingError(_ToldFaultError):
+    """Homing ended without a trustworthy home; the joint is not homed."""
 
 
 class FollowingError(JointError):
@@ -304,40 +317,12 @@ class FollowingError(JointError):
         super().__init__(message, joint)
 
 
-class OverrunError(BioscaraError):
-    """The control loop did not keep its deadlines."""
-
-
-class RealtimeError(BioscaraError):
-    """The system does not let a loop run before everything else; the message names the remedy."""
-
-
 class JointResetError(JointError):
     """A joint restarted: its boot id changed, so its home and its session are lost."""
 
 
 class WrongJointError(JointError):
     """The device at an address is another joint than the configuration says."""
-
-
-class HomingError(JointError):
-    """Homing ended without a trustworthy home; the joint is not homed.
-
-    Attributes:
-        fault: Name of the fault that ended it, ``""`` where the joint told none.
-        data: The number that the joint stored with the fault.
-    """
-
-    def __init__(
-        self,
-        message: str,
-        joint: str = "",
-        fault: str = "",
-        data: float = 0.0,
-        remedy: str = "",
-    ) -> None:
-        self.fault, self.data = fault, data
-        super().__init__(message, joint, remedy)
 
 
 class ReplayError(BioscaraError):
@@ -410,6 +395,14 @@ class ModeSwitchError(HardwareError):
     """Joints cannot take the command modes that were asked for; nothing was switched."""
 
 
+class OverrunError(BioscaraError):
+    """The control loop did not keep its deadlines."""
+
+
+class RealtimeError(BioscaraError):
+    """The system does not let a loop run before everything else; the message names the remedy."""
+
+
 class ControllerError(BioscaraError):
     """A controller raised, or produced a command that nobody can use; it was switched off.
 
@@ -424,10 +417,6 @@ class ControllerError(BioscaraError):
 
 class SwitchError(BioscaraError):
     """Controllers cannot be loaded, configured, switched or unloaded as asked."""
-
-
-class GoalRejectedError(InvalidArgumentError):
-    """A goal was refused before anything moved; the message says which rule it breaks."""
 
 
 class GoalAbortedError(BioscaraError):

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.clock import SimulatedClock
+from bioscara.control.goals import Status
 from bioscara.control.gripper_action_controller import GripperActionController
 from bioscara.control.gripper_messages import GripperGoal, GripperGoalHandle
-from bioscara.control.joint_trajectory.messages import Status
 from bioscara.control.limiting import Limiter
 from bioscara.control.manager import ControllerManager
 from bioscara.drivers import Gripper, Pwm, Quality

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from bioscara.bus.injection import Direction, When
 from bioscara.control.faults import FaultKind
+from bioscara.control.goals import Status
 from bioscara.control.homing_controller import HomingController, HomingGoal
-from bioscara.control.joint_trajectory.messages import Status
 from bioscara.control.supervisor import FaultState
 from bioscara.drivers import Quality
 from bioscara.errors import (

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.control.schedule import SILENCE
+from bioscara.drivers.session import SILENCE
 from bioscara.errors import JointError, ModeSwitchError
 from bioscara.hardware import GripperHardware, State
 from bioscara.hardware.urdf_reader import Urdf

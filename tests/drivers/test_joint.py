@@ -290,6 +290,32 @@ def test_settings_reach_the_joint() -> None:
     assert joint.get_flags() & Flags.NOTENABLED
 
 
+@BOTH
+def test_without_the_closed_loop_a_joint_is_disabled(v1: bool) -> None:
+    world = World(v1=v1)
+    joint = world.joints[0]
+    joint.init()
+    joint.enable()
+    joint.disable_closed_loop()
+    world.arm.run(0.1)
+    assert not joint.is_enabled()
+    # Its hold current stays: that alone is no reason to take it for released.
+    assert joint.may_be_energised
+
+
+def test_steps_can_be_cancelled() -> None:
+    world = World()
+    joint = world.joints[0]
+    joint.init()
+    joint.enable()
+    before = world.arm.position("j1")
+    with pytest.raises(MotionCancelledError, match="the move was cancelled"):
+        joint.move_steps(100 * STEPS, cancel=lambda: abs(joint.last.velocity) > 0.05)
+    assert abs(world.arm.velocity("j1")) < 0.01
+    way = joint.transmission.microsteps_to_distance(100 * STEPS)
+    assert 0.0 < (world.arm.position("j1") - before) / way < 0.5
+
+
 def test_the_joint_itself_refuses_what_the_host_let_through() -> None:
     world = World()
     joint = world.joints[3]
@@ -556,10 +582,12 @@ def test_a_stall_that_was_cleared_stays_cleared_though_the_joint_is_still_presse
 
     with pytest.raises(StalledError):
         push()
+    assert joint.is_stalled()
     world.arm.run(0.2)
     joint.disable()
     joint.clear_fault()
     world.arm.run(0.2)
-    assert not joint.get_flags() & (Flags.FAULT | Flags.STALL)
+    assert not joint.is_stalled()
+    assert not joint.get_flags() & Flags.FAULT
     joint.enable()
     assert joint.is_homed()

@@ -55,7 +55,7 @@ class Seen(NamedTuple):
         return way / (self.times[span:] - self.times[:-span])
 
 
-Watch = Callable[[str], Seen]
+Watch = Callable[..., Seen]
 
 
 @pytest.fixture
@@ -76,7 +76,7 @@ def watch(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Watch:
 
         def look(self, duration: float) -> None:
             self.run(duration)
-            pulse = servos[-1].pulse()
+            pulse = servos[-1].pulse() if servos else None
             where = map(self.position, Joints._fields)
             rows.append((self.now(), *where, float("nan") if pulse is None else pulse))
 
@@ -84,9 +84,9 @@ def watch(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Watch:
     monkeypatch.setattr(bioscara.sim, "SimulatedServo", WatchedServo)
     monkeypatch.chdir(tmp_path)
 
-    def run(name: str) -> Seen:
+    def run(name: str, *words: str) -> Seen:
         path = str(FOLDER / f"{name}.py")
-        monkeypatch.setattr(sys, "argv", [path])
+        monkeypatch.setattr(sys, "argv", [path, *words])
         said = runpy.run_path(path, run_name="__main__")
         seen, jaws = np.array(rows), ARM.gripper
         # Homing ends with the elbow, at its end stop.
@@ -118,6 +118,11 @@ def test_the_first_move_ends_where_it_says(watch: Watch) -> None:
     seen = watch("first_move")
     assert seen.joints[-1] == pytest.approx((0.0, 0.20, 0.5, -0.5), abs=5e-3)
     assert seen.speeds()[-1] < 1e-3
+
+
+def test_one_joint_turns_the_positive_way_first_and_comes_back(watch: Watch) -> None:
+    elbow = watch("one_joint", "j3").joints[:, 2]
+    assert elbow[0] - elbow[-1] == pytest.approx(0.05, abs=2e-3)
 
 
 def test_the_rectangle_passes_its_corners_in_order_without_a_stop(watch: Watch) -> None:

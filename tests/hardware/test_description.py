@@ -98,6 +98,8 @@ WRONG = [
     ('    <joint name="j2">', '    <joint name="j1">', "joint j1 is there twice"),
     ('<joint name="j1" type="revolute">', '<joint name="j1" type="continuous">',
      "j1: type 'continuous' is not one of revolute, prismatic"),
+    ('<joint name="j1" type="revolute">', '<joint name="j1" type="prismatic">',
+     "j1: its type goes with m, not rad"),
     ('<joint name="j1" type="revolute">', '<joint name="j9" type="revolute">',
      "j1: the robot has 0 joints of that name"),
     ('name="bioscara_arm"', 'name="bioscara_ram"', "did you mean bioscara_ram?"),
@@ -125,6 +127,11 @@ def test_a_missing_joint_is_named() -> None:
     begin, end = TEXT.index('    <joint name="j3">'), TEXT.index('    <joint name="j4">')
     with pytest.raises(ConfigurationError, match="bioscara_arm: joint j3 is missing"):
         read(TEXT[:begin] + TEXT[end:])
+
+
+def test_a_robot_without_any_hardware_is_told_so() -> None:
+    with pytest.raises(ConfigurationError, match="named bioscara_arm; known here: none"):
+        read('<robot name="bioscara"/>')
 
 
 def test_files_that_are_no_urdf_are_refused(tmp_path: Path) -> None:

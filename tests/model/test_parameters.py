@@ -125,7 +125,28 @@ def test_a_file_of_ones_own_is_the_same_arm(tmp_path: Path) -> None:
         ("      velocity: -0.03", "      velocity: -0.9", "300.803 rpm of the motor"),
         ("      velocity: -0.03", "      velocity: 0", "must not be zero"),
         ("      current_percent: 30 ", "      current_percent: 130 ", "130 is outside 1 .. 100 %"),
-        ("    unit: m\n", "    unit: mm\n", "it is one of rad, m"),
+        ("    unit: m\n", "    unit: mm\n", "unit: 'mm' is not a valid name; it must be m"),
+        ("    reduction: 35.0", "    reduction: 2020-13-45", "month must be in 1..12"),
+        ("    reduction: 35.0", f"    reduction: {'9' * 5000}", "Exceeds the limit (4300 digits)"),
+        ("    unit: rad", "    unit: m", "joints.j1.unit: 'm' is not a valid name; it must be rad"),
+        ("    lower: -3.04647", "    lower: -174.55", "-174.55 is outside -12.5664 .. 12.5664 rad"),
+        ("    upper: 2.62672", "    upper: 150.5", "150.5 is outside -12.5664 .. 12.5664 rad"),
+        ("    upper: 0.338", "    upper: 338", "joints.j2.upper: 338 is outside -2 .. 2 m"),
+        # What a setpoint carries, 3276 rpm of the motor, and what its driver takes, 365 rad/s^2.
+        ("  upper_arm: 0.329476", "  upper_arm: 0.1", "upper_arm: 0.1 is outside 0.16 .. 2 m"),
+        ("    max_velocity: 1.0", "    max_velocity: 57.3", "57.3 is outside 1e-06 .. 9.8 rad/s"),
+        ("    max_velocity: 0.03", "    max_velocity: 30", "30 is outside 1e-06 .. 0.218361 m/s"),
+        (
+            "    max_acceleration: 30.0",
+            "    max_acceleration: 34.0",
+            "joints.j4.max_acceleration: 34 is outside 1e-06 .. 30.4167 rad/s^2",
+        ),
+        (
+            "      acceleration: 0.1 ",
+            "      acceleration: 30.1 ",
+            "joints.j4.homing.acceleration: 30.1 is outside 1e-06 .. 30 rad/s^2",
+        ),
+        ("velocity: -0.03", "velocity: -1.1", "homing.velocity: -1.1 is outside -1 .. 1 rad/s"),
         ("homing_order: [j2, j1, j4, j3]", "homing_order: [j2, j1, j4]", "each of j1, j2, j3, j4"),
         ("  initial: 0.08", "  initial: 0.2", "gripper.initial: 0.2 is outside 0.04 .. 0.12 m"),
         ("channel: 2}", "chanel: 2}", "did you mean channel?"),
@@ -173,6 +194,17 @@ def test_a_missing_key_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["", "[1, 2]", "joints: {j1: 3", "a: 1\na: 2\n", "\x00", "7"])
 def test_what_is_no_parameter_file_is_refused(tmp_path: Path, text: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"arm\.yaml"):
+        load(tmp_path, text)
+
+
+def test_a_sign_that_no_text_has_is_refused_with_its_line(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match=r"arm\.yaml, line 2: special characters"):
+        load(tmp_path, "a: 1\nb: \x07\n")
+
+
+@pytest.mark.parametrize("text", ["# a\n > # b\n", "a: # b\n    c \x85\nd: 1\n"])
+def test_comments_where_the_parser_gives_up_are_refused(tmp_path: Path, text: str) -> None:
     with pytest.raises(ConfigurationError, match=r"arm\.yaml"):
         load(tmp_path, text)
 

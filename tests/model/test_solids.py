@@ -49,7 +49,7 @@ def test_every_solid_is_closed_and_faces_outwards(axis: str) -> None:
     for solid, volume in (
         (prism(outline, -0.1, 0.4, axis), 0.03 * 0.5),
         (cylinder((0.1, 0.2), 0.05, 0.0, 0.3, axis), np.pi * 0.05**2 * 0.3),
-        (capsule((0, 0), (0.2, 0), 0.05, 0.0, 0.3, axis), (np.pi * 0.05**2 + 0.02) * 0.3),
+        (capsule(0.1, 0.3, 0.05, 0.0, 0.3), (np.pi * 0.05**2 + 0.02) * 0.3),
     ):
         assert solid.doubled_areas().sum(axis=0) == pytest.approx(np.zeros(3), abs=1e-12)
         assert filled(solid, 1.0).mass == pytest.approx(volume, rel=0.01)

@@ -104,7 +104,9 @@ def test_srdf_and_urdf_name_the_same_links_and_joints(gripper: str) -> None:
     assert {value for _, value in named} <= links
     assert {each.attrib["name"] for each in groups.iter("joint")} <= joints
     assert {each.attrib["name"] for each in groups.iter("passive_joint")} <= joints
-    bodies = {each.attrib["name"] for each in arm.findall("link") if each.find("collision")}
+    bodies = {
+        each.attrib["name"] for each in arm.findall("link") if each.find("collision") is not None
+    }
     names = {value for key, value in named if key in {"link1", "link2"}}
     assert names == bodies
     defined = {each.attrib["name"] for each in groups.findall("group")}

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from bioscara.errors import InvalidArgumentError, LimitError, ZoneError
 from bioscara.kinematics import Joints
 from bioscara.planning.jog import EXPIRY, Jog, JointVelocity, ToolVelocity
-from bioscara.planning.zones import Box, Scene
+from bioscara.planning.zones import Box, Cylinder, Scene
 from planning.inside import touched
 from planning.limits import LIMITS
 from planning.scenes import ARM, COUNT, free_joints, random_scene
@@ -127,6 +127,22 @@ def test_the_tool_goes_the_way_that_was_asked_for() -> None:
     assert np.linalg.norm(np.cross(way[:3], (-0.1, 0.05, 0.02))) < 1e-3 * np.linalg.norm(way) ** 1
     assert abs(way[3]) < 1e-3
     assert np.linalg.norm(way[:3]) == pytest.approx(0.1136, rel=0.1)
+
+
+def test_the_tool_gets_no_faster_where_one_joint_stops_before_the_others() -> None:
+    # Wrist, elbow and base brake at once and rest one after the other, between two instants at
+    # which the way to rest is looked at.
+    start = Joints(-2.0696, 0.0231, -0.0338, -0.8742)
+    jog = Jog(ARM, LIMITS, start, Scene((Cylinder("post", 0.116, -0.724, 0.007, 0.285, 0.544),)))
+    speeds = []
+    for number in range(35):
+        towards = number < 23
+        velocity = ToolVelocity(0.0825, -0.0261, 0.0, 0.3133)
+        jog.command(
+            velocity if towards else JointVelocity(0.4585, 0.015, 0.0, 9.0), number * PERIOD
+        )
+        speeds.append(ARM.tool_speed(*jog.step(number * PERIOD, PERIOD)))
+    assert max(speeds) <= 0.25 * 1.001
 
 
 def test_a_joint_at_its_limit_does_not_hold_the_others() -> None:

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from bioscara.errors import CorruptFrameError, InvalidArgumentError, LimitError
 from bioscara.protocol import (
-    DEFINITIONS,
     READ,
     REGISTERS,
     WRITE,
@@ -21,7 +20,7 @@ from bioscara.protocol import (
     crc8,
 )
 from bioscara.protocol.codec import TRAILER, field_bounds
-from bioscara.protocol.registers import Direction, Field, Kind
+from bioscara.protocol.rows import Direction, Field, Kind
 
 # Code, payload bytes written, payload bytes read: version 1 as existing joints implement it.
 VERSION_1 = {
@@ -86,7 +85,7 @@ MESSAGES_AND_VALUES = st.sampled_from(_messages()).flatmap(
 
 @pytest.mark.parametrize("name", VERSION_1)
 def test_version_1_rows_are_what_existing_joints_know(name: str) -> None:
-    row = DEFINITIONS[Register[name]]
+    row = next(row for row in REGISTERS if row.register is Register[name])
     assert (row.register.value, _size(row.written), _size(row.read)) == VERSION_1[name]
     assert row.version == 1
 

@@ -63,6 +63,15 @@ def test_a_clock_held_low_too_long_is_a_timeout() -> None:
     assert isinstance(answer, BusTimeoutError)
 
 
+def test_a_belt_that_slips_moves_the_joint_and_not_its_encoder() -> None:
+    arm = SimulatedArm(positions={"j1": -2.0})
+    bus, angle = FirmwareBus(arm), Transaction(0x11, b"\x18", 5)
+    before = bus.transfer([angle])
+    arm.slip_belt("j1", 0.05)
+    assert arm.position("j1") == pytest.approx(-1.95, abs=1e-3)
+    assert bus.transfer([angle]) == before
+
+
 def test_odd_wishes_are_refused() -> None:
     arm = SimulatedArm()
     for wish in (

@@ -14,8 +14,8 @@ import pytest
 from bioscara.bus import FaultyBus
 from bioscara.control.faults import FaultKind
 from bioscara.control.joint_trajectory import Goal, JointTrajectory, Point, Status
-from bioscara.control.schedule import SILENCE
 from bioscara.control.supervisor import FaultState
+from bioscara.drivers.session import SILENCE
 from bioscara.errors import (
     BioscaraError,
     FaultedError,

@@ -74,6 +74,14 @@ class Scene:
     def all_at_rest(self) -> bool:
         return all(abs(self.arm.velocity(name)) < 0.02 for name in NAMES)
 
+    def worst_error(self) -> float:
+        errors = (
+            abs(joint.position - joint.reference)
+            for record in self.records
+            for joint in record.joints
+        )
+        return max(filter(math.isfinite, errors))
+
     def time_until_rest(self, name: str) -> float:
         """Seconds from the fault; lets time pass."""
         while abs(self.arm.velocity(name)) > 0.02:
@@ -130,13 +138,7 @@ def test_bus3_flipped_bits_are_noticed_repeated_and_never_executed(direction: Di
         for name, goal in zip(NAMES, (-1.5, 0.25, 0.8, 1.0), strict=True):
             assert scene.arm.position(name) == pytest.approx(goal, abs=5e-3)
         assert sum(record.retries for record in scene.records) > 3
-        errors = [
-            abs(joint.position - joint.reference)
-            for record in scene.records
-            for joint in record.joints
-            if math.isfinite(joint.position - joint.reference)
-        ]
-        assert max(errors) < 0.05
+        assert scene.worst_error() < 0.05
 
 
 def test_bus4_the_answer_of_another_joint_is_not_believed() -> None:
@@ -183,13 +185,7 @@ def test_bus8_late_copies_of_frames_are_not_executed() -> None:
     with Scene() as scene:
         scene.follow(lambda: scene.bus.replay(6, When(probability=0.02)))
         assert scene.arm.position("j1") == pytest.approx(-1.5, abs=5e-3)
-        errors = [
-            abs(joint.position - joint.reference)
-            for record in scene.records
-            for joint in record.joints
-            if math.isfinite(joint.position - joint.reference)
-        ]
-        assert max(errors) < 0.05
+        assert scene.worst_error() < 0.05
 
 
 def test_fw1_a_joint_that_restarts_is_named_stops_the_others_and_is_not_taken_for_homed() -> None:

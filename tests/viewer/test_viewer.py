@@ -7,6 +7,7 @@ import socket
 import time
 import urllib.request
 from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from typing import Any
 
 import numpy as np
@@ -77,6 +78,16 @@ def browser(page: Page) -> Iterator[Browser]:
     browser = Browser(page)
     yield browser
     browser.close()
+
+
+@contextmanager
+def listening(port: int) -> Iterator[int]:
+    """Take a port, unless somebody has, and tell which one it is."""
+    with socket.socket() as server:
+        with suppress(OSError):
+            server.bind(("127.0.0.1", port))
+            server.listen()
+        yield server.getsockname()[1]
 
 
 def wait(condition: Callable[[], bool]) -> None:
@@ -158,6 +169,24 @@ def test_only_this_computer_sees_the_page(page: Page) -> None:
     # Who serves on all addresses serves on each of the loopback's.
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection(("127.0.0.2", port), timeout=1.0)
+
+
+def test_a_port_in_use_is_left_for_the_next_one() -> None:
+    with listening(0) as taken:
+        page = Page(taken, Scene())
+        try:
+            assert taken < int(page.url.rpartition(":")[2]) < taken + 1000
+        finally:
+            page.close()
+
+
+@pytest.mark.timeout(20)
+def test_no_port_left_is_said_instead_of_waited_for() -> None:
+    with (
+        listening(65535),
+        pytest.raises(ConfigurationError, match="no port from 65535 on is free; choose a lower"),
+    ):
+        Page(65535, Scene())
 
 
 def test_a_request_for_a_public_address_is_refused(

@@ -1,9 +1,12 @@
 """Ports: transactions go in, the bytes read (or the error of that transaction) come out.
 
-``Bus`` is the interface; one file per kind of bus. A bus knows addresses and bytes, never
-registers or joints.
+``bus`` is the interface; then one file per kind of bus: ``linux`` the real one (``diagnosis`` knows
+its errors), ``recorder`` writes down and replays a ``recording``, ``faults`` spoils what passes by
+``injection``. ``select`` finds one by its name. A bus knows addresses and bytes, never registers
+or joints.
 """
 
+from bioscara.bus.bus import ADDRESSES as ADDRESSES
 from bioscara.bus.bus import Bus as Bus
 from bioscara.bus.bus import Transaction as Transaction
 from bioscara.bus.faults import FaultyBus as FaultyBus

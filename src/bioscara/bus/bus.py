@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from types import TracebackType
 from typing import NamedTuple, Self
 
 from bioscara.errors import CommunicationError
+
+ADDRESSES = range(0x08, 0x78)
+"""The 7-bit addresses that devices may have; the others mean something to the bus itself."""
 
 
 class Transaction(NamedTuple):
@@ -51,10 +53,5 @@ class Bus(ABC):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        exc_type: type[BaseException] | None,
-        exc: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()

@@ -13,7 +13,7 @@ from collections import deque
 from collections.abc import Sequence
 from functools import partial
 
-from bioscara.bus.bus import Bus, Transaction
+from bioscara.bus.bus import ADDRESSES, Bus, Transaction
 from bioscara.bus.injection import ALWAYS, Carry, Direction, Effect, Injection, Result, When
 from bioscara.clock import Clock
 from bioscara.errors import (
@@ -26,7 +26,7 @@ from bioscara.errors import (
 )
 
 _HISTORY = 64
-_ADDRESSES = range(0x08, 0x78)
+"""How many frames can arrive again."""
 
 
 class FaultyBus(Bus):
@@ -272,7 +272,7 @@ class FaultyBus(Bus):
         frame = self._flipped(bytes((address,)) + write, bits, bit, skip=1)
         if frame[0] == address:
             return onward(Transaction(address, frame[1:], read))
-        if frame[0] not in _ADDRESSES:
+        if frame[0] not in ADDRESSES:
             return _no_acknowledge(address)
         if not write:
             return onward(Transaction(frame[0], b"", read))

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from fcntl import LOCK_EX, LOCK_NB, flock, ioctl
 from typing import NamedTuple
 
-from bioscara.bus.bus import Bus, Transaction
+from bioscara.bus.bus import ADDRESSES, Bus, Transaction
 from bioscara.bus.diagnosis import GONE, open_error, transfer_error
 from bioscara.errors import (
     BusStuckError,
@@ -35,7 +35,6 @@ _I2C_RDWR = 0x0707
 _I2C_FUNC_I2C = 0x00000001
 _I2C_M_RD = 0x0001
 _LENGTH_MAX = 8192
-_ADDRESS_MIN, _ADDRESS_MAX = 0x08, 0x77
 
 TIMEOUT_STEP = 0.010
 """The kernel counts an adapter's timeout in steps of this [s], so nothing shorter can be set."""
@@ -44,6 +43,7 @@ STUCK_AFTER = 4
 """Timeouts in a row, with no other outcome between them, after which the bus counts as stuck."""
 
 _SHAPES_MAX = 1024
+"""How many shapes of transactions are kept: some hundred times those of a run."""
 
 
 class _Message(ctypes.Structure):
@@ -288,9 +288,9 @@ class LinuxBus(Bus):
 
 
 def _check(address: int, written: int, read: int) -> None:
-    if not _ADDRESS_MIN <= address <= _ADDRESS_MAX:
+    if address not in ADDRESSES:
         raise InvalidArgumentError(
-            f"bus address {address:#x} is outside {_ADDRESS_MIN:#04x} .. {_ADDRESS_MAX:#04x}; "
+            f"bus address {address:#x} is outside {ADDRESSES[0]:#04x} .. {ADDRESSES[-1]:#04x}; "
             f"the joints are 0x11 .. 0x14"
         )
     for count in (written, read):

@@ -1,11 +1,12 @@
 """The command line: words go in, one arm moves, a person reads what happened.
 
-``arguments`` knows the words, one module per command does the work, ``job`` is what ``demo`` and
-``run`` have in common, ``views`` and ``observer`` show and record a motion without ever holding
-it up, ``interruption`` turns Ctrl-C into a request. Nothing heavy is imported before a command
-needs it.
-
-Exit statuses are in :class:`bioscara.cli.status.Status`.
+``arguments`` and ``shared_arguments`` know the words; one module per command does the work:
+``demo``, ``run``, ``move``, ``plan``, ``poses``, ``joints``, ``simulate``, ``view``. ``arm`` is
+the one that is named, ``job`` what ``demo`` and ``run`` have in common, ``target`` where ``plan``
+and ``move`` go (``target_checks``), ``pictures`` the files that they write. ``views``, ``table``
+and ``observer`` show and record a motion without ever holding it up, ``output`` may go away,
+``warned`` and ``latched`` tell what happened, ``interruption`` turns Ctrl-C into a request,
+``status`` is how it ends. Nothing heavy is imported before a command needs it.
 """
 
 from __future__ import annotations

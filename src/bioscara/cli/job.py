@@ -175,7 +175,7 @@ def _move(robot: Robot, plan: Plan, cancelled: Interruption, observer: Observer)
     """Move the arm and leave it disabled; tell how it went."""
     outcome, message = Outcome.COMPLETED, ""
     faults: tuple[str, ...] = ()
-    warnings = Warnings(robot)
+    warnings = Warnings(robot, plan.notes)
     told: list[str] = []
 
     def observe(record: CycleRecord) -> None:

@@ -148,18 +148,19 @@ def _delete(options: Options, parameters: ArmParameters) -> list[str]:
 
 
 def _here(options: Options, parameters: ArmParameters) -> Joints:
-    """Return where the joints of the arm are."""
+    """Return where the joints of the arm are.
+
+    Raises:
+        InvalidArgumentError: It is not homed.
+    """
     with open_arm(options, parameters) as robot:
         try:
             return robot.plan.here()
         except NotHomedError as error:
-            way = (
-                "an arm simulated in this process is new each time: name one that 'bioscara "
-                "simulate' runs"
-                if options.bus == "sim"
-                else f"home it, for example with bioscara move --name center --bus {options.bus}"
-            )
-            raise NotHomedError(error.what, error.joint, way) from error
+            raise InvalidArgumentError(
+                f"pose {options.name} is not saved: {error.joint} is not homed, so it does not "
+                "know where it is; 'bioscara move --name center' homes the arm, and moves it"
+            ) from error
 
 
 def _numbers(values: Joints | Pose | None) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 
 from rich.console import Console
@@ -10,7 +9,7 @@ from rich.live import Live
 from rich.table import Table
 
 from bioscara.cli.output import Output
-from bioscara.cli.views import cells, progress
+from bioscara.cli.views import View, cells, progress
 from bioscara.report import CycleRecord
 
 
@@ -26,36 +25,16 @@ class _Console(Console):
         self._output.fail(BrokenPipeError())
 
 
-class TableView:
-    """A table with a line per joint that is redrawn in place.
-
-    Args:
-        output: Where to write.
-        joints: Name and unit of each joint.
-        interval: Least time between two pictures [s].
-    """
+class TableView(View):
+    """A table with a line per joint that is redrawn in place; arguments as :class:`View`."""
 
     def __init__(
         self, output: Output, joints: Sequence[tuple[str, str]], interval: float = 0.125
     ) -> None:
-        self._output, self._joints, self._interval = output, joints, interval
+        super().__init__(output, joints, interval)
         self._console = _Console(output)
         self._live = Live(console=self._console, auto_refresh=False, redirect_stderr=False)
         self._live.start()
-        self._shown_at = -interval
-        self._pending: CycleRecord | None = None
-
-    def phase(self, text: str) -> None:
-        """Say that another part of the run begins."""
-        self.note(text)
-
-    def cycle(self, record: CycleRecord) -> None:
-        """Show the cycle if it is time for another picture."""
-        now = time.monotonic()
-        self._pending = record
-        if now - self._shown_at >= self._interval:
-            self._shown_at = now
-            self._show()
 
     def note(self, text: str) -> None:
         """Say something above the table."""
@@ -67,15 +46,14 @@ class TableView:
 
     def close(self) -> None:
         """Show the last state and let go of the terminal."""
-        self._show()
+        super().close()
         try:
             self._live.stop()
         except OSError as error:
             self._output.fail(error)
 
-    def _show(self) -> None:
-        record, self._pending = self._pending, None
-        if record is None or self._output.problem is not None:
+    def _draw(self, record: CycleRecord) -> None:
+        if self._output.problem is not None:
             return
         try:
             self._live.update(self._table(record), refresh=True)

@@ -5,9 +5,9 @@ from __future__ import annotations
 import os
 import sys
 import time
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from math import isnan
-from typing import Protocol
 
 from bioscara.cli.output import Output
 from bioscara.protocol import Flags
@@ -17,20 +17,48 @@ _REST = {"rad": 2e-3, "m": 2e-4}
 """Speed below which a joint is shown as standing [rad/s, m/s]: its speed filter's ripple."""
 
 
-class View(Protocol):
-    """Shows the progress of a run; called from one thread."""
+class View(ABC):
+    """Shows the progress of a run; called from one thread.
+
+    Args:
+        output: Where to write.
+        joints: Name and unit of each joint.
+        interval: Least time between two pictures [s].
+    """
+
+    def __init__(self, output: Output, joints: Sequence[tuple[str, str]], interval: float) -> None:
+        self._output, self._joints, self._interval = output, joints, interval
+        self._shown_at = -interval
+        self._pending: CycleRecord | None = None
 
     def phase(self, text: str) -> None:
         """Say that another part of the run begins."""
+        self.note(text)
 
     def cycle(self, record: CycleRecord) -> None:
-        """Take the latest cycle; it need not be shown."""
-
-    def note(self, text: str) -> None:
-        """Say something that stays readable."""
+        """Take the latest cycle; it is shown if it is time for another picture."""
+        now = time.monotonic()
+        self._pending = record
+        if now - self._shown_at >= self._interval:
+            self._shown_at = now
+            self._show()
 
     def close(self) -> None:
         """Show the last state and let go of the terminal."""
+        self._show()
+
+    def _show(self) -> None:
+        record, self._pending = self._pending, None
+        if record is not None:
+            self._draw(record)
+
+    @abstractmethod
+    def note(self, text: str) -> None:
+        """Say something that stays readable."""
+
+    @abstractmethod
+    def _draw(self, record: CycleRecord) -> None:
+        """Show a cycle."""
 
 
 def make_view(output: Output, joints: Sequence[tuple[str, str]]) -> View:
@@ -81,46 +109,19 @@ def progress(record: CycleRecord) -> str:
     return f"{record.phase.value} {shown:7.2f} s"
 
 
-class PlainView:
-    """A line for all joints about once a second.
-
-    Args:
-        output: Where to write.
-        joints: Name and unit of each joint.
-        interval: Least time between two lines [s].
-    """
+class PlainView(View):
+    """A line for all joints about once a second; arguments as :class:`View`."""
 
     def __init__(
         self, output: Output, joints: Sequence[tuple[str, str]], interval: float = 1.0
     ) -> None:
-        self._output, self._joints, self._interval = output, joints, interval
-        self._shown_at = -interval
-        self._pending: CycleRecord | None = None
-
-    def phase(self, text: str) -> None:
-        """Say that another part of the run begins."""
-        self._output.line(text)
-
-    def cycle(self, record: CycleRecord) -> None:
-        """Show the cycle if a second has passed."""
-        now = time.monotonic()
-        self._pending = record
-        if now - self._shown_at >= self._interval:
-            self._shown_at = now
-            self._show()
+        super().__init__(output, joints, interval)
 
     def note(self, text: str) -> None:
         """Say something."""
         self._output.line(text)
 
-    def close(self) -> None:
-        """Show the last state."""
-        self._show()
-
-    def _show(self) -> None:
-        record, self._pending = self._pending, None
-        if record is None:
-            return
+    def _draw(self, record: CycleRecord) -> None:
         joints = (
             f"{name} {' '.join(cells(joint, record.phase, unit))}"
             for (name, unit), joint in zip(self._joints, record.joints, strict=True)

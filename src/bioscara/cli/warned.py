@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from itertools import takewhile
 
 from bioscara.robot import Robot
@@ -12,10 +13,12 @@ class Warnings:
 
     Args:
         robot: A connected robot; those that it has now were told.
+        notes: What was told of the plan already: a robot warns of it again.
     """
 
-    def __init__(self, robot: Robot) -> None:
+    def __init__(self, robot: Robot, notes: Collection[str] = ()) -> None:
         self._robot = robot
+        self._notes = notes
         self._last = (robot.warnings or ("",))[-1]
 
     def fresh(self) -> list[str]:
@@ -26,4 +29,4 @@ class Warnings:
         self._last = warnings[-1]
         # The oldest are dropped by and by, so their number tells nothing.
         new = [*takewhile(lambda text: text is not last, reversed(warnings))]
-        return [f"warning: {text}" for text in reversed(new)]
+        return [f"warning: {text}" for text in reversed(new) if text not in self._notes]

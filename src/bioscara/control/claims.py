@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Iterable, Sequence
 
 from bioscara.control.controller import AnyController
 from bioscara.errors import SwitchError
 from bioscara.hardware import CommandInterface, HardwareComponent, State, StateInterface
+from bioscara.spelling import did_you_mean
 
 
 class Claims:
@@ -88,10 +88,9 @@ class Claims:
 
     def _require(self, controller: AnyController, name: str, known: Collection[str]) -> None:
         if name not in known:
-            near = difflib.get_close_matches(name, known, 1)
+            hint = did_you_mean(name, known)
             raise SwitchError(
-                f"{controller.name} needs {name}, which no hardware has"
-                + (f"; did you mean {near[0]}?" if near else "")
+                f"{controller.name} needs {name}, which no hardware has{hint and f'; {hint}'}"
             )
         if not self._home[name].available:
             raise SwitchError(

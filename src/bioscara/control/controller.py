@@ -12,6 +12,9 @@ from bioscara.errors import ControllerError
 from bioscara.hardware import CommandInterface, State, StateInterface
 from bioscara.model import JointParameters
 
+WARNINGS = 100
+"""How many warnings are kept: the latest."""
+
 P = TypeVar("P", bound=Parameters)
 
 
@@ -62,14 +65,14 @@ class Controller(ABC, Generic[P]):
         return f"<{self.TYPE} {self.name} {self.state.label}>"
 
     @property
-    @abstractmethod
     def command_interfaces(self) -> tuple[str, ...]:
-        """Names of the command interfaces that it claims, valid once configured."""
+        """Names of the command interfaces that it claims, valid once configured; here none."""
+        return ()
 
     @property
-    @abstractmethod
     def state_interfaces(self) -> tuple[str, ...]:
-        """Names of the state interfaces that it reads, valid once configured."""
+        """Names of the state interfaces that it reads, valid once configured; here none."""
+        return ()
 
     @property
     def proven(self) -> bool:

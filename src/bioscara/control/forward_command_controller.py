@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Literal
 
-from bioscara.control.controller import Controller
+from bioscara.control.controller import Controller, interfaces
 from bioscara.control.parameters import Parameters
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.hardware import VELOCITY
@@ -37,14 +37,7 @@ class ForwardCommandController(Controller[ForwardCommandParameters]):
     @property
     def command_interfaces(self) -> tuple[str, ...]:
         """The named interface of each joint."""
-        return tuple(
-            f"{joint}/{self.parameters.interface_name}" for joint in self.parameters.joints
-        )
-
-    @property
-    def state_interfaces(self) -> tuple[str, ...]:
-        """None."""
-        return ()
+        return interfaces(self.parameters.joints, (self.parameters.interface_name,))
 
     def on_configure(self) -> None:
         """Check that there is a joint."""

@@ -7,19 +7,17 @@ from typing import Annotated
 
 from pydantic import Field
 
-from bioscara.control.controller import Controller
+from bioscara.control.controller import Controller, interfaces
+from bioscara.control.goals import Status
 from bioscara.control.gripper_messages import (
     GripperFeedback,
     GripperGoal,
     GripperGoalHandle,
     GripperResult,
 )
-from bioscara.control.joint_trajectory.messages import Status
-from bioscara.control.parameters import Parameters
+from bioscara.control.parameters import Parameters, Positive
 from bioscara.errors import ConfigurationError, ControllerError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, State
-
-Positive = Annotated[float, Field(gt=0.0)]
 
 
 class GripperActionParameters(Parameters):
@@ -87,7 +85,7 @@ class GripperActionController(Controller[GripperActionParameters]):
     @property
     def state_interfaces(self) -> tuple[str, ...]:
         """Position and velocity."""
-        return (f"{self.parameters.joint}/{POSITION}", f"{self.parameters.joint}/{VELOCITY}")
+        return interfaces((self.parameters.joint,), (POSITION, VELOCITY))
 
     @property
     def proven(self) -> bool:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from bioscara.control.joint_trajectory.messages import Status
+from bioscara.control.goals import Pursued, Status
 from bioscara.drivers import Quality
 
 
@@ -60,7 +60,7 @@ class GripperResult(NamedTuple):
 
 
 @dataclass(slots=True)
-class GripperGoalHandle:
+class GripperGoalHandle(Pursued):
     """An accepted goal; changed by the controller until it ends.
 
     Attributes:
@@ -76,8 +76,3 @@ class GripperGoalHandle:
     text: str = ""
     feedback: GripperFeedback | None = field(default=None, repr=False)
     result: GripperResult | None = field(default=None, repr=False)
-
-    @property
-    def done(self) -> bool:
-        """Whether it ended."""
-        return self.status is not Status.EXECUTING

@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import math
 
-from bioscara.drivers.session import WATCHDOG_MS
+from bioscara.control.braking import mean_speed_within, speed_within
+from bioscara.drivers.session import SILENCE
 from bioscara.hardware.interfaces import CommandInterface, StateInterface
 from bioscara.model import JointParameters
 
 _ROUNDING = 1e-6
 """Share by which a command may pass what it is bounded by: it is a difference of samples."""
-_REACTION = 2.0 * WATCHDOG_MS * 1e-3
+_REACTION = 2.0 * SILENCE
 """Time that a joint under velocity control may go on before it brakes [s]: it stops by itself
 when it hears nothing for its watchdog time, and its driver asks for room for that."""
 _CREEP = 0.01
@@ -142,10 +143,10 @@ class Guard:
         self.speed = speed
         if self._position_command.owner:
             self._position_command.value = self.reference
-        if self._velocity_command.owner:
-            self._velocity_command.value = (
-                self._velocity_command.value * share if self._position_command.owner else speed
-            )
+            if self._velocity_command.owner:
+                self._velocity_command.value *= share
+        elif self._velocity_command.owner:
+            self._velocity_command.value = speed
 
     def put(self, place: float, mean: float, velocity: float, period: float) -> None:
         """Command something else in this cycle than what was asked for.
@@ -214,9 +215,9 @@ class Guard:
             behind
             or abs(speed - last) > step + fine
             or abs(speed) > self.fastest + fine
-            or not -self._within(reference - lower, period) - fine
+            or not -mean_speed_within(reference - lower, self.acceleration, period) - fine
             <= speed
-            <= self._within(upper - reference, period) + fine
+            <= mean_speed_within(upper - reference, self.acceleration, period) + fine
         ):
             bounded = self._approach(wanted, period, step)
             if abs(bounded - speed) > fine:
@@ -225,13 +226,15 @@ class Guard:
         self.reference, self.speed = wanted, speed
         kept = wanted == asked
         command.value = wanted
-        if self._velocity_command.owner and not self._velocity_fits(period, last, kept=kept):
+        if self._velocity_command.owner and not self._match_velocity(period, last, kept=kept):
             kept = False
         if not kept:
             self.interventions += 1
 
-    def _velocity_fits(self, period: float, last: float, *, kept: bool) -> bool:
-        """Make the velocity that goes with a position one that the position can have there.
+    def _match_velocity(self, period: float, last: float, *, kept: bool) -> bool:
+        """Make the velocity that goes with a position one that the joint can have there.
+
+        Returns whether it was one already.
 
         Args:
             period: Time since the last cycle [s].
@@ -252,13 +255,12 @@ class Guard:
 
     def _approach(self, wanted: float, period: float, step: float) -> float:
         """Return the speed that brings the joint to a moving target soon and without overshoot."""
-        ahead = self._raw_speed
+        ahead, acceleration = self._raw_speed, self.acceleration
         gap = wanted - self.reference - ahead * period
-        speed = ahead + math.copysign(self._within(abs(gap), period), gap)
-        speed = min(
-            max(speed, -self._within(self.reference - self._lower, period)),
-            self._within(self._upper - self.reference, period),
-        )
+        speed = ahead + math.copysign(mean_speed_within(abs(gap), acceleration, period), gap)
+        down = mean_speed_within(self.reference - self._lower, acceleration, period)
+        up = mean_speed_within(self._upper - self.reference, acceleration, period)
+        speed = min(max(speed, -down), up)
         speed = min(max(speed, self.speed - step), self.speed + step)
         return min(max(speed, -self.fastest), self.fastest)
 
@@ -282,24 +284,7 @@ class Guard:
     def _in_reserve(self, speed: float, period: float) -> float:
         """Return what a velocity may be with the way to brake within the limits in reserve."""
         here, reaction = self._position.value, self.reaction(period)
-        down = self._brakeable(here - self._lower, reaction)
-        up = self._brakeable(self._upper - here, reaction)
+        creep = _CREEP * self.fastest * reaction
+        down = speed_within(here - self._lower - creep, self.acceleration, reaction)
+        up = speed_within(self._upper - here - creep, self.acceleration, reaction)
         return min(max(speed, -down), up)
-
-    def _within(self, way: float, period: float) -> float:
-        """Return the mean speed of a cycle after which one can still come to rest in ``way``.
-
-        Braking began in the middle of that cycle; the last of the way takes one cycle.
-        """
-        acceleration = self.acceleration
-        if way <= 0.5 * acceleration * period * period:
-            return max(way, 0.0) / period
-        return math.sqrt(2.0 * acceleration * way) - 0.5 * acceleration * period
-
-    def _brakeable(self, way: float, reaction: float) -> float:
-        """Return the speed from which one comes to rest in ``way``, braking after ``reaction``."""
-        way -= _CREEP * self.fastest * reaction
-        if way <= 0.0:
-            return 0.0
-        acceleration = self.acceleration
-        return acceleration * (math.sqrt(reaction**2 + 2.0 * way / acceleration) - reaction)

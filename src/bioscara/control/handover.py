@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, MutableSequence, Sequence
+from collections.abc import Mapping, MutableSequence, Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
@@ -50,22 +50,26 @@ class Handover:
         claims: The interfaces and their owners.
         limiter: Is told which joints go to somebody else.
         rate: Cycles per second [Hz].
+        controllers: All that are loaded, by name, in the order in which they are updated.
         warnings: Takes what the hardware says of switches that it does not refuse.
 
     Attributes:
-        active: The active controllers with their schedules, in the order of ``order``.
+        active: The active controllers with their schedules, in that order.
         driving: Those of them that command a position or a velocity.
         switched: How often a controller became active or ceased to be.
-        order: All controllers in the order in which they are updated.
     """
 
     def __init__(
-        self, claims: Claims, limiter: Limiter, rate: int, warnings: MutableSequence[str]
+        self,
+        claims: Claims,
+        limiter: Limiter,
+        rate: int,
+        controllers: Mapping[str, AnyController],
+        warnings: MutableSequence[str],
     ) -> None:
         self._claims, self._limiter, self._rate = claims, limiter, rate
-        self._warnings = warnings
+        self._controllers, self._warnings = controllers, warnings
         self.switched = 0
-        self.order: Iterable[AnyController] = ()
         self.active: list[tuple[AnyController, Schedule]] = []
         self.driving: tuple[AnyController, ...] = ()
 
@@ -223,7 +227,7 @@ class Handover:
         self.switched += 1
         schedules = {each.name: (each, when) for each, when in self.active}
         schedules[controller.name] = (controller, schedule)
-        self._set_active([schedules[each.name] for each in self.order if each.name in schedules])
+        self._set_active([schedules[name] for name in self._controllers if name in schedules])
 
     def _deactivate(self, controller: AnyController, time: float, problems: list[Problem]) -> None:
         try:

@@ -2,19 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated
-
-from pydantic import Field
-
 from bioscara.control.controller import Controller, interfaces
-from bioscara.control.parameters import Parameters
+from bioscara.control.parameters import Parameters, Positive
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY
 
 _ARRIVAL = 0.1
 """Time that a joint may take to come to rest at its last setpoint [s]."""
-
-Positive = Annotated[float, Field(gt=0.0)]
 
 
 class HoldParameters(Parameters):
@@ -50,11 +44,6 @@ class HoldController(Controller[HoldParameters]):
     def command_interfaces(self) -> tuple[str, ...]:
         """Position of each joint, then velocity of each where that is commanded too."""
         return interfaces(self.parameters.joints, self.parameters.command_interfaces)
-
-    @property
-    def state_interfaces(self) -> tuple[str, ...]:
-        """None."""
-        return ()
 
     @property
     def proven(self) -> bool:

@@ -3,19 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from typing import Annotated, NamedTuple
-
-from pydantic import Field
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
 
 from bioscara.control.controller import Controller, interfaces
-from bioscara.control.joint_trajectory.messages import Status
-from bioscara.control.parameters import Parameters
+from bioscara.control.goals import Pursued, Status
+from bioscara.control.parameters import Parameters, Positive
 from bioscara.drivers import Quality
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import HOME, VELOCITY, State
-
-Positive = Annotated[float, Field(gt=0.0)]
 
 
 class HomingParameters(Parameters):
@@ -48,7 +44,7 @@ class HomingProgress(NamedTuple):
     travel: float
 
 
-class HomingGoal:
+class HomingGoal(Pursued):
     """Joints to home, one after the other; changed by the controller until it ends.
 
     Args:
@@ -74,11 +70,6 @@ class HomingGoal:
         self.progress: HomingProgress | None = None
         self.status = Status.EXECUTING
         self.text = ""
-
-    @property
-    def done(self) -> bool:
-        """Whether it ended."""
-        return self.status is not Status.EXECUTING
 
     def end(self, status: Status, text: str = "") -> None:
         """End it; called by the controller."""
@@ -107,7 +98,7 @@ class HomingController(Controller[HomingParameters]):
     @property
     def command_interfaces(self) -> tuple[str, ...]:
         """Home of each joint."""
-        return tuple(f"{joint}/{HOME}" for joint in self.parameters.joints)
+        return interfaces(self.parameters.joints, (HOME,))
 
     @property
     def state_interfaces(self) -> tuple[str, ...]:
@@ -256,7 +247,7 @@ class HomingController(Controller[HomingParameters]):
             self._stopping = True
         goal.end(status, text)
 
-    def _require_ready(self, joints: Mapping[str, float] | tuple[str, ...]) -> None:
+    def _require_ready(self, joints: Iterable[str]) -> None:
         if self.state is not State.ACTIVE:
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         for joint in joints:

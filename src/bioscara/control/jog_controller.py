@@ -44,11 +44,6 @@ class JogController(Controller[JogParameters]):
         return interfaces(self.parameters.joints, self.parameters.command_interfaces)
 
     @property
-    def state_interfaces(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
-    @property
     def proven(self) -> bool:
         """True: a jog always has room to come to rest."""
         return True

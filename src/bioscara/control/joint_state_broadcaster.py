@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from bioscara.control.controller import Controller
+from bioscara.control.controller import Controller, interfaces
 from bioscara.control.parameters import Parameters
 from bioscara.drivers import Quality
 from bioscara.errors import ConfigurationError
@@ -77,14 +77,9 @@ class JointStateBroadcaster(Controller[JointStateParameters]):
         self._velocities: tuple[StateInterface, ...] = ()
 
     @property
-    def command_interfaces(self) -> tuple[str, ...]:
-        """None."""
-        return ()
-
-    @property
     def state_interfaces(self) -> tuple[str, ...]:
         """Position of each joint; what else a joint has is told without being required."""
-        return tuple(f"{joint}/{POSITION}" for joint in self.parameters.joints)
+        return interfaces(self.parameters.joints, (POSITION,))
 
     @property
     def dynamic_states(self) -> tuple[DynamicJointState, ...]:

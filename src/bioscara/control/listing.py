@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from bioscara.control.controller import AnyController
 from bioscara.control.schedule import Schedule
-from bioscara.hardware import CommandInterface, HardwareComponent, State, StateInterface
+from bioscara.hardware import CommandInterface, HardwareComponent, State
+from bioscara.hardware.interfaces import Interface
 
 
 class ControllerEntry(NamedTuple):
@@ -120,9 +121,7 @@ def describe_interfaces(components: Iterable[HardwareComponent]) -> Interfaces:
     return Interfaces(tuple(sorted(commands)), tuple(sorted(states)))
 
 
-def _entries(
-    interfaces: Mapping[str, CommandInterface] | Mapping[str, StateInterface], *, available: bool
-) -> tuple[InterfaceEntry, ...]:
+def _entries(interfaces: Mapping[str, Interface], *, available: bool) -> tuple[InterfaceEntry, ...]:
     return tuple(
         InterfaceEntry(
             name,

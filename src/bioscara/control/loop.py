@@ -11,16 +11,19 @@ from bioscara.control.faults import FaultKind
 from bioscara.control.flight_record import FlightRecord, Timing
 from bioscara.control.manager import ControllerManager
 from bioscara.control.realtime import conditions
-from bioscara.control.schedule import SILENCE, require_rate
+from bioscara.control.schedule import require_rate
 from bioscara.control.statistics import Statistics
 from bioscara.control.supervisor import Supervisor
 from bioscara.control.watchdog import Watchdog
+from bioscara.drivers.session import SILENCE
 from bioscara.errors import ConfigurationError, OverrunError
 from bioscara.hardware import State
 from bioscara.hardware.capacity import highest_rate
 
 _IN_A_ROW = 3
+"""Cycles in a row that missed their deadline, for which the arm is stopped."""
 _SLOW_SHARE, _STOP_SHARE = 0.05, 0.2
+"""Shares of the last second's cycles for which it is slowed down, and stopped."""
 
 
 class Cycle(NamedTuple):

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from time import perf_counter
 
 from bioscara.control.claims import Claims
-from bioscara.control.controller import AnyController
+from bioscara.control.controller import WARNINGS, AnyController
 from bioscara.control.execution import Execution, Failure
 from bioscara.control.handover import Handover, Problem
 from bioscara.control.limiting import Limiter
@@ -25,9 +25,6 @@ from bioscara.control.statistics import ManagerStatistics
 from bioscara.control.switching import Strictness, Switch, plan, unknown
 from bioscara.errors import InvalidArgumentError, SwitchError
 from bioscara.hardware import HardwareComponent, State
-
-_WARNINGS = 100
-"""How many warnings are kept: the latest."""
 
 
 class ControllerManager:
@@ -63,11 +60,11 @@ class ControllerManager:
         self.claims = Claims(components)
         self.limiter, self.rate = limiter, rate
         self._between: list[Failure] = []
-        self.warnings: deque[str] = deque(maxlen=_WARNINGS)
+        self.warnings: deque[str] = deque(maxlen=WARNINGS)
         self._roster = Roster(rate, self.warnings)
-        self._handover = Handover(self.claims, limiter, rate, self.warnings)
-        self._handover.order = self._roster.controllers.values()
-        self._execution = Execution(self._roster.controllers, self._handover)
+        controllers = self._roster.controllers
+        self._handover = Handover(self.claims, limiter, rate, controllers, self.warnings)
+        self._execution = Execution(controllers, self._handover)
         self.lock = ""
         self.timing = (0.0, 0.0, 0.0)
         self.switch_time = 0.0

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Mapping
 from typing import Annotated, ClassVar, Self
 
@@ -11,7 +10,10 @@ from pydantic_core import PydanticCustomError
 
 from bioscara.errors import ConfigurationError
 from bioscara.model.parameters import HIGHEST_RATE
+from bioscara.spelling import did_you_mean
 
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
 Rate = Annotated[int, Field(ge=0, le=HIGHEST_RATE)]
 _UNKNOWN = "unknown_name"
 
@@ -32,10 +34,8 @@ class Section(BaseModel):
         for name, value in values.items() if isinstance(values, Mapping) else ():
             if name in known or (cls.PER_JOINT and isinstance(value, Mapping | Section)):
                 continue
-            near = difflib.get_close_matches(str(name), known, 1)
-            hint = f"did you mean {near[0]}?" if near else f"it has {', '.join(known)}"
-            if cls.PER_JOINT and not near:
-                hint += ", and a section for each joint"
+            more = ", and a section for each joint" if cls.PER_JOINT else ""
+            hint = did_you_mean(str(name), known, f"it has {', '.join(known)}{more}")
             raise PydanticCustomError(_UNKNOWN, "{hint}", {"name": name, "hint": hint})
         return values
 

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
+from bioscara.drivers.session import SILENCE
 from bioscara.errors import ConfigurationError
 from bioscara.model.parameters import HIGHEST_RATE, LOWEST_RATE
-
-SILENCE = 0.060
-"""Time without a setpoint after which a joint stops by itself [s]."""
 
 
 def require_rate(rate: int) -> None:

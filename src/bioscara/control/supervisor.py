@@ -13,6 +13,7 @@ from contextlib import suppress
 from enum import Enum
 from pathlib import Path
 
+from bioscara.control.controller import WARNINGS
 from bioscara.control.fault_log import FaultLog
 from bioscara.control.faults import Fault, FaultKind, Stop, classify, source_of
 from bioscara.control.flight_record import FlightRecord
@@ -30,8 +31,6 @@ _REST_TIME = 5.0
 """Time after which a stop counts as ended whatever the joints say [s]."""
 _SLOW = 0.5
 """Share of the chosen speed at which a loop that is late goes on."""
-_WARNINGS = 100
-"""How many warnings are kept: the latest."""
 
 
 class FaultState(Enum):
@@ -75,7 +74,7 @@ class Supervisor:
         self._since = 0.0
         self.state = FaultState.CLEAR
         self.faults = self._log.faults
-        self.warnings: deque[str] = deque(maxlen=_WARNINGS)
+        self.warnings: deque[str] = deque(maxlen=WARNINGS)
 
     def require_clear(self) -> None:
         """Raise unless no fault is in the way of motion.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import IntEnum
 from typing import NamedTuple
@@ -10,6 +9,7 @@ from typing import NamedTuple
 from bioscara.control.controller import AnyController
 from bioscara.errors import SwitchError
 from bioscara.hardware import State
+from bioscara.spelling import did_you_mean
 
 
 class Strictness(IntEnum):
@@ -87,8 +87,7 @@ def plan(
 def unknown(name: str, known: Iterable[str], what: str = "controller") -> str:
     """Return the complaint about a name that nobody has."""
     names = sorted(known)
-    near = difflib.get_close_matches(name, names, 1)
-    hint = f"did you mean {near[0]}?" if near else f"there are: {', '.join(names) or 'none'}"
+    hint = did_you_mean(name, names, f"there are: {', '.join(names) or 'none'}")
     return f"no {what} is named {name!r}; {hint}"
 
 

@@ -1,10 +1,11 @@
 """Joints and gripper as objects: SI joint units go in and come out, registers stay below.
 
-``Joint`` is one axis, ``read_states``, ``track`` and ``drive`` (group.py) serve several in one
-bus call, ``Gripper`` and ``Pwm`` are the servo. Below them: ``transmission`` converts units,
-``session`` is one joint's frames, ``plausibility`` judges those that carry no check byte,
-``cycle`` its part of a control cycle, ``waiting`` keeps a motion alive.
-``Joint`` grows in layers, one file each: connection, settings, motion, joint.
+``Joint`` is one axis and grows in layers, one file each: ``connection``, ``settings``, ``motion``,
+``joint``. ``group`` serves several in one bus call. ``gripper`` and ``pwm`` are the servo,
+``width_file`` what outlives it. Below them: ``transmission`` converts units, ``session`` is one
+joint's frames, ``greeting`` its first, ``refusal`` what becomes of those that failed,
+``plausibility`` judges those that carry no check byte, ``sample`` and ``reports`` are what a joint
+says, ``cycle`` is its part of a control cycle, ``waiting`` keeps a motion alive.
 """
 
 from bioscara.drivers.cycle import Outcome as Outcome

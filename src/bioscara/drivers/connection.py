@@ -169,6 +169,7 @@ class JointConnection:
             offset: Joint position at encoder zero [rad or m].
 
         Raises:
+            InvalidArgumentError: Not finite.
             IncorrectStateError: The joint returns another number than it was given.
         """
         self._check_finite("homing offset", offset)
@@ -198,6 +199,7 @@ class JointConnection:
         Raises:
             NotSupportedError: A version 1 joint latches none; ``enable`` clears its stall.
             RefusedError: Another fault is latched.
+            InvalidArgumentError: No fault has that name.
         """
         self.session.require_v2("clear_fault")
         if fault is None:
@@ -264,13 +266,8 @@ class JointConnection:
             NotInitializedError, JointResetError, NotEnabledError, NotHomedError, StalledError,
             IncorrectStateError: What stands in the way.
         """
-        self.session.require_open()
+        self._require_no_blocking()
         flags = self.session.flags
-        if self._blocking is not Register.NONE:
-            raise IncorrectStateError(
-                f"{self.name}: {self._blocking.name} is running; let it end or stop() it",
-                self.name,
-            )
         if flags & Flags.STALL:
             raise StalledError(
                 f"{self.name}: the joint stalled",
@@ -281,6 +278,14 @@ class JointConnection:
             raise NotEnabledError(f"{self.name}: it is not enabled", self.name, "enable() first")
         if homed and (flags & Flags.NOTHOMED or not self._offset_known):
             raise NotHomedError(f"{self.name}: it is not homed; home() first", self.name)
+
+    def _require_no_blocking(self) -> None:
+        self.session.require_open()
+        if self._blocking is not Register.NONE:
+            raise IncorrectStateError(
+                f"{self.name}: {self._blocking.name} is running; let it end or stop() it",
+                self.name,
+            )
 
     def _check_finite(self, what: str, value: float) -> None:
         if not math.isfinite(value):

@@ -6,18 +6,15 @@ The arithmetic is plain floats: for one value numpy costs more than the exchange
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TypeGuard
 
 from bioscara.bus import Transaction
 from bioscara.drivers.connection import JointConnection, joint_state
-from bioscara.drivers.refusal import TRANSIENT
 from bioscara.drivers.sample import FLAGS, JointSample, Quality, Setpoint
 from bioscara.errors import (
     BioscaraError,
     CommunicationError,
     CorruptFrameError,
     JointLostError,
-    RefusedError,
 )
 from bioscara.protocol import READ, WRITE, Flags, Message, Register
 
@@ -195,13 +192,6 @@ class Cycle:
         if self._frames[0][0] is _MOVE and flags & _HALTED:
             joint.require_ready()
         return JointSample(position, velocity, FLAGS[flags], None, None, Quality.FRESH, stamp)
-
-
-def is_bad(outcome: Outcome) -> TypeGuard[CommunicationError]:
-    """Return whether ``outcome`` says that the exchange failed, not that the joint objected."""
-    if isinstance(outcome, RefusedError):
-        return outcome.reason in TRANSIENT
-    return isinstance(outcome, CommunicationError)
 
 
 def _slope(last: JointSample, position: float | None, stamp: float) -> float:

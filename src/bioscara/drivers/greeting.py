@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bioscara.bus import Bus, Transaction
+from bioscara.bus import ADDRESSES, Bus, Transaction
 from bioscara.clock import Clock
 from bioscara.drivers.reports import Hello
 from bioscara.errors import (
@@ -11,15 +11,12 @@ from bioscara.errors import (
     NotSupportedError,
     WrongJointError,
 )
-from bioscara.protocol import MAGIC, READ, TRAILER, Register, crc8
+from bioscara.protocol import MAGIC, PROTOCOL, READ, TRAILER, Register, crc8
 
-PROTOCOL = 2
-"""The newest version that this host speaks."""
 LOOP = 25e-3
 """Existing firmware shows BUSY for an unknown register until its 10 ms loop came by, and forgets
 a command if another transaction comes first [s]."""
 
-_ADDRESSES = range(0x08, 0x78)
 _NEVER_V1 = 0xF0
 """Bits that version 1 never sets in the flags, which are all it answers to an unknown register."""
 _REFUSAL_SIZE = 3
@@ -101,7 +98,7 @@ def _read(address: int, result: bytes) -> Hello | None:
 
 
 def _raise_if_foreign(joint: str, address: int, result: bytes) -> None:
-    for other in _ADDRESSES:
+    for other in ADDRESSES:
         seals = (result, result[:_REFUSAL_SIZE])
         if other != address and any(crc8(seal, crc8((other << 1 | 1,))) == 0 for seal in seals):
             raise WrongJointError(

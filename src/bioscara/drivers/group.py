@@ -11,8 +11,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bioscara.bus import Bus, Transaction
-from bioscara.drivers.cycle import Outcome, is_bad
+from bioscara.drivers.cycle import Outcome
 from bioscara.drivers.joint import Joint
+from bioscara.drivers.refusal import exchange_failed
 from bioscara.drivers.sample import Setpoint
 from bioscara.errors import BioscaraError, InvalidArgumentError, JointError, LimitError
 
@@ -151,14 +152,14 @@ def _exchange(
             raise InvalidArgumentError(f"{joint.name} is on another bus than {joints[0].name}")
     waiting = [index for index in range(len(joints)) if frames[index]]
     _transfer(bus, joints, frames, waiting, outcomes, again=retry)
-    bad = [index for index in waiting if is_bad(outcomes[index])]
+    bad = [index for index in waiting if exchange_failed(outcomes[index])]
     if bad and retry:
         for index in bad:
             frames[index] = joints[index].cycle.again()
         _transfer(bus, joints, frames, bad, outcomes, again=False)
     for index in bad:
         problem = outcomes[index]
-        if is_bad(problem):
+        if exchange_failed(problem):
             outcomes[index] = joints[index].cycle.coast(problem)
     return outcomes
 

@@ -10,7 +10,7 @@ from bioscara.drivers.cycle import Cycle
 from bioscara.drivers.motion import JointMotion
 from bioscara.drivers.sample import FLAGS, JointSample, Quality
 from bioscara.drivers.session import WATCHDOG_MS
-from bioscara.drivers.waiting import Cancel, Progress
+from bioscara.drivers.waiting import Cancel, Progress, idle
 from bioscara.errors import (
     BioscaraError,
     CommunicationError,
@@ -28,7 +28,9 @@ HOMING_RPM = (1.0, 250.0)
 """Motor speeds between which homing is allowed, as in the original driver [rpm]."""
 
 _TRAVEL_SHARE = 1.2
+"""Way of a homing at its speed, as a share of the joint's range."""
 _HOMING_MARGIN = 10.0
+"""Time for backing off, the second touch and the rest [s]."""
 
 
 class Joint(JointMotion):
@@ -107,15 +109,17 @@ class Joint(JointMotion):
             MotionCancelledError: ``cancel`` said so.
         """
         self.start_homing(velocity)
-        span = self.parameters.upper - self.parameters.lower
-        timeout = _TRAVEL_SHARE * span / abs(self._homing_velocity) + _HOMING_MARGIN
         try:
-            self._supervise(
-                lambda sample: not sample.flags & Flags.BUSY, timeout, "homing", progress, cancel
-            )
+            self._supervise(idle, self.homing_timeout, "homing", progress, cancel)
         except (IncorrectStateError, JointFaultError, StalledError) as error:
             raise HomingError(f"{self.name}: homing failed: {error}", self.name) from error
         self.post_homing()
+
+    @property
+    def homing_timeout(self) -> float:
+        """How long the homing that was started last may take [s]."""
+        span = self.parameters.upper - self.parameters.lower
+        return _TRAVEL_SHARE * span / abs(self._homing_velocity) + _HOMING_MARGIN
 
     def start_homing(self, velocity: float | None = None) -> None:
         """Start homing and return; keep it alive, then call :meth:`post_homing`.

@@ -10,9 +10,9 @@ from functools import partial
 from bioscara.drivers.plausibility import insist
 from bioscara.drivers.refusal import fault_error
 from bioscara.drivers.sample import JointSample
-from bioscara.drivers.session import TRIES, WATCHDOG_MS
+from bioscara.drivers.session import SILENCE, TRIES
 from bioscara.drivers.settings import JointSettings
-from bioscara.drivers.waiting import Cancel, Progress, at_rest, wait_for, wait_for_rest
+from bioscara.drivers.waiting import Cancel, Progress, at_rest, idle, wait_for, wait_for_rest
 from bioscara.errors import (
     CommunicationError,
     InvalidArgumentError,
@@ -25,14 +25,12 @@ from bioscara.errors import (
 from bioscara.protocol import BrakeMode, Fault, Flags, Register
 
 _ORIENTATION_TIMEOUT = 5.0
+"""How long the joint may check its orientation [s]."""
 _ORIENTATION_MAX_DEG = 10.0
 _STOP_HARD, _STOP_SOFT = 0, 1
 _MOVE_MARGIN = 2.0
+"""Time that a move may take beyond twice what it should [s]."""
 _STEPS_MAX = 2**31 - 1
-
-
-def _idle(sample: JointSample) -> bool:
-    return not sample.flags & Flags.BUSY
 
 
 class JointMotion(JointSettings):
@@ -49,6 +47,7 @@ class JointMotion(JointSettings):
             hold_percent: Motor current at standstill; None for the configured one.
 
         Raises:
+            LimitError: A current is not between 1 and 100 %.
             JointFaultError: A fault is latched, or the check failed.
             NotEnabledError: The joint did not engage.
         """
@@ -61,7 +60,7 @@ class JointMotion(JointSettings):
         # If only the answer is lost, the motor is engaged.
         self.may_be_energised = True
         self.session.write(Register.SETUP, drive, hold)
-        self._supervise(_idle, _ORIENTATION_TIMEOUT, "enabling")
+        self._supervise(idle, _ORIENTATION_TIMEOUT, "enabling")
         if self.session.flags & Flags.NOTENABLED:
             self.raise_fault()
             raise NotEnabledError(f"{self.name}: the motor did not engage", self.name)
@@ -181,6 +180,7 @@ class JointMotion(JointSettings):
             cancel: Asked with each sample.
 
         Raises:
+            InvalidArgumentError: The number is not whole.
             LimitError: It would end outside the limits.
             MotionCancelledError: ``cancel`` said so.
         """
@@ -206,6 +206,7 @@ class JointMotion(JointSettings):
             motor_angle: How far the motor turns, at most 10 degrees [rad of the motor].
 
         Raises:
+            LimitError: It is too far.
             JointFaultError: They do not agree (version 2; a version 1 joint corrects it).
         """
         angle_deg = math.degrees(motor_angle)
@@ -214,7 +215,7 @@ class JointMotion(JointSettings):
         self._blocking = Register.CHECKORIENTATION
         try:
             self.session.write(Register.CHECKORIENTATION, angle_deg, repeat=False)
-            self._supervise(_idle, _ORIENTATION_TIMEOUT, "the orientation check")
+            self._supervise(idle, _ORIENTATION_TIMEOUT, "the orientation check")
         finally:
             self._blocking = Register.NONE
         self.raise_fault()
@@ -235,7 +236,7 @@ class JointMotion(JointSettings):
             raise NotHomedError(f"{self.name}: its position is not known; home() again", self.name)
         sign = math.copysign(1.0, velocity)
         speed = max(velocity * sign, state.velocity * sign)
-        ahead = WATCHDOG_MS * 1e-3 + time - state.stamp
+        ahead = SILENCE + time - state.stamp
         end = state.position + sign * (speed * ahead + speed**2 / (2.0 * self._deceleration))
         parameters = self.parameters
         if end * sign <= (parameters.upper if sign > 0.0 else -parameters.lower):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeGuard
+
 from bioscara.drivers.reports import FaultReport
 from bioscara.errors import (
     BioscaraError,
@@ -14,7 +16,7 @@ from bioscara.errors import (
 )
 from bioscara.protocol import Fault, Refusal, Register
 
-TRANSIENT = frozenset(
+_TRANSIENT = frozenset(
     reason.name
     for reason in (
         Refusal.LENGTH,
@@ -68,11 +70,14 @@ def refused_error(
     return RefusedError(f"{what}: {reason}", address, reason, joint)
 
 
-def worth_repeating(problem: BioscaraError) -> bool:
-    """Return whether nothing was executed and another try may end better."""
-    if isinstance(problem, RefusedError):
-        return problem.reason in TRANSIENT
-    return isinstance(problem, CommunicationError)
+def exchange_failed(outcome: object) -> TypeGuard[CommunicationError]:
+    """Return whether this says that an exchange failed, so that another try may end better.
+
+    A joint that objects has its reasons, and will have them again.
+    """
+    if isinstance(outcome, RefusedError):
+        return outcome.reason in _TRANSIENT
+    return isinstance(outcome, CommunicationError)
 
 
 def named_error(

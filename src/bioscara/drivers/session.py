@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from bioscara.bus import Bus, Transaction
 from bioscara.clock import Clock
 from bioscara.drivers.greeting import greet, require_known
-from bioscara.drivers.refusal import named_error, refused_error, worth_repeating
+from bioscara.drivers.refusal import exchange_failed, named_error, refused_error
 from bioscara.drivers.reports import FaultReport, Hello
 from bioscara.errors import (
     BioscaraError,
@@ -26,12 +26,16 @@ TRIES = 3
 """How often an exchange is tried, as the original driver does."""
 WATCHDOG_MS = 60
 """Silence after which a moving joint stops [ms]: three lost cycles of 50 Hz."""
+SILENCE = 1e-3 * WATCHDOG_MS
+"""The same [s]."""
 FIRMWARE = "joint firmware 0.1 or newer (protocol 2)"
 
 # Plain integers: an IntFlag's operators cost as much as the rest of decoding.
 _ARMED = int(Flags.ARMED)
 _PAUSE = 50e-6
+"""Time between two tries of a frame [s]."""
 _TICK_PAUSE = 2e-3
+"""Time in which the joint's control tick takes a command [s]."""
 _ACKNOWLEDGE = ord("O")
 _POWER_UP = Flags.NOTHOMED | Flags.NOTENABLED
 _FAULT = READ[Register.FAULT]
@@ -174,7 +178,7 @@ class Session:
                 else:
                     problem = self.refusal(message)
                     transaction = None
-            if not remaining or not worth_repeating(problem):
+            if not remaining or not exchange_failed(problem):
                 raise named_error(
                     self._joint, self._address, message.register, problem, tries
                 ) from problem

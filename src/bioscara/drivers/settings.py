@@ -5,7 +5,7 @@ from __future__ import annotations
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers.connection import JointConnection
-from bioscara.errors import IncorrectStateError, InvalidArgumentError, LimitError
+from bioscara.errors import InvalidArgumentError, LimitError
 from bioscara.model import JointParameters
 from bioscara.protocol import BrakeMode, Register
 
@@ -32,6 +32,9 @@ class JointSettings(JointConnection):
 
         Args:
             percent: 0 to 100 of the driver's full scale; 0 disables the joint.
+
+        Raises:
+            LimitError, InvalidArgumentError: It is outside, or not whole.
         """
         self.session.write(Register.SETCURRENT, self._percent("drive current", percent))
 
@@ -40,6 +43,9 @@ class JointSettings(JointConnection):
 
         Args:
             percent: 0 to 100 of the driver's full scale; 0 disables the joint.
+
+        Raises:
+            LimitError, InvalidArgumentError: It is outside, or not whole.
         """
         self.session.write(Register.SETHOLDCURRENT, self._percent("hold current", percent))
 
@@ -52,6 +58,9 @@ class JointSettings(JointConnection):
 
         Args:
             acceleration: Above zero and at most the configured one [rad/s^2 or m/s^2].
+
+        Raises:
+            LimitError, InvalidArgumentError: It is above, or not above zero.
         """
         limit, unit = self.parameters.max_acceleration, f"{self.parameters.unit}/s^2"
         self._check_above_zero("acceleration", acceleration)
@@ -68,6 +77,9 @@ class JointSettings(JointConnection):
 
         Args:
             velocity: Above zero and at most the configured one [rad/s or m/s].
+
+        Raises:
+            LimitError, InvalidArgumentError: It is above, or not above zero.
         """
         limit, unit = self.parameters.max_velocity, f"{self.parameters.unit}/s"
         self._check_above_zero("maximum velocity", velocity)
@@ -81,6 +93,9 @@ class JointSettings(JointConnection):
             threshold: 1 to 255, lower is more sensitive; None for the configured one. A stall is
                 a position error above 512 + 32 x threshold microsteps of the motor, with firmware
                 of the existing arms above 10 x threshold.
+
+        Raises:
+            LimitError, InvalidArgumentError: It is outside, or not whole.
         """
         value = self.parameters.stall_threshold if threshold is None else threshold
         if isinstance(value, bool) or not isinstance(value, int):
@@ -100,6 +115,13 @@ class JointSettings(JointConnection):
         """Raise unless both are within the limits; as the two methods below, but fast.
 
         On the way back from outside, a position may be as far outside as the last one.
+
+        Args:
+            position: Of the joint [rad or m].
+            velocity: There [rad/s or m/s].
+
+        Raises:
+            LimitError, InvalidArgumentError: One is outside, or not finite.
         """
         if not self._lower <= position <= self._upper:
             self.check_position(position)
@@ -133,14 +155,6 @@ class JointSettings(JointConnection):
         """
         limit = self.parameters.max_velocity
         self._check_limit("velocity", velocity, -limit, limit, f"{self.parameters.unit}/s")
-
-    def _require_no_blocking(self) -> None:
-        self.session.require_open()
-        if self._blocking is not Register.NONE:
-            raise IncorrectStateError(
-                f"{self.name}: {self._blocking.name} is running; let it end or stop() it",
-                self.name,
-            )
 
     def _percent(self, what: str, value: int) -> int:
         if isinstance(value, bool) or value != value // 1:

@@ -8,7 +8,7 @@ from bioscara.drivers.connection import JointConnection
 from bioscara.drivers.sample import JointSample
 from bioscara.drivers.session import WATCHDOG_MS
 from bioscara.errors import IncorrectStateError, MotionCancelledError
-from bioscara.protocol import JointState, Register
+from bioscara.protocol import Flags, JointState, Register
 
 Progress = Callable[[JointSample], None]
 """Called with each sample while a motion runs."""
@@ -24,6 +24,7 @@ _INTERVAL = {1: 0.05, 2: 0.02}
 """Time between two signs of life [s]: a third of what the joint allows in version 2 (60 ms), a
 fifth in version 1 (250 ms), where existing firmware also needs 10 ms to take a command."""
 _REST_MARGIN = 1.0
+"""Time that a joint may take to rest beyond that of its ramp [s]."""
 
 
 def wait_for(
@@ -67,6 +68,11 @@ def wait_for_rest(joint: JointConnection, what: str) -> JointSample:
     parameters = joint.parameters
     timeout = parameters.max_velocity / parameters.max_acceleration + _REST_MARGIN
     return wait_for(joint, at_rest(joint), timeout, f"ramping down after {what}")
+
+
+def idle(sample: JointSample) -> bool:
+    """Return whether no blocking command is running."""
+    return not sample.flags & Flags.BUSY
 
 
 def at_rest(joint: JointConnection) -> Callable[[JointSample], bool]:

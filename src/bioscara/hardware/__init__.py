@@ -1,10 +1,11 @@
 """Devices with ros2_control's lifecycle: registers stay below, named interfaces come out.
 
-``ArmHardware`` is the joints of one bus, ``GripperHardware`` the servo; ``description`` reads
-what they are from a URDF, which ``urdf_reader`` parses. ``interfaces`` has the handles that
-controllers share with them, ``modes`` which of these exclude one another, ``switching`` how modes
-change, ``component`` the lifecycle, ``axis`` and ``homing`` one joint from cycle to cycle,
-``stopping`` the way to rest that cannot fail.
+``arm`` is the joints of one bus, ``gripper`` the servo; ``description`` reads what they are from a
+URDF, which ``urdf_reader`` parses. ``interfaces`` has the handles that controllers share with
+them, ``modes`` which of these exclude one another, ``switching`` how modes change, ``component``
+the ``lifecycle``, ``axis`` and ``homing`` one joint from cycle to cycle, ``exchange`` what is said
+to all, ``capacity`` how much of that the bus can carry, ``stopping`` the way to rest that cannot
+fail.
 """
 
 from bioscara.hardware.arm import ArmHardware as ArmHardware

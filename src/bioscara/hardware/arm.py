@@ -9,7 +9,7 @@ from contextlib import suppress
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers import Joint
-from bioscara.drivers.session import WATCHDOG_MS
+from bioscara.drivers.session import SILENCE
 from bioscara.errors import BioscaraError, HardwareError, HomingError
 from bioscara.hardware.axis import HALTED, Axis
 from bioscara.hardware.capacity import Capacity
@@ -30,9 +30,6 @@ from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import JointParameters
 from bioscara.model.tags import ARM_COMPONENT
 from bioscara.protocol import Flags
-
-_OLD = 1e-3 * WATCHDOG_MS
-"""Age at which what a joint answered is asked for again [s]: by then it may have stopped."""
 
 
 class ArmHardware(HardwareComponent):
@@ -191,7 +188,8 @@ class ArmHardware(HardwareComponent):
         """Measure every joint that did not say where it is when it was just written to."""
         self.problems[:], self._late[:] = self._late, ()
         self.bus_time = 0.0
-        old = time - self._written > min(2.0 * period, _OLD)
+        # A joint that heard nothing for so long may have stopped by itself.
+        old = time - self._written > min(2.0 * period, SILENCE)
         asked = [axis for axis in self.axes if (old or not axis.answered) and not axis.gone]
         if asked:
             before = self._clock.now()

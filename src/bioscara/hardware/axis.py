@@ -39,6 +39,13 @@ class Axis:
         answered: Whether it said so while it was written to in the last cycle.
         arrival: How long after the begin of a cycle its setpoint arrives [s], as last seen.
         stamp: When ``sample`` was measured [s].
+        previous: Position that was commanded in the last cycle [rad or m]; NaN if none was.
+        lower: Lowest position that the joint may take [rad or m].
+        upper: Highest position that it may take [rad or m].
+        velocity_limit: Highest speed that it may have [rad/s or m/s].
+        position: Handle of what is measured, as ``velocity`` and ``home`` are.
+        position_command: Handle of what is commanded, as ``velocity_command`` and
+            ``home_command`` are.
     """
 
     __slots__ = (

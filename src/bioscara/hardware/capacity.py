@@ -12,9 +12,11 @@ from bioscara.protocol import READ, TRAILER, WRITE, Message, Register
 _BUS_SHARE = 0.85
 """Share of a period that the bus may take: a repetition must fit in now and then."""
 _NO_TIME = 1e-9
+"""Stands for no time at all [s]."""
 _FIXED_BITS, _BITS_PER_BYTE = 30, 9
 """Two addresses with their acknowledge, the register and the conditions; each byte that follows."""
 _TRIES = 3
+"""How often the exchanges are timed."""
 _READ = {
     1: (READ[Register.ANGLEMOVED], READ[Register.GETENCODERRPM]),
     2: (READ[Register.STATE],),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
@@ -10,6 +9,7 @@ from bioscara.errors import BioscaraError, LifecycleError, ModeSwitchError
 from bioscara.hardware.interfaces import CommandInterface, StateInterface
 from bioscara.hardware.lifecycle import State
 from bioscara.model import JointParameters
+from bioscara.spelling import did_you_mean
 
 
 class HardwareComponent(ABC):
@@ -61,7 +61,7 @@ class HardwareComponent(ABC):
             BioscaraError: It could not; it is still UNCONFIGURED.
         """
         self._require("configure", State.UNCONFIGURED)
-        self._try(self.on_configure)
+        self._reach(self.on_configure)
         self._enter(State.INACTIVE)
 
     def activate(self) -> None:
@@ -72,7 +72,7 @@ class HardwareComponent(ABC):
             BioscaraError: It could not; it is still INACTIVE.
         """
         self._require("activate", State.INACTIVE)
-        self._try(self.on_activate)
+        self._reach(self.on_activate)
         self._enter(State.ACTIVE)
 
     def deactivate(self) -> None:
@@ -95,6 +95,7 @@ class HardwareComponent(ABC):
         """
         self._require("clean up", State.INACTIVE)
         self._leave(self.on_cleanup)
+        self._forget()
         self._enter(State.UNCONFIGURED)
 
     def shutdown(self) -> None:
@@ -221,8 +222,7 @@ class HardwareComponent(ABC):
         """
         for name in names:
             if name not in self.commands:
-                near = difflib.get_close_matches(name, self.commands, 1)
-                hint = f"did you mean {near[0]}?" if near else f"it has {', '.join(self.commands)}"
+                hint = did_you_mean(name, self.commands, f"it has {', '.join(self.commands)}")
                 raise ModeSwitchError(
                     f"{self.name} has no command interface {name}; {hint}", self.name
                 )
@@ -238,7 +238,7 @@ class HardwareComponent(ABC):
                 self.name,
             )
 
-    def _try(self, hook: Callable[[], None]) -> None:
+    def _reach(self, hook: Callable[[], None]) -> None:
         try:
             hook()
         except BaseException:
@@ -251,8 +251,6 @@ class HardwareComponent(ABC):
         except BaseException:
             self.fail()
             raise
-        if hook == self.on_cleanup:
-            self._forget()
 
     def _forget(self) -> None:
         """What was measured before means nothing any more."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -13,7 +12,7 @@ from xml.etree.ElementTree import Element
 from bioscara.errors import ConfigurationError
 from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import GripperParameters, JointParameters
-from bioscara.model.checks import JOINTS, Section, check_addresses, check_jaws, check_joint
+from bioscara.model.checks import JOINTS, UNITS, Section, check_addresses, check_jaws, check_joint
 from bioscara.model.tags import (
     ARM_COMMANDS,
     ARM_COMPONENT,
@@ -25,6 +24,7 @@ from bioscara.model.tags import (
     HOMING_TAGS,
     JOINT_TAGS,
 )
+from bioscara.spelling import did_you_mean
 
 _UNITS = {"revolute": "rad", "prismatic": "m"}
 _WHOLE = re.compile(r"[+-]?(0x[0-9a-f]+|\d+)", re.IGNORECASE)
@@ -93,8 +93,6 @@ class _Params(Section):
 def read_arm(urdf: Urdf, name: str = ARM_COMPONENT) -> ArmDescription:
     """Return what a description says about the arm.
 
-    The unit of a joint follows from its type in the robot: revolute or prismatic.
-
     Args:
         urdf: The description.
         name: Name of the ``<ros2_control>`` tag.
@@ -116,7 +114,9 @@ def read_arm(urdf: Urdf, name: str = ARM_COMPONENT) -> ArmDescription:
         _check_parts(urdf, element, ARM_COMMANDS, ARM_STATES)
         section, homing = (_Params(urdf, element, tags) for tags in (JOINT_TAGS, HOMING_TAGS))
         section.refuse_unknown((*JOINT_TAGS.values(), *HOMING_TAGS.values()))
-        joints.append((check_joint(joint, _unit(urdf, element), section, homing), section))
+        if (unit := _unit(urdf, element)) != UNITS[joint]:
+            raise urdf.error(element, f"{joint}: its type goes with {unit}, not {UNITS[joint]}")
+        joints.append((check_joint(joint, section, homing), section))
     check_addresses(joints)
     return ArmDescription(name, tuple(joint for joint, _ in joints))
 
@@ -155,9 +155,7 @@ def _component(urdf: Urdf, name: str) -> Element:
     if name in names:
         raise urdf.error(tags[names.index(name)], f"there are {names.count(name)} <ros2_control> "
                          f"tags named {name}")  # fmt: skip
-    raise urdf.error(
-        urdf.root, f"no <ros2_control> tag is named {name}; {_hint(name, names) or 'there is none'}"
-    )
+    raise urdf.error(urdf.root, f"no <ros2_control> tag is named {name}; {_hint(name, names)}")
 
 
 def _joints(urdf: Urdf, component: Element) -> dict[str, Element]:
@@ -221,5 +219,4 @@ def _check_names(urdf: Urdf, element: Element, tag: str, wanted: Sequence[str]) 
 
 
 def _hint(name: str, known: Sequence[str]) -> str:
-    near = difflib.get_close_matches(name, known, 1)
-    return f"did you mean {near[0]}?" if near else f"known here: {', '.join(known)}"
+    return did_you_mean(name, known, f"known here: {', '.join(known) or 'none'}")

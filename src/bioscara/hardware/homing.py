@@ -9,9 +9,6 @@ from bioscara.drivers import Joint
 from bioscara.errors import HomingError, InvalidArgumentError
 from bioscara.protocol import Flags
 
-_TRAVEL_SHARE = 1.2
-_MARGIN = 10.0
-
 
 class Homing:
     """The homing of one joint: started by a command, watched by the cycle, ended by either.
@@ -46,13 +43,10 @@ class Homing:
             raise InvalidArgumentError(
                 f"{self._joint.name}: home command {direction} is not a finite number"
             )
-        parameters = self._joint.parameters
-        speed = abs(parameters.homing.velocity)
         # If only the answer is lost, the joint moves.
         self.running = True
-        self._joint.start_homing(math.copysign(speed, direction))
-        span = parameters.upper - parameters.lower
-        self._deadline = self._clock.now() + _TRAVEL_SHARE * span / speed + _MARGIN
+        self._joint.start_homing(math.copysign(self._joint.parameters.homing.velocity, direction))
+        self._deadline = self._clock.now() + self._joint.homing_timeout
 
     def watch(self) -> bool:
         """Keep it alive; return whether it is still running.

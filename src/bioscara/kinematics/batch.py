@@ -1,4 +1,8 @@
-"""The same kinematics for whole arrays; the last axis is x, y, z, yaw or j1 to j4."""
+"""The same kinematics for whole arrays; the last axis is x, y, z, yaw or j1 to j4.
+
+Every function raises :class:`~bioscara.errors.InvalidArgumentError` where that axis has another
+length than four.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +11,7 @@ import math
 import numpy as np
 import numpy.typing as npt
 
+from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics.pose import TURN
 from bioscara.kinematics.scara import LIMIT_ROUNDING, STRETCH_ROUNDING, Scara
 
@@ -26,7 +31,7 @@ def forward(arm: Scara, joints: npt.ArrayLike) -> Array:
     Returns:
         x, y, z [m] and yaw [rad], shape (..., 4).
     """
-    q = np.asarray(joints, dtype=np.float64)
+    q = _rows("joints", joints)
     l1, l2, height = arm.geometry
     tx, ty, tz, tyaw = arm.tool
     q1, q13 = q[..., 0], q[..., 0] + q[..., 2]
@@ -62,7 +67,7 @@ def inverse(arm: Scara, poses: npt.ArrayLike) -> Array:
         j1 to j4 [rad, m, rad, rad], shape (..., 2, 4), wrapped as
         :meth:`~bioscara.kinematics.Scara.inverse` does; limits are not checked.
     """
-    p = np.asarray(poses, dtype=np.float64)
+    p = _rows("poses", poses)
     rows = p.reshape(-1, 4)
     result = np.empty((len(rows), 2, 4))
     with np.errstate(invalid="ignore"):
@@ -97,7 +102,7 @@ def _inverse_block(arm: Scara, poses: Array, result: Array) -> None:
     for branch, sign in enumerate((1.0, -1.0)):
         ways = result[:, branch]
         q1 = _wrap(bearing - sign * inside, arm, 0)
-        elbow = sign * q3
+        elbow = _turned(sign * q3, arm, 2)
         ways[:, 0], ways[:, 1], ways[:, 2] = q1, q2, elbow
         ways[:, 3] = _wrap(turn - q1 - elbow, arm, 3)
 
@@ -112,7 +117,7 @@ def jacobian(arm: Scara, joints: npt.ArrayLike) -> Array:
     Returns:
         Rows x, y, z, yaw; columns j1 to j4; shape (..., 4, 4).
     """
-    q = np.asarray(joints, dtype=np.float64)
+    q = _rows("joints", joints)
     l1, l2, _ = arm.geometry
     tx, ty, _, _ = arm.tool
     q1 = q[..., 0] + arm.base.yaw
@@ -138,7 +143,7 @@ def tool_speeds(arm: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike) -> Arra
         joints: Where it is [rad, m, rad, rad], shape (..., 4).
         rates: Velocities of the joints [rad/s, m/s, rad/s, rad/s], shape (..., 4).
     """
-    columns = np.asarray(rates, dtype=np.float64)[..., None]
+    columns = _rows("rates", rates)[..., None]
     velocities: Array = (jacobian(arm, joints)[..., :3, :] @ columns)[..., 0]
     return np.asarray(np.linalg.norm(velocities, axis=-1), dtype=np.float64)
 
@@ -157,7 +162,8 @@ def tool_motion(
     Returns:
         Derivatives and second derivatives of x, y, z [m] and yaw [rad] by time, shape (..., 4).
     """
-    q, v, a = (np.asarray(part, dtype=np.float64) for part in (joints, rates, accelerations))
+    q, v = _rows("joints", joints), _rows("rates", rates)
+    a = _rows("accelerations", accelerations)
     lengths = (arm.geometry.upper_arm, arm.geometry.forearm, complex(arm.tool.x, arm.tool.y))
     angles, rates, gains = (np.cumsum(part[..., (0, 2, 3)], axis=-1) for part in (q, v, a))
     links = lengths * np.exp(1j * (angles + arm.base.yaw))
@@ -170,9 +176,14 @@ def tool_motion(
 
 
 def _wrap(angles: Array, arm: Scara, joint: int) -> Array:
+    # Half a turn is the positive one, as Scara has it.
+    return _turned(angles - TURN * np.ceil(angles * (1.0 / TURN) - 0.5), arm, joint)
+
+
+def _turned(angles: Array, arm: Scara, joint: int) -> Array:
+    """Return angles within half a turn, but on another turn where only that is within limits."""
     slack = 0.5 * LIMIT_ROUNDING
     lower, upper = arm.limits[joint].lower - slack, arm.limits[joint].upper + slack
-    angles = angles - TURN * np.rint(angles * (1.0 / TURN))
     # Within half a turn either way, no other turn of the angle can be within these limits.
     if lower > -math.pi and upper < math.pi:
         return angles
@@ -180,3 +191,11 @@ def _wrap(angles: Array, arm: Scara, joint: int) -> Array:
     down = angles - TURN * np.ceil((angles - upper) / TURN)
     angles = np.where((angles < lower) & (up <= upper), up, angles)
     return np.where((angles > upper) & (down >= lower), down, angles)
+
+
+def _rows(what: str, values: npt.ArrayLike) -> Array:
+    """Return values as an array of four in its last axis."""
+    rows = np.asarray(values, dtype=np.float64)
+    if rows.shape[-1:] != (4,):
+        raise InvalidArgumentError(f"{what} have the shape {rows.shape}; it must be (..., 4)")
+    return rows

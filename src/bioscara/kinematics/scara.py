@@ -48,6 +48,7 @@ class Scara:
 
     Attributes:
         geometry: As given.
+        limits: As given.
         tool: As given.
         base: As given.
     """
@@ -66,6 +67,7 @@ class Scara:
         # Half of what rounding may do is for what is found, the rest for adding its turns.
         slack = 0.5 * LIMIT_ROUNDING
         self._bounds = tuple((limit.lower - slack, limit.upper + slack) for limit in limits)
+        self._elbow_turns = max(-self._bounds[2][0], self._bounds[2][1]) >= math.pi
         self._plain_base = base == IDENTITY
         turns = sum(max(-limits[i].lower, limits[i].upper) for i in _TURNING)
         self._most_yaw = max(ANGLE_MAX, turns + abs(tool.yaw) + abs(base.yaw))
@@ -121,9 +123,10 @@ class Scara:
         bearing, inside = math.atan2(y, x), math.atan2(l2 * sine, l1 + l2 * cosine)
         q2 = z - tz - self._height
         first, second = self._wrap(0, bearing - inside), self._wrap(0, bearing + inside)
+        elbows = (self._wrap(2, q3), self._wrap(2, -q3)) if self._elbow_turns else (q3, -q3)
         return (
-            Joints(first, q2, q3, self._wrap(3, turn - first - q3)),
-            Joints(second, q2, -q3, self._wrap(3, turn - second + q3)),
+            Joints(first, q2, elbows[0], self._wrap(3, turn - first - q3)),
+            Joints(second, q2, elbows[1], self._wrap(3, turn - second + q3)),
         )
 
     def solve(self, pose: Pose, near: Sequence[float]) -> Joints:

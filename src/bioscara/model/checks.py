@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Iterable
@@ -10,9 +9,19 @@ from typing import Any, NamedTuple
 
 from bioscara.errors import ConfigurationError
 from bioscara.model.parameters import HomingParameters, JointParameters
+from bioscara.spelling import did_you_mean
 
-JOINTS = ("j1", "j2", "j3", "j4")
+UNITS = {"j1": "rad", "j2": "m", "j3": "rad", "j4": "rad"}
+"""Units of the joints, by name: the second one lifts, the others turn."""
+JOINTS = tuple(UNITS)
 """Names of the joints, in the order of their numbers."""
+_FARTHEST = {"rad": 4.0 * math.pi, "m": 2.0}
+"""Positions that a joint of this unit may have: beyond them stand degrees and millimetres."""
+_MOTOR_VELOCITY = 343.0
+"""Highest speed of a motor [rad/s]: TRACK carries 3276 rpm."""
+_MOTOR_ACCELERATION = 365.0
+"""Highest acceleration of a motor [rad/s^2]: the register of its driver ends just above it. More is
+clamped; firmware of the existing arms takes a small share of it instead."""
 _HOMING_RPM = (1.0, 250.0)
 """Motor speeds that HOME can carry: the original host refuses the bounds themselves."""
 
@@ -72,9 +81,9 @@ class Section(ABC):
             raise self.error(f"{self.name(key)}: it must not be zero", key)
         return value
 
-    def above(self, key: str, lower: float, upper: float) -> float:
+    def above(self, key: str, lower: float, upper: float, unit: str = "") -> float:
         """Return a number above ``lower``, up to ``upper``."""
-        value = self.number(key, -upper, upper)
+        value = self.number(key, -upper, upper, unit)
         if value <= lower:
             raise self.error(f"{self.name(key)}: {value:g} must be above {lower:g}", key)
         return value
@@ -90,7 +99,8 @@ class Section(ABC):
         """Return a text, one of ``allowed`` if there are any."""
         value = self.value(key)
         if not isinstance(value, str) or not value or (allowed and value not in allowed):
-            choice = f"; it is one of {', '.join(allowed)}" if allowed else ""
+            several = "one of " if len(allowed) > 1 else ""
+            choice = f"; it must be {several}{', '.join(allowed)}" if allowed else ""
             raise self.error(f"{self.name(key)}: {value!r} is not a valid name{choice}", key)
         return value
 
@@ -104,26 +114,30 @@ class Section(ABC):
         for key in self.keys():
             if key in names:
                 continue
-            near = difflib.get_close_matches(str(key), names, 1)
-            hint = f"did you mean {near[0]}?" if near else f"known here: {', '.join(names)}"
+            hint = did_you_mean(str(key), names, f"known here: {', '.join(names)}")
             raise self.error(f"{self.name(str(key))} is not a known parameter; {hint}", key)
 
 
-def check_joint(name: str, unit: str, section: Section, homing: Section) -> JointParameters:
+def check_joint(name: str, section: Section, homing: Section) -> JointParameters:
     """Return the parameters of one joint.
 
     Args:
         name: One of :data:`JOINTS`.
-        unit: ``"rad"`` or ``"m"``.
         section: Where its values are.
         homing: Where those of its homing are.
 
     Raises:
         ConfigurationError: A value is missing or cannot be.
     """
+    unit = UNITS[name]
     reduction = section.nonzero("reduction", 1e5)
-    lower = section.number("lower", -1e3, 1e3)
-    max_velocity = section.number("max_velocity", 1e-6, 1e3)
+    farthest, fastest = _FARTHEST[unit], _MOTOR_VELOCITY / abs(reduction)
+    hardest = _MOTOR_ACCELERATION / abs(reduction)
+    lower = section.number("lower", -farthest, farthest, unit)
+    max_velocity = section.number("max_velocity", 1e-6, fastest, f"{unit}/s")
+    max_acceleration = section.number("max_acceleration", 1e-6, hardest, f"{unit}/s^2")
+    velocity = homing.nonzero("velocity", max_velocity, f"{unit}/s")
+    _check_homing_speed(homing, velocity, reduction)
     return JointParameters(
         name=name,
         number=JOINTS.index(name) + 1,
@@ -131,18 +145,22 @@ def check_joint(name: str, unit: str, section: Section, homing: Section) -> Join
         unit=unit,
         reduction=reduction,
         lower=lower,
-        upper=section.above("upper", lower, 1e3),
+        upper=section.above("upper", lower, farthest, unit),
         max_velocity=max_velocity,
-        max_acceleration=section.number("max_acceleration", 1e-6, 1e4),
+        max_acceleration=max_acceleration,
         drive_current_percent=section.whole("drive_current_percent", 1, 100, "%"),
         hold_current_percent=section.whole("hold_current_percent", 1, 100, "%"),
         stall_threshold=section.whole("stall_threshold", 0, 255),
-        homing=_check_homing(homing, reduction, max_velocity),
+        homing=HomingParameters(
+            velocity=velocity,
+            threshold=homing.whole("threshold", 1, 255, "microsteps"),
+            current_percent=homing.whole("current_percent", 1, 100, "%"),
+            acceleration=homing.number("acceleration", 1e-6, max_acceleration, f"{unit}/s^2"),
+        ),
     )
 
 
-def _check_homing(section: Section, reduction: float, max_velocity: float) -> HomingParameters:
-    velocity = section.nonzero("velocity", max_velocity)
+def _check_homing_speed(section: Section, velocity: float, reduction: float) -> None:
     motor_rpm = abs(math.degrees(velocity * reduction)) / 6.0
     if not _HOMING_RPM[0] < motor_rpm < _HOMING_RPM[1]:
         raise section.error(
@@ -150,12 +168,6 @@ def _check_homing(section: Section, reduction: float, max_velocity: float) -> Ho
             f"must be above {_HOMING_RPM[0]:g} and below {_HOMING_RPM[1]:g}",
             "velocity",
         )
-    return HomingParameters(
-        velocity=velocity,
-        threshold=section.whole("threshold", 1, 255, "microsteps"),
-        current_percent=section.whole("current_percent", 1, 100, "%"),
-        acceleration=section.number("acceleration", 1e-6, 1e3),
-    )
 
 
 def check_addresses(joints: Iterable[tuple[JointParameters, Section]]) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from bioscara.model.checks import JOINTS, check_addresses, check_jaws, check_joint
+from bioscara.model.checks import JOINTS, UNITS, check_addresses, check_jaws, check_joint
 from bioscara.model.parameters import (
     HIGHEST_RATE,
     LOWEST_RATE,
@@ -28,6 +28,8 @@ from bioscara.model.yaml_section import YamlSection, read_sections
 
 _EXISTING_ARMS = Path(__file__).with_name("parameters.yaml")
 _IMPLIED = ("name", "number")
+_CARRIAGE = 0.16
+"""Shortest upper arm [m]: the lift's carriage reaches so far, and the elbow is beyond it."""
 _BRAKING_SHARE = (0.01, 1.0)
 
 
@@ -35,7 +37,8 @@ def _joint(name: str, section: YamlSection) -> JointParameters:
     section.refuse_unknown(key for key in JointParameters.__slots__ if key not in _IMPLIED)
     homing = section.section("homing")
     homing.refuse_unknown(HomingParameters.__slots__)
-    return check_joint(name, section.text("unit", ("rad", "m")), section, homing)
+    section.text("unit", (UNITS[name],))
+    return check_joint(name, section, homing)
 
 
 def _gripper(section: YamlSection) -> GripperParameters:
@@ -64,7 +67,7 @@ def _geometry(section: YamlSection) -> GeometryParameters:
     section.refuse_unknown(GeometryParameters.__slots__)
     return GeometryParameters(
         height=section.number("height", 0.01, 2.0, "m"),
-        upper_arm=section.number("upper_arm", 0.01, 2.0, "m"),
+        upper_arm=section.number("upper_arm", _CARRIAGE, 2.0, "m"),
         forearm=section.number("forearm", 0.01, 2.0, "m"),
         tool_x=section.number("tool_x", -1.0, 1.0, "m"),
         tool_y=section.number("tool_y", -1.0, 1.0, "m"),

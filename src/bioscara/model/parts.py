@@ -109,24 +109,17 @@ def _upper_arm(length: float) -> Link:
     profile = ((0.0856, -0.0132), (0.156, 0.0426), (0.0856, 0.0426))
     # Outlines across y are z, x.
     gusset = prism([(z, x) for x, z in reversed(profile)], -0.03, 0.03, "y")
-    centres = (0.06, 0), (length, 0)
+    bar = capsule(0.06, length, 0.0528, 0.0426, 0.1069)
+    motor = box((0.1, -0.021, 0.0879), (0.142, 0.021, 0.1279))
     return Link(
         "link_2",
-        (
-            *_printed(carriage, gusset, capsule(*centres, 0.0528, 0.0426, 0.1069)),
-            *_solid(MOTOR, box((0.1, -0.021, 0.0879), (0.142, 0.021, 0.1279))),
-        ),
-        {
-            "carriage": carriage,
-            "gusset": gusset,
-            "bar": capsule(*centres, 0.0528, 0.0426, 0.1069),
-            "motor": box((0.1, -0.021, 0.0879), (0.142, 0.021, 0.1279)),
-        },
+        (*_printed(carriage, gusset, bar), *_solid(MOTOR, motor)),
+        {"carriage": carriage, "gusset": gusset, "bar": bar, "motor": motor},
     )
 
 
 def _forearm(length: float) -> Link:
-    bar = capsule((0, 0), (length, 0), 0.0359, 0.1109, 0.1632)
+    bar = capsule(0.0, length, 0.0359, 0.1109, 0.1632)
     motor = box((length - 0.09, -0.021, 0.0709), (length - 0.048, 0.021, 0.1109))
     hub = cylinder((length, 0), 0.032, 0.0155, 0.1109)
     bearing = cylinder((0, 0), 0.03, 0.1069, 0.1109)

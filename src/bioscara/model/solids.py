@@ -65,34 +65,34 @@ def box(lower: Sequence[float], upper: Sequence[float]) -> Solid:
     return prism(((x0, y0), (x1, y0), (x1, y1), (x0, y1)), z0, z1)
 
 
-def capsule(
-    start: Sequence[float],
-    end: Sequence[float],
-    radius: float,
-    lower: float,
-    upper: float,
-    axis: str = "z",
-) -> Solid:
-    """Return a bar with round ends, whose cross section goes from one centre to another.
+def capsule(start: float, end: float, radius: float, lower: float, upper: float) -> Solid:
+    """Return an upright bar along x with round ends.
 
     Args:
-        start: Centre of one end, in the plane across the axis as for :func:`prism`.
-        end: Centre of the other, further along the plane's first coordinate.
+        start: Where the axis of one end is, along x [m].
+        end: Where that of the other is, further along [m].
         radius: Of both ends [m].
-        lower: Where it begins along the axis [m].
+        lower: Where it begins in height [m].
         upper: Where it ends [m].
-        axis: ``"x"``, ``"y"`` or ``"z"``.
     """
     half = np.linspace(-np.pi / 2.0, np.pi / 2.0, _SIDES // 2 + 1)
-    right = np.asarray(end) + radius * np.column_stack((np.cos(half), np.sin(half)))
-    left = np.asarray(start) - radius * np.column_stack((np.cos(half), np.sin(half)))
-    return prism(np.concatenate((right, left)), lower, upper, axis)
+    arc = radius * np.column_stack((np.cos(half), np.sin(half)))
+    right, left = arc + np.array((end, 0.0)), np.array((start, 0.0)) - arc
+    return prism(np.concatenate((right, left)), lower, upper)
 
 
 def cylinder(
     centre: Sequence[float], radius: float, lower: float, upper: float, axis: str = "z"
 ) -> Solid:
-    """Return a cylinder; arguments as for :func:`capsule`."""
+    """Return a cylinder.
+
+    Args:
+        centre: In the plane across the axis, as the corners of :func:`prism`.
+        radius: [m].
+        lower: Where it begins along the axis [m].
+        upper: Where it ends [m].
+        axis: ``"x"``, ``"y"`` or ``"z"``.
+    """
     angles = np.arange(_SIDES) * (2.0 * np.pi / _SIDES)
     outline = np.asarray(centre) + radius * np.column_stack((np.cos(angles), np.sin(angles)))
     return prism(outline, lower, upper, axis)

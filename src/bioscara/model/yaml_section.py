@@ -11,6 +11,12 @@ from bioscara.model.checks import Section
 
 SIZE_MAX = 2**20
 """Largest file that is read [bytes]; the arm's own has a hundredth of it."""
+_UNMARKED = (
+    ValueError, LookupError, AttributeError, TypeError, OverflowError,
+    AssertionError, NotImplementedError,
+)  # fmt: skip
+"""What the parser lets through: values that cannot be, such as a thirteenth month, and comments
+where it expects none."""
 
 
 class YamlSection(Section):
@@ -120,14 +126,28 @@ def sections_of(text: str, source: str) -> YamlSection:
     """
     # Only who reads a file pays for the parser.
     from ruamel.yaml import YAML  # noqa: PLC0415
+    from ruamel.yaml.constructor import ConstructorError, RoundTripConstructor  # noqa: PLC0415
     from ruamel.yaml.error import MarkedYAMLError, YAMLError  # noqa: PLC0415
+    from ruamel.yaml.reader import ReaderError  # noqa: PLC0415
 
+    class Located(RoundTripConstructor):
+        def construct_object(self, node: Any, deep: bool = False) -> Any:
+            try:
+                return super().construct_object(node, deep)
+            except _UNMARKED as error:
+                raise ConstructorError(None, None, str(error), node.start_mark) from error
+
+    yaml = YAML(typ="rt")
+    yaml.Constructor = Located
     try:
-        node = YAML(typ="rt").load(text)
+        node = yaml.load(text)
     except MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         raise ConfigurationError(f"{source}, line {line}: {error.problem}") from error
-    except (YAMLError, ValueError, LookupError, AttributeError, TypeError, OverflowError) as error:
+    except ReaderError as error:
+        line = text.count("\n", 0, error.position) + 1
+        raise ConfigurationError(f"{source}, line {line}: {error.reason}") from error
+    except (YAMLError, *_UNMARKED) as error:
         raise ConfigurationError(f"{source}: not a YAML file: {error!r}") from error
     except RecursionError:
         raise ConfigurationError(f"{source}: is nested too deeply") from None

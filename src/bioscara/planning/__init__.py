@@ -8,6 +8,13 @@
 the arm keeps clear of all around it on the way; ``jog`` moves it by streamed velocities under the
 same rule.
 
+Below these, for one joint: ``limits``, ``double_s``, ``profile`` and ``longest_ways``; ``extrema``
+of a trajectory. For a path: ``joint_path``, ``path_limits``, ``tool_limits``, ``phase_plane``,
+``stretched_ends``, ``path_refusals`` and the ``blending`` of corners; ``tool_speed`` for
+trajectories of any kind. For what is around: ``scene_file`` and ``zone_values``, ``bodies`` and
+``shapes``, ``layout`` for one arm, ``sweep`` of a trajectory, ``standing``, ``stopping`` and
+``room`` of an arm in motion. For files: ``ros_yaml``, ``message_text`` and ``numbers``.
+
 Law: what ``check`` accepts stays within every limit at every instant.
 """
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -11,6 +10,7 @@ from bioscara.errors import TrajectoryError
 from bioscara.planning.extrema import JointRanges, extrema
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.trajectory import Trajectory
+from bioscara.spelling import did_you_mean
 
 TOLERANCE = 1e-6
 """Share of a limit by which rounding may exceed it."""
@@ -35,9 +35,10 @@ def check(trajectory: Trajectory, limits: Sequence[JointLimits]) -> list[str]:
     by_name = {limit.name: limit for limit in limits}
     for name in trajectory.joint_names:
         if name not in by_name:
-            close = difflib.get_close_matches(name, by_name, 1)
-            hint = f"; did you mean {close[0]}?" if close else ""
-            raise TrajectoryError(f"no joint {name!r}; the arm has {', '.join(by_name)}{hint}")
+            hint = did_you_mean(name, by_name)
+            raise TrajectoryError(
+                f"no joint {name!r}; the arm has {', '.join(by_name)}{hint and f'; {hint}'}"
+            )
     excesses = [
         excess
         for name, ranges in zip(trajectory.joint_names, extrema(trajectory), strict=True)

@@ -6,7 +6,6 @@ the form of ``ros2 topic echo``: comment lines, messages ended by ``---``.
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 from typing import TypeAlias
 
@@ -14,6 +13,7 @@ from bioscara.errors import TrajectoryError
 from bioscara.planning.message_text import FULL_LENGTH, Document, Node, first_document
 from bioscara.planning.numbers import number
 from bioscara.planning.trajectory import Trajectory
+from bioscara.spelling import did_you_mean
 
 _Fields: TypeAlias = dict[str, Node]
 
@@ -106,10 +106,9 @@ def _trajectory(message: _Fields) -> Trajectory:
 def _refuse_unknown(fields: _Fields, known: Sequence[str], where: str) -> None:
     for key in fields:
         if key not in known:
-            close = difflib.get_close_matches(key, known, 1)
-            hint = f"; did you mean {close[0]}?" if close else ""
+            hint = did_you_mean(key, known)
             raise TrajectoryError(
-                f"{where}: unknown field {key!r}; it has {', '.join(known)}{hint}"
+                f"{where}: unknown field {key!r}; it has {', '.join(known)}{hint and f'; {hint}'}"
             )
 
 

@@ -148,7 +148,12 @@ class Stops:
         lower, upper = ranges
         seconds = (np.abs(next_) / self._braking).max(axis=1)
         samples = self._samples(np.abs(next_).max(axis=0) * seconds.max() / 2.0)
-        way, speeds = self._braked(there, next_, np.outer(seconds, np.linspace(0.0, 1.0, samples)))
+        times = np.outer(seconds, np.linspace(0.0, 1.0, samples))
+        # Where one joint comes to rest before the others the tool's speed has a corner.
+        corners = np.abs(next_) / self._braking
+        way, speeds = self._braked(there, next_, np.hstack((times, corners)))
+        speed = batch.tool_speeds(self._arm, way, speeds)
+        way = way[:, :samples]
         # Not a sum: an excess that is added to at each step would grow without end.
         room = np.maximum(np.maximum(lower - here, here - upper), _ROUNDING)
         # A joint that reverses ends its step farther out than it comes to rest.
@@ -157,9 +162,8 @@ class Stops:
             (ends < lower - room) | (ends > upper + room), axis=0
         )
         inside = np.asarray(~beyond.any(axis=1))
-        speed = batch.tool_speeds(self._arm, way, speeds)
         # What a parabola through three neighbours may rise above the middle one.
-        speed[:, 1:-1] += np.abs(np.diff(speed, 2, axis=1)) / 8.0
+        speed[:, 1 : samples - 1] += np.abs(np.diff(speed[:, :samples], 2, axis=1)) / 8.0
         slow = np.asarray(speed.max(axis=1) <= fastest * _SPEED_ROUNDING)
         good: npt.NDArray[np.bool_] = np.logical_and(inside, slow)
         hindrance = "" if slow[0] else "tool speed"

@@ -1,8 +1,8 @@
 """The wire: values go in, bytes come out, and back. No I/O.
 
-``registers`` is the one table, ``codec`` turns a row and its values into frames of version 1 or
-2, ``crc`` is their check byte, ``enums`` names the numbers they carry, ``generate`` renders the
-table as the firmware's header and as docs/protocol.md.
+``registers`` is the one table, ``rows`` what it is made of, ``enums`` names the numbers in it and
+those that travel, ``codec`` turns a row and its values into frames of version 1 or 2, ``crc`` is
+their check byte, ``generate`` renders the table as the firmware's header and as docs/protocol.md.
 
 Law: decode(encode(x)) = x up to the resolution of the field.
 """
@@ -19,8 +19,8 @@ from bioscara.protocol.enums import Fault as Fault
 from bioscara.protocol.enums import Flags as Flags
 from bioscara.protocol.enums import JointState as JointState
 from bioscara.protocol.enums import Refusal as Refusal
+from bioscara.protocol.enums import Register as Register
 from bioscara.protocol.enums import ResetCause as ResetCause
-from bioscara.protocol.registers import DEFINITIONS as DEFINITIONS
 from bioscara.protocol.registers import MAGIC as MAGIC
+from bioscara.protocol.registers import PROTOCOL as PROTOCOL
 from bioscara.protocol.registers import REGISTERS as REGISTERS
-from bioscara.protocol.registers import Register as Register

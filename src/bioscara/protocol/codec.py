@@ -17,8 +17,9 @@ from typing import NamedTuple
 
 from bioscara.errors import CorruptFrameError, InvalidArgumentError, LimitError
 from bioscara.protocol.crc import crc8
-from bioscara.protocol.enums import Flags
-from bioscara.protocol.registers import REGISTERS, Definition, Direction, Field, Kind, Register
+from bioscara.protocol.enums import Flags, Register
+from bioscara.protocol.registers import REGISTERS
+from bioscara.protocol.rows import Definition, Direction, Field, Kind
 
 TRAILER = 2
 """Bytes that version 2 adds in each direction: sequence number and CRC-8."""

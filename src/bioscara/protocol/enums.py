@@ -1,8 +1,52 @@
-"""The numbers that travel: flags, states, faults, refusals, reset causes, capabilities."""
+"""The numbers that travel: codes, flags, states, faults, refusals, reset causes, capabilities."""
 
 from __future__ import annotations
 
 from enum import IntEnum, IntFlag
+
+
+class Register(IntEnum):
+    """Command codes. Version 2 codes differ from each other in at least 3 bits."""
+
+    NONE = 0x00
+    PING = 0x0F
+    SETUP = 0x10
+    SETRPM = 0x11
+    GETDRIVERRPM = 0x12
+    MOVESTEPS = 0x13
+    MOVEANGLE = 0x14
+    MOVETOANGLE = 0x15
+    GETMOTORSTATE = 0x16
+    RUNCONTINUOUS = 0x17
+    ANGLEMOVED = 0x18
+    SETCURRENT = 0x19
+    SETHOLDCURRENT = 0x1A
+    SETMAXACCELERATION = 0x1B
+    SETMAXDECELERATION = 0x1C
+    SETMAXVELOCITY = 0x1D
+    ENABLESTALLGUARD = 0x1E
+    DISABLESTALLGUARD = 0x1F
+    CLEARSTALL = 0x20
+    SETBRAKEMODE = 0x22
+    ENABLEPID = 0x23
+    DISABLEPID = 0x24
+    ENABLECLOSEDLOOP = 0x25
+    DISABLECLOSEDLOOP = 0x26
+    SETCONTROLTHRESHOLD = 0x27
+    MOVETOEND = 0x28
+    STOP = 0x29
+    GETPIDERROR = 0x2A
+    CHECKORIENTATION = 0x2B
+    GETENCODERRPM = 0x2C
+    HOME = 0x2D
+    HOMEOFFSET = 0x2E
+    HELLO = 0xC0
+    ARM = 0xE6
+    TRACK = 0xD5
+    STATE = 0xCB
+    FAULT = 0xF3
+    WATCHDOG = 0xED
+    CLEARFAULT = 0xDE
 
 
 class Flags(IntFlag):

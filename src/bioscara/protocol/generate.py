@@ -21,15 +21,11 @@ from bioscara.protocol.enums import (
     Flags,
     JointState,
     Refusal,
+    Register,
     ResetCause,
 )
-from bioscara.protocol.registers import (
-    MAGIC,
-    REGISTERS,
-    VELOCITY_STEP_RPM,
-    Definition,
-    Field,
-)
+from bioscara.protocol.registers import MAGIC, PROTOCOL, REGISTERS, VELOCITY_STEP_RPM
+from bioscara.protocol.rows import Definition, Field
 
 _ENUMS: tuple[type[IntEnum] | type[IntFlag], ...] = (
     Flags,
@@ -46,60 +42,54 @@ def _size(fields: tuple[Field, ...]) -> int:
     return struct.calcsize("<" + "".join(field.kind.value for field in fields))
 
 
+_HEADER_BEGIN = """\
+// Generated from src/bioscara/protocol by python -m bioscara.protocol.generate.
+// Do not edit: change the table and generate again.
+#pragma once
+
+#include <stdint.h>
+
+namespace bioscara {
+"""
+_STRUCT = """\
+enum class Direction : uint8_t { NONE, READ, WRITE, READ_WRITE, EXCHANGE };
+
+// One row of the register table. Sizes are payload bytes; flags and trailer come on top.
+struct Definition {
+  Register code;
+  Direction direction;
+  uint8_t written;
+  uint8_t read;
+  uint8_t version;
+  bool blocking;
+  bool motion;
+  bool setpoint;
+};
+"""
+_HEADER_END = f"""\
+constexpr uint16_t kMagic = 0x{MAGIC:04X};
+constexpr uint8_t kProtocolVersion = {PROTOCOL};
+constexpr float kVelocityStepRpm = {VELOCITY_STEP_RPM}F;
+
+}}  // namespace bioscara
+"""
+
+
 def render_header() -> str:
     """Return the text of firmware/joint/src/generated/registers.h."""
-    lines = [
-        "// Generated from src/bioscara/protocol by python -m bioscara.protocol.generate.",
-        "// Do not edit: change the table and generate again.",
-        "#pragma once",
-        "",
-        "#include <stdint.h>",
-        "",
-        "namespace bioscara {",
-        "",
-        "enum class Register : uint8_t {",
-        *(f"  {row.register.name} = 0x{row.register:02X}," for row in REGISTERS),
-        "};",
-        "",
-    ]
-    for enum in _ENUMS:
+    lines = [_HEADER_BEGIN]
+    for enum in (Register, *_ENUMS):
         lines.append(f"enum class {enum.__name__} : uint8_t {{")
-        lines.extend(f"  {member.name} = 0x{member.value:02X}," for member in enum)
-        lines.extend(("};", ""))
-    lines += [
-        "enum class Direction : uint8_t { NONE, READ, WRITE, READ_WRITE, EXCHANGE };",
-        "",
-        "// One row of the register table. Sizes are payload bytes; flags and trailer come on top.",
-        "struct Definition {",
-        "  Register code;",
-        "  Direction direction;",
-        "  uint8_t written;",
-        "  uint8_t read;",
-        "  uint8_t version;",
-        "  bool blocking;",
-        "  bool motion;",
-        "  bool setpoint;",
-        "};",
-        "",
-        "constexpr Definition kDefinitions[] = {",
-    ]
+        lines += [f"  {member.name} = 0x{member.value:02X}," for member in enum]
+        lines += ["};", ""]
+    lines += [_STRUCT, "constexpr Definition kDefinitions[] = {"]
     for row in REGISTERS:
         flags = ", ".join(str(flag).lower() for flag in (row.blocking, row.motion, row.setpoint))
         lines.append(
             f"    {{Register::{row.register.name}, Direction::{row.direction.name}, "
             f"{_size(row.written)}, {_size(row.read)}, {row.version}, {flags}}},"
         )
-    lines += [
-        "};",
-        "",
-        f"constexpr uint16_t kMagic = 0x{MAGIC:04X};",
-        "constexpr uint8_t kProtocolVersion = 2;",
-        f"constexpr float kVelocityStepRpm = {VELOCITY_STEP_RPM}F;",
-        "",
-        "}  // namespace bioscara",
-        "",
-    ]
-    return "\n".join(lines)
+    return "\n".join([*lines, "};", "", _HEADER_END])
 
 
 def _payload(fields: tuple[Field, ...]) -> str:

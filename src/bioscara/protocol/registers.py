@@ -7,137 +7,8 @@ fixed for life: they are what the joints on existing arms answer. Motor units st
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from enum import Enum, IntEnum
-
-
-class Kind(Enum):
-    """Type of a field; the value is its :mod:`struct` code (little endian on the wire)."""
-
-    U8 = "B"
-    I8 = "b"
-    U16 = "H"
-    I16 = "h"
-    U32 = "I"
-    I32 = "i"
-    F32 = "f"
-
-
-class Direction(Enum):
-    """How a register is used."""
-
-    NONE = "-"
-    READ = "R"
-    WRITE = "W"
-    READ_WRITE = "R/W"
-    """Written with a payload, read without one."""
-    EXCHANGE = "X"
-    """A payload each way in one transaction."""
-
-
-class Support(Enum):
-    """What the version 1 firmware on existing arms does with a register."""
-
-    YES = "yes"
-    NAMED = "named only"
-    NO = "no"
-
-
-@dataclass(frozen=True, slots=True)
-class Field:
-    """One value in a payload.
-
-    Attributes:
-        name: Name of the value.
-        kind: Type on the wire.
-        unit: Unit of the value, ``""`` for a pure number.
-        lower: Lowest value that makes sense; None for the lowest of the type.
-        upper: Highest value that makes sense; None for the highest of the type.
-        scale: Value of one step of an integer field: value = integer * scale.
-        padding: True for a byte that is sent as zero and ignored.
-    """
-
-    name: str
-    kind: Kind
-    unit: str = ""
-    lower: float | None = None
-    upper: float | None = None
-    scale: float = 1.0
-    padding: bool = False
-
-
-class Register(IntEnum):
-    """Command codes. Version 2 codes differ from each other in at least 3 bits."""
-
-    NONE = 0x00
-    PING = 0x0F
-    SETUP = 0x10
-    SETRPM = 0x11
-    GETDRIVERRPM = 0x12
-    MOVESTEPS = 0x13
-    MOVEANGLE = 0x14
-    MOVETOANGLE = 0x15
-    GETMOTORSTATE = 0x16
-    RUNCONTINUOUS = 0x17
-    ANGLEMOVED = 0x18
-    SETCURRENT = 0x19
-    SETHOLDCURRENT = 0x1A
-    SETMAXACCELERATION = 0x1B
-    SETMAXDECELERATION = 0x1C
-    SETMAXVELOCITY = 0x1D
-    ENABLESTALLGUARD = 0x1E
-    DISABLESTALLGUARD = 0x1F
-    CLEARSTALL = 0x20
-    SETBRAKEMODE = 0x22
-    ENABLEPID = 0x23
-    DISABLEPID = 0x24
-    ENABLECLOSEDLOOP = 0x25
-    DISABLECLOSEDLOOP = 0x26
-    SETCONTROLTHRESHOLD = 0x27
-    MOVETOEND = 0x28
-    STOP = 0x29
-    GETPIDERROR = 0x2A
-    CHECKORIENTATION = 0x2B
-    GETENCODERRPM = 0x2C
-    HOME = 0x2D
-    HOMEOFFSET = 0x2E
-    HELLO = 0xC0
-    ARM = 0xE6
-    TRACK = 0xD5
-    STATE = 0xCB
-    FAULT = 0xF3
-    WATCHDOG = 0xED
-    CLEARFAULT = 0xDE
-
-
-@dataclass(frozen=True, slots=True)
-class Definition:
-    """One row of the table.
-
-    Attributes:
-        register: The code.
-        direction: How it is used.
-        meaning: What it does, for the generated page and header.
-        written: Payload of a write or exchange, in wire order.
-        read: Payload of a read or exchange, in wire order, flags not included.
-        version: First protocol version that knows it.
-        support: What existing version 1 firmware does with it.
-        blocking: BUSY until it ends; the host polls.
-        motion: It can move the joint: needs an enabled joint, and a trailer once armed.
-        setpoint: Each intact, newer one feeds the joint's setpoint watchdog.
-    """
-
-    register: Register
-    direction: Direction
-    meaning: str
-    written: tuple[Field, ...] = ()
-    read: tuple[Field, ...] = ()
-    version: int = 1
-    support: Support = Support.YES
-    blocking: bool = False
-    motion: bool = False
-    setpoint: bool = False
-
+from bioscara.protocol.enums import Register
+from bioscara.protocol.rows import Definition, Direction, Field, Kind, Support
 
 _ZERO = Field("zero", Kind.U8, padding=True)
 
@@ -153,6 +24,9 @@ _DIRECTION = Field("direction", Kind.U8, "", 0, 1)
 
 VELOCITY_STEP_RPM = 0.1
 """Resolution of the velocities in TRACK [rpm]: 16 bits then span +-3276 rpm of the motor."""
+
+PROTOCOL = 2
+"""The newest version of the protocol."""
 
 MAGIC = 0x4253
 """First two bytes of HELLO's answer, the letters ``SB`` in wire order."""
@@ -471,5 +345,3 @@ REGISTERS: tuple[Definition, ...] = (
         support=Support.NO,
     ),
 )
-
-DEFINITIONS: dict[Register, Definition] = {row.register: row for row in REGISTERS}

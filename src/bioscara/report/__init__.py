@@ -4,8 +4,9 @@ Cycles of the motion loop go in; ``samples.csv``, ``report.txt``, ``plot.html`` 
 matplotlib is installed, ``plot.png`` come out. Nothing here touches a bus, a joint or a clock,
 and nothing here may stop a motion: what cannot be written is told at the end.
 
-``cycles`` holds the values, ``samples`` writes and reads them as CSV, ``statistics`` condenses
-them, ``text``, ``html`` and ``png`` show them, ``folder`` is where they are kept.
+``cycles`` holds the values, ``samples`` writes them as CSV, ``statistics`` condenses them,
+``summary`` has the facts that they do not; ``text``, ``html`` and ``png`` show all of it, and
+``folder`` is where it is kept. ``plan_png`` and ``plan_views`` draw what is only planned.
 """
 
 from bioscara.report.cycles import CycleRecord as CycleRecord

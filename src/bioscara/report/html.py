@@ -13,12 +13,16 @@ from numpy.typing import NDArray
 from bioscara.report.cycles import History, Phase
 from bioscara.report.statistics import loop_statistics, measured_time, phase_mask, tracking
 from bioscara.report.summary import Summary
-from bioscara.report.text import duration_line, loop_lines, outcome_line, tracking_cells
+from bioscara.report.text import (
+    TRACKING,
+    duration_line,
+    loop_lines,
+    outcome_line,
+    tracking_cells,
+)
 
 MAX_POINTS = 4000
 """Points per curve; beyond that each is the worst of several cycles."""
-
-_COLUMNS = ("joint", "error max", "at", "error rms", "at the end", "speed max", "samples")
 
 
 def render(summary: Summary, history: History) -> str:
@@ -31,7 +35,7 @@ def render(summary: Summary, history: History) -> str:
         "outcome": escape(outcome_line(summary)),
         "outcome_class": summary.outcome.value,
         "facts": _facts(summary, history),
-        "table_head": _row("th", _COLUMNS),
+        "table_head": _row("th", ("joint", *TRACKING)),
         "table_body": "".join(
             _row("td", (joint.name, *tracking_cells(tracking(history, index), joint.unit)))
             for index, joint in enumerate(summary.joints)

@@ -26,7 +26,6 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 _STEP, _SAMPLES = 1e-3, 5000
-_EACH = "nij,nj->ni"  # a matrix times a vector, for each instant
 _VALUE, _LIMIT = "tab:blue", "tab:red"
 _ROUNDING = 1e-6
 """How far beyond a limit still counts as at it [rad or m]."""
@@ -144,19 +143,9 @@ def _sampled(trajectory: Trajectory, arm: Scara) -> _Motion:
     positions, velocities, accelerations = (
         values[:, order] for values in trajectory.sample_many(times)
     )
-    slopes = batch.jacobian(arm, positions)
-    step = 1e-5
-    bend = batch.jacobian(arm, positions + step * velocities)
-    bend -= batch.jacobian(arm, positions - step * velocities)
-    bend /= 2.0 * step
+    tool = batch.tool_motion(arm, positions, velocities, accelerations)
     return _Motion(
-        times,
-        positions,
-        velocities,
-        accelerations,
-        batch.forward(arm, positions),
-        np.einsum(_EACH, slopes, velocities),
-        np.einsum(_EACH, slopes, accelerations) + np.einsum(_EACH, bend, velocities),
+        times, positions, velocities, accelerations, batch.forward(arm, positions), *tool
     )
 
 

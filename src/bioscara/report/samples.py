@@ -12,7 +12,6 @@ import os
 from collections.abc import Iterable, Sequence
 from math import isnan
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from bioscara.report.cycles import CycleRecord, JointRecord
@@ -20,22 +19,11 @@ from bioscara.report.cycles import CycleRecord, JointRecord
 ROW_BYTES = 420
 """Size of a row of four joints, for judging beforehand whether a disk has room."""
 
-_JOINT_COLUMNS = (
-    "time",
-    "reference",
-    "reference_velocity",
-    "position",
-    "velocity",
-    "flags",
-    "quality",
-    "load",
-)
-
 
 def header(joint_names: Sequence[str]) -> str:
     """Return the first line of the file, without its end."""
     columns = ["time", "phase", "trajectory_time", "bus_time", "retries", "late"]
-    columns += [f"{name}_{column}" for name in joint_names for column in _JOINT_COLUMNS]
+    columns += [f"{name}_{column}" for name in joint_names for column in JointRecord._fields]
     return ",".join(columns)
 
 
@@ -92,12 +80,7 @@ class SampleWriter:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        exc_type: type[BaseException] | None,
-        exc: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def _append(self, text: str) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import datetime
 from enum import Enum
 
@@ -59,5 +59,5 @@ class Summary:
     message: str
     joints: tuple[JointInfo, ...]
     planned_duration: float
-    notes: tuple[str, ...] = field(default=())
-    faults: tuple[str, ...] = field(default=())
+    notes: tuple[str, ...] = ()
+    faults: tuple[str, ...] = ()

@@ -16,6 +16,9 @@ from bioscara.report.statistics import (
 )
 from bioscara.report.summary import JointInfo, Outcome, Summary
 
+TRACKING = ("error max", "at", "error rms", "at the end", "speed max", "samples")
+"""What the cells of :func:`tracking_cells` are."""
+
 
 def render(summary: Summary, history: History) -> str:
     """Return the report, lines of at most about 100 characters, ending in a line end."""
@@ -31,8 +34,8 @@ def render(summary: Summary, history: History) -> str:
         "",
         *loop_lines(loop_statistics(history)),
         "",
-        *_list("faults", summary.faults, "none"),
-        *_list("notes", summary.notes, "none"),
+        *_list("faults", summary.faults),
+        *_list("notes", summary.notes),
         "",
         *_table(
             [("joint", "address", "firmware")] + [_joint_row(joint) for joint in summary.joints]
@@ -59,7 +62,7 @@ def duration_line(summary: Summary, history: History) -> str:
 
 def tracking_table(summary: Summary, history: History) -> list[str]:
     """Return the tracking errors as lines of a table."""
-    rows = [("tracking", "error max", "at", "error rms", "at the end", "speed max", "samples")]
+    rows = [("tracking", *TRACKING)]
     for index, joint in enumerate(summary.joints):
         rows.append((joint.name, *tracking_cells(tracking(history, index), joint.unit)))
     return _table(rows)
@@ -110,10 +113,9 @@ def _joint_row(joint: JointInfo) -> tuple[str, str, str]:
     return (joint.name, f"{joint.address:#04x}", joint.firmware)
 
 
-def _list(title: str, items: Sequence[str], empty: str) -> list[str]:
-    if not items:
-        return [f"  {title:<11} {empty}"]
-    return [f"  {title if index == 0 else '':<11} {item}" for index, item in enumerate(items)]
+def _list(title: str, items: Sequence[str]) -> list[str]:
+    first, *others = items or ("none",)
+    return [f"  {title:<11} {first}", *(f"  {'':<11} {item}" for item in others)]
 
 
 def _table(rows: Sequence[Sequence[str]]) -> list[str]:

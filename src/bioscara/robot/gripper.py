@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from bioscara.control.goals import Status
 from bioscara.control.gripper_messages import GripperGoal, GripperResult
-from bioscara.control.joint_trajectory import Status
 from bioscara.errors import GripperError
 from bioscara.hardware import GripperHardware, State
 from bioscara.report import Phase

@@ -82,7 +82,7 @@ class Looking(ABC):
         for name, position in zip(state.names, state.positions, strict=True):
             if math.isnan(position):
                 raise NotHomedError(
-                    f"{name} is not homed: its position is unknown", name, "home() first"
+                    f"{name} is not homed: its position is unknown; home() first", name
                 )
         return Joints(*state.positions)
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
-from bioscara.control.joint_trajectory import Status
+from bioscara.control.goals import Status
 from bioscara.errors import (
     HomingError,
     TrajectoryError,

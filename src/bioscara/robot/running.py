@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Protocol, TypeVar
+from typing import TypeVar
 
 from bioscara.clock import Clock
-from bioscara.control.joint_trajectory import Goal, JointTrajectory, Status
+from bioscara.control.goals import Pursued, Status
+from bioscara.control.joint_trajectory import Goal, JointTrajectory
 from bioscara.control.supervisor import FaultState
 from bioscara.errors import GoalAbortedError, MotionCancelledError, MotionTimeoutError
 from bioscara.planning import Trajectory
@@ -19,14 +20,6 @@ from bioscara.robot.turn import Turn
 
 SETTLING = 0.3
 """How long the end of a trajectory is held, so that the arm is seen to rest there [s]."""
-
-
-class Pursued(Protocol):
-    """A goal that a controller pursues."""
-
-    @property
-    def done(self) -> bool:
-        """Whether that is over, however it ended."""
 
 
 G = TypeVar("G", bound=Pursued)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import math
 import re
 from collections.abc import Iterable
@@ -12,6 +11,7 @@ from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.kinematics.pose import ANGLE_MAX
 from bioscara.model import ArmParameters
+from bioscara.spelling import did_you_mean
 
 OFFSET_MAX = 1.0
 """How far a tool may reach from the flange, along each axis [m]: three forearms."""
@@ -99,6 +99,5 @@ def check_number(what: str, value: float, size: float, unit: str) -> None:
 def unknown(what: str, name: str, known: Iterable[str]) -> InvalidArgumentError:
     """Return the complaint about a name that there is not, with a proposal."""
     names = sorted(known)
-    near = difflib.get_close_matches(name, names, 1)
-    hint = f"did you mean {near[0]}?" if near else f"there are {', '.join(names)}"
+    hint = did_you_mean(name, names, f"there are {', '.join(names)}")
     return InvalidArgumentError(f"there is no {what} {name!r}; {hint}")

@@ -9,7 +9,7 @@ from bioscara.bus import Bus
 from bioscara.bus.select import open_bus
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.drivers import Gripper, Pwm
-from bioscara.model import ArmParameters
+from bioscara.model import ArmParameters, GripperParameters
 from bioscara.robot.pacing import PacedClock
 
 WIDTH_FILE = Path("~/.local/state/bioscara/gripper-width")
@@ -37,16 +37,15 @@ class Wiring(NamedTuple):
 def simulated(parameters: ArmParameters, *, v1: bool, seed: int) -> Wiring:
     """Return an arm that is simulated in this process; arguments as ``Robot.simulated``."""
     # Here and not above: the compiled firmware is a distribution of its own.
-    from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo  # noqa: PLC0415
+    from bioscara.sim import FirmwareBus, SimulatedArm  # noqa: PLC0415
 
-    arm, jaws = SimulatedArm(seed=seed, v1=v1), parameters.gripper
-    clock, servo = PacedClock(arm.clock), SimulatedServo(jaws.outputs[0])
+    arm = SimulatedArm(seed=seed, v1=v1)
+    clock = PacedClock(arm.clock)
     return Wiring(
         FirmwareBus(arm),
         clock,
         "simulation, in this process" + (", joints of protocol version 1" if v1 else ""),
-        Gripper(Pwm(jaws.outputs, clock, servo.root), jaws, servo.root / "width"),
-        servo,
+        *_simulated_gripper(parameters.gripper, clock),
     )
 
 
@@ -59,16 +58,13 @@ def named(name: str, parameters: ArmParameters) -> Wiring:
     kind, _, where = name.partition(":")
     clock = MonotonicClock()
     if kind == "sim" and where:
-        from bioscara.sim import SimulatedServo, SocketBus  # noqa: PLC0415
+        from bioscara.sim import SocketBus  # noqa: PLC0415
 
-        servo = SimulatedServo(parameters.gripper.outputs[0])
-        jaws = parameters.gripper
         return Wiring(
             SocketBus(Path(where)),
             clock,
             f"simulation, in the process behind {where}",
-            Gripper(Pwm(jaws.outputs, clock, servo.root), jaws, servo.root / "width"),
-            servo,
+            *_simulated_gripper(parameters.gripper, clock),
         )
     bus = open_bus(name, ("sim", "sim:/path.sock"))
     return Wiring(bus, clock, f"real arm on {name}", real_gripper(parameters, clock), None)
@@ -78,3 +74,11 @@ def real_gripper(parameters: ArmParameters, clock: Clock) -> Gripper:
     """Return the gripper on the computer's own PWM output; nothing is opened yet."""
     jaws = parameters.gripper
     return Gripper(Pwm(jaws.outputs, clock), jaws, WIDTH_FILE.expanduser())
+
+
+def _simulated_gripper(jaws: GripperParameters, clock: Clock) -> tuple[Gripper, object]:
+    """Return the driver of a gripper and the servo behind it."""
+    from bioscara.sim import SimulatedServo  # noqa: PLC0415
+
+    servo = SimulatedServo(jaws.outputs[0])
+    return Gripper(Pwm(jaws.outputs, clock, servo.root), jaws, servo.root / "width"), servo

@@ -1,8 +1,9 @@
 """The simulated arm: the joints' own firmware behind a bus. Bytes go in, bytes come out.
 
-``SimulatedArm`` is the thing itself, with its time, its world and the faults one can put into it;
-``FirmwareBus`` is the bus to it within this process; ``serve`` lets it live in a process of its
-own, and ``SocketBus`` is the bus to that. ``SimulatedServo`` is what the gripper's pulses go to.
+``arm`` is the thing itself, with its time, its world and the faults one can put into it;
+``firmware_bus`` is the bus to it within this process; ``server`` lets it live in a process of its
+own, and ``socket_bus`` is the bus to that, in the bytes of ``framing``. ``servo`` is what the
+gripper's pulses go to.
 """
 
 from bioscara.sim.arm import SimulatedArm as SimulatedArm

@@ -6,7 +6,6 @@ import shutil
 import weakref
 from pathlib import Path
 from tempfile import mkdtemp
-from types import TracebackType
 
 from bioscara.model import PwmOutput
 
@@ -43,12 +42,7 @@ class SimulatedServo:
     def __enter__(self) -> SimulatedServo:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def pulse(self) -> float | None:

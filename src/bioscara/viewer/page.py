@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import socket
 import threading
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from xml.etree.ElementTree import Element
 
 import numpy as np
 import rich
 import viser
 
+from bioscara.errors import ConfigurationError
 from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model.meshes import read_stl
 from bioscara.model.urdf import DESCRIPTION, URDF
@@ -49,6 +51,9 @@ class Page:
         tree: Joints and links.
         positions: Where each slider is, by the joint's name [rad or m].
         sliders: The sliders, by the joint's name.
+
+    Raises:
+        ConfigurationError: No port from there on is free.
     """
 
     def __init__(self, port: int, scene: Scene) -> None:
@@ -58,7 +63,7 @@ class Page:
                           for joint in self.tree.free}  # fmt: skip
         self._lock = threading.Lock()
         with _untold():
-            self._server = _LoopbackServer(host=LOOPBACK, port=port, verbose=False)
+            self._server = _LoopbackServer(host=LOOPBACK, port=_first_free(port), verbose=False)
         self._server.gui.configure_theme(show_share_button=False)
         self._server.gui.main_panel.dock_right()
         self._server.scene.add_grid("/floor", width=2.0, height=2.0, cell_size=0.1)
@@ -147,6 +152,18 @@ class Page:
         x, y, z = tool.translation()
         yaw = tool.rotation().compute_yaw_radians()
         self._tool.content = f"tool: x {x:.4f}, y {y:.4f}, z {z:.4f} m, yaw {yaw:.4f} rad"
+
+
+def _first_free(port: int) -> int:
+    """Return the first free port from there on: where there is none, viser never comes back."""
+    for candidate in range(port, 2**16):
+        with socket.socket() as probe:
+            # As servers do: what the last page left behind is free.
+            probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            with suppress(OSError):
+                probe.bind((LOOPBACK, candidate))
+                return candidate
+    raise ConfigurationError(f"no port from {port} on is free; choose a lower one")
 
 
 @contextmanager

@@ -14,7 +14,8 @@ from bioscara.control.joint_trajectory import ErrorCode, Point, Status
 from bioscara.control.joint_trajectory.course import Course
 from bioscara.control.joint_trajectory.messages import JointTrajectory, JointValues
 from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.joint_trajectory.player import Player, Request
+from bioscara.control.joint_trajectory.player import Player
+from bioscara.control.joint_trajectory.requests import Request
 from bioscara.control.joint_trajectory.upsampling import upsampled
 from bioscara.control.joint_trajectory.validation import validate
 from bioscara.errors import GoalRejectedError, TrajectoryError

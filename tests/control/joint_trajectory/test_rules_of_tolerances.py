@@ -14,7 +14,7 @@ from bioscara.control.joint_trajectory import (
     Status,
     Tolerance,
 )
-from bioscara.control.joint_trajectory.judging import Verdict, judge_end, judge_path
+from bioscara.control.joint_trajectory.judging import Judge, Verdict
 from bioscara.control.joint_trajectory.messages import JointValues
 from bioscara.control.joint_trajectory.parameters import Constraints
 from bioscara.control.joint_trajectory.tolerances import (
@@ -47,8 +47,9 @@ def test_rule_29_what_is_0_is_not_checked_and_a_joint_that_moves_has_not_arrived
 
     def at_end(speed: float) -> Verdict | None:
         error = JointValues((9.0, -9.0), (0.0, speed), (9.0, 9.0))
-        assert judge_path(default, error, JOINTS, 1.0, velocity=True) is None
-        return judge_end(default, error, JOINTS, 5.0, 0.0, velocity=True)
+        judge = Judge(JOINTS, default, 0.0, velocity=True)
+        assert judge.on_the_way(error, 1.0) is None
+        return judge.at_the_end(error, 5.0)
 
     for speed in (0.011, -0.011):
         assert at_end(speed) is None

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 
-from bioscara.control.controller import Controller, interfaces
-from bioscara.control.joint_trajectory.course import Course
+from bioscara.control.controller import WARNINGS, Controller, interfaces
+from bioscara.control.goals import Status
 from bioscara.control.joint_trajectory.handles import Handles
-from bioscara.control.joint_trajectory.judging import judge_end, judge_path
+from bioscara.control.joint_trajectory.judging import Judge
 from bioscara.control.joint_trajectory.messages import (
     ControllerState,
     ErrorCode,
@@ -17,19 +17,15 @@ from bioscara.control.joint_trajectory.messages import (
     GoalHandle,
     JointTrajectory,
     JointValues,
-    Status,
 )
 from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.joint_trajectory.pid import Gains, Pid
-from bioscara.control.joint_trajectory.player import Player, Request
+from bioscara.control.joint_trajectory.player import Player
+from bioscara.control.joint_trajectory.requests import accept
 from bioscara.control.joint_trajectory.tolerances import choose, defaults
-from bioscara.control.joint_trajectory.upsampling import timed, upsampled
-from bioscara.control.joint_trajectory.validation import validate
-from bioscara.errors import ConfigurationError, GoalRejectedError, TrajectoryError
+from bioscara.control.joint_trajectory.upsampling import timed
+from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import VELOCITY
-
-_WARNINGS = 100
-"""How many warnings are kept: the latest."""
 
 
 class JointTrajectoryController(Controller[JointTrajectoryParameters]):
@@ -53,7 +49,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         super().__init__(name, parameters)
         self.goal: GoalHandle | None = None
         self.feedback: Feedback | None = None
-        self.warnings: deque[str] = deque(maxlen=_WARNINGS)
+        self.warnings: deque[str] = deque(maxlen=WARNINGS)
         self._player: Player | None = None
         self._share = 1.0
 
@@ -89,8 +85,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             self.parameters.joints,
             told.trajectory_time,
             told.desired,
-            _first_fields(told.actual, measured),
-            _first_fields(told.error, measured),
+            told.actual.first(measured),
+            told.error.first(measured),
             {handle.name: handle.value for handle in self._handles.commands},
             self.scaling,
         )
@@ -114,17 +110,18 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         joints, constraints = parameters.joints, parameters.constraints
         kinds = parameters.command_interfaces
         self._velocity_only = kinds == (VELOCITY,)
-        self._judges_velocity = VELOCITY in kinds and VELOCITY in parameters.state_interfaces
         self._pids = [Pid(parameters.gains.get(joint, Gains())) for joint in joints]
-        self._defaults = self._tolerances = defaults(joints, constraints)
+        self._defaults = defaults(joints, constraints)
         self._decelerations = [constraints.of(joint).max_deceleration_on_cancel for joint in joints]
-        self._timeout = parameters.cmd_timeout
-        if 0.0 < self._timeout <= constraints.goal_time:
+        timeout = parameters.cmd_timeout
+        if 0.0 < timeout <= constraints.goal_time:
             self.warnings.append(
-                f"{self.name}: cmd_timeout {self._timeout:g} s is ignored: it must be longer than "
+                f"{self.name}: cmd_timeout {timeout:g} s is ignored: it must be longer than "
                 f"goal_time {constraints.goal_time:g} s"
             )
-            self._timeout = 0.0
+            timeout = 0.0
+        velocity = VELOCITY in kinds and VELOCITY in parameters.state_interfaces
+        self._judge = Judge(joints, self._defaults, timeout, velocity=velocity)
 
     def on_activate(self, time: float) -> None:
         """Hold: the last commands where they are known, else what is measured."""
@@ -194,14 +191,14 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
                 goes on.
         """
         player = self._active()
-        request = self._request(goal.trajectory, time, smooth=False)
+        request = accept(goal.trajectory, self.parameters, self._handles, self.limits, time)
         player.waiting = request._replace(swept=goal.swept)
         self._end_goal(
             Status.ABORTED,
             ErrorCode.INVALID_GOAL,
             "Current goal preempted by new incoming action.",
         )
-        self._tolerances, warning = choose(goal, self.parameters.joints, self._defaults)
+        self._judge.tolerances, warning = choose(goal, self.parameters.joints, self._defaults)
         if warning:
             self.warnings.append(f"{self.name}: {warning}")
         self.goal = GoalHandle(goal)
@@ -217,12 +214,15 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         Raises:
             GoalRejectedError: As :meth:`send_goal`.
         """
-        player, upsampling = self._active(), self.parameters.positions_upsampling
+        player, parameters = self._active(), self.parameters
+        upsampling = parameters.positions_upsampling
         if upsampling.enable:
             trajectory = timed(trajectory, upsampling.policy_frequency)
-        player.waiting = self._request(trajectory, time, smooth=upsampling.enable)
-        if not self._goal_runs():
-            self._tolerances = self._defaults
+        player.waiting = accept(
+            trajectory, parameters, self._handles, self.limits, time, smooth=upsampling.enable
+        )
+        if self._running is None:
+            self._judge.tolerances = self._defaults
 
     def cancel(self, time: float) -> None:
         """End what is followed and come to rest; a goal that runs ends CANCELED."""
@@ -252,31 +252,29 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         desired, point = player.advance(time, period, actual)
         error = handles.error(desired, actual, player.pace, time)
         self.feedback = Feedback(time, player.time, point, desired, actual, error)
-        if self.goal is not None and not self.goal.done:
-            self.goal.feedback = self.feedback
+        running = self._running
+        if running is not None:
+            running.feedback = self.feedback
         if not player.holding:
-            self._judge(player, error, time)
+            self._end_if_judged(player, error, time)
         ahead = player.ahead()
         if self._velocity_only:
             handles.write_velocities(ahead, error, self._pids, player.pace, period)
         else:
             handles.write(ahead, player.pace)
 
-    def _judge(self, player: Player, error: JointValues, time: float) -> None:
+    def _end_if_judged(self, player: Player, error: JointValues, time: float) -> None:
         """End the trajectory where it is reached or failed; then something else is held."""
         overtime = player.time - player.course.duration
-        joints, velocity = self.parameters.joints, self._judges_velocity
         if overtime < 0.0:
-            verdict = judge_path(self._tolerances, error, joints, player.time, velocity=velocity)
+            verdict = self._judge.on_the_way(error, player.time)
         elif player.waiting is None:
-            verdict = judge_end(
-                self._tolerances, error, joints, overtime, self._timeout, velocity=velocity
-            )
+            verdict = self._judge.at_the_end(error, overtime)
         else:
             return
         if verdict is None:
             return
-        if verdict.status is Status.ABORTED and not self._goal_runs():
+        if verdict.status is Status.ABORTED and self._running is None:
             self.warnings.append(f"{self.name}: {verdict.text}")
         self._end_goal(*verdict)
         if verdict.status is Status.SUCCEEDED:
@@ -284,25 +282,14 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         else:
             self._stop(player, time)
 
+    @property
+    def _running(self) -> GoalHandle | None:
+        return None if self.goal is None or self.goal.done else self.goal
+
     def _active(self) -> Player:
         if self._player is None:
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         return self._player
-
-    def _request(self, trajectory: JointTrajectory, time: float, *, smooth: bool) -> Request:
-        """Return a trajectory that can be followed, ready for its first cycle."""
-        parameters, names = self.parameters, trajectory.joint_names
-        commanded, measured = self._handles.commanded(), self._handles.measured().positions
-        points = validate(trajectory, parameters, time, commanded, measured, self.limits)
-        missing = {index for index, name in enumerate(parameters.joints) if name not in names}
-        try:
-            course = Course(
-                upsampled(points) if smooth else points,
-                interpolate=parameters.interpolation_method == "splines",
-            )
-        except TrajectoryError as error:
-            raise GoalRejectedError(str(error)) from error
-        return Request(course, trajectory.stamp, frozenset(missing))
 
     def _stop(self, player: Player, time: float) -> None:
         """Come to rest: on a ramp where the parameters ask for one, else where the joints are."""
@@ -311,15 +298,9 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         else:
             player.hold(self._handles.measured().positions, time)
 
-    def _goal_runs(self) -> bool:
-        return self.goal is not None and not self.goal.done
-
     def _end_goal(
         self, status: Status, code: ErrorCode = ErrorCode.SUCCESSFUL, text: str = ""
     ) -> None:
-        if self.goal is not None and not self.goal.done:
-            self.goal.end(status, code, text)
-
-
-def _first_fields(values: JointValues, count: int) -> JointValues:
-    return JointValues(*values[:count], *((),) * (3 - count))
+        running = self._running
+        if running is not None:
+            running.end(status, code, text)

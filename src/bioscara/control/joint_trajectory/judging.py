@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from bioscara.control.joint_trajectory.messages import ErrorCode, JointValues, Status
+from bioscara.control.goals import Status
+from bioscara.control.joint_trajectory.messages import ErrorCode, JointValues
 from bioscara.control.joint_trajectory.tolerances import Tolerances, Violation, violated
 
 
@@ -23,74 +24,69 @@ class Verdict(NamedTuple):
     text: str
 
 
-def judge_path(
-    tolerances: Tolerances,
-    error: JointValues,
-    joints: Sequence[str],
-    time: float,
-    *,
-    velocity: bool,
-) -> Verdict | None:
-    """Return how a trajectory ended on its way, or None while it goes on.
+class Judge:
+    """Says of each cycle what becomes of the trajectory that is followed.
 
     Args:
-        tolerances: Of the trajectory.
-        error: Desired minus measured.
         joints: Names of the joints.
-        time: Time since the trajectory's start [s], for the message.
+        tolerances: Of what is followed; those that a goal brings take their place.
+        timeout: Time after the last point after which it is given up in any case [s]; 0 for never.
         velocity: Whether the velocity error means anything.
+
+    Attributes:
+        tolerances: Of what is followed.
     """
-    violation = violated(tolerances.path, error, velocity=velocity)
-    if violation is None:
-        return None
-    return Verdict(
-        Status.ABORTED,
-        ErrorCode.PATH_TOLERANCE_VIOLATED,
-        f"Aborted due to path tolerance violation: {_words(violation, joints)}, "
-        f"{time:.3f} s into the trajectory",
-    )
 
+    __slots__ = ("_joints", "_timeout", "_velocity", "tolerances")
 
-def judge_end(
-    tolerances: Tolerances,
-    error: JointValues,
-    joints: Sequence[str],
-    overtime: float,
-    timeout: float,
-    *,
-    velocity: bool,
-) -> Verdict | None:
-    """Return how a trajectory ended after its last point, or None while it is waited for.
+    def __init__(
+        self, joints: Sequence[str], tolerances: Tolerances, timeout: float, *, velocity: bool
+    ) -> None:
+        self._joints, self._timeout, self._velocity = tuple(joints), timeout, velocity
+        self.tolerances = tolerances
 
-    Args:
-        tolerances: Of the trajectory.
-        error: Desired minus measured.
-        joints: Names of the joints.
-        overtime: Time since the last point's [s], not negative.
-        timeout: Overtime after which it is given up in any case [s]; 0 for never.
-        velocity: Whether the velocity error means anything.
-    """
-    violation = violated(tolerances.goal, error, velocity=velocity)
-    if violation is None:
-        return Verdict(Status.SUCCEEDED, ErrorCode.SUCCESSFUL, "Goal successfully reached!")
-    if 0.0 < tolerances.goal_time < overtime:
-        why = (
-            f"Aborted due to goal_time_tolerance exceeding by "
-            f"{overtime - tolerances.goal_time:.3f} s"
+    def on_the_way(self, error: JointValues, time: float) -> Verdict | None:
+        """Return how a trajectory ended before its last point, or None while it goes on.
+
+        Args:
+            error: Desired minus measured.
+            time: Time since the trajectory's start [s], for the message.
+        """
+        violation = violated(self.tolerances.path, error, velocity=self._velocity)
+        if violation is None:
+            return None
+        return Verdict(
+            Status.ABORTED,
+            ErrorCode.PATH_TOLERANCE_VIOLATED,
+            f"Aborted due to path tolerance violation: {self._words(violation)}, "
+            f"{time:.3f} s into the trajectory",
         )
-    elif 0.0 < timeout < overtime:
-        why = f"Aborted due to command timeout, {timeout:g} s after the last point"
-    else:
-        return None
-    return Verdict(
-        Status.ABORTED,
-        ErrorCode.GOAL_TOLERANCE_VIOLATED,
-        f"{why}: {_words(violation, joints)}",
-    )
 
+    def at_the_end(self, error: JointValues, overtime: float) -> Verdict | None:
+        """Return how a trajectory ended after its last point, or None while it is waited for.
 
-def _words(violation: Violation, joints: Sequence[str]) -> str:
-    return (
-        f"{violation.quantity} of {joints[violation.joint]} is {violation.error:.4g} off, "
-        f"{violation.limit:.4g} is allowed"
-    )
+        Args:
+            error: Desired minus measured.
+            overtime: Time since the last point's [s], not negative.
+        """
+        goal_time = self.tolerances.goal_time
+        violation = violated(self.tolerances.goal, error, velocity=self._velocity)
+        if violation is None:
+            return Verdict(Status.SUCCEEDED, ErrorCode.SUCCESSFUL, "Goal successfully reached!")
+        if 0.0 < goal_time < overtime:
+            why = f"Aborted due to goal_time_tolerance exceeding by {overtime - goal_time:.3f} s"
+        elif 0.0 < self._timeout < overtime:
+            why = f"Aborted due to command timeout, {self._timeout:g} s after the last point"
+        else:
+            return None
+        return Verdict(
+            Status.ABORTED,
+            ErrorCode.GOAL_TOLERANCE_VIOLATED,
+            f"{why}: {self._words(violation)}",
+        )
+
+    def _words(self, violation: Violation) -> str:
+        return (
+            f"{violation.quantity} of {self._joints[violation.joint]} is {violation.error:.4g} "
+            f"off, {violation.limit:.4g} is allowed"
+        )

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import Enum, IntEnum
+from enum import IntEnum
 from typing import NamedTuple, Self
 
+from bioscara.control.goals import Pursued, Status
 from bioscara.planning import Trajectory
 
 
@@ -105,15 +106,6 @@ class ErrorCode(IntEnum):
     GOAL_TOLERANCE_VIOLATED = -5
 
 
-class Status(Enum):
-    """How far a goal got."""
-
-    EXECUTING = "executing"
-    SUCCEEDED = "succeeded"
-    ABORTED = "aborted"
-    CANCELED = "canceled"
-
-
 class JointValues(NamedTuple):
     """State of all joints of a controller, in its order.
 
@@ -126,6 +118,10 @@ class JointValues(NamedTuple):
     positions: tuple[float, ...]
     velocities: tuple[float, ...]
     accelerations: tuple[float, ...]
+
+    def first(self, count: int) -> JointValues:
+        """Return it with only so many of its fields; the others are empty."""
+        return JointValues(*self[:count], *((),) * (3 - count))
 
 
 class Feedback(NamedTuple):
@@ -173,7 +169,7 @@ class ControllerState(NamedTuple):
 
 
 @dataclass(slots=True)
-class GoalHandle:
+class GoalHandle(Pursued):
     """An accepted goal; changed by the controller until it ends.
 
     Attributes:
@@ -189,11 +185,6 @@ class GoalHandle:
     error_code: ErrorCode = ErrorCode.SUCCESSFUL
     text: str = ""
     feedback: Feedback | None = field(default=None, repr=False)
-
-    @property
-    def done(self) -> bool:
-        """Whether it ended."""
-        return self.status is not Status.EXECUTING
 
     def end(self, status: Status, code: ErrorCode = ErrorCode.SUCCESSFUL, text: str = "") -> None:
         """End it; called by the controller."""

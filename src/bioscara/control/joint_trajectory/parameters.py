@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Literal
 
 from pydantic import ConfigDict, Field
 
 from bioscara.control.joint_trajectory.pid import Gains
-from bioscara.control.parameters import Parameters, Section
+from bioscara.control.parameters import NotNegative, Parameters, Positive, Section
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY
 
 Kind = Literal["position", "velocity"]
-NotNegative = Annotated[float, Field(ge=0.0)]
 
 
 class JointConstraints(Section):
@@ -111,7 +110,7 @@ class JointTrajectoryParameters(Parameters):
     joints: tuple[str, ...]
     command_interfaces: tuple[Kind, ...] = ("position",)
     state_interfaces: tuple[Kind, ...] = ("position", "velocity")
-    action_monitor_rate: Annotated[float, Field(gt=0.0)] = 20.0
+    action_monitor_rate: Positive = 20.0
     allow_partial_joints_goal: bool = False
     allow_nonzero_velocity_at_trajectory_end: bool = False
     allow_integration_in_goal_trajectories: bool = False

@@ -4,33 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from bioscara.control.joint_trajectory.course import Course, Place
 from bioscara.control.joint_trajectory.messages import JointValues
 from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.joint_trajectory.requests import Request
 from bioscara.control.joint_trajectory.splicing import Spliced
 from bioscara.control.joint_trajectory.stopping import deceleration, standstill
 from bioscara.errors import GoalRejectedError, LimitError
 
 _SCALING_RATE = 1.0
 """How fast the speed scaling changes [1/s]: a step of it would be a step of velocity."""
-
-
-class Request(NamedTuple):
-    """A checked trajectory that waits for its first cycle.
-
-    Attributes:
-        course: Through its points.
-        stamp: When it starts [s]; 0 for its first cycle.
-        missing: Indices of the joints that it leaves out.
-        swept: Whether all of the way from rest is known to be clear.
-    """
-
-    course: Course
-    stamp: float
-    missing: frozenset[int]
-    swept: bool = False
 
 
 class Player:

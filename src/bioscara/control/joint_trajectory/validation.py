@@ -6,7 +6,6 @@ in each cycle, as every command is.
 
 from __future__ import annotations
 
-import difflib
 import math
 from collections.abc import Mapping, Sequence
 from operator import attrgetter
@@ -16,6 +15,7 @@ from bioscara.control.joint_trajectory.parameters import JointTrajectoryParamete
 from bioscara.errors import GoalRejectedError
 from bioscara.model import JointParameters
 from bioscara.planning.check import TOLERANCE
+from bioscara.spelling import did_you_mean
 
 _EPSILON = 1.19e-7
 """Speed that still counts as none at the end [rad/s or m/s]: the rounding of a 32 bit float."""
@@ -58,22 +58,9 @@ def validate(
     _check_stamp(trajectory, now)
     before = -math.inf
     for index, point in enumerate(trajectory.points):
-        if not math.isfinite(point.time) or point.time < 0.0:
-            raise GoalRejectedError(
-                f"point {index}: time_from_start {point.time:g} s must be finite and not negative"
-            )
-        if point.time > _LARGEST:
-            raise GoalRejectedError(
-                f"point {index}: time_from_start {point.time:g} s is beyond {_LARGEST:g} s; send "
-                "the trajectory in parts"
-            )
-        if point.time <= before:
-            raise GoalRejectedError(
-                f"point {index}: time_from_start {point.time:g} s does not come after "
-                f"{before:g} s of the point before"
-            )
-        before = point.time
+        _check_time(index, point.time, before)
         _check_fields(index, point, names, parameters)
+        before = point.time
     points = trajectory.points
     if parameters.allow_integration_in_goal_trajectories:
         points = integrate(points, _in_order(names, parameters.joints, commanded))
@@ -122,11 +109,8 @@ def _check_names(names: Sequence[str], parameters: JointTrajectoryParameters) ->
         raise GoalRejectedError(f"the trajectory names no joints; name {', '.join(joints)}")
     for name in names:
         if name not in joints:
-            near = difflib.get_close_matches(name, joints, 1)
-            raise GoalRejectedError(
-                f"{name} is not a joint of this controller; "
-                + (f"did you mean {near[0]}?" if near else f"it has {', '.join(joints)}")
-            )
+            hint = did_you_mean(name, joints, f"it has {', '.join(joints)}")
+            raise GoalRejectedError(f"{name} is not a joint of this controller; {hint}")
         if names.count(name) > 1:
             raise GoalRejectedError(f"joint {name} is named twice")
     if len(names) != len(joints) and not parameters.allow_partial_joints_goal:
@@ -152,6 +136,16 @@ def _check_stamp(trajectory: JointTrajectory, now: float) -> None:
         raise GoalRejectedError(
             f"the trajectory ended {now - end:.3f} s ago; send a stamp of 0 to start at once"
         )
+
+
+def _check_time(index: int, time: float, before: float) -> None:
+    told = f"point {index}: time_from_start {time:g} s"
+    if not math.isfinite(time) or time < 0.0:
+        raise GoalRejectedError(f"{told} must be finite and not negative")
+    if time > _LARGEST:
+        raise GoalRejectedError(f"{told} is beyond {_LARGEST:g} s; send the trajectory in parts")
+    if time <= before:
+        raise GoalRejectedError(f"{told} does not come after {before:g} s of the point before")
 
 
 def _check_fields(

@@ -1,0 +1,40 @@
+"""Turns one joint a little and back, not homed: for the first power-up of an arm.
+
+Give it a joint and a bus, for example j2 linux:1; otherwise it turns j1 of a simulated arm.
+"""
+
+import math
+import sys
+
+from bioscara.bus.select import open_bus
+from bioscara.clock import MonotonicClock
+from bioscara.drivers import Joint
+from bioscara.model import load_parameters
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+NAME = sys.argv[1] if sys.argv[1:] else "j1"
+WAY = {"rad": 0.05, "m": 0.002}
+SHARE = 0.2
+"""Of the limits of speed and acceleration."""
+MICROSTEPS = 200 * 256
+"""Of a turn of the motor."""
+
+parameters = {each.name: each for each in load_parameters().joints}[NAME]
+way, unit = WAY[parameters.unit], parameters.unit
+steps = round(way * parameters.reduction / (2 * math.pi) * MICROSTEPS)
+if sys.argv[2:]:
+    joint = Joint(open_bus(sys.argv[2]), MonotonicClock(), parameters)
+else:
+    arm = SimulatedArm()
+    joint = Joint(FirmwareBus(arm), arm.clock, parameters)
+
+joint.init()
+try:
+    joint.enable()  # checks by a degree of the motor that it turns the encoder, the right way
+    joint.set_max_acceleration(SHARE * parameters.max_acceleration)
+    joint.set_max_velocity(SHARE * parameters.max_velocity)
+    for sign in (1, -1):
+        print(f"{NAME} moves by {sign * way:+g} {unit}")
+        joint.move_steps(sign * steps)
+finally:
+    joint.disable()

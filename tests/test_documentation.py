@@ -1,0 +1,83 @@
+"""What the documentation shows is what happens: programs run, commands say what stands there."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from bioscara.cli import main
+
+ROOT = Path(__file__).parents[1]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+ELSEWHERE = re.compile(r"demo|run .*--|move --name|simulate|view|.* --bus ")
+"""Commands that home an arm, serve others or ask a real bus: each time they say something else."""
+
+
+class Shown(NamedTuple):
+    """A command and what is shown below it."""
+
+    words: str
+    lines: tuple[str, ...]
+
+
+def _programs() -> list[tuple[str, str]]:
+    return [
+        (f"{page.name}-{number}", program)
+        for page in PAGES
+        for number, program in enumerate(re.findall(r"```python\n(.*?)```", page.read_text(), re.S))
+    ]
+
+
+def _shown() -> list[Shown]:
+    text = (ROOT / "docs/commands.md").read_text()
+    block = r"^    \$ bioscara (.*)\n((?:    (?!\$).*\n|\n(?=    (?!\$)))*)"
+    return [
+        Shown(words, tuple(line[4:] for line in below.splitlines()))
+        for words, below in re.findall(block, text, re.M)
+        if not ELSEWHERE.match(words)
+    ]
+
+
+def _pattern(lines: tuple[str, ...]) -> str:
+    """``...`` alone stands for any lines, ``..`` at the end for the rest of a line."""
+    parts = []
+    for line in lines:
+        if line == "...":
+            parts.append(r"(?:.*\n)*")
+        elif line.endswith(".."):
+            parts.append(re.escape(line.rstrip(".")) + r".*\n")
+        else:
+            parts.append(re.escape(line) + r" *\n")
+    return "".join(parts)
+
+
+@pytest.mark.parametrize(
+    "program", [pytest.param(program, id=name) for name, program in _programs()]
+)
+def test_a_program_in_the_documentation_runs(
+    program: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    exec(compile(program, "documentation", "exec"), {"__name__": "__main__"})
+
+
+def test_commands_say_what_the_documentation_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(ROOT / "examples", tmp_path / "examples")
+    for file in (ROOT / "tests/data").iterdir():
+        shutil.copy(file, tmp_path)
+    scene = (tmp_path / "examples/scene.yaml").read_text()
+    (tmp_path / "mistake.yaml").write_text(scene.replace("radius", "radus"))
+    monkeypatch.chdir(tmp_path)
+    shown = _shown()
+    assert len(shown) > 15
+    for words, lines in shown:
+        main(shlex.split(words), paced=False)
+        said = capsys.readouterr()
+        assert re.fullmatch(_pattern(lines), said.out + said.err), f"{words}\n{said.out}{said.err}"
