@@ -271,9 +271,9 @@ TEST(a_cut_of_the_motor_supply_is_a_fault_and_not_a_silent_recovery) {
   expect_power_off(run.host, Fault::DRIVER);
   // Still off: it cannot be enabled. On again: nothing moves by itself.
   run.host.clear_fault();
+  run.host.wait_until_idle(1.0);  // The field of the open stage runs down.
   run.host.enable();
   expect_power_off(run.host, Fault::DRIVER);
-  run.host.keep(0.2);  // The field of the open stage runs down.
   run.bench.driver().set_motor_power(true);
   const double place = run.bench.field();
   run.host.keep(0.5);
@@ -309,4 +309,54 @@ TEST(a_driver_that_restarts_or_overheats_is_switched_off) {
     run.bench.run(0.05);
     expect_recovery(run.host);
   }
+}
+
+TEST(what_a_fault_cut_stays_cut_until_SETUP) {
+  Running run(4, 20.0);
+  run.bench.driver().raise_overtemperature(true);
+  CHECK(time_to_fault(run.host, 0.5, true) > 0.0);
+  run.bench.driver().raise_overtemperature(false);
+  run.host.keep(0.1);
+  for (Register code : {Register::SETCURRENT, Register::SETHOLDCURRENT}) {
+    run.host.send(code, {30});
+    run.bench.run(0.02);
+    expect_power_off(run.host, Fault::OVERTEMPERATURE);
+  }
+  expect_recovery(run.host);
+}
+
+TEST(a_motor_is_not_engaged_while_the_field_of_its_open_stage_still_turns) {
+  Running run(3, 100.0);
+  run.bench.driver().set_motor_power(false);
+  CHECK(time_to_fault(run.host, 0.5, true) > 0.0);
+  run.bench.driver().set_motor_power(true);
+  run.host.keep(0.03);
+  run.host.clear_fault();
+  run.bench.run(0.01);
+  CHECK(run.bench.field_speed() > 50.0);
+  CHECK(has(run.host.send(Register::SETUP, {20, 20, 0, 0})[0], Flags::REFUSED));
+  CHECK(run.host.report().refusal == Refusal::BUSY);
+  run.host.wait_until_idle(1.0);
+  CHECK(run.bench.field_speed() < 0.3);
+  CHECK(!run.bench.stage_closed());
+  run.bench.run(0.5);  // The rotor coasts.
+  const double rotor = run.bench.rotor();
+  run.host.enable();
+  CHECK(std::fabs(run.bench.rotor() - rotor) < 3.0 / kDegrees);
+  expect_recovery(run.host);
+}
+
+TEST(a_check_that_was_broken_off_enables_nothing) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  for (double wait : {0.0, 0.1, 0.2, 0.3}) {
+    host.send(Register::SETUP, {20, 20, 0, 0});
+    bench.run(wait);
+    host.send(Register::STOP, {0});
+    host.keep(0.2);
+    CHECK(has(host.flags(), Flags::NOTENABLED));
+    CHECK(has(host.turn(5.0), Flags::REFUSED));
+  }
+  expect_recovery(host);
 }

@@ -334,6 +334,31 @@ TEST(a_disabled_joint_moves_for_nobody) {
   CHECK(!bench.stage_closed());
 }
 
+TEST(a_command_that_runs_by_itself_ends_the_motion_before_it) {
+  for (const auto& [code, payload] :
+       {std::pair{Register::CHECKORIENTATION, packed(1.0F)}, {Register::MOVETOEND, Bytes{1, 11, 30}},
+        {Register::HOME, Bytes{1, 11, 30, 10}}}) {
+    Bench bench(3);
+    bench.mechanics().remove_stops();
+    Host host(bench, 3);
+    host.arm_session();
+    host.enable();
+    host.turn(100.0);
+    host.keep(0.5);
+    const double start = bench.rotor();
+    const double lead = bench.field() - start;
+    host.send(code, payload);
+    host.keep(0.5);
+    // At 336 rad/s^2 it needs 15 rad to stop.
+    CHECK(bench.rotor() - start < 18.0);
+    CHECK(std::fabs(bench.field() - bench.rotor() - lead) < 0.1);
+    host.keep(0.8);
+    CHECK(host.fault() == Fault::NONE);
+    const bool ended = !has(host.flags(), Flags::BUSY);
+    CHECK(ended == (code == Register::CHECKORIENTATION));
+  }
+}
+
 TEST(current_goes_off_at_standstill_only) {
   Bench bench(4);
   Host host(bench, 4);

@@ -93,6 +93,11 @@ bool Joint::sequence() const {
          state_ == JointState::MOVING_TO_END;
 }
 
+// The field of an open power stage turns on until its ramp ends; the rotor could not follow it.
+bool Joint::running_down() const {
+  return !powered_ && fabsf(motion_.velocity()) > kCreep;
+}
+
 bool Joint::underway() const {
   return sequence() || state_ == JointState::POSITION || state_ == JointState::VELOCITY ||
          state_ == JointState::TRACKING;
@@ -196,7 +201,7 @@ void Joint::publish() {
       (fabsf(motion_.velocity() - run_velocity_) < kVelocityLsb * 2.0F ? kVelocityReached : 0) |
       (motion_.standing() ? kStandstill : 0) | (stalled_ ? kStall : 0));
   status.flags = static_cast<uint8_t>(
-      (stalled_ ? mask(Flags::STALL) : 0) | (sequence() ? mask(Flags::BUSY) : 0) |
+      (stalled_ ? mask(Flags::STALL) : 0) | (sequence() || running_down() ? mask(Flags::BUSY) : 0) |
       (homed_ ? 0 : mask(Flags::NOTHOMED)) | (enabled_ ? 0 : mask(Flags::NOTENABLED)) |
       (fault_ != Fault::NONE ? mask(Flags::FAULT) : 0));
   wire_.publish(status);

@@ -78,6 +78,7 @@ class Joint {
   void cut(Fault fault, float data);
   void apply_currents();
   bool sequence() const;
+  bool running_down() const;
   bool underway() const;
 
   Hal& hal_;

@@ -152,7 +152,10 @@ void Joint::cut(Fault fault, float data) {
 
 void Joint::apply_currents() {
   motion_.driver().set_currents(drive_percent_, hold_percent_);
-  if (enabled_ || (state_ != JointState::DISABLED && state_ != JointState::FAULTED)) return;
+  // What a fault cut stays cut until SETUP.
+  const bool released =
+      state_ == JointState::DISABLED || (state_ == JointState::FAULTED && powered_);
+  if (enabled_ || !released) return;
   // Shorted coils need a closed power stage, a free rotor an open one.
   powered_ = hold_percent_ != 0 || brake_ == BrakeMode::COOL_BRAKE;
   hal_.driver_enable(powered_);

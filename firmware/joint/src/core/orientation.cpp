@@ -44,7 +44,8 @@ Orientation::Result Orientation::step(Motion& motion, float encoder) {
   if (++ticks_ > kTimeout) return Result::FAILED;
   switch (step_) {
     case Step::SETTLE:
-      if (ticks_ < kSettle) return Result::RUNNING;
+      motion.stop(kHardDeceleration);
+      if (!motion.standing() || ticks_ < kSettle) return Result::RUNNING;
       motion.rename(encoder);
       start_ = encoder;
       if (angle_ == 0.0F) return Result::PASSED;  // Only the rotor had to settle.
