@@ -360,3 +360,60 @@ TEST(a_check_that_was_broken_off_enables_nothing) {
   }
   expect_recovery(host);
 }
+
+TEST(a_faulted_joint_that_is_pushed_away_does_not_come_back_by_itself) {
+  Running run(4, 20.0);
+  run.bench.run(1.0);  // Silence: stopped and latched, with the current on.
+  CHECK(run.host.fault() == Fault::SETPOINT_LOST);
+  for (bool cleared : {false, true}) {
+    if (cleared) run.host.clear_fault();
+    run.host.keep(0.05);
+    const double field = run.bench.field();
+    const double rotor = run.bench.rotor();
+    run.bench.mechanics().push(0.2 * 12.0);
+    while (run.bench.rotor() < rotor + 6.0) run.bench.tick();
+    run.bench.mechanics().push(0.0);
+    run.host.keep(1.0);
+    CHECK(run.bench.rotor() > rotor + 5.0);
+    // Less than half an electrical period: to the rotor, not back.
+    CHECK(std::fabs(run.bench.field() - field) < 0.0629);
+  }
+  expect_recovery(run.host);
+}
+
+TEST(a_hold_current_engages_the_motor_where_it_stands) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  bench.mechanics().push(0.03 * 12.0);  // Turned by hand.
+  while (bench.rotor() < 8.0) bench.tick();
+  bench.mechanics().push(0.0);
+  bench.run(2.0);
+  host.send(Register::SETHOLDCURRENT, {30});
+  bench.run(0.5);
+  CHECK(bench.stage_closed());
+  CHECK(host.fault() == Fault::NONE);
+}
+
+TEST(silence_ends_a_stop_that_would_last_for_ever) {
+  for (bool armed : {true, false}) {
+    Bench bench(4);
+    bench.mechanics().remove_stops();
+    Host host(bench, 4);
+    if (armed) host.arm_session();
+    host.enable();
+    host.turn(20.0);
+    host.keep(0.2);
+    host.send(Register::SETMAXDECELERATION, packed(1.0F));
+    host.send(Register::STOP, {1});
+    for (int poll = 0; poll < 10; ++poll) {
+      if (armed) host.send(Register::WATCHDOG, {200, 0});
+      bench.run(0.1);
+      CHECK(host.state().state == JointState::STOPPING);
+    }
+    CHECK(bench.field_speed() > 19.0);
+    bench.run(1.5);
+    CHECK(std::fabs(bench.field_speed()) < 0.01);
+    CHECK(host.fault() == Fault::NONE);
+  }
+}

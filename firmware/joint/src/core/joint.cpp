@@ -123,13 +123,19 @@ void Joint::supervise() {
 }
 
 void Joint::watch_silence() {
-  if (!underway()) return;
-  const bool polled = alone_ && !wire_.armed();
+  const bool stopping = state_ == JointState::STOPPING;
+  if (!underway() && !stopping) return;
+  const bool polled = (alone_ || stopping) && !wire_.armed();
   const uint32_t since = polled ? wire_.last_frame() : fed_;
   const uint32_t silence = (hal_.micros() - since) / 1000U;
   const uint32_t allowed = polled ? kPollMillis : wire_.watchdog_ms();
   // A frame may arrive after this tick began.
   if (silence <= allowed || silence > 0x7FFFFFFFU / 1000U) return;
+  if (stopping) {
+    // The limit it stops with may be near zero.
+    stop_deceleration_ = fmaxf(stop_deceleration_, kBriskDeceleration);
+    return;
+  }
   // A joint at rest still makes the small corrections that keep it at its place.
   const bool creeping = fabsf(motion_.velocity()) < kCreep;
   bool resting = creeping && !sequence();
@@ -150,8 +156,11 @@ void Joint::act() {
     case JointState::DISABLED:
       break;
     case JointState::HOLDING:
+      if (enabled_) correct();
+      break;
     case JointState::FAULTED:
-      if (powered_) correct();
+      // Who pushes it away is not pushed back.
+      if (powered_) motion_.go(goal_, max_velocity_, acceleration_, deceleration_);
       break;
     case JointState::POSITION:
       if (alone_ && there())

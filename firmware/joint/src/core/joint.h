@@ -77,6 +77,7 @@ class Joint {
   void latch(Fault fault, float data);
   void cut(Fault fault, float data);
   void apply_currents();
+  void power(bool on);
   bool sequence() const;
   bool running_down() const;
   bool underway() const;

@@ -117,10 +117,12 @@ void Joint::execute(const Command& command) {
         fault_ = Fault::NONE;
         fault_data_ = 0.0F;
         stalled_ = false;
-        if (state_ == JointState::FAULTED && powered_)
+        if (state_ == JointState::FAULTED && powered_) {
+          resynchronise();
           hold();
-        else if (state_ == JointState::FAULTED)
+        } else if (state_ == JointState::FAULTED) {
           state_ = JointState::DISABLED;
+        }
       }
       break;
     default:
@@ -151,10 +153,8 @@ void Joint::set_up(const Command& command) {
   const bool settle = !powered_;
   apply_currents();
   motion_.driver().set_brake(brake_);
-  hal_.driver_enable(true);
-  powered_ = true;
+  power(true);
   if (!checked_ || settle) {
-    if (settle) motion_.rename(encoder_steps_);
     correction_ = 0.0F;
     orientation_.start(checked_ ? 0.0F : kOrientationDegrees, settle);
     state_ = JointState::ORIENTATION;

@@ -138,8 +138,7 @@ void Joint::latch(Fault fault, float data) {
 }
 
 void Joint::cut(Fault fault, float data) {
-  hal_.driver_enable(false);
-  powered_ = false;
+  power(false);
   if (fault_ == Fault::NONE) {
     fault_ = fault;
     fault_data_ = data;
@@ -157,8 +156,17 @@ void Joint::apply_currents() {
       state_ == JointState::DISABLED || (state_ == JointState::FAULTED && powered_);
   if (enabled_ || !released) return;
   // Shorted coils need a closed power stage, a free rotor an open one.
-  powered_ = hold_percent_ != 0 || brake_ == BrakeMode::COOL_BRAKE;
-  hal_.driver_enable(powered_);
+  power(hold_percent_ != 0 || brake_ == BrakeMode::COOL_BRAKE);
+}
+
+void Joint::power(bool on) {
+  // While the stage was open the rotor was free to turn.
+  if (on && !powered_) {
+    motion_.rename(encoder_steps_);
+    correction_ = 0.0F;
+  }
+  powered_ = on;
+  hal_.driver_enable(on);
 }
 
 }  // namespace bioscara
