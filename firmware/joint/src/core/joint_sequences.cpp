@@ -86,11 +86,12 @@ void Joint::run_stopping() {
 }
 
 // A rotor that lost the field stands whole electrical periods away from it; the encoder is right.
-void Joint::resynchronise() {
+bool Joint::resynchronise() {
   const float periods = roundf(error_ / kElectricalPeriod);
-  if (periods == 0.0F) return;
+  if (periods == 0.0F) return false;
   motion_.rename(motion_.position() - periods * kElectricalPeriod);
   error_ -= periods * kElectricalPeriod;
+  return true;
 }
 
 void Joint::hold() {
@@ -119,7 +120,14 @@ void Joint::settle(float goal) {
 
 void Joint::correct() {
   if (there()) {
-    resynchronise();
+    const float error = error_;
+    const bool lost = resynchronise();
+    // Brought back once and lost again: something holds the rotor, or the encoder.
+    if (lost && returning_) {
+      latch(Fault::FOLLOWING, error);
+      return;
+    }
+    returning_ = lost;
     settle(goal_);
   }
   motion_.go(goal_ + correction_, max_velocity_, acceleration_, deceleration_);
