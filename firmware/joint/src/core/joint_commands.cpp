@@ -156,7 +156,7 @@ void Joint::set_up(const Command& command) {
   power(true);
   if (!checked_ || settle) {
     correction_ = 0.0F;
-    orientation_.start(checked_ ? 0.0F : kOrientationDegrees, settle);
+    orientation_.start(kOrientationDegrees, settle, checked_);
     state_ = JointState::ORIENTATION;
     alone_ = true;
   } else {
@@ -204,7 +204,7 @@ void Joint::home(const Command& command) {
 
 void Joint::check_orientation(const Command& command) {
   correction_ = 0.0F;
-  orientation_.start(command.number, false);
+  orientation_.start(command.number, false, false);
   state_ = JointState::ORIENTATION;
   alone_ = true;
   fed_ = command.micros;

@@ -14,6 +14,8 @@ constexpr int32_t kSameStop = 1820;
 // Position correction: a share of the error each tick, and never more than the angle of full torque.
 constexpr float kCorrectionGain = 0.01F;
 constexpr float kCorrectionMost = 0.25F * kElectricalPeriod;
+// A rotor at rest that is further away has lost the field; nearer, the correction pulls it back.
+constexpr float kLost = 0.7F * kElectricalPeriod;
 
 }  // namespace
 
@@ -87,10 +89,10 @@ void Joint::run_stopping() {
 
 // A rotor that lost the field stands whole electrical periods away from it; the encoder is right.
 bool Joint::resynchronise() {
-  const float periods = roundf(error_ / kElectricalPeriod);
+  const float periods = roundf((motion_.position() - encoder_steps_) / kElectricalPeriod);
   if (periods == 0.0F) return false;
   motion_.rename(motion_.position() - periods * kElectricalPeriod);
-  error_ -= periods * kElectricalPeriod;
+  error_ = motion_.position() - encoder_steps_;
   return true;
 }
 
@@ -121,7 +123,7 @@ void Joint::settle(float goal) {
 void Joint::correct() {
   if (there()) {
     const float error = error_;
-    const bool lost = resynchronise();
+    const bool lost = fabsf(error) > kLost && resynchronise();
     // Brought back once and lost again: something holds the rotor, or the encoder.
     if (lost && returning_) {
       latch(Fault::FOLLOWING, error);
@@ -170,7 +172,7 @@ void Joint::apply_currents() {
 void Joint::power(bool on) {
   // While the stage was open the rotor was free to turn.
   if (on && !powered_) {
-    motion_.rename(encoder_steps_);
+    resynchronise();
     correction_ = 0.0F;
   }
   powered_ = on;
