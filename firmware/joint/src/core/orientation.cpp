@@ -12,8 +12,11 @@ constexpr int kTimeout = 2000;
 constexpr float kSpeed = 4000.0F;
 constexpr float kAcceleration = 80000.0F;
 constexpr float kTolerance = 0.3F;
+
 // Friction can hold the rotor opposite to its field, where a stroke pulls it free.
-constexpr float kFound = 0.25F * kElectricalPeriod;
+bool found(const Motion& motion, float encoder) {
+  return fabsf(motion.position() - encoder) < 0.25F * kElectricalPeriod;
+}
 
 }  // namespace
 
@@ -49,7 +52,7 @@ Orientation::Result Orientation::step(Motion& motion, float encoder) {
     case Step::SETTLE:
       motion.stop(kHardDeceleration);
       if (!motion.standing() || ticks_ < kSettle) return Result::RUNNING;
-      if (known_ && fabsf(motion.position() - encoder) < kFound) return Result::PASSED;
+      if (known_ && found(motion, encoder)) return Result::PASSED;
       motion.rename(encoder);
       start_ = encoder;
       step_ = Step::TAKE_UP;
@@ -58,10 +61,10 @@ Orientation::Result Orientation::step(Motion& motion, float encoder) {
     case Step::TAKE_UP:
       if (!reached(motion)) return Result::RUNNING;
       // By now the rotor is with its field.
-      motion.rename(encoder);
+      if (!found(motion, encoder)) motion.rename(encoder);
       before_ = encoder;
       step_ = Step::MEASURE;
-      stroke(motion, encoder + angle_);
+      stroke(motion, motion.position() + angle_);
       return Result::RUNNING;
     case Step::MEASURE: {
       if (!reached(motion)) return Result::RUNNING;
