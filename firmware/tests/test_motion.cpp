@@ -376,7 +376,8 @@ TEST(a_disabled_joint_moves_for_nobody) {
 
 TEST(a_command_that_runs_by_itself_ends_the_motion_before_it) {
   for (const auto& [code, payload] :
-       {std::pair{Register::CHECKORIENTATION, packed(1.0F)}, {Register::MOVETOEND, Bytes{1, 11, 30}},
+       {std::pair{Register::CHECKORIENTATION, packed(1.0F)},
+        {Register::MOVETOEND, Bytes{1, 11, 30}},
         {Register::HOME, Bytes{1, 11, 30, 10}}}) {
     Bench bench(3);
     bench.mechanics().remove_stops();

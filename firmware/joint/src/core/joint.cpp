@@ -106,7 +106,10 @@ bool Joint::underway() const {
 void Joint::supervise() {
   const Supervisor::Finding driver =
       driver_fault(motion_.driver().take_gstat(), motion_.driver().drv_status());
-  if (driver.fault == Fault::DRIVER_RESET) motion_.driver().setup();
+  if (driver.fault == Fault::DRIVER_RESET) {
+    motion_.driver().setup();
+    checked_ = false;  // Where the field stands is no longer known.
+  }
   if (driver.fault != Fault::NONE && powered_) cut(driver.fault, driver.data);
   if (powered_ && !sequence()) {
     const Supervisor::Finding finding =
@@ -175,7 +178,8 @@ void Joint::act() {
     case JointState::TRACKING:
       tracker_.advance();
       if (tracker_.velocity() == 0.0F && motion_.standing()) settle(tracker_.position());
-      motion_.follow(tracker_.position() + correction_, tracker_.velocity(), max_velocity_, acceleration_);
+      motion_.follow(tracker_.position() + correction_, tracker_.velocity(), max_velocity_,
+                     acceleration_);
       break;
     case JointState::HOMING:
     case JointState::MOVING_TO_END:
