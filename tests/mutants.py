@@ -78,8 +78,22 @@ MUTANTS = (
     Mutant(
         "setpoint watchdog",
         f"{CORE}/joint.cpp",
-        "  if (!underway()) return;",
+        "  if (!underway() && !stopping) return;",
         "  return;",
+        HAZARDS,
+    ),
+    Mutant(
+        "what a fault cut stays cut",
+        f"{CORE}/joint_sequences.cpp",
+        "(state_ == JointState::FAULTED && powered_)",
+        "state_ == JointState::FAULTED",
+        HAZARDS,
+    ),
+    Mutant(
+        "a check that was broken off enables nothing",
+        f"{CORE}/joint_commands.cpp",
+        "enabled_ = enabled_ && checked_;",
+        "",
         HAZARDS,
     ),
     Mutant(

@@ -271,9 +271,9 @@ TEST(a_cut_of_the_motor_supply_is_a_fault_and_not_a_silent_recovery) {
   expect_power_off(run.host, Fault::DRIVER);
   // Still off: it cannot be enabled. On again: nothing moves by itself.
   run.host.clear_fault();
+  run.host.wait_until_idle(1.0);  // The field of the open stage runs down.
   run.host.enable();
   expect_power_off(run.host, Fault::DRIVER);
-  run.host.keep(0.2);  // The field of the open stage runs down.
   run.bench.driver().set_motor_power(true);
   const double place = run.bench.field();
   run.host.keep(0.5);
@@ -308,5 +308,129 @@ TEST(a_driver_that_restarts_or_overheats_is_switched_off) {
     run.bench.driver().raise_overtemperature(false);
     run.bench.run(0.05);
     expect_recovery(run.host);
+  }
+}
+
+TEST(what_a_fault_cut_stays_cut_until_SETUP) {
+  Running run(4, 20.0);
+  run.bench.driver().raise_overtemperature(true);
+  CHECK(time_to_fault(run.host, 0.5, true) > 0.0);
+  run.bench.driver().raise_overtemperature(false);
+  run.host.keep(0.1);
+  for (Register code : {Register::SETCURRENT, Register::SETHOLDCURRENT}) {
+    run.host.send(code, {30});
+    run.bench.run(0.02);
+    expect_power_off(run.host, Fault::OVERTEMPERATURE);
+  }
+  expect_recovery(run.host);
+}
+
+TEST(a_motor_is_not_engaged_while_the_field_of_its_open_stage_still_turns) {
+  Running run(3, 100.0);
+  run.bench.driver().set_motor_power(false);
+  CHECK(time_to_fault(run.host, 0.5, true) > 0.0);
+  run.bench.driver().set_motor_power(true);
+  run.host.keep(0.03);
+  run.host.clear_fault();
+  run.bench.run(0.01);
+  CHECK(run.bench.field_speed() > 50.0);
+  CHECK(has(run.host.send(Register::SETUP, {20, 20, 0, 0})[0], Flags::REFUSED));
+  CHECK(run.host.report().refusal == Refusal::BUSY);
+  run.host.wait_until_idle(1.0);
+  CHECK(run.bench.field_speed() < 0.3);
+  CHECK(!run.bench.stage_closed());
+  run.bench.run(0.5);  // The rotor coasts.
+  const double rotor = run.bench.rotor();
+  run.host.enable();
+  CHECK(std::fabs(run.bench.rotor() - rotor) < 3.0 / kDegrees);
+  expect_recovery(run.host);
+}
+
+TEST(a_check_that_was_broken_off_enables_nothing) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  for (double wait : {0.0, 0.1, 0.2, 0.3}) {
+    host.send(Register::SETUP, {20, 20, 0, 0});
+    bench.run(wait);
+    host.send(Register::STOP, {0});
+    host.keep(0.2);
+    CHECK(has(host.flags(), Flags::NOTENABLED));
+    CHECK(has(host.turn(5.0), Flags::REFUSED));
+  }
+  expect_recovery(host);
+}
+
+TEST(a_faulted_joint_that_is_pushed_away_does_not_come_back_by_itself) {
+  Running run(4, 20.0);
+  run.bench.run(1.0);  // Silence: stopped and latched, with the current on.
+  CHECK(run.host.fault() == Fault::SETPOINT_LOST);
+  for (bool cleared : {false, true}) {
+    if (cleared) run.host.clear_fault();
+    run.host.keep(0.05);
+    const double field = run.bench.field();
+    const double rotor = run.bench.rotor();
+    run.bench.mechanics().push(0.2 * 12.0);
+    while (run.bench.rotor() < rotor + 6.0) run.bench.tick();
+    run.bench.mechanics().push(0.0);
+    run.host.keep(1.0);
+    CHECK(run.bench.rotor() > rotor + 5.0);
+    // Less than half an electrical period: to the rotor, not back.
+    CHECK(std::fabs(run.bench.field() - field) < 0.0629);
+  }
+  expect_recovery(run.host);
+}
+
+TEST(a_hold_current_engages_the_motor_where_it_stands) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  bench.mechanics().push(0.03 * 12.0);  // Turned by hand.
+  while (bench.rotor() < 8.0) bench.tick();
+  bench.mechanics().push(0.0);
+  bench.run(2.0);
+  host.send(Register::SETHOLDCURRENT, {30});
+  bench.run(0.5);
+  CHECK(bench.stage_closed());
+  CHECK(host.fault() == Fault::NONE);
+}
+
+TEST(silence_ends_a_stop_that_would_last_for_ever) {
+  for (bool armed : {true, false}) {
+    Bench bench(4);
+    bench.mechanics().remove_stops();
+    Host host(bench, 4);
+    if (armed) host.arm_session();
+    host.enable();
+    host.turn(20.0);
+    host.keep(0.2);
+    host.send(Register::SETMAXDECELERATION, packed(1.0F));
+    host.send(Register::STOP, {1});
+    for (int poll = 0; poll < 10; ++poll) {
+      if (armed) host.send(Register::WATCHDOG, {200, 0});
+      bench.run(0.1);
+      CHECK(host.state().state == JointState::STOPPING);
+    }
+    CHECK(bench.field_speed() > 19.0);
+    bench.run(1.5);
+    CHECK(std::fabs(bench.field_speed()) < 0.01);
+    CHECK(host.fault() == Fault::NONE);
+  }
+}
+
+TEST(a_field_at_rest_does_not_chase_an_encoder_that_stands_still) {
+  for (double way = 0.1; way < 0.4; way += 0.02) {
+    Bench bench(4);
+    Host host(bench, 4);
+    host.enable_bare();
+    bench.encoder().freeze(true);
+    host.bare(Register::CHECKORIENTATION, packed(10.0F));
+    while (bench.field_speed() == 0.0) bench.tick();
+    bench.run(way);
+    host.bare(Register::STOP, {0});
+    bench.run(3.0);
+    const double field = bench.field();
+    bench.run(2.0);
+    CHECK(std::fabs(bench.field() - field) < 0.01);
   }
 }

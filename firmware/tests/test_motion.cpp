@@ -313,6 +313,46 @@ TEST(position_is_corrected_at_rest_and_only_when_asked_for) {
   }
 }
 
+TEST(the_field_is_known_also_where_friction_held_the_rotor_opposite_to_it) {
+  const auto error_after_a_move = [](Host<Bench>& host) {
+    double sum = 0.0;
+    for (float way : {30.0F, -30.0F}) {
+      host.send(Register::MOVEANGLE, packed(way));
+      host.keep(0.6);
+    }
+    for (int time = 0; time < 5; ++time) {
+      host.keep(0.05);
+      sum += load<float>(host.send(Register::GETPIDERROR, {}, 4).data());
+    }
+    return std::fabs(sum / 5.0);
+  };
+  for (int joint : {1, 2}) {
+    const double turn = 6.283185307179586 / bioscara::sim::parameters_of(joint).reduction;
+    for (int share = 46; share <= 54; ++share) {
+      Bench bench(joint);
+      // So many hundredths of an electrical period, of which a turn has 50.
+      bench.mechanics().set_position(0.1 + turn * share / 5000.0);
+      bench.boot(ResetCause::POWER_ON);
+      Host host(bench, joint);
+      const auto enable = [&] { host.enable(joint == 2 ? 40 : 20, 35.0, 70.0); };
+      host.arm_session();
+      enable();
+      CHECK(error_after_a_move(host) < 150.0);
+      host.send(Register::SETHOLDCURRENT, {0});
+      host.keep(0.5);
+      CHECK(!bench.stage_closed());
+      const double place = bench.position();
+      for (int step = 1; step <= 100; ++step) {
+        bench.mechanics().set_position(place + 1e-2 * step * turn * share / 5000.0);
+        bench.tick();
+      }
+      enable();
+      CHECK(error_after_a_move(host) < 150.0);
+      CHECK(host.fault() == Fault::NONE);
+    }
+  }
+}
+
 TEST(a_disabled_joint_moves_for_nobody) {
   Bench bench(4);
   Host host(bench, 4);
@@ -332,6 +372,32 @@ TEST(a_disabled_joint_moves_for_nobody) {
   }
   CHECK(bench.driver().field() == before);
   CHECK(!bench.stage_closed());
+}
+
+TEST(a_command_that_runs_by_itself_ends_the_motion_before_it) {
+  for (const auto& [code, payload] :
+       {std::pair{Register::CHECKORIENTATION, packed(1.0F)},
+        {Register::MOVETOEND, Bytes{1, 11, 30}},
+        {Register::HOME, Bytes{1, 11, 30, 10}}}) {
+    Bench bench(3);
+    bench.mechanics().remove_stops();
+    Host host(bench, 3);
+    host.arm_session();
+    host.enable();
+    host.turn(100.0);
+    host.keep(0.5);
+    const double start = bench.rotor();
+    const double lead = bench.field() - start;
+    host.send(code, payload);
+    host.keep(0.5);
+    // At 336 rad/s^2 it needs 15 rad to stop.
+    CHECK(bench.rotor() - start < 18.0);
+    CHECK(std::fabs(bench.field() - bench.rotor() - lead) < 0.1);
+    host.keep(0.8);
+    CHECK(host.fault() == Fault::NONE);
+    const bool ended = !has(host.flags(), Flags::BUSY);
+    CHECK(ended == (code == Register::CHECKORIENTATION));
+  }
 }
 
 TEST(current_goes_off_at_standstill_only) {

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import logging
 import math
+import os
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -86,6 +89,15 @@ def test_a_channel_with_a_longer_pulse_and_period_is_taken_over(
     assert kernel.value(channel, "duty_cycle") == 1_500_000
 
 
+def test_a_running_channel_is_taken_over_without_a_missing_pulse(
+    kernel: Kernel, channel: Path
+) -> None:
+    kernel.make_channel(channel, period=50_000_000, duty_cycle=40_000_000, enable=1)
+    pwm(kernel).start(0.02, 0.0015)
+    assert kernel.value(channel, "period") == PERIOD_NS
+    assert 0 not in [value for name, value in kernel.writes if name in ("duty_cycle", "enable")]
+
+
 @pytest.mark.parametrize(
     ("prepare", "complaint"),
     [
@@ -111,11 +123,43 @@ def test_a_folder_that_never_appears(kernel: Kernel, channel: Path) -> None:
     assert 2.0 <= kernel.time < 2.1
 
 
-def test_a_refused_write_names_path_and_remedy(kernel: Kernel, channel: Path) -> None:
-    kernel.refuse["period"] = PermissionError(13, "Permission denied")
-    with pytest.raises(GripperError, match=r"pwm0/period: writing 20000000 failed.*udev"):
+@pytest.mark.parametrize(
+    ("number", "remedy"),
+    [
+        (errno.EACCES, "udev"),
+        (errno.EPERM, "udev"),
+        (errno.EBUSY, "something else in this computer uses it"),
+        (errno.ENOENT, r"enable\(\) the gripper again"),
+        (errno.EIO, "dmesg"),
+    ],
+)
+def test_a_refused_write_names_path_and_remedy(
+    kernel: Kernel, channel: Path, number: int, remedy: str
+) -> None:
+    kernel.refuse["period"] = OSError(number, os.strerror(number))
+    match = rf"pwm0/period: writing 20000000 failed \({os.strerror(number)}\).*{remedy}"
+    with pytest.raises(GripperError, match=match) as caught:
         pwm(kernel).start(0.02, 0.0015)
+    assert "dtoverlay" not in str(caught.value)
     assert kernel.value(channel, "enable") == 0
+
+
+def test_a_channel_that_the_kernel_uses_itself_is_told_from_a_missing_one(
+    kernel: Kernel, channel: Path
+) -> None:
+    kernel.refuse["export"] = OSError(errno.EBUSY, os.strerror(errno.EBUSY))
+    with pytest.raises(GripperError, match="something else in this computer uses it"):
+        pwm(kernel).start(0.02, 0.0015)
+
+
+def test_a_channel_that_was_taken_away_can_be_started_again(kernel: Kernel, channel: Path) -> None:
+    output = pwm(kernel)
+    output.start(0.02, 0.0015)
+    shutil.rmtree(channel)
+    with pytest.raises(GripperError, match=r"enable\(\) the gripper again"):
+        output.set_pulse(0.001)
+    output.start(0.02, 0.001)
+    assert kernel.value(channel, "duty_cycle") == 1_000_000
 
 
 def test_set_pulse_needs_a_started_output(kernel: Kernel) -> None:

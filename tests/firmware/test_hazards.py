@@ -295,6 +295,28 @@ def test_hz14_a_wrong_orientation_is_found_before_it_runs_away(wrong: str) -> No
     assert abs(host.arm.position("j4") - before) < math.radians(7.2) / 12
 
 
+def test_hz14_a_check_that_stop_breaks_off_enables_nothing() -> None:
+    host = Host("j4")
+    host.write(Register.SETUP, 20, 20)
+    host.arm.run(0.05)
+    host.write(Register.STOP, 0)
+    host.alive(0.3)
+    assert Flags.NOTENABLED in host.flags()
+    assert host.write(Register.SETRPM, 10.0).flags & Flags.REFUSED
+
+
+def test_a_power_stage_that_a_fault_opened_stays_open() -> None:
+    host = _ready()
+    host.arm.overheat("j4")
+    host.arm.run(0.1)
+    host.arm.overheat("j4", False)
+    for register in (Register.SETCURRENT, Register.SETHOLDCURRENT):
+        host.write(register, 30)
+        host.arm.run(0.05)
+        assert not host.arm.has_torque("j4")
+        assert host.fault() is Fault.OVERTEMPERATURE
+
+
 def test_hz16_a_hung_controller_does_not_leave_the_motor_turning() -> None:
     host = _ready()
     for _ in range(30):

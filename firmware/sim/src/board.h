@@ -45,7 +45,6 @@ class Board final : private Hal {
   Tle5012bChip& encoder() { return encoder_; }
   bool has_torque() const { return driver_.current_share(enabled_) > 0.0; }
   double load_angle() const;
-  std::uint16_t boots() const { return boot_id_; }
 
  private:
   std::uint32_t micros() override;

@@ -43,7 +43,6 @@ class Tmc5130Chip {
   void position_mode();
   std::uint8_t status() const;
   std::int32_t xtarget() const { return static_cast<std::int32_t>(registers_[0x2D]); }
-  double clocks_standing() const { return standstill_ / 100e-9; }
 
   std::uint32_t registers_[128] = {};
   std::uint8_t asked_ = 0;

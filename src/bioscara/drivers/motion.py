@@ -39,8 +39,9 @@ class JointMotion(JointSettings):
     def enable(self, drive_percent: int | None = None, hold_percent: int | None = None) -> None:
         """Engage the motor where it stands, with stall detection and the configured limits.
 
-        A version 2 joint checks by a movement of at most 1 degree of the motor that motor and
-        encoder agree, the first time after it booted.
+        A version 2 joint checks by a movement of at most 2 degrees of the motor that motor and
+        encoder agree: the first time after it booted, and where friction held the rotor opposite
+        to its field.
 
         Args:
             drive_percent: Motor current in motion; None for the configured one.

@@ -15,6 +15,13 @@ SYSFS = Path("/sys/class/pwm")
 
 _REMEDY = "add dtoverlay=pwm-2chan to /boot/firmware/config.txt and reboot"
 _RIGHTS = "run as a user who may write there (a udev rule for the group gpio)"
+_IN_USE = "something else in this computer uses it: end that program or remove its overlay"
+_REMEDIES = {
+    errno.EACCES: _RIGHTS,
+    errno.EPERM: _RIGHTS,
+    errno.EBUSY: _IN_USE,
+    errno.ENOENT: "the channel was taken away: enable() the gripper again",
+}
 _APPEARS_WITHIN = 2.0
 """The channel's folder and its rights come some 100 ms after it was asked for [s]."""
 _POLL = 0.01
@@ -64,7 +71,7 @@ class Pwm:
         # The kernel refuses a period below the pulse, a pulse above the period, and to enable
         # without a period.
         if self._read(folder / "duty_cycle") > period_ns:
-            self._write(folder / "duty_cycle", 0)
+            self._write(folder / "duty_cycle", pulse_ns)
         if self._read(folder / "period") != period_ns:
             self._write(folder / "period", period_ns)
         self._write(folder / "duty_cycle", pulse_ns)
@@ -111,19 +118,23 @@ class Pwm:
     def _export(self) -> Path:
         chip, channel = self._find()
         folder = chip / f"pwm{channel}"
+        absent = _REMEDY
         if not folder.is_dir():
             try:
-                self._write(chip / "export", channel, quiet=errno.EBUSY)
-            except GripperError as error:
-                if isinstance(error.__cause__, OSError) and error.__cause__.errno == errno.ENODEV:
+                (chip / "export").write_text(str(channel))
+            except OSError as error:
+                if error.errno == errno.ENODEV:
                     raise GripperError(f"{chip} has no channel {channel}; {_REMEDY}") from error
-                raise
+                if error.errno != errno.EBUSY:
+                    raise _refused(chip / "export", channel, error) from error
+                # Asked for a moment ago by someone else, who may let us use it.
+                absent = _IN_USE
         deadline = self._clock.now() + _APPEARS_WITHIN
         while not os.access(folder / "enable", os.W_OK):
             now = self._clock.now()
             if now >= deadline:
                 problem = "cannot be written" if folder.is_dir() else "did not appear"
-                remedy = _RIGHTS if folder.is_dir() else _REMEDY
+                remedy = _RIGHTS if folder.is_dir() else absent
                 raise GripperError(f"{folder} {problem} within {_APPEARS_WITHIN:g} s; {remedy}")
             self._clock.sleep_until(now + _POLL)
         return folder
@@ -134,13 +145,13 @@ class Pwm:
         except (OSError, ValueError) as error:
             raise GripperError(f"{path}: cannot be read ({error}); {_REMEDY}") from error
 
-    def _write(self, path: Path, value: int, quiet: int = 0) -> None:
+    def _write(self, path: Path, value: int) -> None:
         try:
             path.write_text(str(value))
         except OSError as error:
-            if error.errno == quiet:
-                return
-            remedy = _RIGHTS if isinstance(error, PermissionError) else _REMEDY
-            raise GripperError(
-                f"{path}: writing {value} failed ({error.strerror}); {remedy}"
-            ) from error
+            raise _refused(path, value, error) from error
+
+
+def _refused(path: Path, value: int, error: OSError) -> GripperError:
+    remedy = _REMEDIES.get(error.errno or 0, "the kernel's log (dmesg) may say more")
+    return GripperError(f"{path}: writing {value} failed ({error.strerror}); {remedy}")

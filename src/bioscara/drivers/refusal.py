@@ -66,7 +66,11 @@ def refused_error(
     if reason == Refusal.NOT_ENABLED.name:
         return NotEnabledError(f"{what}: it is not enabled", joint, "enable() first")
     if reason == Refusal.BUSY.name:
-        return IncorrectStateError(f"{what}: another command is running", joint, "stop() it first")
+        return IncorrectStateError(
+            f"{what}: another command is running, or the motor still runs down after a fault",
+            joint,
+            "stop() it, or wait 0.3 s",
+        )
     return RefusedError(f"{what}: {reason}", address, reason, joint)
 
 

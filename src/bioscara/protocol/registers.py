@@ -44,7 +44,9 @@ REGISTERS: tuple[Definition, ...] = (
         _W,
         "Engages the motor with these currents and holds here; clears NOTENABLED and STALL and "
         "switches stall detection off. Takes effect after the orientation check, during which "
-        "BUSY is set. In an armed session it is refused while a fault is latched.",
+        "BUSY is set; a check that STOP breaks off enables nothing. Refused while BUSY, which "
+        "after a fault may show for 0.3 s until the field has run down, and in an armed session "
+        "while a fault is latched.",
         written=(_percent("drive_current"), _percent("hold_current"), _ZERO, _ZERO),
     ),
     Definition(
@@ -221,7 +223,8 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.CHECKORIENTATION,
         _W,
-        "Turns the motor by this angle and back and compares sign and size with the encoder.",
+        "Turns the motor by twice this angle and back and compares sign and size with the "
+        "encoder; a motion underway ends first.",
         written=(Field("angle", Kind.F32, "deg", 0.0, 10.0),),
         blocking=True,
         motion=True,
@@ -339,7 +342,8 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.CLEARFAULT,
         _W,
-        "Acknowledges the latched fault. The joint stays disabled; nothing moves.",
+        "Acknowledges the latched fault; nothing moves. What the fault disabled stays disabled; a "
+        "stall leaves the joint enabled.",
         written=(Field("fault", Kind.U8),),
         version=2,
         support=Support.NO,

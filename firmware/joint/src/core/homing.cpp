@@ -21,13 +21,14 @@ constexpr float kFollowPerTurn = 0.02F;
 }  // namespace
 
 void Homing::start(const Configuration& configuration, bool positive, float rpm, float threshold,
-                   bool twice) {
+                   uint8_t current_percent, bool twice) {
   configuration_ = configuration;
   direction_ = positive ? 1.0F : -1.0F;
   slow_ = rpm * kStepsPerRpm;
   fast_ = (twice ? fmaxf(configuration.homing_rpm, rpm) : rpm) * kStepsPerRpm;
   back_off_ = fmaxf(kBackOffLeast, slow_ * kRunUp);
   threshold_ = threshold;
+  current_percent_ = current_percent;
   twice_ = twice;
   step_ = Step::BEGIN;
   wait_ = 0;
@@ -53,6 +54,13 @@ Homing::Result Homing::step(Motion& motion, float encoder) {
   if (seconds > allowed) return fail(Fault::HOMING_TIMEOUT, seconds);
   switch (step_) {
     case Step::BEGIN:
+      // A motion underway ends with the current that it had.
+      motion.stop(kHardDeceleration);
+      if (!motion.standing()) return Result::RUNNING;
+      if (twice_) motion.driver().set_currents(current_percent_, current_percent_);
+      step_ = Step::SETTLE;
+      return Result::RUNNING;
+    case Step::SETTLE:
       // The changed current moves the rotor a little; wait, then start from where it is.
       if (!waited(kPause)) return Result::RUNNING;
       motion.rename(encoder);

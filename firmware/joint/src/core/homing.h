@@ -12,9 +12,9 @@ class Homing {
  public:
   enum class Result { RUNNING, TOUCHED, FAILED };
 
-  // `twice` is false for MOVETOEND: one touch, at the commanded speed.
+  // `twice` is false for MOVETOEND: one touch, at the commanded speed and the current in force.
   void start(const Configuration& configuration, bool positive, float rpm, float threshold,
-             bool twice);
+             uint8_t current_percent, bool twice);
   // One tick; `encoder` in steps.
   Result step(Motion& motion, float encoder);
 
@@ -25,7 +25,7 @@ class Homing {
   float data() const { return data_; }
 
  private:
-  enum class Step { BEGIN, APPROACH, HALT, BACK_OFF, PAUSE, TOUCH, HALT_AGAIN, CLEAR };
+  enum class Step { BEGIN, SETTLE, APPROACH, HALT, BACK_OFF, PAUSE, TOUCH, HALT_AGAIN, CLEAR };
   float follow() const;
   Result fail(Fault fault, float data);
   Result approach(Motion& motion, float encoder);
@@ -40,6 +40,7 @@ class Homing {
   float slow_ = 0.0F;
   float back_off_ = 0.0F;
   float threshold_ = 0.0F;
+  uint8_t current_percent_ = 0;
   bool twice_ = true;
   float start_ = 0.0F;
   float first_ = 0.0F;

@@ -93,6 +93,11 @@ bool Joint::sequence() const {
          state_ == JointState::MOVING_TO_END;
 }
 
+// The field of an open power stage turns on until its ramp ends; the rotor could not follow it.
+bool Joint::running_down() const {
+  return !powered_ && fabsf(motion_.velocity()) > kCreep;
+}
+
 bool Joint::underway() const {
   return sequence() || state_ == JointState::POSITION || state_ == JointState::VELOCITY ||
          state_ == JointState::TRACKING;
@@ -101,7 +106,10 @@ bool Joint::underway() const {
 void Joint::supervise() {
   const Supervisor::Finding driver =
       driver_fault(motion_.driver().take_gstat(), motion_.driver().drv_status());
-  if (driver.fault == Fault::DRIVER_RESET) motion_.driver().setup();
+  if (driver.fault == Fault::DRIVER_RESET) {
+    motion_.driver().setup();
+    checked_ = false;  // Where the field stands is no longer known.
+  }
   if (driver.fault != Fault::NONE && powered_) cut(driver.fault, driver.data);
   if (powered_ && !sequence()) {
     const Supervisor::Finding finding =
@@ -118,13 +126,19 @@ void Joint::supervise() {
 }
 
 void Joint::watch_silence() {
-  if (!underway()) return;
-  const bool polled = alone_ && !wire_.armed();
+  const bool stopping = state_ == JointState::STOPPING;
+  if (!underway() && !stopping) return;
+  const bool polled = (alone_ || stopping) && !wire_.armed();
   const uint32_t since = polled ? wire_.last_frame() : fed_;
   const uint32_t silence = (hal_.micros() - since) / 1000U;
   const uint32_t allowed = polled ? kPollMillis : wire_.watchdog_ms();
   // A frame may arrive after this tick began.
   if (silence <= allowed || silence > 0x7FFFFFFFU / 1000U) return;
+  if (stopping) {
+    // The limit it stops with may be near zero.
+    stop_deceleration_ = fmaxf(stop_deceleration_, kBriskDeceleration);
+    return;
+  }
   // A joint at rest still makes the small corrections that keep it at its place.
   const bool creeping = fabsf(motion_.velocity()) < kCreep;
   bool resting = creeping && !sequence();
@@ -145,8 +159,11 @@ void Joint::act() {
     case JointState::DISABLED:
       break;
     case JointState::HOLDING:
+      if (enabled_) correct();
+      break;
     case JointState::FAULTED:
-      if (powered_) correct();
+      // Who pushes it away is not pushed back.
+      if (powered_) motion_.go(goal_, max_velocity_, acceleration_, deceleration_);
       break;
     case JointState::POSITION:
       if (alone_ && there())
@@ -161,7 +178,8 @@ void Joint::act() {
     case JointState::TRACKING:
       tracker_.advance();
       if (tracker_.velocity() == 0.0F && motion_.standing()) settle(tracker_.position());
-      motion_.follow(tracker_.position() + correction_, tracker_.velocity(), max_velocity_, acceleration_);
+      motion_.follow(tracker_.position() + correction_, tracker_.velocity(), max_velocity_,
+                     acceleration_);
       break;
     case JointState::HOMING:
     case JointState::MOVING_TO_END:
@@ -196,7 +214,7 @@ void Joint::publish() {
       (fabsf(motion_.velocity() - run_velocity_) < kVelocityLsb * 2.0F ? kVelocityReached : 0) |
       (motion_.standing() ? kStandstill : 0) | (stalled_ ? kStall : 0));
   status.flags = static_cast<uint8_t>(
-      (stalled_ ? mask(Flags::STALL) : 0) | (sequence() ? mask(Flags::BUSY) : 0) |
+      (stalled_ ? mask(Flags::STALL) : 0) | (sequence() || running_down() ? mask(Flags::BUSY) : 0) |
       (homed_ ? 0 : mask(Flags::NOTHOMED)) | (enabled_ ? 0 : mask(Flags::NOTENABLED)) |
       (fault_ != Fault::NONE ? mask(Flags::FAULT) : 0));
   wire_.publish(status);

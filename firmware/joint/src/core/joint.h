@@ -72,12 +72,14 @@ class Joint {
   bool there() const;
   void correct();
   void settle(float goal);
-  void resynchronise();
+  bool resynchronise();
   void hold();
   void latch(Fault fault, float data);
   void cut(Fault fault, float data);
   void apply_currents();
+  void power(bool on);
   bool sequence() const;
+  bool running_down() const;
   bool underway() const;
 
   Hal& hal_;
@@ -125,6 +127,8 @@ class Joint {
   // Where the encoder is to stand, and by how much the field must lead for that.
   float goal_ = 0.0F;
   float correction_ = 0.0F;
+  // The rotor had lost the field at rest, which takes it back to its place.
+  bool returning_ = false;
   float run_velocity_ = 0.0F;
   int still_ = 0;
   uint32_t fed_ = 0;

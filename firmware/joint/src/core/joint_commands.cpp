@@ -117,10 +117,12 @@ void Joint::execute(const Command& command) {
         fault_ = Fault::NONE;
         fault_data_ = 0.0F;
         stalled_ = false;
-        if (state_ == JointState::FAULTED && powered_)
+        if (state_ == JointState::FAULTED && powered_) {
+          resynchronise();
           hold();
-        else if (state_ == JointState::FAULTED)
+        } else if (state_ == JointState::FAULTED) {
           state_ = JointState::DISABLED;
+        }
       }
       break;
     default:
@@ -129,7 +131,7 @@ void Joint::execute(const Command& command) {
 }
 
 void Joint::set_up(const Command& command) {
-  if (sequence() || (fault_ != Fault::NONE && wire_.armed())) return;
+  if (sequence() || running_down() || (fault_ != Fault::NONE && wire_.armed())) return;
   fault_ = Fault::NONE;
   fault_data_ = 0.0F;
   stalled_ = false;
@@ -151,12 +153,10 @@ void Joint::set_up(const Command& command) {
   const bool settle = !powered_;
   apply_currents();
   motion_.driver().set_brake(brake_);
-  hal_.driver_enable(true);
-  powered_ = true;
+  power(true);
   if (!checked_ || settle) {
-    if (settle) motion_.rename(encoder_steps_);
     correction_ = 0.0F;
-    orientation_.start(checked_ ? 0.0F : kOrientationDegrees, settle);
+    orientation_.start(kOrientationDegrees, settle, checked_);
     state_ = JointState::ORIENTATION;
     alone_ = true;
   } else {
@@ -195,12 +195,8 @@ void Joint::home(const Command& command) {
       twice ? static_cast<float>(command.bytes[2])
             : fabsf(static_cast<float>(static_cast<int8_t>(command.bytes[2])));
   homing_.start(configuration_, command.bytes[0] != 0, static_cast<float>(command.bytes[1]),
-                contact_threshold(sensitivity), twice);
-  if (twice) {
-    homed_ = false;
-    const uint8_t percent = command.bytes[3];
-    motion_.driver().set_currents(percent, percent);
-  }
+                contact_threshold(sensitivity), command.bytes[3], twice);
+  homed_ = homed_ && !twice;
   state_ = twice ? JointState::HOMING : JointState::MOVING_TO_END;
   alone_ = true;
   fed_ = command.micros;
@@ -208,7 +204,7 @@ void Joint::home(const Command& command) {
 
 void Joint::check_orientation(const Command& command) {
   correction_ = 0.0F;
-  orientation_.start(command.number, false);
+  orientation_.start(command.number, false, false);
   state_ = JointState::ORIENTATION;
   alone_ = true;
   fed_ = command.micros;
@@ -216,6 +212,8 @@ void Joint::check_orientation(const Command& command) {
 
 void Joint::stop(bool hard) {
   if (!powered_) return;
+  // The first check was broken off: the motor may turn the wrong way.
+  enabled_ = enabled_ && checked_;
   stop_deceleration_ = hard ? kHardDeceleration : deceleration_;
   if (sequence()) {
     // Such a motion has its own acceleration; a host may have set a limit for it that never ends.

@@ -14,6 +14,8 @@ constexpr int32_t kSameStop = 1820;
 // Position correction: a share of the error each tick, and never more than the angle of full torque.
 constexpr float kCorrectionGain = 0.01F;
 constexpr float kCorrectionMost = 0.25F * kElectricalPeriod;
+// A rotor at rest that is further away has lost the field; nearer, the correction pulls it back.
+constexpr float kLost = 0.7F * kElectricalPeriod;
 
 }  // namespace
 
@@ -86,11 +88,12 @@ void Joint::run_stopping() {
 }
 
 // A rotor that lost the field stands whole electrical periods away from it; the encoder is right.
-void Joint::resynchronise() {
-  const float periods = roundf(error_ / kElectricalPeriod);
-  if (periods == 0.0F) return;
+bool Joint::resynchronise() {
+  const float periods = roundf((motion_.position() - encoder_steps_) / kElectricalPeriod);
+  if (periods == 0.0F) return false;
   motion_.rename(motion_.position() - periods * kElectricalPeriod);
-  error_ -= periods * kElectricalPeriod;
+  error_ = motion_.position() - encoder_steps_;
+  return true;
 }
 
 void Joint::hold() {
@@ -119,7 +122,14 @@ void Joint::settle(float goal) {
 
 void Joint::correct() {
   if (there()) {
-    resynchronise();
+    const float error = error_;
+    const bool lost = fabsf(error) > kLost && resynchronise();
+    // Brought back once and lost again: something holds the rotor, or the encoder.
+    if (lost && returning_) {
+      latch(Fault::FOLLOWING, error);
+      return;
+    }
+    returning_ = lost;
     settle(goal_);
   }
   motion_.go(goal_ + correction_, max_velocity_, acceleration_, deceleration_);
@@ -138,8 +148,7 @@ void Joint::latch(Fault fault, float data) {
 }
 
 void Joint::cut(Fault fault, float data) {
-  hal_.driver_enable(false);
-  powered_ = false;
+  power(false);
   if (fault_ == Fault::NONE) {
     fault_ = fault;
     fault_data_ = data;
@@ -152,10 +161,22 @@ void Joint::cut(Fault fault, float data) {
 
 void Joint::apply_currents() {
   motion_.driver().set_currents(drive_percent_, hold_percent_);
-  if (enabled_ || (state_ != JointState::DISABLED && state_ != JointState::FAULTED)) return;
+  // What a fault cut stays cut until SETUP.
+  const bool released =
+      state_ == JointState::DISABLED || (state_ == JointState::FAULTED && powered_);
+  if (enabled_ || !released) return;
   // Shorted coils need a closed power stage, a free rotor an open one.
-  powered_ = hold_percent_ != 0 || brake_ == BrakeMode::COOL_BRAKE;
-  hal_.driver_enable(powered_);
+  power(hold_percent_ != 0 || brake_ == BrakeMode::COOL_BRAKE);
+}
+
+void Joint::power(bool on) {
+  // While the stage was open the rotor was free to turn.
+  if (on && !powered_) {
+    resynchronise();
+    correction_ = 0.0F;
+  }
+  powered_ = on;
+  hal_.driver_enable(on);
 }
 
 }  // namespace bioscara

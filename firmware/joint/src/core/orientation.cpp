@@ -13,12 +13,18 @@ constexpr float kSpeed = 4000.0F;
 constexpr float kAcceleration = 80000.0F;
 constexpr float kTolerance = 0.3F;
 
+// Friction can hold the rotor opposite to its field, where a stroke pulls it free.
+bool found(const Motion& motion, float encoder) {
+  return fabsf(motion.position() - encoder) < 0.25F * kElectricalPeriod;
+}
+
 }  // namespace
 
-void Orientation::start(float angle_deg, bool settle) {
+void Orientation::start(float angle_deg, bool settle, bool known) {
   step_ = Step::SETTLE;
   angle_ = angle_deg * kStepsPerDegree;
   seen_ = 0.0F;
+  known_ = known;
   passed_ = second_ = false;
   ticks_ = settle ? 0 : kSettle;
   still_ = 0;
@@ -44,18 +50,21 @@ Orientation::Result Orientation::step(Motion& motion, float encoder) {
   if (++ticks_ > kTimeout) return Result::FAILED;
   switch (step_) {
     case Step::SETTLE:
-      if (ticks_ < kSettle) return Result::RUNNING;
+      motion.stop(kHardDeceleration);
+      if (!motion.standing() || ticks_ < kSettle) return Result::RUNNING;
+      if (known_ && found(motion, encoder)) return Result::PASSED;
       motion.rename(encoder);
       start_ = encoder;
-      if (angle_ == 0.0F) return Result::PASSED;  // Only the rotor had to settle.
       step_ = Step::TAKE_UP;
       stroke(motion, start_ + angle_);
       return Result::RUNNING;
     case Step::TAKE_UP:
       if (!reached(motion)) return Result::RUNNING;
+      // By now the rotor is with its field.
+      if (!found(motion, encoder)) motion.rename(encoder);
       before_ = encoder;
       step_ = Step::MEASURE;
-      stroke(motion, start_ + 2.0F * angle_);
+      stroke(motion, motion.position() + angle_);
       return Result::RUNNING;
     case Step::MEASURE: {
       if (!reached(motion)) return Result::RUNNING;

@@ -10,8 +10,9 @@ class Orientation {
  public:
   enum class Result { RUNNING, PASSED, FAILED };
 
-  // `settle`: the rotor was without current and needs time to find its place.
-  void start(float angle_deg, bool settle);
+  // `settle`: the rotor was without current and needs time to find its place. `known`: encoder and
+  // field agreed before, so no stroke is needed where the rotor has found its field.
+  void start(float angle_deg, bool settle, bool known);
   // One tick; `encoder` in steps.
   Result step(Motion& motion, float encoder);
   // What the encoder saw of the measured stroke [deg].
@@ -29,6 +30,7 @@ class Orientation {
   float target_ = 0.0F;
   float before_ = 0.0F;
   float seen_ = 0.0F;
+  bool known_ = false;
   bool passed_ = false;
   bool second_ = false;
   int ticks_ = 0;

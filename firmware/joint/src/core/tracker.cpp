@@ -54,10 +54,4 @@ void Tracker::advance() {
   }
 }
 
-void Tracker::shift(float offset) {
-  position_ += offset;
-  goal_ += offset;
-  c0_ += offset;
-}
-
 }  // namespace bioscara

@@ -19,8 +19,6 @@ class Tracker {
   void advance();
   float position() const { return position_; }
   float velocity() const { return velocity_; }
-  // Moves the origin.
-  void shift(float offset);
 
  private:
   // Until the interval is known: that of 50 Hz.
