@@ -18,6 +18,7 @@ import numpy.typing as npt
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Scara, batch
 from bioscara.planning.fit import stretched
+from bioscara.planning.joint_path import along
 from bioscara.planning.limits import JointLimits, check_share
 from bioscara.planning.path import Path
 from bioscara.planning.path_limits import Look, caps, look, rows
@@ -42,6 +43,9 @@ _STEP, _FEWEST, _MOST = 10e-3, 60, 4000
 _EXCESS, _FINEST, _REFINEMENTS = 1e-3, 1e-4, 6
 """Share by which a piece may exceed a limit before it is cut in two, the shortest time of a piece
 that is cut [s], and how often that happens at most."""
+_ASTRAY = 3e-7
+"""How far the curve between two points may leave the path before its piece is cut in two [rad or
+m]; a few parts in ten of a micrometre at the tool."""
 _APART = 1e-5
 """Breaks that come less than this apart [s] are one point of the grid."""
 _LOOKS = (0.25, 0.5, 0.75)
@@ -91,7 +95,7 @@ def parameterise(
     side = part.side
     grid = _first_grid(path, part)
     _, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
-    grid = _even_in_time(grid, squares, path.breaks)
+    grid = _even_in_time(grid, squares, path.breaks, shares)
     names = [limit.name for limit in limits]
     for _ in range(_REFINEMENTS + 1):
         seen, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
@@ -100,7 +104,8 @@ def parameterise(
         trajectory = Trajectory(names, *points)
         factors = _factors_of_pieces(trajectory, arm, limits, tool)
         divisible = np.diff(trajectory.times) > _FINEST
-        coarse = (factors > 1.0 + _EXCESS) & divisible
+        astray = _beside(arm, path, side, grid, squares, trajectory) > _ASTRAY
+        coarse = ((factors > 1.0 + _EXCESS) | astray) & divisible
         if not coarse.any():
             break
         grid = _cut(grid, coarse, divisible)
@@ -172,26 +177,45 @@ def _times(grid: Array, squares: Array) -> Array:
     return np.concatenate(([0.0], np.cumsum(2.0 * np.diff(grid) / (rates[:-1] + rates[1:]))))
 
 
-def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...]) -> Array:
+def _even_in_time(
+    grid: Array, squares: Array, breaks: tuple[float, ...], shares: Array
+) -> Array:
     """Return a grid whose pieces all take about the same time, with the path's breaks.
 
-    Of breaks that all but meet it has the last: points of a trajectory are some way apart in time.
+    It is the time at the full share of speed, lest one slow way leave few points to all others. Of
+    breaks that all but meet it has the last: points of a trajectory are some way apart in time.
     """
-    times, rates = _times(grid, squares), np.sqrt(squares)
-    count = min(max(math.ceil(times[-1] / _STEP), _FEWEST), _MOST)
-    at = np.linspace(0.0, times[-1], count + 1)[1:-1]
-    piece = np.searchsorted(times, at, side="right") - 1
-    t = (at - times[piece]) / np.diff(times)[piece]
+    rates, times = np.sqrt(squares), _times(grid, squares)
+    effort = np.diff(times) * shares[np.searchsorted(breaks, grid[:-1], side="right")]
+    efforts = np.concatenate(([0.0], np.cumsum(effort)))
+    count = min(max(math.ceil(efforts[-1] / _STEP), _FEWEST), _MOST)
+    at = np.linspace(0.0, efforts[-1], count + 1)[1:-1]
+    piece = np.searchsorted(efforts, at, side="right") - 1
+    t = (at - efforts[piece]) / effort[piece]
     # Within a piece the speed changes evenly with time.
     mean = rates[piece] + 0.5 * t * np.diff(rates)[piece]
     inner = grid[piece] + t * np.diff(times)[piece] * mean
     if breaks:
-        near = np.interp(breaks, grid, times)
-        close = np.abs(at[:, None] - near).min(axis=1) < 0.3 * times[-1] / count
+        edges = np.interp(breaks, grid, efforts)
+        after = np.searchsorted(edges, at)
+        ends = np.concatenate(([-np.inf], edges, [np.inf]))
+        close = np.minimum(at - ends[after], ends[after + 1] - at) < 0.3 * efforts[-1] / count
         # The last one, for what comes after it may have a lower share of speed.
-        apart = np.append(np.diff(near) > _APART, True)
+        apart = np.append(np.diff(np.interp(breaks, grid, times)) > _APART, True)
         inner = np.union1d(inner[~close], np.array(breaks)[apart])
     return np.concatenate((grid[:1], inner, grid[-1:]))
+
+
+def _beside(
+    arm: Scara, path: Path, side: Joints, grid: Array, squares: Array, trajectory: Trajectory
+) -> Array:
+    """Return how far each piece's curve is from the path at half of its time, shape (n - 1,)."""
+    rates, t = np.sqrt(squares), np.diff(trajectory.times)
+    half = grid[:-1] + t * (3.0 * rates[:-1] + rates[1:]) / 8.0
+    there = along(arm, path.sample(half), side).joints
+    c, at = trajectory.coefficients, 0.5 * t[:, None]
+    here = c[..., 0] + at * (c[..., 1] + at * (c[..., 2] + at * c[..., 3]))
+    return np.asarray(np.abs(here - there).max(axis=1))
 
 
 def _factors_of_pieces(
