@@ -25,8 +25,8 @@ from bioscara.planning.jog import ToolVelocity
 from bioscara.planning.joint_path import along
 from bioscara.planning.path import Arc, Line, Path
 from bioscara.planning.profile import Bounds, State
-from bioscara.planning.sequence import Waypoint, approach, retract
 from bioscara.planning.tool_limits import FULL, ToolLimits
+from bioscara.planning.waypoints import Waypoint, approach, retract
 from bioscara.planning.zones import Box, Cylinder, Scene
 from bioscara.robot import kinematics_of
 from bioscara.robot.planner import Plan, Planner

@@ -13,8 +13,9 @@ from bioscara.planning.blending import rounded
 from bioscara.planning.check import check
 from bioscara.planning.parameterisation import parameterise
 from bioscara.planning.path import Line
-from bioscara.planning.sequence import Motion, Waypoint, approach, retract, sequence
+from bioscara.planning.sequence import sequence
 from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.waypoints import Motion, Waypoint, approach, retract
 from planning.limits import LIMITS
 
 ARM = Scara(Geometry(0.329476, 0.285, 0.135), LIMITS)
@@ -92,6 +93,29 @@ def test_each_way_has_its_speed_and_a_blend_the_lower_one():
     slow = poses[:, 1] > 0.2 - 0.02 + 1e-6
     assert speeds[slow].max() <= 0.025 * 1.01
     assert speeds[~slow].max() == pytest.approx(0.25, rel=1e-2)
+
+
+@pytest.mark.parametrize("count", [4, 60])
+def test_a_slow_way_or_many_ways_leave_the_tool_on_its_lines(count):
+    """The slow way takes a thousand times as long as it might: points must be left for the rest."""
+    places = np.random.default_rng(3).uniform((0.3, -0.2, 0.16), (0.45, 0.2, 0.3), (count, 3))
+    corners = np.vstack((ARM.forward(START)[:3], places))
+    speeds = [0.001 if index == 2 else 1.0 for index in range(count)]
+    ways = [
+        Waypoint(Pose(*place), blend=0.005, speed=speed)
+        for place, speed in zip(places.tolist(), speeds, strict=True)
+    ]
+    trajectory, _ = sequence(ARM, START, [*ways[:-1], replace(ways[-1], blend=0.0)], LIMITS)
+    fast = np.diff(trajectory.times, append=np.inf) < 0.5
+    times = (trajectory.times[fast, None] + np.linspace(0.0, 0.1, 5)).ravel()
+    poses = batch.forward(ARM, trajectory.sample_many(times)[0])[:, None, :3]
+    begins, lines = corners[:-1], np.diff(corners, axis=0)
+    share = ((poses - begins) * lines).sum(axis=2) / (lines**2).sum(axis=1)
+    nearest = begins + np.clip(share, 0.0, 1.0)[..., None] * lines
+    beside = np.linalg.norm(poses - nearest, axis=2).min(axis=1)
+    corner = np.linalg.norm(poses - corners, axis=2).min(axis=1) <= 0.005
+    assert (~corner).sum() > 100 * count / 4
+    assert beside[~corner].max() < 1e-6
 
 
 def test_the_tool_may_turn_on_the_spot():

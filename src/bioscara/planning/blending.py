@@ -102,9 +102,7 @@ def rounded(pieces: Sequence[Curve], radii: Sequence[float]) -> Rounded:
     return Rounded(Joined(parts), fitted, tuple(corners))
 
 
-def _blends(
-    pieces: Sequence[Curve], ends: Sequence[float], radii: Sequence[float]
-) -> list[Blend]:
+def _blends(pieces: Sequence[Curve], ends: Sequence[float], radii: Sequence[float]) -> list[Blend]:
     """Return the blends from ``ends`` of each piece to ``radii`` of the next one."""
     formulas, number = Formulas.of(pieces), np.arange(len(pieces))
     before = formulas.sample(number[:-1], np.array(ends))

@@ -2,9 +2,9 @@
 
 The path is looked at on a grid; the phase plane gives the largest speed at each of its points. From
 the second look on, the grid is even in time, hence fine wherever the arm must be slow: at both ends
-and next to where it is stretched. Pieces on which the curve between the points exceeds a limit are
-cut in two. What it still exceeds then, a few parts in ten thousand, is taken back by stretching
-all of it in time.
+and next to where it is stretched. Pieces on which the curve between the points exceeds a limit or
+leaves the path are cut. What it still exceeds then, a few parts in ten thousand, is taken back by
+stretching all of it in time.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Scara, batch
+from bioscara.planning.curve import Index
 from bioscara.planning.fit import stretched
 from bioscara.planning.joint_path import along
 from bioscara.planning.limits import JointLimits, check_share
@@ -40,21 +40,18 @@ _PIECES_BETWEEN = 8
 """Of the first grid between two breaks, so that no blend is overlooked."""
 _STEP, _FEWEST, _MOST = 10e-3, 60, 4000
 """Time between two points [s], and how many pieces there may be before the refinement."""
-_EXCESS, _FINEST, _REFINEMENTS = 1e-3, 1e-4, 6
-"""Share by which a piece may exceed a limit before it is cut in two, the shortest time of a piece
-that is cut [s], and how often that happens at most."""
+_EXCESS, _FINEST, _REFINEMENTS, _PARTS = 1e-3, 1e-4, 6, 8
+"""Share by which a piece may exceed a limit before it is cut, the shortest time of a piece that is
+cut [s], how often that happens at most, and into how many parts."""
 _ASTRAY = 3e-7
-"""How far the curve between two points may leave the path before its piece is cut in two [rad or
-m]; a few parts in ten of a micrometre at the tool."""
+"""How far the curve between two points may leave the path before its piece is cut [rad or m];
+a few parts in ten of a micrometre at the tool."""
 _APART = 1e-5
 """Breaks that come less than this apart [s] are one point of the grid."""
 _LOOKS = (0.25, 0.5, 0.75)
 """Where between two points the tool is looked at, in shares of the time."""
 _BETWEEN = 1e-5
 """Share by which the tool may exceed a limit between two looks."""
-
-Pieces = npt.NDArray[np.bool_]
-"""Some of the pieces of a grid."""
 
 
 def parameterise(
@@ -103,12 +100,11 @@ def parameterise(
         points = _times(grid, squares), seen.joints.joints, velocities
         trajectory = Trajectory(names, *points)
         factors = _factors_of_pieces(trajectory, arm, limits, tool)
-        divisible = np.diff(trajectory.times) > _FINEST
-        astray = _beside(arm, path, side, grid, squares, trajectory) > _ASTRAY
-        coarse = ((factors > 1.0 + _EXCESS) | astray) & divisible
-        if not coarse.any():
+        astray = _beside(arm, path, side, grid, squares, trajectory)
+        parts = _parts(factors, astray, np.diff(trajectory.times))
+        if parts.max() < 2:
             break
-        grid = _cut(grid, coarse, divisible)
+        grid = _cut(grid, parts)
     check_turns(arm, path, side, seen, trajectory)
     if (part.begin, part.end) != (0.0, path.length):
         points = with_ends(arm, path, part, start, points, limits, tool)
@@ -118,12 +114,28 @@ def parameterise(
     return stretched(trajectory, factor / highest)
 
 
-def _cut(grid: Array, coarse: Pieces, divisible: Pieces) -> Array:
-    """Return the grid with the coarse pieces cut in two, and what is divisible next to them."""
+def _parts(factors: Array, astray: Array, durations: Array) -> Index:
+    """Return into how many parts each piece is to be cut, 1 where it may stay as it is.
+
+    What a piece exceeds falls with the square of its length, how far it is astray with the fourth
+    power of it.
+    """
+    wanted = np.maximum(((factors - 1.0).clip(0.0) / _EXCESS) ** 0.5, (astray / _ASTRAY) ** 0.25)
+    divisible = durations > _FINEST
+    coarse = (wanted > 1.0) & divisible
+    # What limits a coarse piece may soon bind those beside it.
     wide = coarse.copy()
     wide[:-1] |= coarse[1:]
     wide[1:] |= coarse[:-1]
-    return np.union1d(grid, 0.5 * (grid[:-1] + grid[1:])[wide & divisible])
+    parts = np.ceil(np.clip(wanted, 2.0, _PARTS)).astype(np.intp)
+    return np.where(wide & divisible, parts, 1)
+
+
+def _cut(grid: Array, parts: Index) -> Array:
+    """Return the grid with each piece cut into equal parts."""
+    piece = np.repeat(np.arange(len(parts)), parts)
+    part = np.arange(len(piece)) - (np.cumsum(parts) - parts)[piece]
+    return np.append(grid[piece] + np.diff(grid)[piece] * (part / parts[piece]), grid[-1])
 
 
 def _shares(path: Path, speed: float | Sequence[float]) -> Array:
@@ -177,9 +189,7 @@ def _times(grid: Array, squares: Array) -> Array:
     return np.concatenate(([0.0], np.cumsum(2.0 * np.diff(grid) / (rates[:-1] + rates[1:]))))
 
 
-def _even_in_time(
-    grid: Array, squares: Array, breaks: tuple[float, ...], shares: Array
-) -> Array:
+def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...], shares: Array) -> Array:
     """Return a grid whose pieces all take about the same time, with the path's breaks.
 
     It is the time at the full share of speed, lest one slow way leave few points to all others. Of

@@ -9,9 +9,9 @@ from typing import NamedTuple
 import numpy as np
 
 from bioscara.kinematics import Joints, Scara
+from bioscara.planning.curve import Index, PathSamples
 from bioscara.planning.joint_path import JointSamples, along
 from bioscara.planning.limits import JointLimits
-from bioscara.planning.curve import Index, PathSamples
 from bioscara.planning.path import Path
 from bioscara.planning.phase_plane import Rows
 from bioscara.planning.tool_limits import ToolLimits
