@@ -153,6 +153,25 @@ def test_radii_that_do_not_fit_shrink_and_say_so():
     assert nearest(motion_of(trajectory)[1], ways[0].pose) <= 0.05
 
 
+def test_radii_that_just_fit_are_no_warning():
+    ways = [Waypoint(Pose(0.45, 0.02 * n, 0.2, 0.2), blend=0.01) for n in range(1, 9)]
+    _, warnings = sequence(ARM, START, [*ways, Waypoint(Pose(0.45, 0.2, 0.2, 0.2))], LIMITS)
+    assert warnings == ()
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize("noise", [0.0, 1e-15, -1e-15])
+def test_half_a_turn_goes_the_way_that_its_sign_says(direction, noise):
+    start = ARM.solve(Pose(0.4, 0.0, 0.2, 0.0), START)._replace(j4=-1.4 * direction)
+    here = ARM.forward(start)
+    turned = here.yaw + direction * math.pi + noise
+    ways = [Waypoint(here._replace(x=0.45, yaw=turned), blend=0.01), Waypoint(here)]
+    trajectory, _ = sequence(ARM, start, ways, LIMITS)
+    turn = trajectory.positions[:, [0, 2, 3]].sum(axis=1) - here.yaw
+    assert (direction * turn).max() > 2.0
+    assert (direction * turn).min() > -1e-9
+
+
 def test_an_arc_between_lines_with_blends():
     ways = [
         Waypoint(Pose(0.45, 0.1, 0.2, 0.2), blend=0.02),

@@ -26,6 +26,9 @@ LEVER = 0.1
 SHORTEST = 1e-6
 """Least length of a piece [m], and least height of an arc over its chord."""
 
+_HALF = 1e-6
+"""How much less than half a turn is one [rad]."""
+
 _GAP, _KINK = 1e-9, 1e-6
 """Largest steps of pose and of first derivative between joined pieces, for rounding."""
 
@@ -51,6 +54,18 @@ class Path(Protocol):
         ...
 
 
+def shorter_turn(begin: float, end: float) -> float:
+    """Return by how much the tool turns from one yaw to another [rad].
+
+    Half a turn is as short either way: it goes as ``end - begin`` says, not as rounding does.
+    """
+    way = end - begin
+    turn = wrapped(way)
+    if math.pi - abs(turn) < _HALF and turn * way < 0.0:
+        turn += math.copysign(2.0 * math.pi, way)
+    return turn
+
+
 class Line(Curve):
     """A straight line, on which the tool turns evenly by the shorter way.
 
@@ -70,7 +85,7 @@ class Line(Curve):
         require_pose("the start", start)
         require_pose("the goal", goal)
         way = np.subtract(goal, start)
-        way[3] = wrapped(goal.yaw - start.yaw)
+        way[3] = shorter_turn(start.yaw, goal.yaw)
         distance = float(np.linalg.norm(way[:3]))
         length = max(distance, LEVER * abs(way[3]))
         if length < SHORTEST:
@@ -141,7 +156,7 @@ class Arc(Curve):
         to_goal = b - to_centre
         angle = math.atan2(to_goal @ along, to_goal @ outward) % (2.0 * math.pi)
         centre = np.array(start[:3]) + to_centre
-        turn = wrapped(goal.yaw - start.yaw)
+        turn = shorter_turn(start.yaw, goal.yaw)
         return cls(centre, np.stack((outward, along)), radius, angle, start.yaw, turn)
 
 

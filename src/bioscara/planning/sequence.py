@@ -13,11 +13,10 @@ import numpy as np
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.kinematics.pose import wrapped
 from bioscara.planning.blending import Blend, Rounded, rounded
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.parameterisation import parameterise
-from bioscara.planning.path import Arc, Line
+from bioscara.planning.path import Arc, Line, shorter_turn
 from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.tool_speed import reduced
@@ -26,6 +25,8 @@ from bioscara.planning.waypoints import LEAST_BLEND, Motion, Waypoint, about, ch
 
 _BETWEEN = 1e-5
 """Share by which the tool may be faster than where it was looked at."""
+_ROUNDING = 1e-9
+"""Share by which half of a way may be less than a blend that fits it."""
 
 
 class Sequenced(NamedTuple):
@@ -113,7 +114,7 @@ def _pieces(here: Pose, first: int, run: Sequence[Waypoint]) -> list[Line | Arc]
         with about(index):
             pieces.append(Line(here, pose) if via is None else Arc.through(here, via, pose))
         # The next piece goes on from the turn of this one.
-        here = pose._replace(yaw=here.yaw + wrapped(pose.yaw - here.yaw))
+        here = pose._replace(yaw=here.yaw + shorter_turn(here.yaw, pose.yaw))
     return pieces
 
 
@@ -124,7 +125,7 @@ def _shrunk(first: int, run: Sequence[Waypoint], path: Rounded) -> Iterator[str]
                 f"waypoint {index}: blend {waypoint.blend:g} m, but the way to it or from it is "
                 f"only {2.0 * radius:.4g} m; leave one of the two waypoints out, or give blend 0"
             )
-        if radius < waypoint.blend:
+        if radius < (1.0 - _ROUNDING) * waypoint.blend:
             yield (
                 f"waypoint {index}: blend {waypoint.blend:g} m is more than half of the way to it "
                 f"or from it; {radius:.4g} m is used"
