@@ -192,11 +192,12 @@ def _times(grid: Array, squares: Array) -> Array:
 def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...], shares: Array) -> Array:
     """Return a grid whose pieces all take about the same time, with the path's breaks.
 
-    It is the time at the full share of speed, lest one slow way leave few points to all others. Of
-    breaks that all but meet it has the last: points of a trajectory are some way apart in time.
+    A slow way has its points further apart, by the root of its share of speed, lest it leave few to
+    all others. Of breaks that all but meet the grid has the last: points of a trajectory are some
+    way apart in time.
     """
     rates, times = np.sqrt(squares), _times(grid, squares)
-    effort = np.diff(times) * shares[np.searchsorted(breaks, grid[:-1], side="right")]
+    effort = np.diff(times) * np.sqrt(shares[np.searchsorted(breaks, grid[:-1], side="right")])
     efforts = np.concatenate(([0.0], np.cumsum(effort)))
     count = min(max(math.ceil(efforts[-1] / _STEP), _FEWEST), _MOST)
     at = np.linspace(0.0, efforts[-1], count + 1)[1:-1]
