@@ -43,6 +43,8 @@ _STEP, _FEWEST, _MOST = 10e-3, 60, 4000
 _EXCESS, _FINEST, _REFINEMENTS, _PARTS = 1e-3, 1e-4, 6, 8
 """Share by which a piece may exceed a limit before it is cut, the shortest time of a piece that is
 cut [s], how often that happens at most, and into how many parts."""
+_SUDDEN = 2.0
+"""Factor in time from which on it is for one sudden place that all would become slower."""
 _ASTRAY = 3e-7
 """How far the curve between two points may leave the path before its piece is cut [rad or m];
 a few parts in ten of a micrometre at the tool."""
@@ -106,6 +108,8 @@ def parameterise(
             break
         grid = _cut(grid, parts)
     check_turns(arm, path, side, seen, trajectory)
+    left = np.diff(seen.grid) / np.diff(trajectory.times) / factors
+    check_speeds(arm, path, side, seen, np.where(factors > _SUDDEN, left**2, np.inf))
     if (part.begin, part.end) != (0.0, path.length):
         points = with_ends(arm, path, part, start, points, limits, tool)
         trajectory = Trajectory(names, *points)
@@ -220,13 +224,17 @@ def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...], shares
 def _beside(
     arm: Scara, path: Path, side: Joints, grid: Array, squares: Array, trajectory: Trajectory
 ) -> Array:
-    """Return how far each piece's curve is from the path at half of its time, shape (n - 1,)."""
+    """Return how far each piece's curve is from the path at half of its time, shape (n - 1,).
+
+    It is infinite where the path is out of reach there.
+    """
     rates, t = np.sqrt(squares), np.diff(trajectory.times)
     half = grid[:-1] + t * (3.0 * rates[:-1] + rates[1:]) / 8.0
     there = along(arm, path.sample(half), side).joints
     c, at = trajectory.coefficients, 0.5 * t[:, None]
     here = c[..., 0] + at * (c[..., 1] + at * (c[..., 2] + at * c[..., 3]))
-    return np.asarray(np.abs(here - there).max(axis=1))
+    astray = np.abs(here - there).max(axis=1)
+    return np.where(np.isnan(astray), math.inf, astray)
 
 
 def _factors_of_pieces(
