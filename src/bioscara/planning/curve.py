@@ -111,7 +111,7 @@ class Curve:
         )
 
     def part(self, begin: float, end: float) -> Curve:
-        """Return what is left of it between two of its parameters."""
+        """Return what is left of it between two of its parameters [m]."""
         powers, circle, rate, before = (column[0] for column in self.formula)
         return Curve(end - begin, powers, circle, rate, before + begin)
 
