@@ -8,6 +8,7 @@ import numpy as np
 import toppra
 
 from benchmarks.measure import Row
+from benchmarks.peers import toppra_duration
 from bioscara.kinematics import Geometry, Pose, Scara, batch
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory
@@ -27,21 +28,9 @@ _WAYPOINTS, _PEER_PIECES, _DENSE_PIECES = 51, 100, 5000
 
 def _peer(waypoints: int, pieces: int) -> float:
     """Return the duration of the line as toppra plans it [s]."""
-    velocities = [[-limit.max_velocity, limit.max_velocity] for limit in _LIMITS]
-    accelerations = [[-limit.max_acceleration, limit.max_acceleration] for limit in _LIMITS]
-    constraints = [
-        toppra.constraint.JointVelocityConstraint(velocities),
-        toppra.constraint.JointAccelerationConstraint(accelerations),
-    ]
     way = np.linspace(0.0, 1.0, waypoints)
     poses = np.array(START) + way[:, None] * (np.array(GOAL) - np.array(START))
-    instance = toppra.algorithm.TOPPRA(
-        constraints,
-        toppra.SplineInterpolator(way, batch.inverse(ARM, poses)[:, 1]),
-        gridpoints=np.linspace(0.0, 1.0, pieces + 1),
-        parametrizer="ParametrizeConstAccel",
-    )
-    return float(instance.compute_trajectory().duration)
+    return toppra_duration(way, batch.inverse(ARM, poses)[:, 1], _LIMITS, pieces)
 
 
 def _excess(trajectory: Trajectory) -> float:

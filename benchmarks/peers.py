@@ -5,9 +5,13 @@ from __future__ import annotations
 import random
 from collections.abc import Sequence
 
+import numpy as np
 import ruckig
+import toppra
 
+from bioscara.planning.limits import JointLimits
 from bioscara.planning.profile import Bounds, State
+from bioscara.planning.trajectory import Array
 
 
 class Ruckig:
@@ -33,6 +37,31 @@ class Ruckig:
         """Plan and return the duration [s]."""
         self.plan()
         return float(self._result.duration)
+
+
+def toppra_duration(way: Array, joints: Array, limits: Sequence[JointLimits], pieces: int) -> float:
+    """Return how long toppra takes for joints along a path, planned anew [s].
+
+    Args:
+        way: Parameters of the path, shape (n,).
+        joints: The joints there, shape (n, joints); toppra lays its spline through them.
+        limits: Of these joints.
+        pieces: Of its grid, all of one length.
+    """
+    constraints = [
+        kind([[-getattr(limit, most), getattr(limit, most)] for limit in limits])
+        for kind, most in (
+            (toppra.constraint.JointVelocityConstraint, "max_velocity"),
+            (toppra.constraint.JointAccelerationConstraint, "max_acceleration"),
+        )
+    ]
+    instance = toppra.algorithm.TOPPRA(
+        constraints,
+        toppra.SplineInterpolator(way, joints),
+        gridpoints=np.linspace(way[0], way[-1], pieces + 1),
+        parametrizer="ParametrizeConstAccel",
+    )
+    return float(instance.compute_trajectory().duration)
 
 
 def random_problem(rng: random.Random, count: int) -> tuple[list[State], list[State], list[Bounds]]:

@@ -14,7 +14,7 @@ import numpy as np
 import toppra
 
 from benchmarks.measure import Row, timings
-from benchmarks.peers import Ruckig, random_problem
+from benchmarks.peers import Ruckig, random_problem, toppra_duration
 from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point, sequence
@@ -25,8 +25,8 @@ from bioscara.planning.jog import ToolVelocity
 from bioscara.planning.joint_path import along
 from bioscara.planning.path import Arc, Line, Path
 from bioscara.planning.profile import Bounds, State
-from bioscara.planning.sequence import Waypoint, approach, retract
 from bioscara.planning.tool_limits import FULL, ToolLimits
+from bioscara.planning.waypoints import Waypoint, approach, retract
 from bioscara.planning.zones import Box, Cylinder, Scene
 from bioscara.robot import kinematics_of
 from bioscara.robot.planner import Plan, Planner
@@ -34,6 +34,10 @@ from bioscara.robot.planner import Plan, Planner
 BLEND = 0.01
 CORNERS = [Pose(x, y, 0.2) for x, y in ((0.5, -0.2), (0.5, 0.2), (0.4, 0.2), (0.4, -0.2))]
 """Of examples/rectangle.py."""
+WELLS = [
+    Pose(0.32 + 0.024 * abs(well % 16 - 7.5), 0.016 * (well // 8) - 0.2, 0.2) for well in range(201)
+]
+"""Rows of eight, there and back: 200 ways of 16 or 24 mm from the first of the corners."""
 VIA, GOAL = Pose(0.52, 0.0, 0.22), Pose(0.4, 0.2, 0.25)
 ABOVE = Pose(0.0, 0.0, 0.05)
 TABLE = Scene(
@@ -53,6 +57,7 @@ ARM = kinematics_of(_PARAMETERS)
 START = ARM.solve(CORNERS[0], [joint.home_position for joint in _JOINTS])
 END = ARM.solve(GOAL, START)
 AROUND = [Waypoint(pose, blend=BLEND) for pose in CORNERS[1:-1]] + [Waypoint(CORNERS[-1])]
+ALONG = [Waypoint(pose, blend=BLEND / 2.0) for pose in WELLS[1:-1]] + [Waypoint(WELLS[-1])]
 THERE_AND_BACK = [*approach(GOAL, ABOVE), retract(GOAL, ABOVE)]
 _POINTS_PER_PIECE = 20
 """Between two breaks of a path toppra is given so many points; its spline keeps to the path."""
@@ -73,25 +78,7 @@ def _toppra(path: Path, pieces: int) -> Callable[[], float]:
     edges = (0.0, *path.breaks, path.length)
     way = np.unique(np.linspace(edges[:-1], edges[1:], _POINTS_PER_PIECE + 1))
     joints = along(ARM, path.sample(way), START).joints
-    constraints = [
-        toppra.constraint.JointVelocityConstraint(
-            [[-joint.max_velocity, joint.max_velocity] for joint in _JOINTS]
-        ),
-        toppra.constraint.JointAccelerationConstraint(
-            [[-joint.max_acceleration, joint.max_acceleration] for joint in _JOINTS]
-        ),
-    ]
-
-    def plan() -> float:
-        instance = toppra.algorithm.TOPPRA(
-            constraints,
-            toppra.SplineInterpolator(way, joints),
-            gridpoints=np.linspace(0.0, path.length, pieces + 1),
-            parametrizer="ParametrizeConstAccel",
-        )
-        return float(instance.compute_trajectory().duration)
-
-    return plan
+    return lambda: toppra_duration(way, joints, _JOINTS, pieces)
 
 
 def _ruckig(*, jerk_limited: bool) -> Ruckig:
@@ -158,12 +145,18 @@ def _paths() -> list[Row]:
             rounded(corners, [BLEND] * 2).path,
             lambda tool: sequence(ARM, START, AROUND, _JOINTS, tool).trajectory,
         ),
+        (
+            "sequence: 200 poses in rows, 5 mm blends",
+            rounded([Line(*ends) for ends in pairwise(WELLS)], [BLEND / 2.0] * 199).path,
+            lambda tool: sequence(ARM, START, ALONG, _JOINTS, tool).trajectory,
+        ),
     ]
     rows = []
     for what, path, plan in kinds:
         free, pieces = plan(FULL), len(plan(FULL).times) - 1
         peer = _toppra(path, pieces)
-        own, bounded, alone = _least(lambda p=plan: p(FULL), lambda p=plan: p(None), peer)
+        functions = [lambda p=plan: p(FULL), lambda p=plan: p(None), peer]
+        own, bounded, alone = _least(*functions, rounds=7 if pieces > 1000 else 31)
         theirs = f"{pieces} pieces: {1e3 * alone:.1f} ms"
         rows += [
             Row(

@@ -313,6 +313,37 @@ def test_the_stretched_arm_is_not_led_through_nor_around() -> None:
         linear(WIDE, start, Pose(FOLDED, 0.3, 0.25), WITHOUT_STOPS, FREE)
 
 
+def touching(radius: float, inward: float, begin: float) -> Trajectory:
+    """Plan an arc that comes so near to the end of the reach; there the elbow would bounce."""
+
+    def at(angle: float) -> Pose:
+        centre = REACH - inward - radius
+        return Pose(centre + radius * math.cos(angle), radius * math.sin(angle), 0.2)
+
+    start = BARE.solve(at(begin), (0.0, 0.1, 0.3, 0.0))
+    return circular(BARE, start, at(begin + 1.5), at(begin + 1.7), LIMITS, FREE)
+
+
+@pytest.mark.parametrize("begin", [-1.0, -0.7])
+@pytest.mark.parametrize("radius", [0.02, 0.1])
+@pytest.mark.parametrize("inward", [-1e-13, 0.0, 1e-14, 1e-13, 1e-12, 1e-11])
+def test_an_arc_that_touches_the_end_of_the_reach_is_refused(
+    inward: float, radius: float, begin: float
+) -> None:
+    with pytest.raises(PathError, match=r"stretched or folded") as caught:
+        touching(radius, inward, begin)
+    assert caught.value.largest_speed < 1e-3
+
+
+@pytest.mark.parametrize("begin", [-1.0, -0.7])
+@pytest.mark.parametrize("radius", [0.02, 0.1])
+@pytest.mark.parametrize("inward", [1e-9, 1e-8, 1e-7])
+def test_an_arc_that_all_but_touches_it_is_slow_only_there(
+    inward: float, radius: float, begin: float
+) -> None:
+    assert touching(radius, inward, begin).duration < 2.0
+
+
 def test_a_goal_of_the_other_elbow_names_joint_and_alternatives() -> None:
     start = BARE.inverse(Pose(0.4, 0.0, 0.2, 1.8))[0]
     goal = Pose(-0.35, 0.4, 0.2, -1.3)

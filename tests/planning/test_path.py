@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
-from bioscara.planning.path import LEVER, Arc, Joined, Line, Part, Path
+from bioscara.planning.path import LEVER, Arc, Joined, Line, Path
 
 lengths = st.floats(-0.6, 0.6)
 poses = st.builds(Pose, lengths, lengths, st.floats(0.0, 0.4), st.floats(-4.0, 4.0))
@@ -109,7 +109,7 @@ def test_the_shorter_turn_is_taken_across_the_half_circle():
 def test_parts_joined_again_are_the_whole(start, via, goal, begin, end):
     arc = arc_of(start, via, goal)
     cuts = [0.0, begin * arc.length, end * arc.length, arc.length]
-    parts = [Part(arc, a, b) for a, b in itertools.pairwise(cuts) if b > a]
+    parts = [arc.part(a, b) for a, b in itertools.pairwise(cuts) if b > a]
     joined = Joined(parts)
     assert joined.length == pytest.approx(arc.length)
     assert joined.breaks == pytest.approx(np.cumsum([part.length for part in parts])[:-1])

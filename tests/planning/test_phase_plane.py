@@ -47,3 +47,22 @@ def test_no_limit_that_binds_is_overlooked(seed: int) -> None:
         here = min(most, here + (reserve[piece] + slope[piece] * here).min())
         forth.append(here)
     assert squares == pytest.approx(np.maximum(forth, 0.0), rel=1e-9, abs=1e-12)
+
+
+@given(st.integers(0, 2**32 - 1))
+@settings(max_examples=60)
+def test_where_a_path_turns_back_every_limit_is_kept_without_a_stop(seed: int) -> None:
+    """There the first derivative is zero but for rounding: no limit depends on u."""
+    rng = np.random.default_rng(seed)
+    s = np.union1d(rng.uniform(-0.01, 0.01, 30), (-0.01, 0.0, 0.01))
+    bend = 10.0 ** rng.uniform(5.0, 9.0, 6) * rng.choice((-1.0, 1.0), 6)
+    first, steps = bend * s[:, None], np.diff(s)
+    first[s == 0.0] = rng.choice((0.0, -1e-16, 1e-15), 6) * np.abs(bend)
+    across = np.tile(bend, (len(steps), 1))
+    end = first[1:] + 2.0 * steps[:, None] * across
+    rows = Rows(np.hstack((first[:-1], end)), np.hstack((across, across)))
+    squares, _ = fastest(steps, rows, np.full(len(s), np.inf))
+    assert (squares[1:-1] > 0.0).all()
+    u = np.diff(squares) / (2.0 * steps)
+    used = np.abs(rows.along * u[:, None] + rows.across * squares[:-1, None])
+    assert 0.99 < used.max() <= 1.0 + 1e-6

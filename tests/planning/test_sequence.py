@@ -13,8 +13,9 @@ from bioscara.planning.blending import rounded
 from bioscara.planning.check import check
 from bioscara.planning.parameterisation import parameterise
 from bioscara.planning.path import Line
-from bioscara.planning.sequence import Motion, Waypoint, approach, retract, sequence
+from bioscara.planning.sequence import sequence
 from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.waypoints import Motion, Waypoint, approach, retract
 from planning.limits import LIMITS
 
 ARM = Scara(Geometry(0.329476, 0.285, 0.135), LIMITS)
@@ -94,6 +95,29 @@ def test_each_way_has_its_speed_and_a_blend_the_lower_one():
     assert speeds[~slow].max() == pytest.approx(0.25, rel=1e-2)
 
 
+@pytest.mark.parametrize("count", [4, 60])
+def test_a_slow_way_or_many_ways_leave_the_tool_on_its_lines(count):
+    """The slow way takes a thousand times as long as it might: points must be left for the rest."""
+    places = np.random.default_rng(3).uniform((0.3, -0.2, 0.16), (0.45, 0.2, 0.3), (count, 3))
+    corners = np.vstack((ARM.forward(START)[:3], places))
+    speeds = [0.001 if index == 2 else 1.0 for index in range(count)]
+    ways = [
+        Waypoint(Pose(*place), blend=0.005, speed=speed)
+        for place, speed in zip(places.tolist(), speeds, strict=True)
+    ]
+    trajectory, _ = sequence(ARM, START, [*ways[:-1], replace(ways[-1], blend=0.0)], LIMITS)
+    fast = np.diff(trajectory.times, append=np.inf) < 0.5
+    times = (trajectory.times[fast, None] + np.linspace(0.0, 0.1, 5)).ravel()
+    poses = batch.forward(ARM, trajectory.sample_many(times)[0])[:, None, :3]
+    begins, lines = corners[:-1], np.diff(corners, axis=0)
+    share = ((poses - begins) * lines).sum(axis=2) / (lines**2).sum(axis=1)
+    nearest = begins + np.clip(share, 0.0, 1.0)[..., None] * lines
+    beside = np.linalg.norm(poses - nearest, axis=2).min(axis=1)
+    corner = np.linalg.norm(poses - corners, axis=2).min(axis=1) <= 0.005
+    assert (~corner).sum() > 100 * count / 4
+    assert beside[~corner].max() < 1e-6
+
+
 def test_the_tool_may_turn_on_the_spot():
     here = ARM.forward(START)
     ways = [Waypoint(here._replace(yaw=here.yaw + 0.5)), Waypoint(here, blend=0.01), Waypoint(A)]
@@ -127,6 +151,25 @@ def test_radii_that_do_not_fit_shrink_and_say_so():
     assert "waypoint 0: blend 0.08 m" in text
     assert "0.05 m is used" in text
     assert nearest(motion_of(trajectory)[1], ways[0].pose) <= 0.05
+
+
+def test_radii_that_just_fit_are_no_warning():
+    ways = [Waypoint(Pose(0.45, 0.02 * n, 0.2, 0.2), blend=0.01) for n in range(1, 9)]
+    _, warnings = sequence(ARM, START, [*ways, Waypoint(Pose(0.45, 0.2, 0.2, 0.2))], LIMITS)
+    assert warnings == ()
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize("noise", [0.0, 1e-15, -1e-15])
+def test_half_a_turn_goes_the_way_that_its_sign_says(direction, noise):
+    start = ARM.solve(Pose(0.4, 0.0, 0.2, 0.0), START)._replace(j4=-1.4 * direction)
+    here = ARM.forward(start)
+    turned = here.yaw + direction * math.pi + noise
+    ways = [Waypoint(here._replace(x=0.45, yaw=turned), blend=0.01), Waypoint(here)]
+    trajectory, _ = sequence(ARM, start, ways, LIMITS)
+    turn = trajectory.positions[:, [0, 2, 3]].sum(axis=1) - here.yaw
+    assert (direction * turn).max() > 2.0
+    assert (direction * turn).min() > -1e-9
 
 
 def test_an_arc_between_lines_with_blends():

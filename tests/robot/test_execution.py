@@ -13,7 +13,7 @@ from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
 from bioscara.planning import point_to_point
 from bioscara.planning.fit import stretched
-from bioscara.planning.sequence import Waypoint
+from bioscara.planning.waypoints import Waypoint
 from bioscara.planning.zones import Box, Scene
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot

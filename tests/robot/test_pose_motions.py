@@ -19,7 +19,7 @@ from bioscara.errors import (
 from bioscara.kinematics import Pose, batch
 from bioscara.model import load_parameters
 from bioscara.planning.jog import JointVelocity, ToolVelocity
-from bioscara.planning.sequence import Motion, Waypoint
+from bioscara.planning.waypoints import Motion, Waypoint
 from bioscara.planning.zones import Box, Scene
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot

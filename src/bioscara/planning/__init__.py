@@ -29,12 +29,12 @@ from bioscara.planning.limits import JointLimits as JointLimits
 from bioscara.planning.parameterisation import parameterise as parameterise
 from bioscara.planning.point_to_point import point_to_point as point_to_point
 from bioscara.planning.point_to_point import state_to_state as state_to_state
-from bioscara.planning.sequence import Motion as Motion
 from bioscara.planning.sequence import Sequenced as Sequenced
-from bioscara.planning.sequence import Waypoint as Waypoint
-from bioscara.planning.sequence import approach as approach
-from bioscara.planning.sequence import retract as retract
 from bioscara.planning.sequence import sequence as sequence
 from bioscara.planning.tool_limits import ToolLimits as ToolLimits
 from bioscara.planning.trajectory import Sample as Sample
 from bioscara.planning.trajectory import Trajectory as Trajectory
+from bioscara.planning.waypoints import Motion as Motion
+from bioscara.planning.waypoints import Waypoint as Waypoint
+from bioscara.planning.waypoints import approach as approach
+from bioscara.planning.waypoints import retract as retract

@@ -18,9 +18,9 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
-from bioscara.planning.path import Arc, Joined, Line, Part, Path, PathSamples
+from bioscara.planning.curve import Array, Curve, Formulas
+from bioscara.planning.path import Joined
 
 _LEAST = 1e-10
 """What is left of a piece between two blends is left out below this length [m]: a step that is
@@ -40,38 +40,23 @@ _HERMITE = np.array(
 """Coefficients of the powers 0 to 5 of the quintic over 0 .. 1 with given ends."""
 
 
-class Blend:
+class Blend(Curve):
     """The quintic from one point of a path to another, with pose, direction and curvature of both.
 
     Args:
-        start: Sample where it begins, arrays (1, 4).
-        goal: Sample where it ends, arrays (1, 4).
+        ends: Pose, first and second derivative at the start, and at the goal, shape (6, 4).
         length: Its largest parameter.
-
-    Attributes:
-        length: As given.
-        breaks: None.
     """
 
-    def __init__(self, start: PathSamples, goal: PathSamples, length: float) -> None:
-        self.length = length
-        self.breaks: tuple[float, ...] = ()
+    def __init__(self, ends: Array, length: float) -> None:
         scales = np.array((1.0, length, length**2, 1.0, length, length**2))
-        ends = np.concatenate((*start, *goal)) * scales[:, None]
         # From the start on, lest rounding of large coordinates shows in the derivatives.
-        self._origin = start.poses[0]
-        ends[[0, 3]] -= self._origin
-        self._powers = _HERMITE @ ends / length ** np.arange(6.0)[:, None]
-
-    def sample(self, s: npt.ArrayLike) -> PathSamples:
-        """Return poses and derivatives at the parameters ``s``, shape (n,)."""
-        t = np.asarray(s, dtype=np.float64)[:, None]
-        c0, c1, c2, c3, c4, c5 = self._powers
-        return PathSamples(
-            self._origin + c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5)))),
-            c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4 + t * 5 * c5))),
-            2 * c2 + t * (6 * c3 + t * (12 * c4 + t * 20 * c5)),
-        )
+        origin = ends[0]
+        scaled = ends * scales[:, None]
+        scaled[[0, 3]] -= origin
+        powers = _HERMITE @ scaled / length ** np.arange(6.0)[:, None]
+        powers[0] = origin
+        super().__init__(length, powers)
 
 
 class Rounded(NamedTuple):
@@ -88,7 +73,7 @@ class Rounded(NamedTuple):
     corners: tuple[float, ...]
 
 
-def rounded(pieces: Sequence[Line | Arc], radii: Sequence[float]) -> Rounded:
+def rounded(pieces: Sequence[Curve], radii: Sequence[float]) -> Rounded:
     """Return one path along pieces that need not be smooth where they meet.
 
     Args:
@@ -100,19 +85,27 @@ def rounded(pieces: Sequence[Line | Arc], radii: Sequence[float]) -> Rounded:
         min(radius, before.length / 2.0, after.length / 2.0)
         for radius, (before, after) in zip(radii, pairwise(pieces), strict=True)
     )
-    parts: list[Path] = []
+    ends = [piece.length - left for piece, left in zip(pieces, (*fitted, 0.0), strict=True)]
+    blends = _blends(pieces, ends[:-1], fitted)
+    parts: list[Curve] = []
     corners: list[float] = []
     length = 0.0
-    for index, (piece, begin, left) in enumerate(
-        zip(pieces, (0.0, *fitted), (*fitted, 0.0), strict=True)
-    ):
-        end = piece.length - left
+    for index, (piece, begin, end) in enumerate(zip(pieces, (0.0, *fitted), ends, strict=True)):
         if end - begin > _LEAST:
-            parts.append(Part(piece, begin, end))
-        if left:
-            start, goal = piece.sample([end]), pieces[index + 1].sample([left])
-            parts.append(Blend(start, goal, 2.0 * left))
-        length += end - begin + left
-        corners.append(length)
-        length += left
-    return Rounded(Joined(parts), fitted, tuple(corners[:-1]))
+            parts.append(piece.part(begin, end))
+        length += end - begin
+        if index < len(blends):
+            parts.append(blends[index])
+            length += fitted[index]
+            corners.append(length)
+            length += fitted[index]
+    return Rounded(Joined(parts), fitted, tuple(corners))
+
+
+def _blends(pieces: Sequence[Curve], ends: Sequence[float], radii: Sequence[float]) -> list[Blend]:
+    """Return the blends from ``ends`` of each piece to ``radii`` of the next one."""
+    formulas, number = Formulas.of(pieces), np.arange(len(pieces))
+    before = formulas.sample(number[:-1], np.array(ends))
+    after = formulas.sample(number[1:], np.array(radii))
+    corners = np.stack((*before, *after), axis=1)
+    return [Blend(corner, 2.0 * radius) for corner, radius in zip(corners, radii, strict=True)]

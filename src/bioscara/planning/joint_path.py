@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bioscara.kinematics import Joints, Scara
-from bioscara.planning.path import PathSamples
+from bioscara.planning.curve import PathSamples
 from bioscara.planning.trajectory import Array
 
 

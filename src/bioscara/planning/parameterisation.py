@@ -2,9 +2,9 @@
 
 The path is looked at on a grid; the phase plane gives the largest speed at each of its points. From
 the second look on, the grid is even in time, hence fine wherever the arm must be slow: at both ends
-and next to where it is stretched. Pieces on which the curve between the points exceeds a limit are
-cut in two. What it still exceeds then, a few parts in ten thousand, is taken back by stretching
-all of it in time.
+and next to where it is stretched. Pieces on which the curve between the points exceeds a limit or
+leaves the path are cut. What it still exceeds then, a few parts in ten thousand, is taken back by
+stretching all of it in time.
 """
 
 from __future__ import annotations
@@ -13,11 +13,12 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Scara, batch
+from bioscara.planning.curve import Index
 from bioscara.planning.fit import stretched
+from bioscara.planning.joint_path import along
 from bioscara.planning.limits import JointLimits, check_share
 from bioscara.planning.path import Path
 from bioscara.planning.path_limits import Look, caps, look, rows
@@ -39,18 +40,20 @@ _PIECES_BETWEEN = 8
 """Of the first grid between two breaks, so that no blend is overlooked."""
 _STEP, _FEWEST, _MOST = 10e-3, 60, 4000
 """Time between two points [s], and how many pieces there may be before the refinement."""
-_EXCESS, _FINEST, _REFINEMENTS = 1e-3, 1e-4, 6
-"""Share by which a piece may exceed a limit before it is cut in two, the shortest time of a piece
-that is cut [s], and how often that happens at most."""
+_EXCESS, _FINEST, _REFINEMENTS, _PARTS = 1e-3, 1e-4, 6, 8
+"""Share by which a piece may exceed a limit before it is cut, the shortest time of a piece that is
+cut [s], how often that happens at most, and into how many parts."""
+_SUDDEN = 2.0
+"""Factor in time from which on it is for one sudden place that all would become slower."""
+_ASTRAY = 3e-7
+"""How far the curve between two points may leave the path before its piece is cut [rad or m];
+a few parts in ten of a micrometre at the tool."""
 _APART = 1e-5
 """Breaks that come less than this apart [s] are one point of the grid."""
 _LOOKS = (0.25, 0.5, 0.75)
 """Where between two points the tool is looked at, in shares of the time."""
 _BETWEEN = 1e-5
 """Share by which the tool may exceed a limit between two looks."""
-
-Pieces = npt.NDArray[np.bool_]
-"""Some of the pieces of a grid."""
 
 
 def parameterise(
@@ -91,7 +94,7 @@ def parameterise(
     side = part.side
     grid = _first_grid(path, part)
     _, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
-    grid = _even_in_time(grid, squares, path.breaks)
+    grid = _even_in_time(grid, squares, path.breaks, shares)
     names = [limit.name for limit in limits]
     for _ in range(_REFINEMENTS + 1):
         seen, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
@@ -99,12 +102,14 @@ def parameterise(
         points = _times(grid, squares), seen.joints.joints, velocities
         trajectory = Trajectory(names, *points)
         factors = _factors_of_pieces(trajectory, arm, limits, tool)
-        divisible = np.diff(trajectory.times) > _FINEST
-        coarse = (factors > 1.0 + _EXCESS) & divisible
-        if not coarse.any():
+        astray = _beside(arm, path, side, grid, squares, trajectory)
+        parts = _parts(factors, astray, np.diff(trajectory.times))
+        if parts.max() < 2:
             break
-        grid = _cut(grid, coarse, divisible)
+        grid = _cut(grid, parts)
     check_turns(arm, path, side, seen, trajectory)
+    left = np.diff(seen.grid) / np.diff(trajectory.times) / factors
+    check_speeds(arm, path, side, seen, np.where(factors > _SUDDEN, left**2, np.inf))
     if (part.begin, part.end) != (0.0, path.length):
         points = with_ends(arm, path, part, start, points, limits, tool)
         trajectory = Trajectory(names, *points)
@@ -113,12 +118,28 @@ def parameterise(
     return stretched(trajectory, factor / highest)
 
 
-def _cut(grid: Array, coarse: Pieces, divisible: Pieces) -> Array:
-    """Return the grid with the coarse pieces cut in two, and what is divisible next to them."""
+def _parts(factors: Array, astray: Array, durations: Array) -> Index:
+    """Return into how many parts each piece is to be cut, 1 where it may stay as it is.
+
+    What a piece exceeds falls with the square of its length, how far it is astray with the fourth
+    power of it.
+    """
+    wanted = np.maximum(((factors - 1.0).clip(0.0) / _EXCESS) ** 0.5, (astray / _ASTRAY) ** 0.25)
+    divisible = durations > _FINEST
+    coarse = (wanted > 1.0) & divisible
+    # What limits a coarse piece may soon bind those beside it.
     wide = coarse.copy()
     wide[:-1] |= coarse[1:]
     wide[1:] |= coarse[:-1]
-    return np.union1d(grid, 0.5 * (grid[:-1] + grid[1:])[wide & divisible])
+    parts = np.ceil(np.clip(wanted, 2.0, _PARTS)).astype(np.intp)
+    return np.where(wide & divisible, parts, 1)
+
+
+def _cut(grid: Array, parts: Index) -> Array:
+    """Return the grid with each piece cut into equal parts."""
+    piece = np.repeat(np.arange(len(parts)), parts)
+    part = np.arange(len(piece)) - (np.cumsum(parts) - parts)[piece]
+    return np.append(grid[piece] + np.diff(grid)[piece] * (part / parts[piece]), grid[-1])
 
 
 def _shares(path: Path, speed: float | Sequence[float]) -> Array:
@@ -172,26 +193,48 @@ def _times(grid: Array, squares: Array) -> Array:
     return np.concatenate(([0.0], np.cumsum(2.0 * np.diff(grid) / (rates[:-1] + rates[1:]))))
 
 
-def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...]) -> Array:
+def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...], shares: Array) -> Array:
     """Return a grid whose pieces all take about the same time, with the path's breaks.
 
-    Of breaks that all but meet it has the last: points of a trajectory are some way apart in time.
+    A slow way has its points further apart, by the root of its share of speed, lest it leave few to
+    all others. Of breaks that all but meet the grid has the last: points of a trajectory are some
+    way apart in time.
     """
-    times, rates = _times(grid, squares), np.sqrt(squares)
-    count = min(max(math.ceil(times[-1] / _STEP), _FEWEST), _MOST)
-    at = np.linspace(0.0, times[-1], count + 1)[1:-1]
-    piece = np.searchsorted(times, at, side="right") - 1
-    t = (at - times[piece]) / np.diff(times)[piece]
+    rates, times = np.sqrt(squares), _times(grid, squares)
+    effort = np.diff(times) * np.sqrt(shares[np.searchsorted(breaks, grid[:-1], side="right")])
+    efforts = np.concatenate(([0.0], np.cumsum(effort)))
+    count = min(max(math.ceil(efforts[-1] / _STEP), _FEWEST), _MOST)
+    at = np.linspace(0.0, efforts[-1], count + 1)[1:-1]
+    piece = np.searchsorted(efforts, at, side="right") - 1
+    t = (at - efforts[piece]) / effort[piece]
     # Within a piece the speed changes evenly with time.
     mean = rates[piece] + 0.5 * t * np.diff(rates)[piece]
     inner = grid[piece] + t * np.diff(times)[piece] * mean
     if breaks:
-        near = np.interp(breaks, grid, times)
-        close = np.abs(at[:, None] - near).min(axis=1) < 0.3 * times[-1] / count
+        edges = np.interp(breaks, grid, efforts)
+        after = np.searchsorted(edges, at)
+        ends = np.concatenate(([-np.inf], edges, [np.inf]))
+        close = np.minimum(at - ends[after], ends[after + 1] - at) < 0.3 * efforts[-1] / count
         # The last one, for what comes after it may have a lower share of speed.
-        apart = np.append(np.diff(near) > _APART, True)
+        apart = np.append(np.diff(np.interp(breaks, grid, times)) > _APART, True)
         inner = np.union1d(inner[~close], np.array(breaks)[apart])
     return np.concatenate((grid[:1], inner, grid[-1:]))
+
+
+def _beside(
+    arm: Scara, path: Path, side: Joints, grid: Array, squares: Array, trajectory: Trajectory
+) -> Array:
+    """Return how far each piece's curve is from the path at half of its time, shape (n - 1,).
+
+    It is infinite where the path is out of reach there.
+    """
+    rates, t = np.sqrt(squares), np.diff(trajectory.times)
+    half = grid[:-1] + t * (3.0 * rates[:-1] + rates[1:]) / 8.0
+    there = along(arm, path.sample(half), side).joints
+    c, at = trajectory.coefficients, 0.5 * t[:, None]
+    here = c[..., 0] + at * (c[..., 1] + at * (c[..., 2] + at * c[..., 3]))
+    astray = np.abs(here - there).max(axis=1)
+    return np.where(np.isnan(astray), math.inf, astray)
 
 
 def _factors_of_pieces(

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import NamedTuple, Protocol, Self
+from typing import Protocol, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -18,8 +18,7 @@ import numpy.typing as npt
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
 from bioscara.kinematics.pose import require_near, require_pose, wrapped
-
-Array = npt.NDArray[np.float64]
+from bioscara.planning.curve import Array, Curve, Formulas, PathSamples
 
 LEVER = 0.1
 """Way that one radian of turn counts for [m/rad]."""
@@ -27,22 +26,11 @@ LEVER = 0.1
 SHORTEST = 1e-6
 """Least length of a piece [m], and least height of an arc over its chord."""
 
+_HALF = 1e-6
+"""How much less than half a turn is one [rad]."""
+
 _GAP, _KINK = 1e-9, 1e-6
 """Largest steps of pose and of first derivative between joined pieces, for rounding."""
-
-
-class PathSamples(NamedTuple):
-    """A path at n parameters, each array (n, 4): x, y, z [m] and yaw [rad], not wrapped.
-
-    Attributes:
-        poses: The poses.
-        first: Their first derivative by s.
-        second: Their second derivative by s.
-    """
-
-    poses: Array
-    first: Array
-    second: Array
 
 
 class Path(Protocol):
@@ -66,7 +54,19 @@ class Path(Protocol):
         ...
 
 
-class Line:
+def shorter_turn(begin: float, end: float) -> float:
+    """Return by how much the tool turns from one yaw to another [rad].
+
+    Half a turn is as short either way: it goes as ``end - begin`` says, not as rounding does.
+    """
+    way = end - begin
+    turn = wrapped(way)
+    if math.pi - abs(turn) < _HALF and turn * way < 0.0:
+        turn += math.copysign(2.0 * math.pi, way)
+    return turn
+
+
+class Line(Curve):
     """A straight line, on which the tool turns evenly by the shorter way.
 
     Args:
@@ -85,25 +85,18 @@ class Line:
         require_pose("the start", start)
         require_pose("the goal", goal)
         way = np.subtract(goal, start)
-        way[3] = wrapped(goal.yaw - start.yaw)
+        way[3] = shorter_turn(start.yaw, goal.yaw)
         distance = float(np.linalg.norm(way[:3]))
-        self.length = max(distance, LEVER * abs(way[3]))
-        self.breaks: tuple[float, ...] = ()
-        if self.length < SHORTEST:
+        length = max(distance, LEVER * abs(way[3]))
+        if length < SHORTEST:
             raise InvalidArgumentError(
                 f"start and goal are the same pose: {distance:.3g} m and {abs(way[3]):.3g} rad "
                 "apart; leave one of them out"
             )
-        self._start, self._slope = np.array(start), way / self.length
-
-    def sample(self, s: npt.ArrayLike) -> PathSamples:
-        """Return poses and derivatives at the parameters ``s``, shape (n,)."""
-        at = np.asarray(s, dtype=np.float64)[:, None]
-        poses = self._start + at * self._slope
-        return PathSamples(poses, np.tile(self._slope, (len(at), 1)), np.zeros_like(poses))
+        super().__init__(length, (start, way / length))
 
 
-class Arc:
+class Arc(Curve):
     """A part of a circle, on which the tool turns evenly by the shorter way.
 
     Made by :meth:`through`.
@@ -118,10 +111,12 @@ class Arc:
     def __init__(
         self, centre: Array, axes: Array, radius: float, angle: float, yaw: float, turn: float
     ) -> None:
-        self.centre, self.radius, self._axes = centre, radius, axes
-        self.length = max(radius * angle, LEVER * abs(turn))
-        self.breaks: tuple[float, ...] = ()
-        self._rate, self._yaw, self._turn = angle / self.length, yaw, turn / self.length
+        self.centre, self.radius = centre, radius
+        length = max(radius * angle, LEVER * abs(turn))
+        powers, circle = np.zeros((2, 4)), np.zeros((2, 4))
+        powers[0], powers[1, 3] = (*centre, yaw), turn / length
+        circle[:, :3] = radius * axes
+        super().__init__(length, powers, circle, angle / length)
 
     @classmethod
     def through(cls, start: Pose, via: Pose, goal: Pose) -> Self:
@@ -161,45 +156,8 @@ class Arc:
         to_goal = b - to_centre
         angle = math.atan2(to_goal @ along, to_goal @ outward) % (2.0 * math.pi)
         centre = np.array(start[:3]) + to_centre
-        turn = wrapped(goal.yaw - start.yaw)
+        turn = shorter_turn(start.yaw, goal.yaw)
         return cls(centre, np.stack((outward, along)), radius, angle, start.yaw, turn)
-
-    def sample(self, s: npt.ArrayLike) -> PathSamples:
-        """Return poses and derivatives at the parameters ``s``, shape (n,)."""
-        at = np.asarray(s, dtype=np.float64)
-        angle = self._rate * at
-        cosine_sine = np.stack((np.cos(angle), np.sin(angle)), axis=1)
-        outward = self.radius * (cosine_sine @ self._axes)
-        along = self.radius * (cosine_sine @ np.stack((self._axes[1], -self._axes[0])))
-        turns = np.full_like(at, self._turn)
-        return PathSamples(
-            np.column_stack((self.centre + outward, self._yaw + self._turn * at)),
-            np.column_stack((self._rate * along, turns)),
-            np.column_stack((-(self._rate**2) * outward, np.zeros_like(at))),
-        )
-
-
-class Part:
-    """What is left of a path between two of its parameters.
-
-    Args:
-        path: The whole; it has no breaks.
-        begin: Parameter of the whole where the part begins.
-        end: ... and where it ends.
-
-    Attributes:
-        length: Largest parameter.
-        breaks: None.
-    """
-
-    def __init__(self, path: Line | Arc, begin: float, end: float) -> None:
-        self._path, self._begin = path, begin
-        self.length = end - begin
-        self.breaks: tuple[float, ...] = ()
-
-    def sample(self, s: npt.ArrayLike) -> PathSamples:
-        """Return poses and derivatives at the parameters ``s``, shape (n,)."""
-        return self._path.sample(np.asarray(s, dtype=np.float64) + self._begin)
 
 
 class Joined:
@@ -211,52 +169,47 @@ class Joined:
     Attributes:
         pieces: As given.
         length: Largest parameter.
-        breaks: The seams between the pieces, and the breaks inside them.
+        breaks: The seams between the pieces.
 
     Raises:
         InvalidArgumentError: There are none, or one begins elsewhere or in another direction than
             the one before it ends.
     """
 
-    def __init__(self, pieces: Sequence[Path]) -> None:
+    def __init__(self, pieces: Sequence[Curve]) -> None:
         if not pieces:
             raise InvalidArgumentError("a path needs at least one piece; this one has none")
         self.pieces = tuple(pieces)
-        ends = np.cumsum([piece.length for piece in pieces])
+        self._formulas = Formulas.of(pieces)
+        lengths = np.array([piece.length for piece in pieces])
+        ends = np.cumsum(lengths)
         self._starts = np.concatenate(([0.0], ends[:-1]))
         self.length = float(ends[-1])
-        breaks: list[float] = []
-        for index, (piece, start) in enumerate(zip(pieces, self._starts.tolist(), strict=True)):
-            if index:
-                _check_seam(index, pieces[index - 1], piece)
-                breaks.append(start)
-            breaks.extend(start + inside for inside in piece.breaks)
-        self.breaks = tuple(breaks)
+        self.breaks: tuple[float, ...] = tuple(ends[:-1].tolist())
+        number = np.arange(len(pieces))
+        _check_seams(
+            self._formulas.sample(number[:-1], lengths[:-1]),
+            self._formulas.sample(number[1:], np.zeros(len(pieces) - 1)),
+        )
 
     def sample(self, s: npt.ArrayLike) -> PathSamples:
         """Return poses and derivatives at the parameters ``s``, shape (n,)."""
         at = np.asarray(s, dtype=np.float64)
-        index = np.maximum(np.searchsorted(self._starts, at, side="right") - 1, 0)
-        all_samples = PathSamples(*(np.empty((len(at), 4)) for _ in range(3)))
-        for number in np.unique(index).tolist():
-            here = index == number
-            samples = self.pieces[number].sample(at[here] - self._starts[number])
-            for whole, part in zip(all_samples, samples, strict=True):
-                whole[here] = part
-        return all_samples
+        piece = np.maximum(np.searchsorted(self._starts, at, side="right") - 1, 0)
+        return self._formulas.sample(piece, at - self._starts[piece])
 
 
-def _check_seam(index: int, before: Path, after: Path) -> None:
-    last, following = before.sample([before.length]), after.sample([0.0])
-    gap = float(np.abs(following.poses - last.poses).max())
-    kink = float(np.abs(following.first - last.first).max())
-    if gap > _GAP:
+def _check_seams(before: PathSamples, after: PathSamples) -> None:
+    """Make sure that each piece goes on where and in which direction the one before it ends."""
+    gaps = np.abs(after.poses - before.poses).max(axis=1)
+    kinks = np.abs(after.first - before.first).max(axis=1)
+    for index in np.flatnonzero((gaps > _GAP) | (kinks > _KINK)).tolist():
+        if gaps[index] > _GAP:
+            raise InvalidArgumentError(
+                f"piece {index + 1} of the path begins {gaps[index]:.3g} (m or rad) beside the "
+                f"end of piece {index}; begin it there"
+            )
         raise InvalidArgumentError(
-            f"piece {index} of the path begins {gap:.3g} (m or rad) beside the end of piece "
-            f"{index - 1}; begin it there"
-        )
-    if kink > _KINK:
-        raise InvalidArgumentError(
-            f"piece {index} of the path leaves the direction of piece {index - 1} by {kink:.3g}: "
-            "round the corner, or stop there"
+            f"piece {index + 1} of the path leaves the direction of piece {index} by "
+            f"{kinks[index]:.3g}: round the corner, or stop there"
         )

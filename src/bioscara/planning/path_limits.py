@@ -9,9 +9,10 @@ from typing import NamedTuple
 import numpy as np
 
 from bioscara.kinematics import Joints, Scara
+from bioscara.planning.curve import Index, PathSamples
 from bioscara.planning.joint_path import JointSamples, along
 from bioscara.planning.limits import JointLimits
-from bioscara.planning.path import Path, PathSamples
+from bioscara.planning.path import Path
 from bioscara.planning.phase_plane import Rows
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.trajectory import Array
@@ -46,10 +47,26 @@ def look(arm: Scara, path: Path, start: Joints, grid: Array) -> Look:
         joints = along(arm, tool, start)
         return Look(grid, tool, joints, tool, joints)
     # Only second derivatives jump; poses from beside a break would show as accelerations.
-    beside = 1e-9 * path.length * np.isin(grid, path.breaks)
-    after = tool._replace(second=path.sample(grid + beside).second)
-    before = tool._replace(second=path.sample(grid - beside).second)
-    return Look(grid, after, along(arm, after, start), before, along(arm, before, start))
+    breaks = np.flatnonzero(np.isin(grid, path.breaks))
+    edges, jumps = PathSamples(*(part[breaks] for part in tool)), []
+    for beside in (1e-9 * path.length, -1e-9 * path.length):
+        second = path.sample(grid[breaks] + beside).second
+        jumps.append((second, along(arm, edges._replace(second=second), start).second))
+    joints = along(arm, tool, start)
+    (after, joints_after), (before, joints_before) = jumps
+    return Look(
+        grid,
+        tool._replace(second=_with(tool.second, breaks, after)),
+        joints._replace(second=_with(joints.second, breaks, joints_after)),
+        tool._replace(second=_with(tool.second, breaks, before)),
+        joints._replace(second=_with(joints.second, breaks, joints_before)),
+    )
+
+
+def _with(values: Array, rows: Index, instead: Array) -> Array:
+    result = values.copy()
+    result[rows] = instead
+    return result
 
 
 def caps(look: Look, limits: Sequence[JointLimits], tool: ToolLimits) -> Array:

@@ -16,8 +16,9 @@ import numpy.typing as npt
 
 from bioscara.planning.trajectory import Array
 
-_LEAST = 1e-12
-"""Smallest factor of u; below it a limit does not depend on u [s^2/m]."""
+_LEAST = 1e-7
+"""Smallest factor of u, as a share of the largest one on the piece: a limit with a smaller one does
+not depend on u, and with it u would be the difference of two large numbers."""
 
 
 class Rows(NamedTuple):
@@ -44,7 +45,8 @@ def fastest(steps: Array, rows: Rows, caps: Array) -> tuple[Array, Array]:
         b at each point, shape (n,), and the bound of b at the start of each piece from the limits
         there alone, whatever comes before and after, shape (n - 1,).
     """
-    along = np.where(np.abs(rows.along) < _LEAST, _LEAST, rows.along)
+    least = _LEAST * np.abs(rows.along).max(axis=1, keepdims=True)
+    along = np.where(np.abs(rows.along) < least, least, rows.along)
     c, m = 1.0 / np.abs(along), -rows.across / along
     reserve = 2.0 * steps[:, None] * c
     ahead = 1.0 + 2.0 * steps[:, None] * m

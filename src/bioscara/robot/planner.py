@@ -14,10 +14,11 @@ from bioscara.planning import Trajectory, check
 from bioscara.planning.cartesian import circular, linear
 from bioscara.planning.jog import Jog
 from bioscara.planning.point_to_point import point_to_point
-from bioscara.planning.sequence import Waypoint, sequence
+from bioscara.planning.sequence import sequence
 from bioscara.planning.standing import began
 from bioscara.planning.tool_limits import FULL, ToolLimits
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
+from bioscara.planning.waypoints import Waypoint
 from bioscara.planning.zones import Scene
 from bioscara.robot.poses import TeachTable
 from bioscara.robot.tools import fingers, kinematics_of

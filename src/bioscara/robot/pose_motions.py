@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 from bioscara.kinematics import Pose
 from bioscara.planning.jog import JointVelocity, ToolVelocity
-from bioscara.planning.sequence import Waypoint
+from bioscara.planning.waypoints import Waypoint
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.records import Cancelled, Observe, ignore, never
 from bioscara.robot.turn import Turn, exclusive
