@@ -266,14 +266,13 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         """End the trajectory where it is reached or failed; then something else is held."""
         overtime = player.time - player.course.duration
         joints, velocity = self.parameters.joints, self._judges_velocity
-        if overtime < 0.0:
+        # The way goes on until what waits has ended.
+        if overtime < 0.0 or player.waiting is not None:
             verdict = judge_path(self._tolerances, error, joints, player.time, velocity=velocity)
-        elif player.waiting is None:
+        else:
             verdict = judge_end(
                 self._tolerances, error, joints, overtime, self._timeout, velocity=velocity
             )
-        else:
-            return
         if verdict is None:
             return
         if verdict.status is Status.ABORTED and not self._goal_runs():
