@@ -82,7 +82,7 @@ class Connection(FaultHandling):
             "bioscara_gripper", "gripper", gripper or real_gripper(parameters, clock), clock
         )
         self._servo = servo
-        self.plan = Planner(parameters, self._here)
+        self.plan = Planner(parameters, self._here, self._turn)
         self.gripper = RobotGripper(
             self._jaws, self._turn, self._running, lambda: self._motion(ignore, never), clock.now
         )
