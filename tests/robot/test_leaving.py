@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 
 import pytest
 
-from bioscara.bus import FaultyBus, When
+from bioscara.bus import FaultyBus, Transaction, When
 from bioscara.errors import BioscaraError, HardwareError
 from bioscara.hardware import State
 from bioscara.model import load_parameters
@@ -148,3 +148,46 @@ def test_leaving_by_an_error_tells_of_them_by_a_note(tmp_path: Path) -> None:
     robot.__exit__(type(error), error, None)
     assert scene.energised() == list(NAMES)
     assert all(f"{name} may be energised" in error.__notes__[0] for name in NAMES)
+
+
+class Impatient(FaultyBus):
+    """A bus on which Ctrl-C comes in at the transfers that are named."""
+
+    presses: tuple[int, ...] = ()
+    used = 0
+
+    def transfer(self, transactions: Sequence[Transaction]):  # type: ignore[no-untyped-def]
+        self.used += 1
+        if self.used in self.presses:
+            raise KeyboardInterrupt
+        return super().transfer(transactions)
+
+
+@pytest.mark.parametrize("leave", ["with", "shutdown() twice"])
+@pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
+def test_wherever_ctrl_c_comes_in_while_leaving_no_joint_stays_energised(
+    tmp_path: Path, leave: str, *, v1: bool
+) -> None:
+    arm = SimulatedArm(seed=2, positions=NEAR, v1=v1)
+    first, presses = 1, 0
+    while True:
+        bus = Impatient(FirmwareBus(arm), seed=1, clock=arm.clock)
+        robot = Robot(bus, arm.clock, ARM, "leaving", evidence=tmp_path).__enter__()
+        robot.enable()
+        # Twice in the same step now and then.
+        bus.used, bus.presses = 0, (first, first + 1 + first % 3)
+        try:
+            if leave == "with":
+                robot.__exit__(None, None, None)
+            else:
+                robot.shutdown()
+        except KeyboardInterrupt:
+            presses += 1
+        else:
+            break
+        finally:
+            assert robot.shutdown() == []
+        arm.run(0.5)
+        assert [name for name in NAMES if arm.has_torque(name)] == [], first
+        first += 1
+    assert presses >= 2 * len(NAMES)
