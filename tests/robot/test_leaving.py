@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
+from types import FrameType
 
 import pytest
 
@@ -163,31 +165,60 @@ class Impatient(FaultyBus):
         return super().transfer(transactions)
 
 
-@pytest.mark.parametrize("leave", ["with", "shutdown() twice"])
+LEAVING: list[Callable[[Robot], object]] = [
+    lambda robot: robot.__exit__(None, None, None),
+    lambda robot: robot.shutdown(),
+    lambda robot: robot.disable(),
+]
+
+
+@pytest.mark.parametrize("leave", LEAVING, ids=["with", "shutdown", "disable"])
 @pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
-def test_wherever_ctrl_c_comes_in_while_leaving_no_joint_stays_energised(
-    tmp_path: Path, leave: str, *, v1: bool
+def test_wherever_ctrl_c_comes_in_while_joints_are_released_none_stays_energised(
+    tmp_path: Path, leave: Callable[[Robot], object], *, v1: bool
 ) -> None:
     arm = SimulatedArm(seed=2, positions=NEAR, v1=v1)
-    first, presses = 1, 0
-    while True:
+    for first in range(1, 1000):
         bus = Impatient(FirmwareBus(arm), seed=1, clock=arm.clock)
         robot = Robot(bus, arm.clock, ARM, "leaving", evidence=tmp_path).__enter__()
         robot.enable()
         # Twice in the same step now and then.
         bus.used, bus.presses = 0, (first, first + 1 + first % 3)
+        interrupted = False
         try:
-            if leave == "with":
-                robot.__exit__(None, None, None)
-            else:
-                robot.shutdown()
+            leave(robot)
         except KeyboardInterrupt:
-            presses += 1
-        else:
-            break
-        finally:
-            assert robot.shutdown() == []
+            interrupted = True
+        bus.presses = ()
         arm.run(0.5)
         assert [name for name in NAMES if arm.has_torque(name)] == [], first
-        first += 1
-    assert presses >= 2 * len(NAMES)
+        assert robot.shutdown() == []
+        if not interrupted:
+            break
+    assert 2 * len(NAMES) < first < 999
+
+
+@pytest.mark.parametrize("leave", LEAVING[:2], ids=["with", "shutdown"])
+@pytest.mark.parametrize("where", ["shutdown", "joints", "release", "stop_and_disable"])
+def test_wherever_ctrl_c_comes_in_before_that_it_is_not_forgotten(
+    tmp_path: Path, leave: Callable[[Robot], object], where: str
+) -> None:
+    scene = Scene(tmp_path, v1=False)
+    robot = scene.robot.__enter__()
+    robot.enable()
+
+    def press(frame: FrameType, event: str, _: object) -> None:
+        if frame.f_code.co_name == where:
+            sys.settrace(None)
+            raise KeyboardInterrupt
+
+    before = sys.gettrace()
+    try:
+        sys.settrace(press)
+        with pytest.raises(KeyboardInterrupt):
+            leave(robot)
+    finally:
+        sys.settrace(before)
+    if leave is not LEAVING[0]:
+        assert robot.shutdown() == []
+    assert scene.energised() == []

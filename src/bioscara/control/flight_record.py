@@ -127,8 +127,9 @@ class Evidence:
                 file.flush()
                 os.fsync(file.fileno())
             partial.replace(path)
-        finally:
+        except BaseException:
             partial.unlink(missing_ok=True)
+            raise
         return path
 
 

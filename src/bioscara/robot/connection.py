@@ -262,8 +262,7 @@ class Connection(FaultHandling):
     def shutdown(self) -> list[str]:
         """Stop and disable all joints; does nothing when that is done already.
 
-        A call that is using the arm is stopped and waited for, with the callback that it may be in;
-        nothing else begins meanwhile.
+        A call that uses the arm, with the callback it may be in, is stopped and waited for first.
 
         Returns:
             A sentence for each joint that could not be stopped or disabled.
