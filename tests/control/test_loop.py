@@ -16,6 +16,7 @@ from tests.control.world import LIMITS, NAMES, NEAR, PARAMETERS, World
 
 from bioscara.clock import Clock
 from bioscara.control.faults import FaultKind
+from bioscara.control.forward_command_controller import ForwardCommandController
 from bioscara.control.joint_trajectory import (
     Goal,
     JointTrajectory,
@@ -343,13 +344,15 @@ def test_host4_joints_of_version_1_that_heard_nothing_are_no_loss_of_power(
 ) -> None:
     """They tell that they are off, and not why."""
     world = moving(v1=True)
-    for _ in range(3):
-        world.run(0.1)
-        if where == "between cycles":
-            world.arm.run(pause)
-        else:
-            late_inside(world, pause)
-        world.run(0.1)
+    forward = world.manager.controller("forward")
+    assert isinstance(forward, ForwardCommandController)
+    forward.command([1.5, 0.05, -1.5, -2.0])
+    world.run(0.1)
+    if where == "between cycles":
+        world.arm.run(pause)
+    else:
+        late_inside(world, pause)
+    world.run(0.1)
     kinds = [fault.kind for fault in world.supervisor.faults]
     assert not kinds or kinds[0] is FaultKind.OVERRUN
     assert FaultKind.POWER_LOST not in kinds
