@@ -302,8 +302,8 @@ MUTANTS = (
     Mutant(
         "a loop that was stuck is stopped",
         f"{CONTROL}/loop.py",
-        "if behind > SILENCE + self.period and self._driving:",
-        "if False and behind > SILENCE + self.period and self._driving:",
+        "        if behind > SILENCE + self.period:",
+        "        if False:",
         LOOP,
     ),
     Mutant(
@@ -377,10 +377,17 @@ MUTANTS = (
         MANAGER,
     ),
     Mutant(
+        "joints that Ctrl-C would leave energised",
+        "src/bioscara/hardware/stopping.py",
+        "except (KeyboardInterrupt, SystemExit) as error:",
+        "except ZeroDivisionError as error:",
+        ("tests/robot/test_leaving.py",),
+    ),
+    Mutant(
         "path tolerance of a trajectory",
         f"{CONTROL}/joint_trajectory/controller.py",
-        "        if overtime < 0.0:",
-        "        if False:",
+        "if overtime < 0.0 or player.waiting is not None:",
+        "if False:",
         ("tests/control/joint_trajectory/test_rules_of_tolerances.py",),
     ),
     Mutant(

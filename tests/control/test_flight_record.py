@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import threading
 from pathlib import Path
 
 from tests.control.world import NAMES, World
@@ -47,4 +48,27 @@ def test_a_name_that_is_taken_gets_a_number(tmp_path: Path) -> None:
     frozen = World(home=False).record.freeze()
     paths = [frozen.write(tmp_path, "record", []) for _ in range(3)]
     assert [path.name for path in paths] == ["record.csv", "record-2.csv", "record-3.csv"]
+    assert sorted(tmp_path.iterdir()) == sorted(paths)
+
+
+def test_programs_that_want_the_same_name_at_once_each_keep_what_they_saw(tmp_path: Path) -> None:
+    world = World(home=False)
+    world.run(0.3)
+    frozen = world.record.freeze()
+    paths: list[Path] = []
+
+    def write(program: int) -> None:
+        for number in range(10):
+            paths.append(frozen.write(tmp_path, "record", [f"{program} {number}"]))
+
+    threads = [threading.Thread(target=write, args=(program,)) for program in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    texts = [path.read_text().split("\n", 1) for path in paths]
+    assert {head for head, _ in texts} == {
+        f"# {p} {number}" for p in range(4) for number in range(10)
+    }
+    assert len({rest for _, rest in texts}) == 1
     assert sorted(tmp_path.iterdir()) == sorted(paths)

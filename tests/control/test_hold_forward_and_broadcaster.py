@@ -9,7 +9,7 @@ import pytest
 from bioscara.control.forward_command_controller import ForwardCommandController
 from bioscara.control.hold_controller import HoldController
 from bioscara.control.homing_controller import HomingController
-from bioscara.control.joint_state_broadcaster import JointStateBroadcaster
+from bioscara.control.joint_state_broadcaster import DynamicJointState, JointStateBroadcaster
 from bioscara.control.limiting import Limiter
 from bioscara.control.manager import ControllerManager
 from bioscara.drivers import Quality
@@ -214,3 +214,16 @@ def test_rule_70_what_is_unknown_and_what_a_joint_does_not_have_is_nan() -> None
     assert dynamic[1].interfaces == ("position", "switch")
     manager.set_hardware_state("box", State.UNCONFIGURED, world.clock.now())
     assert controller.state is State.INACTIVE
+
+
+def test_rule_70_a_joint_with_a_single_interface_is_told_of() -> None:
+    box = Box()
+    del box.states["g/switch"]
+    manager = ControllerManager((box,), Limiter((box,)), 100)
+    manager.load("jsb", BROADCASTER, {"joints": ("g",)})
+    manager.configure("jsb")
+    manager.switch(0.0, ("jsb",))
+    manager.cycle(0.0, 0.01)
+    controller = manager.controller("jsb")
+    assert isinstance(controller, JointStateBroadcaster)
+    assert controller.dynamic_states == (DynamicJointState("g", ("position",), (0.25,)),)

@@ -16,6 +16,7 @@ from tests.control.world import LIMITS, NAMES, NEAR, PARAMETERS, World
 
 from bioscara.clock import Clock
 from bioscara.control.faults import FaultKind
+from bioscara.control.forward_command_controller import ForwardCommandController
 from bioscara.control.joint_trajectory import (
     Goal,
     JointTrajectory,
@@ -37,9 +38,9 @@ AT = {"j1": -2.5, "j2": 0.30, "j3": 2.0, "j4": 2.0}
 AWAY = [-1.5, 0.25, 1.0, 1.0]
 
 
-def moving(folder: Path = Path("/nonexistent")) -> World:
+def moving(folder: Path = Path("/nonexistent"), *, v1: bool = False) -> World:
     """An arm on its way from AT to AWAY."""
-    world = World(at=AT, folder=folder)
+    world = World(at=AT, folder=folder, v1=v1)
     forward = world.load(
         "forward",
         "forward_command_controller/ForwardCommandController",
@@ -51,6 +52,20 @@ def moving(folder: Path = Path("/nonexistent")) -> World:
     world.run(0.5)
     assert world.supervisor.state is FaultState.CLEAR
     return world
+
+
+def late_inside(world: World, seconds: float) -> None:
+    """Let a cycle be held up between reading and writing."""
+    controller = world.manager.controller("forward")
+    update = controller.update
+
+    def slow(time: float, period: float) -> None:
+        world.arm.run(seconds)
+        update(time, period)
+
+    controller.update = slow
+    world.loop.step()
+    controller.update = update
 
 
 def come_to_rest(world: World) -> None:
@@ -320,6 +335,28 @@ def test_host4_the_way_of_a_pause_is_not_made_up_for_by_joints_that_stood(
     assert cycles[0].period > pause
     assert world.supervisor.faults[0].kind is FaultKind.OVERRUN
     assert world.arm.position("j3") == pytest.approx(before, abs=2e-3)
+
+
+@pytest.mark.parametrize("where", ["between cycles", "in a cycle"])
+@pytest.mark.parametrize("pause", [0.045, 0.055, 0.065, 0.075, 0.085])
+def test_host4_joints_of_version_1_that_heard_nothing_are_no_loss_of_power(
+    pause: float, where: str
+) -> None:
+    """They tell that they are off, and not why."""
+    world = moving(v1=True)
+    forward = world.manager.controller("forward")
+    assert isinstance(forward, ForwardCommandController)
+    forward.command([1.5, 0.05, -1.5, -2.0])
+    world.run(0.1)
+    if where == "between cycles":
+        world.arm.run(pause)
+    else:
+        late_inside(world, pause)
+    world.run(0.1)
+    kinds = [fault.kind for fault in world.supervisor.faults]
+    assert not kinds or kinds[0] is FaultKind.OVERRUN
+    assert FaultKind.POWER_LOST not in kinds
+    assert world.hardware.state is State.ACTIVE
 
 
 @pytest.mark.parametrize("pause", [0.1, 0.3, 2.5])

@@ -122,6 +122,18 @@ def test_rule_51_whatever_happened_to_a_joint_it_can_be_let_go() -> None:
     assert arm.axes[2].mode is Mode.NONE
 
 
+@BOTH
+def test_rule_51_a_joint_that_stopped_by_itself_is_let_go_without_a_word(v1: bool) -> None:
+    world, arm = ready(v1=v1)
+    switch(arm, "j3/position", "j4/position")
+    world.arm.reset("j3")
+    cycles(world, arm, 2)
+    assert arm.axes[2].halted is not None
+    before = world.tap.count(Register.STOP)
+    switch(arm, stop=("j3/position", "j4/position"))
+    assert world.tap.count(Register.STOP) == before + 1
+
+
 def test_rule_51_position_with_velocity_needs_protocol_2() -> None:
     _, arm = ready(v1=True)
     with pytest.raises(ModeSwitchError, match="claim position alone"):

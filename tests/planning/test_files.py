@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.errors import TrajectoryError
-from bioscara.planning import Trajectory, check, fit, point_to_point, read, write_csv
+from bioscara.planning import Trajectory, check, files, fit, point_to_point, read, write_csv
 from bioscara.planning.message_text import ITEMS_MAX
 from bioscara.planning.ros_yaml import trajectory_of_yaml
 from planning.limits import LIMITS, NAMES
@@ -60,6 +60,27 @@ def test_a_csv_gives_back_what_was_written(path: Path, tmp_path: Path) -> None:
     assert again.joint_names == trajectory.joint_names
     for name in ("times", "positions", "velocities", "accelerations"):
         assert np.array_equal(getattr(again, name), getattr(trajectory, name))
+
+
+def test_what_could_not_be_read_again_is_not_written(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # As many digits as a number can have.
+    values = -1.1234567890123457e-05 * (1.0 + np.arange(4 * 30_000).reshape(-1, 4) / 1e7)
+    times = np.arange(ITEMS_MAX + 1) * 1.1234567890123457e-03
+    path = tmp_path / "long.csv"
+    whole = Trajectory(NAMES, times[:30_000], values, values, values)
+    write_csv(path, whole)
+    assert path.stat().st_size > 8 * 2**20
+    assert path.stat().st_size / 30_000 * ITEMS_MAX < files.CSV_MAX
+    assert np.array_equal(read(path).trajectory.accelerations, whole.accelerations)
+    path = tmp_path / "never.csv"
+    with pytest.raises(TrajectoryError, match=r"takes 100001 points .* a file holds 100000 and"):
+        write_csv(path, Trajectory(["j1"], times, times[:, None]))
+    monkeypatch.setattr(files, "CSV_MAX", 2**20)
+    with pytest.raises(TrajectoryError, match=r"never\.csv: .* and 8\.\d MiB, .* and 1; split it"):
+        write_csv(path, whole)
+    assert not path.exists()
 
 
 def test_a_plan_that_is_written_as_csv_can_be_read_again(tmp_path: Path) -> None:
@@ -165,12 +186,14 @@ def test_a_broken_file_is_named_with_what_is_wrong(
 def test_what_is_no_text_file_is_refused(tmp_path: Path) -> None:
     binary = tmp_path / "binary.yaml"
     binary.write_bytes(bytes(range(256)))
-    huge = tmp_path / "huge.csv"
-    with open(huge, "wb") as file:
-        os.truncate(file.fileno(), 9 * 2**20)
+    huge, table = tmp_path / "huge.yaml", tmp_path / "huge.csv"
+    for path, size in ((huge, 8), (table, 32)):
+        with open(path, "wb") as file:
+            os.truncate(file.fileno(), size * 2**20 + 1)
     for path, words in (
         (binary, "is not text"),
         (huge, "larger than 8 MiB"),
+        (table, "larger than 32 MiB"),
         (tmp_path, "is a folder"),
         (tmp_path / "missing.yaml", "does not exist"),
     ):

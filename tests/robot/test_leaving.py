@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import sys
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
+from types import FrameType
 
 import pytest
 
-from bioscara.bus import FaultyBus, When
+from bioscara.bus import FaultyBus, Transaction, When
 from bioscara.errors import BioscaraError, HardwareError
 from bioscara.hardware import State
 from bioscara.model import load_parameters
@@ -148,3 +150,75 @@ def test_leaving_by_an_error_tells_of_them_by_a_note(tmp_path: Path) -> None:
     robot.__exit__(type(error), error, None)
     assert scene.energised() == list(NAMES)
     assert all(f"{name} may be energised" in error.__notes__[0] for name in NAMES)
+
+
+class Impatient(FaultyBus):
+    """A bus on which Ctrl-C comes in at the transfers that are named."""
+
+    presses: tuple[int, ...] = ()
+    used = 0
+
+    def transfer(self, transactions: Sequence[Transaction]):  # type: ignore[no-untyped-def]
+        self.used += 1
+        if self.used in self.presses:
+            raise KeyboardInterrupt
+        return super().transfer(transactions)
+
+
+LEAVING: list[Callable[[Robot], object]] = [
+    lambda robot: robot.__exit__(None, None, None),
+    lambda robot: robot.shutdown(),
+    lambda robot: robot.disable(),
+]
+
+
+@pytest.mark.parametrize("leave", LEAVING, ids=["with", "shutdown", "disable"])
+@pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
+def test_wherever_ctrl_c_comes_in_while_joints_are_released_none_stays_energised(
+    tmp_path: Path, leave: Callable[[Robot], object], *, v1: bool
+) -> None:
+    arm = SimulatedArm(seed=2, positions=NEAR, v1=v1)
+    for first in range(1, 1000):
+        bus = Impatient(FirmwareBus(arm), seed=1, clock=arm.clock)
+        robot = Robot(bus, arm.clock, ARM, "leaving", evidence=tmp_path).__enter__()
+        robot.enable()
+        # Twice in the same step now and then.
+        bus.used, bus.presses = 0, (first, first + 1 + first % 3)
+        interrupted = False
+        try:
+            leave(robot)
+        except KeyboardInterrupt:
+            interrupted = True
+        bus.presses = ()
+        arm.run(0.5)
+        assert [name for name in NAMES if arm.has_torque(name)] == [], first
+        assert robot.shutdown() == []
+        if not interrupted:
+            break
+    assert 2 * len(NAMES) < first < 999
+
+
+@pytest.mark.parametrize("leave", LEAVING[:2], ids=["with", "shutdown"])
+@pytest.mark.parametrize("where", ["shutdown", "joints", "release", "stop_and_disable"])
+def test_wherever_ctrl_c_comes_in_before_that_it_is_not_forgotten(
+    tmp_path: Path, leave: Callable[[Robot], object], where: str
+) -> None:
+    scene = Scene(tmp_path, v1=False)
+    robot = scene.robot.__enter__()
+    robot.enable()
+
+    def press(frame: FrameType, event: str, _: object) -> None:
+        if frame.f_code.co_name == where:
+            sys.settrace(None)
+            raise KeyboardInterrupt
+
+    before = sys.gettrace()
+    try:
+        sys.settrace(press)
+        with pytest.raises(KeyboardInterrupt):
+            leave(robot)
+    finally:
+        sys.settrace(before)
+    if leave is not LEAVING[0]:
+        assert robot.shutdown() == []
+    assert scene.energised() == []

@@ -391,6 +391,36 @@ def test_a_stall_stops_the_arm_and_takes_three_steps_to_leave(homed: Scene, tmp_
     assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
 
 
+def test_what_happens_after_a_fault_was_acknowledged_is_not_cleared_with_it(
+    homed: Scene, tmp_path: Path
+) -> None:
+    homed.arm.add_obstacle("j1", -1.7)
+    with pytest.raises(StalledError):
+        homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0))
+    homed.robot.acknowledge()
+    homed.arm.overheat("j3")
+    homed.arm.run(0.5)
+    homed.arm.overheat("j3", False)
+    with pytest.raises(FaultedError, match=r"not acknowledged yet: OVERTEMP.*: j3"):
+        homed.robot.recover()
+    faults = homed.robot.acknowledge()
+    assert [fault.kind for fault in faults] == [FaultKind.STALL, FaultKind.OVERTEMPERATURE]
+    assert faults[1].evidence in tmp_path.glob("fault-overtemperature-*.csv")
+    homed.robot.recover()
+    assert homed.robot.faults == ()
+    with pytest.raises(FaultedError, match="no fault to recover from"):
+        homed.robot.recover()
+
+
+def test_what_happened_until_a_fault_is_acknowledged_is_acknowledged_with_it(homed: Scene) -> None:
+    homed.arm.add_obstacle("j1", -1.7)
+    with pytest.raises(StalledError):
+        homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0))
+    homed.arm.overheat("j3")
+    homed.arm.run(0.5)
+    assert [fault.source for fault in homed.robot.acknowledge()] == ["j1", "j3"]
+
+
 def test_usr3_after_a_pause_the_state_is_what_is_and_not_what_was(homed: Scene) -> None:
     homed.arm.set_motor_power(on=False)
     for _ in range(100):

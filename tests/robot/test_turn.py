@@ -28,6 +28,7 @@ from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory
 from bioscara.planning.jog import JointVelocity
+from bioscara.planning.zones import Scene as Surroundings
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot, turn
 from bioscara.robot.records import Observe, ignore
@@ -197,6 +198,8 @@ CALLS: dict[str, Callable[[Robot], object]] = {
     "gripper.disable()": lambda robot: robot.gripper.disable(),
     "gripper.move()": lambda robot: robot.gripper.move(0.06),
     "setting full_speed": lambda robot: setattr(robot, "full_speed", True),
+    "setting scene": lambda robot: setattr(robot.plan, "scene", Surroundings(table_height=1.0)),
+    "use_tool()": lambda robot: robot.plan.use_tool("fingers"),
 }
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from bioscara.control.faults import Fault, FaultKind, Stop, says_power_is_gone
 from bioscara.control.flight_record import Evidence, FlightRecord
-from bioscara.errors import BioscaraError
+from bioscara.errors import BioscaraError, NotEnabledError
 
 _AT_ONCE = 0.1
 """Joints that drop out within this time dropped out together [s]."""
@@ -80,12 +80,19 @@ class FaultLog:
 
     def _name_power_loss(self, time: float) -> None:
         """Make it POWER_LOST where several joints dropped out together as they then do."""
+        latest = [
+            (number, fault)
+            for number, fault in enumerate(self.faults)
+            if time - fault.time <= _AT_ONCE
+        ]
+        # Joints that heard nothing for too long let go by themselves, with power.
+        unheard = any(fault.kind is FaultKind.OVERRUN for _, fault in latest)
         recent = {
             fault.source: number
-            for number, fault in reversed(list(enumerate(self.faults)))
-            if time - fault.time <= _AT_ONCE
-            and isinstance(fault.cause, BioscaraError)
+            for number, fault in reversed(latest)
+            if isinstance(fault.cause, BioscaraError)
             and says_power_is_gone(fault.cause)
+            and not (unheard and isinstance(fault.cause, NotEnabledError))
         }
         if len(recent) >= self._joints - 1:
             first = min(recent.values())

@@ -6,6 +6,7 @@ import csv
 import os
 from collections import deque
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import NamedTuple
@@ -114,19 +115,36 @@ class Evidence:
             OSError: It cannot be written.
         """
         folder.mkdir(parents=True, exist_ok=True)
-        path, number = folder / f"{name}.csv", 1
-        while path.exists():
-            number += 1
-            path = folder / f"{name}-{number}.csv"
-        partial = path.with_name(path.name + ".part")
-        with partial.open("w", encoding="utf-8", newline="") as file:
-            for remark in remarks:
-                file.write("# " + " ".join(remark.split()) + "\n")
-            writer = csv.writer(file, lineterminator="\n")
-            writer.writerow(self.columns)
-            for row in self.rows:
-                writer.writerow(f"{value:.9g}" for value in row)
-            file.flush()
-            os.fsync(file.fileno())
-        partial.replace(path)
+        path, partial = _reserve(folder, name)
+        try:
+            with partial.open("w", encoding="utf-8", newline="") as file:
+                for remark in remarks:
+                    file.write("# " + " ".join(remark.split()) + "\n")
+                writer = csv.writer(file, lineterminator="\n")
+                writer.writerow(self.columns)
+                for row in self.rows:
+                    writer.writerow(f"{value:.9g}" for value in row)
+                file.flush()
+                os.fsync(file.fileno())
+            partial.replace(path)
+        except BaseException:
+            partial.unlink(missing_ok=True)
+            raise
         return path
+
+
+def _reserve(folder: Path, name: str) -> tuple[Path, Path]:
+    """Return a file that does not exist, and one to become it that nobody else writes to.
+
+    Programs of two arms, stopped by one button, want the same name.
+    """
+    number = 1
+    while True:
+        path = folder / (f"{name}.csv" if number == 1 else f"{name}-{number}.csv")
+        partial = path.with_name(path.name + ".part")
+        with suppress(FileExistsError):
+            partial.touch(exist_ok=False)
+            if not path.exists():
+                return path, partial
+            partial.unlink()
+        number += 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from itertools import chain
 from typing import NamedTuple
 
 from bioscara.clock import Clock
@@ -16,7 +17,7 @@ from bioscara.control.statistics import Statistics
 from bioscara.control.supervisor import Supervisor
 from bioscara.control.watchdog import Watchdog
 from bioscara.drivers.session import SILENCE
-from bioscara.errors import ConfigurationError, OverrunError
+from bioscara.errors import ConfigurationError, NotEnabledError, OverrunError
 from bioscara.hardware import State
 from bioscara.hardware.capacity import highest_rate
 
@@ -125,7 +126,7 @@ class Loop:
                 self._overrun(f"nothing ran for {period:.2f} s", time)
             # The way of a pause in which the joints stopped by themselves is not made up for.
             manager.cycle(time, self.period if held_up else period)
-            self._require_timely(time)
+            self._require_timely(time, period)
             supervisor.check(time, self.period)
             self._judge(time)
             good = not manager.failures
@@ -152,11 +153,18 @@ class Loop:
         statistics.update.add(timing.update)
         statistics.write.add(timing.write)
 
-    def _require_timely(self, time: float) -> None:
-        """Take a fault if the joints cannot but have stopped by themselves by now."""
-        behind = self._clock.now() - self._deadline
-        if behind > SILENCE + self.period and self._driving:
+    def _require_timely(self, time: float, period: float) -> None:
+        """Take a fault if the joints cannot but have stopped by themselves, or say they did."""
+        if not self._driving:
+            return
+        now = self._clock.now()
+        behind, silence = now - self._deadline, now - time + period
+        if behind > SILENCE + self.period:
             self._overrun(f"a cycle ended {behind:.2f} s after its begin was due", time)
+        elif silence > SILENCE and (behind > self.period or period > SILENCE):
+            problems = chain.from_iterable(each.problems for each in self._manager.components)
+            if any(isinstance(problem, NotEnabledError) for problem in problems):
+                self._overrun(f"joints heard nothing for up to {silence:.2f} s", time)
 
     def _judge(self, time: float) -> None:
         """Set the next deadline, and react if it has passed already."""

@@ -239,8 +239,10 @@ class Supervisor:
             FaultedError: The faults are not acknowledged.
             BioscaraError: A joint does not answer or cannot be released; the faults stay.
         """
+        if self.state is FaultState.CLEAR:
+            raise FaultedError("there is no fault to recover from")
         if self.state is not FaultState.ACKNOWLEDGED:
-            raise FaultedError(f"the fault is {self.state.value}: acknowledge() it first")
+            raise FaultedError(f"not acknowledged yet: {self.faults[-1]}; then acknowledge()")
         manager, arm = self._manager, self._arm
         if arm.available:
             # What cannot be released now is released below, once it was greeted again.

@@ -12,8 +12,9 @@ from bioscara.errors import BioscaraError, JointResetError, NotInitializedError
 def stop_and_disable(joints: Sequence[Joint]) -> list[str]:
     """Stop all joints, then disable one after the other; disabling waits for standstill.
 
-    Each step is taken for each joint, also after a failure and after a KeyboardInterrupt, which
-    is raised at the end. A joint that was let go while it may be energised is greeted again.
+    Each step is taken for each joint, also after a failure. One that a KeyboardInterrupt broke off
+    is taken again, however often, and the interrupt raised at the end. A joint that was let go
+    while it may be energised is greeted again.
 
     Returns:
         A sentence for each joint that could not be stopped or disabled.
@@ -38,6 +39,18 @@ def release(joints: Sequence[Joint]) -> list[str]:
 
 
 def _attempt(joint: Joint, step: Callable[[], None], risk: str, problems: list[str]) -> None:
+    interrupt: BaseException | None = None
+    while True:
+        try:
+            _take(joint, step, risk, problems)
+            break
+        except (KeyboardInterrupt, SystemExit) as error:
+            interrupt = error
+    if interrupt is not None:
+        raise interrupt
+
+
+def _take(joint: Joint, step: Callable[[], None], risk: str, problems: list[str]) -> None:
     try:
         if joint.may_be_energised and joint.version == 0:
             joint.init()

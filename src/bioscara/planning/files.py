@@ -16,7 +16,10 @@ from bioscara.planning.ros_yaml import trajectory_of_yaml
 from bioscara.planning.trajectory import STEP_MIN, Trajectory
 
 SIZE_MAX = 8 * 2**20
-"""Largest file that is read [bytes]; a minute at 1 kHz of four joints is a third of it."""
+"""Largest YAML file that is read [bytes]."""
+CSV_MAX = 32 * 2**20
+"""Largest CSV file that is read or written [bytes]: four joints fill a line with at most 13 numbers
+of 23 characters, so that as many points as may be read always fit."""
 
 _SUFFIXES = {"position": 0, "velocity": 1, "acceleration": 2}
 
@@ -45,10 +48,9 @@ def read(path: str | Path) -> TrajectoryFile:
     """
     path = Path(path)
     try:
-        text = _text(path)
         if path.suffix.lower() == ".csv":
-            return TrajectoryFile(_trajectory_of_csv(text), ())
-        trajectory, notes = trajectory_of_yaml(text)
+            return TrajectoryFile(_trajectory_of_csv(_text(path, CSV_MAX)), ())
+        trajectory, notes = trajectory_of_yaml(_text(path, SIZE_MAX))
     except TrajectoryError as error:
         raise TrajectoryError(f"{path}: {error}") from error
     return TrajectoryFile(trajectory, notes)
@@ -61,6 +63,7 @@ def write_csv(path: str | Path, trajectory: Trajectory) -> None:
     written.
 
     Raises:
+        TrajectoryError: The file would be too large to be read again; nothing was written.
         OSError: The file cannot be written.
     """
     names = trajectory.joint_names
@@ -73,13 +76,20 @@ def write_csv(path: str | Path, trajectory: Trajectory) -> None:
         if array is not None:
             columns.append([f"{name}_{suffix}" for name in names])
             arrays.append(array)
-    with open(path, "w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["time", *(column for group in columns for column in group)])
-        times = trajectory.times.tolist()
-        for index in _apart(times):
-            row = [repr(value) for array in arrays for value in array[index].tolist()]
-            writer.writerow([repr(times[index]), *row])
+    times = trajectory.times.tolist()
+    kept, text = _apart(times), io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(["time", *(column for group in columns for column in group)])
+    for index in kept:
+        row = [repr(value) for array in arrays for value in array[index].tolist()]
+        writer.writerow([repr(times[index]), *row])
+    data = text.getvalue().encode()
+    if len(kept) > ITEMS_MAX or len(data) > CSV_MAX:
+        raise TrajectoryError(
+            f"{path}: the trajectory takes {len(kept)} points and {len(data) / 2**20:.1f} MiB, a "
+            f"file holds {ITEMS_MAX} and {CSV_MAX // 2**20}; split it"
+        )
+    Path(path).write_bytes(data)
 
 
 def _apart(times: list[float]) -> list[int]:
@@ -91,22 +101,22 @@ def _apart(times: list[float]) -> list[int]:
     return kept if len(times) == 1 else [*kept, len(times) - 1]
 
 
-def _text(path: Path) -> str:
+def _text(path: Path, limit: int) -> str:
     try:
         if path.is_dir():
             raise TrajectoryError("is a folder; name a trajectory file")
         with open(path, "rb") as file:
-            if os.fstat(file.fileno()).st_size > SIZE_MAX:
-                raise TrajectoryError(f"is larger than {SIZE_MAX // 2**20} MiB; split it")
-            data = file.read(SIZE_MAX + 1)
+            if os.fstat(file.fileno()).st_size > limit:
+                raise TrajectoryError(f"is larger than {limit // 2**20} MiB; split it")
+            data = file.read(limit + 1)
     except FileNotFoundError:
         raise TrajectoryError("does not exist") from None
     except OSError as error:
         raise TrajectoryError(f"cannot be read: {error.strerror}") from error
     if not data.strip():
         raise TrajectoryError("is empty")
-    if len(data) > SIZE_MAX:
-        raise TrajectoryError(f"is larger than {SIZE_MAX // 2**20} MiB; split it")
+    if len(data) > limit:
+        raise TrajectoryError(f"is larger than {limit // 2**20} MiB; split it")
     try:
         text = data.decode("utf-8-sig")
     except UnicodeDecodeError as error:

@@ -82,7 +82,7 @@ class Connection(FaultHandling):
             "bioscara_gripper", "gripper", gripper or real_gripper(parameters, clock), clock
         )
         self._servo = servo
-        self.plan = Planner(parameters, self._here)
+        self.plan = Planner(parameters, self._here, self._turn)
         self.gripper = RobotGripper(
             self._jaws, self._turn, self._running, lambda: self._motion(ignore, never), clock.now
         )
@@ -209,16 +209,20 @@ class Connection(FaultHandling):
         exc: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        try:
-            told = "; ".join(self.shutdown())
-        finally:
-            # Where it was refused, a call is still using the bus.
-            if self._stack is None:
-                self.bus.close()
-        if told and exc is None:
+        told, error = "", exc
+        # Where it is refused, a call is still using the bus, which stays open.
+        while self._stack is not None:
+            try:
+                told = "; ".join(self.shutdown())
+            except (KeyboardInterrupt, SystemExit) as interrupt:
+                error = interrupt
+        self.bus.close()
+        if told and error is None:
             raise HardwareError(told)
-        if told and exc is not None:
-            exc.add_note(told)
+        if told and error is not None:
+            error.add_note(told)
+        if error is not None and error is not exc:
+            raise error
 
     @property
     def joints(self) -> tuple[Joint, ...]:
@@ -258,7 +262,7 @@ class Connection(FaultHandling):
     def shutdown(self) -> list[str]:
         """Stop and disable all joints; does nothing when that is done already.
 
-        A call that is using the arm is stopped and waited for; nothing else begins meanwhile.
+        A call that uses the arm, with the callback it may be in, is stopped and waited for first.
 
         Returns:
             A sentence for each joint that could not be stopped or disabled.
@@ -266,12 +270,14 @@ class Connection(FaultHandling):
         Raises:
             BusyError: The caller is a callback of the call that it would have to wait for.
         """
-        stack, self._stack = self._stack, None
-        if stack is None:
+        if self._stack is None:
             return []
-        if stack.watchdog is not None:
-            stack.watchdog.close()
-        return release(self.joints)
+        if self._stack.watchdog is not None:
+            self._stack.watchdog.close()
+        problems = release(self.joints)
+        # Not before: what interrupts this leaves something to be called again.
+        self._stack = None
+        return problems
 
     def _running(self) -> Stack:
         if self._stack is None:

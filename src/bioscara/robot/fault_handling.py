@@ -97,6 +97,7 @@ class FaultHandling(Looking):
             OSError: The evidence cannot be written.
             BusyError: Another call is using the arm.
         """
+        self._cycle()
         self._come_to_stand()
         return tuple(self._running().supervisor.acknowledge())
 
@@ -105,10 +106,12 @@ class FaultHandling(Looking):
         """Clear acknowledged faults; nothing moves, and :meth:`enable` comes next.
 
         Raises:
-            FaultedError: They are not acknowledged.
+            FaultedError: They are not acknowledged, or something else has happened since.
             BusyError: Another call is using the arm.
             BioscaraError: A joint does not answer.
         """
+        # What befell the arm since it was looked at last must not be cleared unseen.
+        self._cycle()
         stack, now = self._running(), self.clock.now()
         stack.supervisor.recover(now)
         stack.broadcast(now)

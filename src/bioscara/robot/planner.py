@@ -22,6 +22,7 @@ from bioscara.planning.waypoints import Waypoint
 from bioscara.planning.zones import Scene
 from bioscara.robot.poses import TeachTable
 from bioscara.robot.tools import fingers, kinematics_of
+from bioscara.robot.turn import Turn, exclusive
 
 RESERVE = 0.8
 """Share of a joint's acceleration that motions planned here use. With all of it a joint that slips
@@ -55,26 +56,32 @@ class Planner:
     Args:
         parameters: The arm as data.
         measured: Returns where the joints are [rad, m, rad, rad].
+        turn: Whose turn it is with the arm that is planned for; None where none is there to move.
 
     Attributes:
         table: The tools and poses that have names.
         tool: The one that is mounted; :meth:`use_tool` changes it.
         kinematics: Of the arm with that tool.
-        scene: What the arm must keep clear of.
     """
 
-    def __init__(self, parameters: ArmParameters, measured: Callable[[], Sequence[float]]) -> None:
+    def __init__(
+        self,
+        parameters: ArmParameters,
+        measured: Callable[[], Sequence[float]],
+        turn: Turn | None = None,
+    ) -> None:
         self.tool = fingers(parameters)
         self.table = TeachTable(self.tool)
         self.kinematics = kinematics_of(parameters)
-        self.scene = Scene()
+        self._scene = Scene()
+        self._turn = turn or Turn()
         self._full_speed = False
         self._limits, self._measured = parameters.joints, measured
         self._planned = tuple(
             replace(limit, max_acceleration=RESERVE * limit.max_acceleration)
             for limit in parameters.joints
         )
-        self._unfolding = self.scene, self.kinematics, math.inf
+        self._unfolding = self._scene, self.kinematics, math.inf
         self._names = tuple(limit.name for limit in parameters.joints)
 
     @property
@@ -88,6 +95,16 @@ class Planner:
         if not isinstance(full_speed, bool):
             raise InvalidArgumentError(f"full_speed is {full_speed!r}; give True or False")
         self._full_speed = full_speed
+
+    @property
+    def scene(self) -> Scene:
+        """What the arm must keep clear of; cannot be changed while a call uses the arm."""
+        return self._scene
+
+    @scene.setter
+    @exclusive("setting scene")
+    def scene(self, scene: Scene) -> None:
+        self._scene = scene
 
     def here(self) -> Joints:
         """Return where the joints are; pressed against its end stop one is at its limit.
@@ -150,6 +167,7 @@ class Planner:
             )
         return self.to(taught.pose_tool_in_base, speed)
 
+    @exclusive("use_tool()")
     def use_tool(self, name: str) -> None:
         """Plan for another tool of the teach table from now on.
 
@@ -158,6 +176,7 @@ class Planner:
 
         Raises:
             InvalidArgumentError: No tool has that name.
+            BusyError: A call is using the arm.
         """
         self.tool = self.table.tool(name)
         old = self.kinematics

@@ -51,7 +51,7 @@ class Stack:
         arm: The joints, INACTIVE.
         gripper: The gripper.
         surroundings: Returns the kinematics of the arm with its tool, and what it must keep clear
-            of; both may change at any time.
+            of; both stay as they are while a call uses the arm.
         clock: Their time.
         parameters: The arm as data.
         rate: Cycles per second [Hz]; None for what suits the joints.

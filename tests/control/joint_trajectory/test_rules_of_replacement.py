@@ -8,7 +8,14 @@ from typing import Any
 
 import pytest
 
-from bioscara.control.joint_trajectory import ErrorCode, Point, Status, Tolerance
+from bioscara.control.joint_trajectory import (
+    ErrorCode,
+    Goal,
+    JointTrajectory,
+    Point,
+    Status,
+    Tolerance,
+)
 from bioscara.control.joint_trajectory.course import Course
 from bioscara.control.joint_trajectory.messages import JointValues
 from bioscara.errors import GoalRejectedError
@@ -74,6 +81,27 @@ def test_rule_20_a_start_that_waits_outlives_the_end_of_the_old_one(arm: Followe
     assert goal.status is Status.EXECUTING
     arm.finish(goal)
     assert arm.measured == pytest.approx(new.positions, abs=2e-3)
+
+
+@pytest.mark.parametrize("pushed", [0.06, -0.06])
+def test_rule_20_the_path_is_judged_while_a_start_outlasts_the_old_one(pushed: float) -> None:
+    jtc, positions, velocities = alone(("position",), constraints={"b": {"trajectory": 0.05}})
+    for handle in (*positions, *velocities):
+        handle.value = 0.0
+    for command in jtc.command_handles:
+        command.value = 0.0
+    jtc.on_activate(0.0)
+    jtc.send_goal(
+        Goal(JointTrajectory(("a", "b"), (Point(0.0, (0.0,) * 2), Point(1.0, (0.0,) * 2)))), 0.0
+    )
+    jtc.update(0.5, 0.5)
+    goal = jtc.send_goal(Goal(JointTrajectory(("a", "b"), (Point(1.0, (0.0,) * 2),), 3.0)), 0.5)
+    jtc.update(2.0, 1.5)
+    assert goal.status is Status.EXECUTING
+    positions[1].value = pushed
+    jtc.update(2.5, 0.5)
+    assert (goal.status, goal.error_code) == (Status.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED)
+    assert jtc.holding
 
 
 def test_rule_20_without_replacement_it_starts_from_what_is_measured(

@@ -266,12 +266,11 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
     def _end_if_judged(self, player: Player, error: JointValues, time: float) -> None:
         """End the trajectory where it is reached or failed; then something else is held."""
         overtime = player.time - player.course.duration
-        if overtime < 0.0:
+        # The way goes on until what waits has ended.
+        if overtime < 0.0 or player.waiting is not None:
             verdict = self._judge.on_the_way(error, player.time)
-        elif player.waiting is None:
-            verdict = self._judge.at_the_end(error, overtime)
         else:
-            return
+            verdict = self._judge.at_the_end(error, overtime)
         if verdict is None:
             return
         if verdict.status is Status.ABORTED and self._running is None:
