@@ -18,6 +18,8 @@ _ON_TABLE = ("link_1",)
 """Links that stand on the table."""
 _AT_ONCE = 512
 """Instants that are worked on together: their arrays fit the processor's cache."""
+_FEW = 1000
+"""So many distances are worked out as soon as it is said which of them matter."""
 ZoneShape = tuple[str, Prism, bool, tuple[str, ...]]
 """Name, shape, whether it is kept in, and the links that it is for."""
 
@@ -77,7 +79,9 @@ class Layout:
     def only(self, rows: Index) -> Layout:
         """Return some of the pairs, by the numbers of their rows in ascending order."""
         apart, within = len(self._apart[0]), len(self._within[0])
-        of_apart, of_within, of_above = np.split(rows, np.searchsorted(rows, (apart, apart + within)))
+        of_apart, of_within, of_above = np.split(
+            rows, np.searchsorted(rows, (apart, apart + within))
+        )
         columns = (
             *(column[of_apart] for column in self._apart),
             *(column[of_within - apart] for column in self._within),
@@ -107,6 +111,9 @@ class Layout:
         result[apart:] += self._allowed[apart:]
         one, other = self._apart
         allowed = self._allowed[:apart]
+        if result[:apart].size <= _FEW:
+            result[:apart] = distances(placed.take(one), placed.take(other)) + allowed
+            return
         least, most = (bound + allowed for bound in bounds(placed, one, other))
         nearest = np.minimum(
             most.min(axis=0, initial=np.inf), result[apart:].min(axis=0, initial=np.inf)

@@ -1,4 +1,4 @@
-"""Which pairs are worth a look on short ways: those that are far apart cannot come near on them."""
+"""Which pairs are worth a look on short ways: what is far apart cannot come near on them."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from bioscara.planning.layout import Layout
 from bioscara.planning.shapes import Array
 
 _AHEAD = 0.03
-"""How much farther than it has to a look goes, so that it is good for the next ways, too [m]."""
+"""How much farther than it has to a look at all pairs goes, to be good for the next ways too [m]."""
 
 
 class Nearby:
     """The pairs of a layout that may come near to each other on ways of an arm.
 
-    All pairs are looked at once; from how far apart they were then follows which of them matter
-    until the arm has moved on.
+    From how far apart all of them were when they were looked at last follows which matter until
+    the arm has moved on.
 
     Args:
         arm: The arm.
@@ -29,7 +29,7 @@ class Nearby:
     def __init__(self, arm: Scara, layout: Layout, margin: float) -> None:
         self._arm, self._layout, self._margin = arm, layout, margin
         self._place = np.full(len(layout.reach), math.nan)
-        self._horizon = -math.inf
+        self._range = -math.inf
         self._near: Layout | None = None
 
     def on(self, here: Array, way: float) -> Layout | None:
@@ -43,17 +43,13 @@ class Nearby:
             The pairs; None where there are none.
         """
         moved = float(np.abs(here - self._place) @ self._layout.reach)
-        if not moved + way <= self._horizon:
-            self._look(here, way)
+        if self._layout.pairs and not moved + way <= self._range:
+            self._look(here, way + _AHEAD)
         return self._near
 
     def _look(self, here: Array, way: float) -> None:
-        if not self._layout.pairs:
-            self._place, self._horizon = here, math.inf
-            return
-        wanted = way + _AHEAD
-        far = self._margin + wanted
+        far = self._margin + way
         pairs = self._layout.clearances(self._arm, here[None], far)[:, 0]
-        rows = np.flatnonzero(~(pairs >= far))
+        rows = np.flatnonzero(pairs < far)
         self._place, self._near = here, self._layout.only(rows) if len(rows) else None
-        self._horizon = wanted if len(rows) else float(pairs.min()) - self._margin
+        self._range = way if len(rows) else float(pairs.min()) - self._margin
