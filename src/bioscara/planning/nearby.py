@@ -11,7 +11,7 @@ from bioscara.planning.layout import Layout
 from bioscara.planning.shapes import Array
 
 _AHEAD = 0.03
-"""How much farther than it has to a look at all pairs goes, to be good for the next ways too [m]."""
+"""How much farther than it must a look at all pairs goes, to be good for the next ways, too [m]."""
 
 
 class Nearby:
