@@ -12,6 +12,7 @@ import pytest
 from bioscara.control.forward_command_controller import ForwardCommandController
 from bioscara.errors import (
     InvalidArgumentError,
+    MotionCancelledError,
     NotHomedError,
     UnreachableError,
     ZoneError,
@@ -20,7 +21,7 @@ from bioscara.kinematics import Pose, batch
 from bioscara.model import load_parameters
 from bioscara.planning.jog import JointVelocity, ToolVelocity
 from bioscara.planning.sequence import Motion, Waypoint
-from bioscara.planning.zones import Box, Scene
+from bioscara.planning.zones import Box, Cylinder, Scene
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
 from bioscara.robot.poses import NamedPose
@@ -145,6 +146,43 @@ def jog(robot: Robot, velocity: JointVelocity | ToolVelocity, seconds: float) ->
 
     robot.jog(velocities)
     return robot.pose
+
+
+def commanded(robot: Robot) -> list[float]:
+    return [guard.here for guard in robot._running().manager.limiter.guards.values()]
+
+
+@pytest.mark.parametrize("share", [0.3, 0.4, 0.5, 0.7])
+def test_a_cancelled_motion_keeps_to_the_way_that_was_found_clear(
+    robot: Robot, share: float
+) -> None:
+    """An arc in a ring: on the way straight on the arm would come to rest beyond it."""
+    middle, radius = (0.42, 0.0), 0.05
+    start, via, goal = (
+        Pose(middle[0] + radius * math.cos(turn), radius * math.sin(turn), 0.2)
+        for turn in (-2.4, 0.0, 2.4)
+    )
+    robot.move_joints((0.0, 0.2, 0.3, 0.0))
+    robot.move_to(start)
+    ring = Cylinder("ring", *middle, radius + 5.2e-3, -0.5, 0.6, keep_in=True, links=("tool",))
+    robot.plan.scene = scene = Scene((ring,))
+    try:
+        arc = robot.plan.circular(via, goal).trajectory
+        rows: list[list[float]] = []
+        begin = robot.clock.now()
+        with pytest.raises(MotionCancelledError):
+            robot.follow(
+                arc,
+                lambda _: rows.append(commanded(robot)),
+                cancelled=lambda: robot.clock.now() - begin > share * arc.duration,
+            )
+    finally:
+        robot.plan.scene = Scene()
+    assert len(rows) < (share * arc.duration + 1.5) * 100
+    assert max(map(abs, robot.state.velocities)) < 0.02
+    assert scene.clearance(robot.kinematics, rows).min() > scene.margin
+    limits = [joint.max_acceleration for joint in ARM.joints]
+    assert (np.abs(np.diff(rows, 2, axis=0)).max(axis=0) * 1e4 <= np.array(limits) * 1.01).all()
 
 
 def test_jogging_moves_as_asked_and_ends_at_rest(robot: Robot) -> None:

@@ -20,6 +20,9 @@ from bioscara.robot.turn import Turn
 SETTLING = 0.3
 """How long the end of a trajectory is held, so that the arm is seen to rest there [s]."""
 
+_LONGEST = 5.0
+"""How long a motion may take to come to rest on its own way [s]."""
+
 
 class Pursued(Protocol):
     """A goal that a controller pursues."""
@@ -183,9 +186,19 @@ class Motion:
             raise problem
 
     def _rest(self, observe: Observe, zero: float, since: float) -> None:
-        loop, supervisor = self._stack.loop, self._stack.supervisor
-        self._stack.gripper.cancel()
-        supervisor.stop(since)
+        stack, loop, supervisor = self._stack, self._stack.loop, self._stack.supervisor
+        now = self._clock.now()
+        stack.gripper.cancel()
+        stack.trajectory.cancel(now)
+        stack.jog.halt(now)
+        # On their way, which is known to be clear; what holds the arm then might lead it off that.
+        while supervisor.state is FaultState.CLEAR and now - since < _LONGEST:
+            if stack.trajectory.at_rest and stack.jog.at_rest:
+                break
+            observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
+            now = self._clock.now()
+        supervisor.stop(now)
+        since = now
         while True:
             observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
             if supervisor.at_rest(self._clock.now(), since):
