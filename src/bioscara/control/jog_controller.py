@@ -78,8 +78,8 @@ class JogController(Controller[JogParameters]):
 
     @property
     def at_rest(self) -> bool:
-        """Whether the joints are commanded to stand, or it commands nothing."""
-        return self.jog is None or self.state is not State.ACTIVE or not any(self.jog.velocities)
+        """Whether the joints are commanded to stand."""
+        return self.jog is None or not any(self.jog.velocities)
 
     def command(
         self, velocity: JointVelocity | ToolVelocity, time: float, share: float = 1.0
@@ -99,9 +99,9 @@ class JogController(Controller[JogParameters]):
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         self.jog.command(velocity, time, share)
 
-    def halt(self, time: float) -> None:
-        """Come to rest on the way that was found clear; where it is inactive, nothing happens."""
-        if self.jog is not None and self.state is State.ACTIVE:
+    def cancel(self, time: float) -> None:
+        """Come to rest on the way that was found clear."""
+        if self.jog is not None:
             self.jog.command(JointVelocity(), time)
 
     def update(self, time: float, period: float) -> None:

@@ -102,7 +102,7 @@ class Loop:
         except BaseException:
             now = self._clock.now()
             self._deadline = now + self.period
-            self._supervisor.stop(now)
+            self._supervisor.halt(now)
             raise
 
     def _step(self) -> Cycle:

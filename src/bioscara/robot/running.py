@@ -189,12 +189,8 @@ class Motion:
         stack, loop, supervisor = self._stack, self._stack.loop, self._stack.supervisor
         now = self._clock.now()
         stack.gripper.cancel()
-        stack.trajectory.cancel(now)
-        stack.jog.halt(now)
-        # On their way, which is known to be clear; what holds the arm then might lead it off that.
-        while supervisor.state is FaultState.CLEAR and now - since < _LONGEST:
-            if stack.trajectory.at_rest and stack.jog.at_rest:
-                break
+        supervisor.halt(now)
+        while not supervisor.halted and now - since < _LONGEST:
             observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
             now = self._clock.now()
         supervisor.stop(now)
