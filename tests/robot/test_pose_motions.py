@@ -185,6 +185,34 @@ def test_a_cancelled_motion_keeps_to_the_way_that_was_found_clear(
     assert (np.abs(np.diff(rows, 2, axis=0)).max(axis=0) * 1e4 <= np.array(limits) * 1.01).all()
 
 
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
+def test_a_jog_that_breaks_off_keeps_to_the_way_that_was_found_clear(
+    robot: Robot, error: type[BaseException]
+) -> None:
+    start = (0.08, 0.2, 1.638, 0.059)
+    corners = (0.2818, 0.4341, -0.5), (0.3418, 0.4941, 0.6)
+    scene = Scene((Box("post", *corners, yaw=1.048, links=("tool",)),))
+    least = []
+    for seconds in (0.2, 0.25, 0.3, 0.4):
+        robot.move_joints(start)
+        robot.plan.scene, rows = scene, []
+        end = robot.clock.now() + seconds
+
+        def velocities(end: float = end) -> ToolVelocity:
+            if robot.clock.now() > end:
+                raise error
+            return ToolVelocity(0.2128, 0.2115, 0.0, 1.808)
+
+        try:
+            with pytest.raises(error):
+                robot.jog(velocities, lambda _, rows=rows: rows.append(commanded(robot)))
+        finally:
+            robot.plan.scene = Scene()
+        assert rows[-1] == pytest.approx(rows[-3], abs=1e-9)
+        least.append(scene.clearance(robot.kinematics, rows).min())
+    assert scene.margin - 1e-6 <= min(least) < scene.margin + 5e-3
+
+
 def test_jogging_moves_as_asked_and_ends_at_rest(robot: Robot) -> None:
     robot.move_to(HERE)
     there = jog(robot, ToolVelocity(y=0.05), 1.0)
