@@ -68,8 +68,7 @@ class Braked:
         slowest = _SLOWEST * max(pace, 1.0)
         while pace > 0.0:
             after = course.sample(time + pace * period).values
-            rate = min(max(self._rate(before, pace), self._rate(after, pace)), -slowest)
-            left = max(pace + rate * period, 0.0)
+            left = self._left(before, after, pace, slowest)
             time, pace, before = time + (pace + left) / 2.0 * period, left, after
             self._steps.append((time, pace))
         self.duration = (len(self._steps) - 1) * period
@@ -93,6 +92,15 @@ class Braked:
             tuple([a * pace * pace + v * rate for v, a in pairs]),
         )
         return Place(values, point)
+
+    def _left(self, before: JointValues, after: JointValues, pace: float, slowest: float) -> float:
+        """Return the pace at the end of a period, for the course where it begins and ends."""
+        left, rate = pace, -_STEEPEST
+        for _ in range(2):
+            # A joint that speeds up on the course does so less when the pace has fallen.
+            rate = max(rate, self._rate(before, left), self._rate(after, left))
+            left = max(pace + min(rate, -slowest) * self._period, 0.0)
+        return left
 
     def _rate(self, values: JointValues, pace: float) -> float:
         """Return how fast the pace can fall at most [1/s], as a number below zero."""
