@@ -126,8 +126,10 @@ class Jog:
 
         Raises:
             LimitError: It is larger than any that the arm can do.
-            InvalidArgumentError: A value is not finite.
+            InvalidArgumentError: A value is not finite, or the share is none.
         """
+        if not 0.0 <= share <= 1.0:
+            raise InvalidArgumentError(f"jog: a share of {share} cannot be; give 0 to 1")
         if not all(map(math.isfinite, (*velocity, time))):
             raise InvalidArgumentError(
                 f"jog: {velocity!r} at {time} s: every value must be a finite number"

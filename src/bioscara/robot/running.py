@@ -186,18 +186,16 @@ class Motion:
             raise problem
 
     def _rest(self, observe: Observe, zero: float, since: float) -> None:
-        stack, loop, supervisor = self._stack, self._stack.loop, self._stack.supervisor
-        now = self._clock.now()
-        stack.gripper.cancel()
+        loop, supervisor, now = self._stack.loop, self._stack.supervisor, self._clock.now()
+        self._stack.gripper.cancel()
         supervisor.halt(now)
         while not supervisor.halted and now - since < _LONGEST:
             observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
             now = self._clock.now()
         supervisor.stop(now)
-        since = now
         while True:
             observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
-            if supervisor.at_rest(self._clock.now(), since):
+            if supervisor.at_rest(self._clock.now(), now):
                 break
 
     def _interrupted(self, phase: Phase, zero: float) -> str:
