@@ -178,7 +178,7 @@ def test_a_cancelled_motion_keeps_to_the_way_that_was_found_clear(
             )
     finally:
         robot.plan.scene = Scene()
-    assert len(rows) < (share * arc.duration + 2.0) * 100
+    assert np.abs(rows[-1] - arc.positions[-1]).max() > 0.05
     assert max(map(abs, robot.state.velocities)) < 0.02
     assert scene.clearance(robot.kinematics, rows).min() > scene.margin
     limits = [joint.max_acceleration for joint in ARM.joints]
