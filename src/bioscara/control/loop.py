@@ -43,7 +43,7 @@ class Loop:
     Deadlines are absolute, so that lateness does not add up; those that have passed are dropped,
     so that setpoints never come in a burst. Whatever a cycle raises ends in the supervisor's stop;
     only what is no error but the wish to end the program, such as KeyboardInterrupt, is raised
-    once the joints have been told to stop.
+    once the joints have been told to come to rest.
 
     Args:
         manager: What is run.
