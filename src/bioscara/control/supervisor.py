@@ -161,7 +161,7 @@ class Supervisor:
         self._pace(1.0)
 
     def halt(self, time: float) -> None:
-        """Let what nobody wants to go on any more come to rest.
+        """Let what nobody wants to go on any more come to rest; this raises nothing.
 
         Trajectories and jogs do so on their way, which is known to be clear: the hold would leave
         it. All else is stopped, and so is everything after a fault.
@@ -174,8 +174,11 @@ class Supervisor:
         if self.state is not FaultState.CLEAR or not halting or len(halting) < len(moving):
             self.stop(time)
             return
-        for controller in halting:
-            controller.cancel(time)
+        try:
+            for controller in halting:
+                controller.cancel(time)
+        except Exception:  # noqa: BLE001  what cannot be told to come to rest is stopped
+            self.stop(time)
 
     @property
     def halted(self) -> bool:
@@ -186,7 +189,11 @@ class Supervisor:
 
     def _moving(self) -> list[AnyController]:
         own = self._arm.commands.keys()
-        return [each for each in self._manager.driving if own & each.command_interfaces]
+        return [
+            each
+            for each in self._manager.controllers
+            if each.state is State.ACTIVE and own & each.command_interfaces
+        ]
 
     def stop(self, time: float) -> None:
         """Bring all joints to rest and hold them; a homing is ended. This raises nothing.
