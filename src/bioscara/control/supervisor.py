@@ -177,7 +177,7 @@ class Supervisor:
         try:
             for controller in halting:
                 controller.cancel(time)
-        except Exception:  # noqa: BLE001  what cannot be told to come to rest is stopped
+        except Exception:  # noqa: BLE001  who does not take it is stopped
             self.stop(time)
 
     @property
