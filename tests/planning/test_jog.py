@@ -206,6 +206,14 @@ def test_what_is_no_number_is_refused(value: float, which: int) -> None:
     assert jog.step(0.0, PERIOD) == (REST, Joints(0.0, 0.0, 0.0, 0.0))
 
 
+@pytest.mark.parametrize("share", [-0.1, 1.1, math.nan])
+def test_a_share_is_between_0_and_1(share: float) -> None:
+    jog = Jog(ARM, LIMITS, REST)
+    with pytest.raises(InvalidArgumentError, match="share"):
+        jog.command(JointVelocity(j1=0.1), 0.0, share)
+    assert jog.step(0.0, PERIOD) == (REST, Joints(0.0, 0.0, 0.0, 0.0))
+
+
 def test_a_wrong_unit_is_named() -> None:
     jog = Jog(ARM, LIMITS, REST)
     with pytest.raises(LimitError, match=r"x velocity: 50 m/s is outside -1 \.\. 1 m/s; .*mm/s"):

@@ -12,6 +12,7 @@ import pytest
 from bioscara.control.forward_command_controller import ForwardCommandController
 from bioscara.errors import (
     InvalidArgumentError,
+    MotionCancelledError,
     NotHomedError,
     UnreachableError,
     ZoneError,
@@ -20,7 +21,7 @@ from bioscara.kinematics import Pose, batch
 from bioscara.model import load_parameters
 from bioscara.planning.jog import JointVelocity, ToolVelocity
 from bioscara.planning.waypoints import Motion, Waypoint
-from bioscara.planning.zones import Box, Scene
+from bioscara.planning.zones import Box, Cylinder, Scene
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
 from bioscara.robot.poses import NamedPose
@@ -145,6 +146,71 @@ def jog(robot: Robot, velocity: JointVelocity | ToolVelocity, seconds: float) ->
 
     robot.jog(velocities)
     return robot.pose
+
+
+def commanded(robot: Robot) -> list[float]:
+    return [guard.here for guard in robot._running().manager.limiter.guards.values()]
+
+
+@pytest.mark.parametrize("share", [0.3, 0.4, 0.5, 0.7])
+def test_a_cancelled_motion_keeps_to_the_way_that_was_found_clear(
+    robot: Robot, share: float
+) -> None:
+    """An arc in a ring: on the way straight on the arm would come to rest beyond it."""
+    middle, radius = (0.42, 0.0), 0.05
+    start, via, goal = (
+        Pose(middle[0] + radius * math.cos(turn), radius * math.sin(turn), 0.2)
+        for turn in (-2.4, 0.0, 2.4)
+    )
+    robot.move_joints((0.0, 0.2, 0.3, 0.0))
+    robot.move_to(start)
+    ring = Cylinder("ring", *middle, radius + 5.2e-3, -0.5, 0.6, keep_in=True, links=("tool",))
+    robot.plan.scene = scene = Scene((ring,))
+    try:
+        arc = robot.plan.circular(via, goal).trajectory
+        rows: list[list[float]] = []
+        begin = robot.clock.now()
+        with pytest.raises(MotionCancelledError):
+            robot.follow(
+                arc,
+                lambda _: rows.append(commanded(robot)),
+                cancelled=lambda: robot.clock.now() - begin > share * arc.duration,
+            )
+    finally:
+        robot.plan.scene = Scene()
+    assert np.abs(rows[-1] - arc.positions[-1]).max() > 0.05
+    assert max(map(abs, robot.state.velocities)) < 0.02
+    assert scene.clearance(robot.kinematics, rows).min() > scene.margin
+    limits = [joint.max_acceleration for joint in ARM.joints]
+    assert (np.abs(np.diff(rows, 2, axis=0)).max(axis=0) * 1e4 <= np.array(limits) * 1.01).all()
+
+
+@pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
+def test_a_jog_that_breaks_off_keeps_to_the_way_that_was_found_clear(
+    robot: Robot, error: type[BaseException]
+) -> None:
+    start = (0.08, 0.2, 1.638, 0.059)
+    corners = (0.2818, 0.4341, -0.5), (0.3418, 0.4941, 0.6)
+    scene = Scene((Box("post", *corners, yaw=1.048, links=("tool",)),))
+    least = []
+    for seconds in (0.2, 0.25, 0.3, 0.4):
+        robot.move_joints(start)
+        robot.plan.scene, rows = scene, []
+        end = robot.clock.now() + seconds
+
+        def velocities(end: float = end) -> ToolVelocity:
+            if robot.clock.now() > end:
+                raise error
+            return ToolVelocity(0.2128, 0.2115, 0.0, 1.808)
+
+        try:
+            with pytest.raises(error):
+                robot.jog(velocities, lambda _, rows=rows: rows.append(commanded(robot)))
+        finally:
+            robot.plan.scene = Scene()
+        assert rows[-1] == pytest.approx(rows[-3], abs=1e-9)
+        least.append(scene.clearance(robot.kinematics, rows).min())
+    assert scene.margin - 1e-6 <= min(least) < scene.margin + 5e-3
 
 
 def test_jogging_moves_as_asked_and_ends_at_rest(robot: Robot) -> None:

@@ -94,6 +94,11 @@ class JogController(Controller[JogParameters]):
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         self.jog.command(velocity, time, share)
 
+    def cancel(self, time: float) -> None:
+        """Come to rest on the way that was found clear."""
+        if self.jog is not None:
+            self.jog.command(JointVelocity(), time)
+
     def update(self, time: float, period: float) -> None:
         """Command where the joints are to be one cycle from now."""
         if self.jog is None:

@@ -47,7 +47,7 @@ class Loop:
     Deadlines are absolute, so that lateness does not add up; those that have passed are dropped,
     so that setpoints never come in a burst. Whatever a cycle raises ends in the supervisor's stop;
     only what is no error but the wish to end the program, such as KeyboardInterrupt, is raised
-    once the joints have been told to stop.
+    once the joints have been told to come to rest.
 
     Args:
         manager: What is run.
@@ -106,7 +106,7 @@ class Loop:
         except BaseException:
             now = self._clock.now()
             self._deadline = now + self.period
-            self._supervisor.stop(now)
+            self._supervisor.halt(now)
             raise
 
     def _step(self) -> Cycle:

@@ -13,12 +13,13 @@ from contextlib import suppress
 from enum import Enum
 from pathlib import Path
 
-from bioscara.control.controller import WARNINGS
+from bioscara.control.controller import WARNINGS, AnyController
 from bioscara.control.fault_log import FaultLog
 from bioscara.control.faults import Fault, FaultKind, Stop, classify, source_of
 from bioscara.control.flight_record import FlightRecord
 from bioscara.control.following import Following
 from bioscara.control.hold_controller import HoldController
+from bioscara.control.jog_controller import JogController
 from bioscara.control.joint_trajectory import JointTrajectoryController
 from bioscara.control.manager import ControllerManager
 from bioscara.errors import BioscaraError, FaultedError, HardwareError, ModeSwitchError
@@ -31,6 +32,8 @@ _REST_TIME = 5.0
 """Time after which a stop counts as ended whatever the joints say [s]."""
 _SLOW = 0.5
 """Share of the chosen speed at which a loop that is late goes on."""
+_HALTING = JointTrajectoryController, JogController
+"""Controllers that come to rest on the way that they are on."""
 
 
 class FaultState(Enum):
@@ -154,6 +157,41 @@ class Supervisor:
     def full_speed(self) -> None:
         """Take back what was slowed down: trajectories go on at the speed chosen for them."""
         self._pace(1.0)
+
+    def halt(self, time: float) -> None:
+        """Let what nobody wants to go on any more come to rest; this raises nothing.
+
+        Trajectories and jogs do so on their way, which is known to be clear: the hold would leave
+        it. All else is stopped, and so is everything after a fault.
+
+        Args:
+            time: Now [s].
+        """
+        moving = self._moving()
+        halting = [each for each in moving if isinstance(each, _HALTING)]
+        if self.state is not FaultState.CLEAR or not halting or len(halting) < len(moving):
+            self.stop(time)
+            return
+        try:
+            for controller in halting:
+                controller.cancel(time)
+        except Exception:  # noqa: BLE001  who does not take it is stopped
+            self.stop(time)
+
+    @property
+    def halted(self) -> bool:
+        """Whether nothing is coming to rest on its way any more."""
+        if self.state is not FaultState.CLEAR:
+            return True
+        return all(each.at_rest for each in self._moving() if isinstance(each, _HALTING))
+
+    def _moving(self) -> list[AnyController]:
+        own = self._arm.commands.keys()
+        return [
+            each
+            for each in self._manager.controllers
+            if each.state is State.ACTIVE and own & each.command_interfaces
+        ]
 
     def stop(self, time: float) -> None:
         """Bring all joints to rest and hold them; a homing is ended. This raises nothing.

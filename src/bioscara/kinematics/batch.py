@@ -143,9 +143,18 @@ def tool_speeds(arm: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike) -> Arra
         joints: Where it is [rad, m, rad, rad], shape (..., 4).
         rates: Velocities of the joints [rad/s, m/s, rad/s, rad/s], shape (..., 4).
     """
-    columns = _rows("rates", rates)[..., None]
-    velocities: Array = (jacobian(arm, joints)[..., :3, :] @ columns)[..., 0]
-    return np.asarray(np.linalg.norm(velocities, axis=-1), dtype=np.float64)
+    q, v = _rows("joints", joints), _rows("rates", rates)
+    l1, l2, _ = arm.geometry
+    tx, ty, _, _ = arm.tool
+    # As seen from the forearm: how it is turned itself does not matter.
+    q3, q4 = q[..., 2], q[..., 3]
+    c, s = np.cos(q4), np.sin(q4)
+    r1 = l1 * v[..., 0]
+    r13 = v[..., 0] + v[..., 2]
+    r4 = r13 + v[..., 3]
+    along = r1 * np.sin(q3) - r4 * (tx * s + ty * c)
+    across = r1 * np.cos(q3) + l2 * r13 + r4 * (tx * c - ty * s)
+    return np.asarray(np.sqrt(along * along + across * across + v[..., 1] ** 2))
 
 
 def tool_motion(

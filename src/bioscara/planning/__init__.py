@@ -4,16 +4,17 @@
 ``check`` tells whether an arm with given limits can do it, on the curve between the points;
 ``fit`` stretches it in time until it can; ``point_to_point`` brings an arm from place to place, and
 ``state_to_state`` also in motion; ``cartesian`` leads the tool on lines and arcs,
-``parameterisation`` on any ``path``, and ``sequence`` through ``waypoints``. ``zones`` tells whether
-the arm keeps clear of all around it on the way; ``jog`` moves it by streamed velocities under the
-same rule.
+``parameterisation`` on any ``path``, and ``sequence`` through ``waypoints``. ``zones`` tells
+whether the arm keeps clear of all around it on the way; ``jog`` moves it by streamed velocities
+under the same rule.
 
 Below these, for one joint: ``limits``, ``double_s``, ``profile`` and ``longest_ways``; ``extrema``
-of a trajectory. For a path: ``curve``, ``joint_path``, ``path_limits``, ``tool_limits``, ``phase_plane``,
-``stretched_ends``, ``path_refusals`` and the ``blending`` of corners; ``tool_speed`` for
-trajectories of any kind. For what is around: ``scene_file`` and ``zone_values``, ``bodies`` and
-``shapes``, ``layout`` for one arm, ``sweep`` of a trajectory, ``standing``, ``stopping`` and
-``room`` of an arm in motion. For files: ``ros_yaml``, ``message_text`` and ``numbers``.
+of a trajectory. For a path: ``curve``, ``joint_path``, ``path_limits``, ``tool_limits``,
+``phase_plane``, ``stretched_ends``, ``path_refusals`` and the ``blending`` of corners;
+``tool_speed`` for trajectories of any kind. For what is around: ``scene_file`` and ``zone_values``,
+``bodies`` and ``shapes``, ``layout`` for one arm and what of it is ``nearby``, ``sweep`` of a
+trajectory, ``standing``, ``stopping`` and ``room`` of an arm in motion. For files: ``ros_yaml``,
+``message_text`` and ``numbers``.
 
 Law: what ``check`` accepts stays within every limit at every instant.
 """

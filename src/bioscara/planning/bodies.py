@@ -96,21 +96,17 @@ def frames(arm: Scara, joints: Array) -> tuple[Array, Array, Array, Array, Array
         turns, each (5, n).
     """
     q1, q2, q3, q4 = joints.T
-    q13 = q1 + q3
-    none = np.zeros_like(q1)
-    turns = np.stack((none, q1, q1, q13, q13 + q4))
+    turns, x, y, z = np.zeros((4, 5, len(joints)))
+    turns[1:] = q1
+    turns[_FOREARM:] += q3
+    turns[WRIST] += q4
     cos, sin = np.cos(turns), np.sin(turns)
     upper, fore, height = arm.geometry
-    elbow_x, elbow_y = upper * cos[1], upper * sin[1]
-    wrist_x, wrist_y = elbow_x + fore * cos[3], elbow_y + fore * sin[3]
-    lift = height + q2
-    return (
-        np.stack((none, none, none, elbow_x, wrist_x)),
-        np.stack((none, none, none, elbow_y, wrist_y)),
-        np.stack((none, none + height, lift, lift, lift)),
-        cos,
-        sin,
-    )
+    x[_FOREARM:], y[_FOREARM:] = upper * cos[1], upper * sin[1]
+    x[WRIST] += fore * cos[_FOREARM]
+    y[WRIST] += fore * sin[_FOREARM]
+    z[_COLUMN], z[_UPPER_ARM:] = height, height + q2
+    return x, y, z, cos, sin
 
 
 def _bar(start: float, end: float, low: float, high: float, radius: float) -> Prism:

@@ -111,7 +111,7 @@ class Jog:
         self.positions, self.velocities = Joints(*start), Joints(0.0, 0.0, 0.0, 0.0)
         self.reason = ""
         self._velocity: JointVelocity | ToolVelocity = JointVelocity()
-        self._since = -math.inf
+        self._since, self._held_up = -math.inf, False
         self._stops.check_start(self.positions)
 
     def command(
@@ -126,8 +126,10 @@ class Jog:
 
         Raises:
             LimitError: It is larger than any that the arm can do.
-            InvalidArgumentError: A value is not finite.
+            InvalidArgumentError: A value is not finite, or the share is none.
         """
+        if not 0.0 <= share <= 1.0:
+            raise InvalidArgumentError(f"jog: a share of {share} cannot be; give 0 to 1")
         if not all(map(math.isfinite, (*velocity, time))):
             raise InvalidArgumentError(
                 f"jog: {velocity!r} at {time} s: every value must be a finite number"
@@ -164,15 +166,18 @@ class Jog:
         target = np.array(self._target(time, period))
         here, moving = np.array(self.positions), np.array(self.velocities)
         ranges, straight = self._ranges(), isinstance(self._velocity, ToolVelocity)
-        for shares in ((1.0,), _SHARES):
+        # Who was held up mostly still is: then all shares are looked at together.
+        for shares in ((1.0, *_SHARES),) if self._held_up else ((1.0,), _SHARES):
             next_ = self._stops.approach(moving, np.outer(shares, target), period, straight)
             there = here + (moving + next_) * (period / 2.0)
             first, hindrance = self._stops.allowed(
                 here, moving, there, next_, period, self.tool_speed, ranges
             )
+            self._held_up = first is None or shares[first] < 1.0
+            if self._held_up:
+                self.reason = hindrance or self.reason
             if first is not None:
                 return self._go(there[first], next_[first])
-            self.reason = hindrance or self.reason
         positions, velocities = self._stops.brake(here, moving, period)
         return self._go(positions, velocities)
 

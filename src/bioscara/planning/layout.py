@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -18,6 +18,8 @@ _ON_TABLE = ("link_1",)
 """Links that stand on the table."""
 _AT_ONCE = 512
 """Instants that are worked on together: their arrays fit the processor's cache."""
+_FEW = 1000
+"""So many distances are worked out as soon as it is said which of them matter."""
 ZoneShape = tuple[str, Prism, bool, tuple[str, ...]]
 """Name, shape, whether it is kept in, and the links that it is for."""
 
@@ -74,6 +76,31 @@ class Layout:
             self._fill(arm, joints[part], result[:, part], exact)
         return result
 
+    def only(self, rows: Index) -> Layout:
+        """Return some of the pairs, by the numbers of their rows in ascending order."""
+        apart, within = len(self._apart[0]), len(self._within[0])
+        of_apart, of_within, of_above = np.split(
+            rows, np.searchsorted(rows, (apart, apart + within))
+        )
+        columns = (
+            *(column[of_apart] for column in self._apart),
+            *(column[of_within - apart] for column in self._within),
+            self._above[of_above - apart - within],
+        )
+        used, numbers = np.unique(np.concatenate(columns), return_inverse=True)
+        ends = np.cumsum([len(column) for column in columns])
+        one, other, body, zone, above = np.split(numbers, ends[:-1])
+        return replace(
+            self,
+            pairs=tuple(self.pairs[row] for row in rows.tolist()),
+            _frames=self._frames[used],
+            _shapes=self._shapes.take(used),
+            _apart=(one, other),
+            _within=(body, zone),
+            _above=above,
+            _allowed=self._allowed[rows],
+        )
+
     def _fill(self, arm: Scara, joints: Array, result: Array, exact: float) -> None:
         placed = self._placed(arm, joints)
         apart, within = len(self._apart[0]), len(self._within[0])
@@ -84,6 +111,9 @@ class Layout:
         result[apart:] += self._allowed[apart:]
         one, other = self._apart
         allowed = self._allowed[:apart]
+        if result[:apart].size <= _FEW:
+            result[:apart] = distances(placed.take(one), placed.take(other)) + allowed
+            return
         least, most = (bound + allowed for bound in bounds(placed, one, other))
         nearest = np.minimum(
             most.min(axis=0, initial=np.inf), result[apart:].min(axis=0, initial=np.inf)

@@ -10,7 +10,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -18,6 +17,8 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
+_SIGNS = np.array(((1.0, 1.0, -1.0, -1.0), (1.0, -1.0, 1.0, -1.0)))
+"""Of the halves of a rectangle, for its four corners."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -232,12 +233,11 @@ def _corners(
 
     ``centre`` is the owner's in the target's frame, ``cos`` and ``sin`` its turn there.
     """
-    nearest = None
-    ax, ay = owner.half_x * cos, owner.half_x * sin
-    bx, by = owner.half_y * sin, owner.half_y * cos
-    for one, two in product((1.0, -1.0), repeat=2):
-        x = np.abs(centre[0] + one * ax - two * bx) - target.half_x
-        y = np.abs(centre[1] + one * ay + two * by) - target.half_y
-        square = np.maximum(x, 0.0) ** 2 + np.maximum(y, 0.0) ** 2
-        nearest = square if nearest is None else np.minimum(nearest, square)
-    return np.asarray(nearest, dtype=np.float64)
+    one, two = _SIGNS.reshape(2, 4, *(1,) * cos.ndim)
+    along, across = one * owner.half_x, two * owner.half_y
+    x = np.abs(centre[0] + along * cos - across * sin) - target.half_x
+    y = np.abs(centre[1] + along * sin + across * cos) - target.half_y
+    np.maximum(x, 0.0, out=x)
+    np.maximum(y, 0.0, out=y)
+    nearest: Array = (x * x + y * y).min(axis=0)
+    return nearest

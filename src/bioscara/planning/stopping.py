@@ -11,6 +11,7 @@ import numpy.typing as npt
 from bioscara.kinematics import Scara, batch
 from bioscara.planning.layout import Layout
 from bioscara.planning.limits import JointLimits
+from bioscara.planning.nearby import Nearby
 from bioscara.planning.shapes import Array
 from bioscara.planning.standing import stand
 from bioscara.planning.sweep import SLACK, refusal
@@ -51,6 +52,7 @@ class Stops:
         self._margin = math.inf if scene is None else scene.margin
         self._stand = 0.0 if scene is None else stand(scene.margin)
         self._layouts: tuple[Layout, ...] = () if scene is None else scene.layouts(arm)
+        self._nearby = [Nearby(arm, layout, self._margin) for layout in self._layouts]
         self._folded = folded
 
     def check_start(self, positions: Sequence[float]) -> None:
@@ -217,7 +219,12 @@ class Stops:
             ways: How far the joints go between them, shape (k, m - 1, 4).
         """
         kept, zone = np.ones(len(path), dtype=np.bool_), ""
-        for own, layout in enumerate(self._layouts):
+        far = float((ways.sum(axis=1) @ self._layouts[0].reach).max())
+        for own, nearby in enumerate(self._nearby):
+            layout = nearby.on(path[0, 0], far)
+            if layout is None:
+                self._folded = math.inf if own else self._folded
+                continue
             pairs = layout.clearances(self._arm, path.reshape(-1, 4))
             clearance = pairs.min(axis=0, initial=math.inf).reshape(path.shape[:2])
             # Neither rounding nor the arm's own folding may shut it in where it is.

@@ -21,6 +21,9 @@ from bioscara.robot.turn import Turn
 SETTLING = 0.3
 """How long the end of a trajectory is held, so that the arm is seen to rest there [s]."""
 
+_LONGEST = 5.0
+"""How long a motion may take to come to rest on its own way [s]."""
+
 
 G = TypeVar("G", bound=Pursued)
 
@@ -176,12 +179,16 @@ class Motion:
             raise problem
 
     def _rest(self, observe: Observe, zero: float, since: float) -> None:
-        loop, supervisor = self._stack.loop, self._stack.supervisor
+        loop, supervisor, now = self._stack.loop, self._stack.supervisor, self._clock.now()
         self._stack.gripper.cancel()
-        supervisor.stop(since)
+        supervisor.halt(now)
+        while not supervisor.halted and now - since < _LONGEST:
+            observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
+            now = self._clock.now()
+        supervisor.stop(now)
         while True:
             observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
-            if supervisor.at_rest(self._clock.now(), since):
+            if supervisor.at_rest(self._clock.now(), now):
                 break
 
     def _interrupted(self, phase: Phase, zero: float) -> str:

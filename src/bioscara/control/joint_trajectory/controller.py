@@ -69,6 +69,11 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         return self._player is None or (self._player.holding and self._player.waiting is None)
 
     @property
+    def at_rest(self) -> bool:
+        """Whether the joints are commanded to stand, or it commands nothing."""
+        return self._player is None or self._player.at_rest
+
+    @property
     def scaling(self) -> float:
         """Share of the planned speed that is gone at now."""
         return self._active().scaling

@@ -10,7 +10,7 @@ from bioscara.control.joint_trajectory.messages import JointValues
 from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.joint_trajectory.requests import Request
 from bioscara.control.joint_trajectory.splicing import Spliced
-from bioscara.control.joint_trajectory.stopping import deceleration, standstill
+from bioscara.control.joint_trajectory.stopping import Braked, deceleration, standstill
 from bioscara.errors import GoalRejectedError, LimitError
 
 _SCALING_RATE = 1.0
@@ -56,6 +56,11 @@ class Player:
         """Time on the course per time; holding is not scaled."""
         return 1.0 if self.holding else self.scaling
 
+    @property
+    def at_rest(self) -> bool:
+        """Whether it holds, and what it held on a ramp has come to its end."""
+        return self.holding and self.waiting is None and self.time >= self.course.duration
+
     def scale(self, factor: float) -> None:
         """Choose the share of the planned speed; in motion it is gone over to gradually.
 
@@ -90,17 +95,20 @@ class Player:
     def ahead(self) -> JointValues:
         """Return where the joints should be one cycle from now: what is commanded now."""
         pace = self.pace
-        values = self.course.sample(self.time + self._period * pace).values
+        at = self.time + self._period * pace
+        values = self.course.sample(at).values
         self._commanded, self._commanded_pace = values, pace
+        self._commanded_at = self.course, at
         self._commanded_time = self._now + self._period
         return values
 
     def hold(self, positions: Sequence[float], time: float) -> None:
         """Stay at ``positions`` [rad or m] from ``time`` [s] on."""
-        self.course: Course | Spliced = standstill(positions)
+        self.course: Course | Spliced | Braked = standstill(positions)
         self.holding, self.waiting = True, None
         self.time, self._now = 0.0, time
         self._commanded, self._commanded_pace = self.course.sample(0.0).values, 1.0
+        self._commanded_at = self.course, 0.0
         self._commanded_time = time
 
     def rest(self, positions: Sequence[float]) -> None:
@@ -108,10 +116,16 @@ class Player:
         self.hold(positions, self._now)
 
     def brake(self, limits: Sequence[float]) -> None:
-        """Come to rest from what was commanded last, at these decelerations [rad/s^2 or m/s^2]."""
-        pace = self._commanded_pace
-        speeds = tuple([velocity * pace for velocity in self._commanded.velocities])
-        self.course = deceleration(self._commanded._replace(velocities=speeds), limits)
+        """Come to rest from what was commanded last, at these decelerations [rad/s^2 or m/s^2].
+
+        What was swept stays on its way; else each joint comes to rest by itself.
+        """
+        pace, (course, at) = self._commanded_pace, self._commanded_at
+        if self.swept and course is self.course and isinstance(course, Course):
+            self.course = Braked(course, at, pace, limits, self._period)
+        else:
+            speeds = tuple([velocity * pace for velocity in self._commanded.velocities])
+            self.course = deceleration(self._commanded._replace(velocities=speeds), limits)
         self.holding, self.waiting = True, None
         self.time = self._now - self._commanded_time
 
@@ -140,8 +154,9 @@ class Player:
         else:
             state = self._commanded if self._desired_start else measured
         course.begin(state, begin, bridge=bridge)
-        splice = bridge and missing
-        self.course = Spliced(course, missing, running, self.time - begin) if splice else course
+        self.course = course
+        if bridge and missing and not isinstance(running, Braked):
+            self.course = Spliced(course, missing, running, self.time - begin)
         # Where it begins in motion the way to its first point is nobody's plan.
         self.swept = swept and not bridge
         self.time, self.waiting, self.holding = begin, None, False

@@ -1,0 +1,55 @@
+"""Which pairs are worth a look on short ways: what is far apart cannot come near on them."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from bioscara.kinematics import Scara
+from bioscara.planning.layout import Layout
+from bioscara.planning.shapes import Array
+
+_AHEAD = 0.03
+"""How much farther than it must a look at all pairs goes, to be good for the next ways, too [m]."""
+
+
+class Nearby:
+    """The pairs of a layout that may come near to each other on ways of an arm.
+
+    From how far apart all of them were when they were looked at last follows which matter until
+    the arm has moved on.
+
+    Args:
+        arm: The arm.
+        layout: The pairs.
+        margin: What is at least so far apart does not matter [m].
+    """
+
+    def __init__(self, arm: Scara, layout: Layout, margin: float) -> None:
+        self._arm, self._layout, self._margin = arm, layout, margin
+        self._place = np.full(len(layout.reach), math.nan)
+        self._range = -math.inf
+        self._near: Layout | None = None
+
+    def on(self, here: Array, way: float) -> Layout | None:
+        """Return pairs among which are all that may be nearer than the margin on some ways.
+
+        Args:
+            here: Where the ways begin [rad, m, rad, rad], shape (4,).
+            way: How far a point of the arm goes at most on any of them [m].
+
+        Returns:
+            The pairs; None where there are none.
+        """
+        moved = float(np.abs(here - self._place) @ self._layout.reach)
+        if self._layout.pairs and not moved + way <= self._range:
+            self._look(here, way + _AHEAD)
+        return self._near
+
+    def _look(self, here: Array, way: float) -> None:
+        far = self._margin + way
+        pairs = self._layout.clearances(self._arm, here[None], far)[:, 0]
+        rows = np.flatnonzero(pairs < far)
+        self._place, self._near = here, self._layout.only(rows) if len(rows) else None
+        self._range = way if len(rows) else float(pairs.min()) - self._margin

@@ -1,0 +1,70 @@
+"""What was swept comes to rest on its curve, as soon as the joints can brake."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bioscara.control.joint_trajectory import JointTrajectory
+from bioscara.control.joint_trajectory.course import Course
+from bioscara.control.joint_trajectory.stopping import Braked
+from bioscara.planning import point_to_point
+from bioscara.robot.planner import RESERVE
+from planning.limits import LIMITS, NAMES
+from planning.scenes import random_joints
+
+PERIOD = 0.01
+PLANNED = [replace(limit, max_acceleration=RESERVE * limit.max_acceleration) for limit in LIMITS]
+MOST = [limit.max_acceleration for limit in LIMITS]
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0), st.floats(0.05, 1.0))
+def test_it_stays_on_the_curve_within_the_decelerations(
+    seed: int, share: float, pace: float
+) -> None:
+    rng = np.random.default_rng(seed)
+    move = point_to_point(NAMES, random_joints(rng), random_joints(rng), PLANNED)
+    begin = share * move.duration
+    ramp = Braked(Course(JointTrajectory.of(move).points), begin, pace, MOST, PERIOD)
+    instants = np.arange(0.0, ramp.duration + 0.05, 1e-3)
+    values = [ramp.sample(float(instant)).values for instant in instants]
+    positions, speeds, gains = (np.array([value[field] for value in values]) for field in range(3))
+
+    assert positions[-1] == pytest.approx(ramp.end)
+    assert not speeds[-1].any()
+    assert positions[0] == pytest.approx(move.sample_many(np.array([begin]))[0][0])
+    assert speeds[0] == pytest.approx(move.sample_many(np.array([begin]))[1][0] * pace)
+    assert (np.abs(gains) <= np.array(MOST) * 1.05).all()
+    cycles = np.diff(speeds[:: round(PERIOD / 1e-3)], axis=0) / PERIOD
+    assert (np.abs(cycles) <= np.array(MOST) * (1.0 + 1e-6)).all()
+    # Positions and velocities belong together.
+    way = np.diff(positions, axis=0) - (speeds[1:] + speeds[:-1]) * 0.5e-3
+    assert np.abs(way).max() < 2e-5
+
+    # It has the joints together on the curve, and is no later there than they would have been.
+    curve = move.sample_many(np.linspace(begin, min(begin + ramp.duration, move.duration), 4000))[0]
+    apart = [np.abs(curve - row).max(axis=1).min() for row in positions[::20]]
+    assert max(apart) < 5e-3
+
+
+def test_it_takes_as_long_as_the_slowest_joint_needs() -> None:
+    move = point_to_point(NAMES, (-2.0, 0.2, -1.0, 0.0), (2.0, 0.2, 1.0, 1.0), LIMITS)
+    course, cruise = Course(JointTrajectory.of(move).points), move.duration / 2.0
+    speeds = course.sample(cruise).values.velocities
+    ramp = Braked(course, cruise, 1.0, MOST, PERIOD)
+    needed = max(abs(speed) / most for speed, most in zip(speeds, MOST, strict=True))
+    assert ramp.duration == pytest.approx(needed, abs=3 * PERIOD)
+
+
+@pytest.mark.parametrize("pace", [0.0, 1.0, 50.0])
+@pytest.mark.parametrize("begin", [-1.0, 0.0, 1e3])
+def test_where_nothing_moves_nothing_begins(begin: float, pace: float) -> None:
+    move = point_to_point(NAMES, (0.0, 0.2, 0.0, 0.0), (1.0, 0.2, 1.0, 1.0), LIMITS)
+    course = Course(JointTrajectory.of(move).points)
+    ramp = Braked(course, begin, pace, MOST, PERIOD)
+    assert ramp.sample(0.0).values.positions == pytest.approx(course.sample(begin).values.positions)
+    assert ramp.end == pytest.approx(ramp.sample(1e3).values.positions)
