@@ -346,19 +346,54 @@ TEST(a_motor_is_not_engaged_while_the_field_of_its_open_stage_still_turns) {
   expect_recovery(run.host);
 }
 
-TEST(a_check_that_was_broken_off_enables_nothing) {
-  Bench bench(4);
-  Host host(bench, 4);
-  host.arm_session();
-  for (double wait : {0.0, 0.1, 0.2, 0.3}) {
-    host.send(Register::SETUP, {20, 20, 0, 0});
-    bench.run(wait);
-    host.send(Register::STOP, {0});
-    host.keep(0.2);
-    CHECK(has(host.flags(), Flags::NOTENABLED));
-    CHECK(has(host.turn(5.0), Flags::REFUSED));
+TEST(the_field_of_an_open_stage_runs_down_before_a_hold_current_closes_it) {
+  for (const auto& [code, value] : {std::pair{Register::SETHOLDCURRENT, std::uint8_t{30}},
+                                    {Register::SETCURRENT, std::uint8_t{30}},
+                                    {Register::SETBRAKEMODE, std::uint8_t{1}}}) {
+    Running run(3, 100.0);
+    run.bench.driver().set_motor_power(false);
+    CHECK(time_to_fault(run.host, 0.5, true) > 0.0);
+    run.bench.driver().set_motor_power(true);
+    run.host.keep(0.03);
+    run.host.clear_fault();
+    run.bench.run(0.01);
+    CHECK(run.host.fault() == Fault::NONE);
+    CHECK(run.bench.field_speed() > 50.0);
+    run.host.send(code, {value});
+    bool closed = false;
+    while (run.bench.field_speed() > 0.3) {
+      run.bench.tick();
+      closed = closed || run.bench.stage_closed();
+    }
+    CHECK(!closed);
+    run.host.send(code, {value});
+    run.bench.run(0.01);
+    CHECK(run.bench.stage_closed());
   }
-  expect_recovery(host);
+}
+
+TEST(a_check_that_was_broken_off_enables_nothing) {
+  for (bool known : {false, true}) {
+    Bench bench(4);
+    Host host(bench, 4);
+    host.arm_session();
+    // One that knows its field only lets the rotor settle.
+    for (double wait : known ? std::vector{0.0, 0.1} : std::vector{0.0, 0.1, 0.2, 0.3}) {
+      if (known) {
+        host.enable();
+        host.send(Register::SETHOLDCURRENT, {0});
+        host.keep(0.2);
+        CHECK(!bench.stage_closed());
+      }
+      host.send(Register::SETUP, {20, 20, 0, 0});
+      bench.run(wait);
+      host.send(Register::STOP, {0});
+      host.keep(0.2);
+      CHECK(has(host.flags(), Flags::NOTENABLED));
+      CHECK(has(host.turn(5.0), Flags::REFUSED));
+    }
+    expect_recovery(host);
+  }
 }
 
 TEST(a_faulted_joint_that_is_pushed_away_does_not_come_back_by_itself) {
@@ -432,5 +467,36 @@ TEST(a_field_at_rest_does_not_chase_an_encoder_that_stands_still) {
     const double field = bench.field();
     bench.run(2.0);
     CHECK(std::fabs(bench.field() - field) < 0.01);
+  }
+}
+
+TEST(a_stalled_joint_that_was_pushed_away_turns_again_once_its_stall_is_cleared) {
+  for (Register code : {Register::ENABLESTALLGUARD, Register::CLEARSTALL}) {
+    Bench bench(4);
+    bench.mechanics().remove_stops();
+    Host host(bench, 4);
+    const auto stalled = [&] { return has(host.bare(Register::PING, {}, 1).back(), Flags::STALL); };
+    const auto turn = [&] { host.bare(Register::SETRPM, packed(20.0F)); };
+    host.enable_bare();
+    host.bare(Register::ENABLESTALLGUARD, {6});
+    turn();
+    bench.mechanics().push(-0.12 * 12.0);
+    for (int tick = 0; tick < 1000 && !stalled(); ++tick) bench.tick();
+    CHECK(stalled());
+    bench.mechanics().push(0.0);
+    bench.run(0.5);
+    const double rotor = bench.rotor();
+    bench.mechanics().push(0.2 * 12.0);
+    while (bench.rotor() < rotor + 1.0) bench.tick();
+    bench.mechanics().push(0.0);
+    bench.run(0.5);
+    host.bare(code, {6});
+    bench.run(0.01);
+    for (int cycle = 0; cycle < 10; ++cycle) {
+      turn();
+      bench.run(0.02);
+    }
+    CHECK(!stalled());
+    CHECK(std::fabs(bench.field_speed() - 20.0 / 9.5493) < 0.05);
   }
 }

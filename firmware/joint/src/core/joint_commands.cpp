@@ -26,6 +26,8 @@ void Joint::execute(const Command& command) {
     if (row.code != command.code) continue;
     if (row.setpoint) fed_ = command.micros;
     if (row.motion && (!enabled_ || stalled_ || sequence())) return;
+    // Since it stalled it may have been pushed away.
+    if (row.motion && state_ == JointState::FAULTED) resynchronise();
     break;
   }
   switch (command.code) {
@@ -157,6 +159,7 @@ void Joint::set_up(const Command& command) {
   if (!checked_ || settle) {
     correction_ = 0.0F;
     orientation_.start(kOrientationDegrees, settle, checked_);
+    checked_ = false;  // Until it has ended.
     state_ = JointState::ORIENTATION;
     alone_ = true;
   } else {

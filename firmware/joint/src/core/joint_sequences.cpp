@@ -164,7 +164,8 @@ void Joint::apply_currents() {
   // What a fault cut stays cut until SETUP.
   const bool released =
       state_ == JointState::DISABLED || (state_ == JointState::FAULTED && powered_);
-  if (enabled_ || !released) return;
+  // A field that still turns would drag the rotor along.
+  if (enabled_ || !released || running_down()) return;
   // Shorted coils need a closed power stage, a free rotor an open one.
   power(hold_percent_ != 0 || brake_ == BrakeMode::COOL_BRAKE);
 }
