@@ -353,6 +353,21 @@ TEST(the_field_is_known_also_where_friction_held_the_rotor_opposite_to_it) {
   }
 }
 
+TEST(a_lift_that_rubs_passes_its_check_wherever_it_stands) {
+  const double turn = 6.283185307179586 / bioscara::sim::parameters_of(2).reduction;
+  for (int share = 0; share < 100; share += 3) {
+    Bench bench(2);
+    bench.mechanics().set_friction_factor(2.5);
+    bench.mechanics().set_position(0.1 + turn * share / 5000.0);
+    bench.boot(ResetCause::POWER_ON);
+    Host host(bench, 2);
+    host.arm_session();
+    host.enable(40, 35.0, 70.0);
+    CHECK(host.fault() == Fault::NONE);
+    CHECK(!has(host.flags(), Flags::NOTENABLED));
+  }
+}
+
 TEST(a_disabled_joint_moves_for_nobody) {
   Bench bench(4);
   Host host(bench, 4);

@@ -39,7 +39,7 @@ class JointMotion(JointSettings):
     def enable(self, drive_percent: int | None = None, hold_percent: int | None = None) -> None:
         """Engage the motor where it stands, with stall detection and the configured limits.
 
-        A version 2 joint checks by a movement of at most 2 degrees of the motor that motor and
+        A version 2 joint checks by a movement of at most 3 degrees of the motor that motor and
         encoder agree: the first time after it booted, and where friction held the rotor opposite
         to its field.
 

@@ -25,7 +25,7 @@ void Orientation::start(float angle_deg, bool settle, bool known) {
   angle_ = angle_deg * kStepsPerDegree;
   seen_ = 0.0F;
   known_ = known;
-  passed_ = second_ = false;
+  passed_ = second_ = freed_ = false;
   ticks_ = settle ? 0 : kSettle;
   still_ = 0;
 }
@@ -46,6 +46,16 @@ bool Orientation::reached(Motion& motion) {
   return still_ >= kPause;
 }
 
+// A stroke that pulled the rotor free says nothing; now it is with its field, so take up the play.
+bool Orientation::freed(Motion& motion, float encoder) {
+  if (freed_ || found(motion, encoder)) return false;
+  freed_ = true;
+  motion.rename(encoder);
+  step_ = Step::TAKE_UP;
+  stroke(motion, encoder + angle_);
+  return true;
+}
+
 Orientation::Result Orientation::step(Motion& motion, float encoder) {
   if (++ticks_ > kTimeout) return Result::FAILED;
   switch (step_) {
@@ -60,14 +70,13 @@ Orientation::Result Orientation::step(Motion& motion, float encoder) {
       return Result::RUNNING;
     case Step::TAKE_UP:
       if (!reached(motion)) return Result::RUNNING;
-      // By now the rotor is with its field.
-      if (!found(motion, encoder)) motion.rename(encoder);
+      if (freed(motion, encoder)) return Result::RUNNING;
       before_ = encoder;
       step_ = Step::MEASURE;
       stroke(motion, motion.position() + angle_);
       return Result::RUNNING;
     case Step::MEASURE: {
-      if (!reached(motion)) return Result::RUNNING;
+      if (!reached(motion) || freed(motion, encoder)) return Result::RUNNING;
       seen_ = encoder - before_;
       const float share = seen_ / angle_;
       passed_ = fabsf(share - 1.0F) <= kTolerance;

@@ -22,6 +22,7 @@ class Orientation {
   enum class Step { SETTLE, TAKE_UP, MEASURE, RETURN };
   void go(Motion& motion) const;
   bool reached(Motion& motion);
+  bool freed(Motion& motion, float encoder);
   void stroke(Motion& motion, float target);
 
   Step step_ = Step::SETTLE;
@@ -33,6 +34,7 @@ class Orientation {
   bool known_ = false;
   bool passed_ = false;
   bool second_ = false;
+  bool freed_ = false;
   int ticks_ = 0;
   int still_ = 0;
 };
