@@ -13,9 +13,11 @@ constexpr float kSpeed = 4000.0F;
 constexpr float kAcceleration = 80000.0F;
 constexpr float kTolerance = 0.3F;
 
+constexpr float kQuarter = 0.25F * kElectricalPeriod;
+
 // Friction can hold the rotor opposite to its field, where a stroke pulls it free.
 bool found(const Motion& motion, float encoder) {
-  return fabsf(motion.position() - encoder) < 0.25F * kElectricalPeriod;
+  return fabsf(motion.position() - encoder) < kQuarter;
 }
 
 }  // namespace
@@ -25,7 +27,9 @@ void Orientation::start(float angle_deg, bool settle, bool known) {
   angle_ = angle_deg * kStepsPerDegree;
   seen_ = 0.0F;
   known_ = known;
-  passed_ = second_ = freed_ = false;
+  passed_ = second_ = false;
+  // A long stroke against an obstacle loses the rotor itself.
+  freed_ = angle_ > kQuarter;
   ticks_ = settle ? 0 : kSettle;
   still_ = 0;
 }
@@ -69,8 +73,9 @@ Orientation::Result Orientation::step(Motion& motion, float encoder) {
       stroke(motion, start_ + angle_);
       return Result::RUNNING;
     case Step::TAKE_UP:
-      if (!reached(motion)) return Result::RUNNING;
-      if (freed(motion, encoder)) return Result::RUNNING;
+      if (!reached(motion) || freed(motion, encoder)) return Result::RUNNING;
+      // By now the rotor is with its field.
+      if (!found(motion, encoder)) motion.rename(encoder);
       before_ = encoder;
       step_ = Step::MEASURE;
       stroke(motion, motion.position() + angle_);
