@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -32,6 +33,8 @@ from bioscara.robot.wiring import named, real_gripper, simulated
 
 FAULTS = Path("faults")
 """Folder for the flight records of faults, unless another one is named."""
+_PATIENCE = 15.0
+"""A call that was stopped this long ago is at rest, or in a callback that may never end [s]."""
 
 
 class Connection(FaultHandling):
@@ -209,12 +212,14 @@ class Connection(FaultHandling):
         exc: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        told, error = "", exc
+        told, error, begin = "", exc, time.monotonic()
         # Where it is refused, a call is still using the bus, which stays open.
         while self._stack is not None:
             try:
                 told = "; ".join(self.shutdown())
             except (KeyboardInterrupt, SystemExit) as interrupt:
+                if self._turn.running is not None and time.monotonic() - begin >= _PATIENCE:
+                    raise
                 error = interrupt
         self.bus.close()
         if told and error is None:
