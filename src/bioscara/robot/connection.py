@@ -77,8 +77,8 @@ class Connection(FaultHandling):
         pace_homing: bool = False,
         pace_motion: bool = False,
     ) -> None:
-        self.parameters, self.clock, self.description = parameters, clock, description
-        self.bus = bus
+        self.bus, self.clock = bus, clock
+        self.parameters, self.description = parameters, description
         self._turn = Turn()
         self._arm = ArmHardware("bioscara_arm", bus, clock, parameters.joints)
         self._jaws = GripperHardware(
@@ -90,9 +90,8 @@ class Connection(FaultHandling):
             self._jaws, self._turn, self._running, lambda: self._motion(ignore, never), clock.now
         )
         self._pace_homing, self._pace_motion = pace_homing, pace_motion
-        self._rate, self._evidence = rate, evidence
+        self._rate, self._evidence, self._speed = rate, evidence, 1.0
         self.plan.full_speed = full_speed
-        self._speed = 1.0
         self._stack: Stack | None = None
         self._begin = clock.now()
 
@@ -122,12 +121,8 @@ class Connection(FaultHandling):
         parameters = parameters or load_parameters()
         wiring = simulated(parameters, v1=v1, seed=seed)
         return cls(
-            wiring.bus,
-            wiring.clock,
-            parameters,
-            wiring.description,
-            gripper=wiring.gripper,
-            servo=wiring.servo,
+            **wiring._asdict(),
+            parameters=parameters,
             evidence=evidence,
             full_speed=full_speed,
             pace_homing=pace_homing,
@@ -160,12 +155,8 @@ class Connection(FaultHandling):
         parameters = parameters or load_parameters()
         wiring = named(name, parameters)
         return cls(
-            wiring.bus,
-            wiring.clock,
-            parameters,
-            wiring.description,
-            gripper=wiring.gripper,
-            servo=wiring.servo,
+            **wiring._asdict(),
+            parameters=parameters,
             rate=rate,
             evidence=evidence,
             full_speed=full_speed,
@@ -296,8 +287,6 @@ class Connection(FaultHandling):
     def _motion(
         self, observe: Observe, cancelled: Cancelled, timeout: float | None = None
     ) -> Motion:
-        if timeout is not None and not timeout > 0.0:
-            raise InvalidArgumentError(f"timeout {timeout} s must be above zero")
         return Motion(
             self._running(),
             self.clock,
