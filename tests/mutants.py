@@ -175,7 +175,7 @@ MUTANTS = (
     ),
     Mutant(
         "the way of a jog that breaks off",
-        f"{CONTROL}/supervisor.py",
+        f"{CONTROL}/resting.py",
         "_HALTING = JointTrajectoryController, JogController",
         "_HALTING = (JointTrajectoryController,)",
         ("tests/robot/test_pose_motions.py",),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -14,7 +15,7 @@ from bioscara.bus import FaultyBus, Transaction, When
 from bioscara.errors import BioscaraError, HardwareError
 from bioscara.hardware import State
 from bioscara.model import load_parameters
-from bioscara.robot import Robot
+from bioscara.robot import Robot, connection
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 ARM = load_parameters()
@@ -221,4 +222,52 @@ def test_wherever_ctrl_c_comes_in_before_that_it_is_not_forgotten(
         sys.settrace(before)
     if leave is not LEAVING[0]:
         assert robot.shutdown() == []
+    assert scene.energised() == []
+
+
+@pytest.mark.parametrize("patience", [0.0, 15.0], ids=["too long", "a moment"])
+def test_ctrl_c_gets_out_of_waiting_for_a_callback_that_never_ends(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, patience: float
+) -> None:
+    """But not while the call may still be bringing the arm to rest."""
+    monkeypatch.setattr(connection, "_PATIENCE", patience)
+    robot = (scene := Scene(tmp_path, v1=False)).robot.__enter__()
+    entered, end, pressed = threading.Event(), threading.Event(), threading.Event()
+
+    def hang(_: object) -> None:
+        entered.set()
+        end.wait(5.0)
+
+    def home() -> None:
+        with suppress(BioscaraError):
+            robot.home(observe=hang)
+
+    def press(frame: FrameType, event: str, _: object) -> None:
+        caller = frame.f_back
+        if frame.f_code.co_name == "wait" and caller and caller.f_code.co_name == "seize":
+            pressed.set()
+            sys.settrace(None)
+            raise KeyboardInterrupt
+
+    def let_go() -> None:
+        pressed.wait(10.0)
+        if patience:
+            end.set()
+
+    threads = [threading.Thread(target=each, daemon=True) for each in (home, let_go)]
+    for thread in threads:
+        thread.start()
+    assert entered.wait(10.0)
+    before = sys.gettrace()
+    try:
+        sys.settrace(press)
+        with pytest.raises(KeyboardInterrupt):
+            robot.__exit__(None, None, None)
+    finally:
+        sys.settrace(before)
+    assert (robot._turn.running is None) is bool(patience), "it was waited for, or not"
+    end.set()
+    for thread in threads:
+        thread.join(10.0)
+    robot.__exit__(None, None, None)
     assert scene.energised() == []

@@ -14,6 +14,6 @@ and ``execution`` (running what may fail). ``listing``, ``statistics``, ``diagno
 ``tool_speed`` and ``clearance`` all of them together.
 
 ``loop`` runs the manager on time, with ``realtime`` and ``watchdog``. ``supervisor`` looks at each
-cycle and stops the arm: ``following`` compares it with what it was told, ``faults`` is what can go
-wrong, ``fault_log`` what did, ``flight_record`` the evidence.
+cycle and stops the arm: ``resting`` is how, ``following`` compares it with what it was told,
+``faults`` is what can go wrong, ``fault_log`` what did, ``flight_record`` the evidence.
 """

@@ -13,27 +13,20 @@ from contextlib import suppress
 from enum import Enum
 from pathlib import Path
 
-from bioscara.control.controller import WARNINGS, AnyController
+from bioscara.control.controller import WARNINGS
 from bioscara.control.fault_log import FaultLog
 from bioscara.control.faults import Fault, FaultKind, Stop, classify, source_of
 from bioscara.control.flight_record import FlightRecord
 from bioscara.control.following import Following
-from bioscara.control.hold_controller import HoldController
-from bioscara.control.jog_controller import JogController
 from bioscara.control.joint_trajectory import JointTrajectoryController
 from bioscara.control.manager import ControllerManager
+from bioscara.control.resting import Resting
 from bioscara.errors import BioscaraError, FaultedError, HardwareError, ModeSwitchError
-from bioscara.hardware import HOME, ArmHardware, State
+from bioscara.hardware import ArmHardware, State
 from bioscara.hardware.stopping import stop_and_disable
 
-REST_SHARE = 0.002
-"""Share of its highest speed below which a joint counts as standing."""
-_REST_TIME = 5.0
-"""Time after which a stop counts as ended whatever the joints say [s]."""
 _SLOW = 0.5
 """Share of the chosen speed at which a loop that is late goes on."""
-_HALTING = JointTrajectoryController, JogController
-"""Controllers that come to rest on the way that they are on."""
 
 
 class FaultState(Enum):
@@ -47,7 +40,7 @@ class FaultState(Enum):
     """Somebody has; the joints still have to be recovered."""
 
 
-class Supervisor:
+class Supervisor(Resting):
     """Watches an arm from cycle to cycle.
 
     Args:
@@ -71,7 +64,7 @@ class Supervisor:
         record: FlightRecord,
         folder: Path,
     ) -> None:
-        self._manager, self._arm, self._hold = manager, arm, hold
+        super().__init__(manager, arm, hold)
         self._log = FaultLog(record, folder, len(arm.axes))
         self._following = [Following(axis, manager.limiter.guards[axis.name]) for axis in arm.axes]
         self._since = 0.0
@@ -167,31 +160,17 @@ class Supervisor:
         Args:
             time: Now [s].
         """
-        moving = self._moving()
-        halting = [each for each in moving if isinstance(each, _HALTING)]
-        if self.state is not FaultState.CLEAR or not halting or len(halting) < len(moving):
-            self.stop(time)
-            return
         try:
-            for controller in halting:
-                controller.cancel(time)
+            halting = self.state is FaultState.CLEAR and self._let_halt(time)
         except Exception:  # noqa: BLE001  who does not take it is stopped
+            halting = False
+        if not halting:
             self.stop(time)
 
     @property
     def halted(self) -> bool:
         """Whether nothing is coming to rest on its way any more."""
-        if self.state is not FaultState.CLEAR:
-            return True
-        return all(each.at_rest for each in self._moving() if isinstance(each, _HALTING))
-
-    def _moving(self) -> list[AnyController]:
-        own = self._arm.commands.keys()
-        return [
-            each
-            for each in self._manager.controllers
-            if each.state is State.ACTIVE and own & each.command_interfaces
-        ]
+        return self.state is not FaultState.CLEAR or self._halted()
 
     def stop(self, time: float) -> None:
         """Bring all joints to rest and hold them; a homing is ended. This raises nothing.
@@ -214,27 +193,6 @@ class Supervisor:
             # Also a fault that comes after others were acknowledged has to be.
             self.state, self._since = FaultState.STOPPING, fault.time
         return True
-
-    def _let_hold(self, time: float) -> None:
-        manager, arm = self._manager, self._arm
-        if arm.state is not State.ACTIVE:
-            return
-        for command in arm.commands.values():
-            if command.kind == HOME:
-                command.value = 0.0
-        leaving, moving = [], False
-        for controller in manager.controllers:
-            claimed = arm.commands.keys() & controller.command_interfaces
-            if claimed and controller.state is State.ACTIVE and controller.name != self._hold:
-                leaving.append(controller.name)
-                moving = moving or any(arm.commands[name].kind != HOME for name in claimed)
-        if moving and manager.controller(self._hold).state is not State.ACTIVE:
-            # Where a joint that moves cannot be held, each comes to rest by itself.
-            with suppress(ModeSwitchError):
-                manager.take_over(self._hold, leaving, time)
-                return
-        if leaving:
-            manager.switch(time, (), leaving)
 
     def acknowledge(self) -> Sequence[Fault]:
         """Take note of the faults: their evidence is written; nothing moves or is switched.
@@ -293,31 +251,6 @@ class Supervisor:
             raise HardwareError("; ".join(problems), arm.name)
         self._log.clear()
         self.state, manager.lock = FaultState.CLEAR, ""
-
-    def at_rest(self, time: float, since: float) -> bool:
-        """Return whether all joints that can be reached stand, or had long enough to do so.
-
-        Not yet in the cycle in which they were told: what it saw is part of the evidence.
-
-        Args:
-            time: Now [s].
-            since: When they were told to stop [s].
-        """
-        if time <= since:
-            return False
-        if self._arm.state is not State.ACTIVE or time - since > _REST_TIME:
-            return True
-        hold = self._manager.controller(self._hold)
-        if isinstance(hold, HoldController) and hold.state is State.ACTIVE and not hold.ended:
-            return False
-        return all(
-            axis.halted is not None
-            or (
-                not axis.homing.running
-                and abs(axis.sample.velocity) < REST_SHARE * axis.velocity_limit
-            )
-            for axis in self._arm.axes
-        )
 
     def _release(self, time: float) -> None:
         """Let go of the joints, whatever they say to it; this raises nothing."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -32,6 +33,8 @@ from bioscara.robot.wiring import named, real_gripper, simulated
 
 FAULTS = Path("faults")
 """Folder for the flight records of faults, unless another one is named."""
+_PATIENCE = 15.0
+"""A call that was stopped this long ago is at rest, or in a callback that may never end [s]."""
 
 
 class Connection(FaultHandling):
@@ -74,8 +77,8 @@ class Connection(FaultHandling):
         pace_homing: bool = False,
         pace_motion: bool = False,
     ) -> None:
-        self.parameters, self.clock, self.description = parameters, clock, description
-        self.bus = bus
+        self.bus, self.clock = bus, clock
+        self.parameters, self.description = parameters, description
         self._turn = Turn()
         self._arm = ArmHardware("bioscara_arm", bus, clock, parameters.joints)
         self._jaws = GripperHardware(
@@ -87,9 +90,8 @@ class Connection(FaultHandling):
             self._jaws, self._turn, self._running, lambda: self._motion(ignore, never), clock.now
         )
         self._pace_homing, self._pace_motion = pace_homing, pace_motion
-        self._rate, self._evidence = rate, evidence
+        self._rate, self._evidence, self._speed = rate, evidence, 1.0
         self.plan.full_speed = full_speed
-        self._speed = 1.0
         self._stack: Stack | None = None
         self._begin = clock.now()
 
@@ -119,12 +121,8 @@ class Connection(FaultHandling):
         parameters = parameters or load_parameters()
         wiring = simulated(parameters, v1=v1, seed=seed)
         return cls(
-            wiring.bus,
-            wiring.clock,
-            parameters,
-            wiring.description,
-            gripper=wiring.gripper,
-            servo=wiring.servo,
+            **wiring._asdict(),
+            parameters=parameters,
             evidence=evidence,
             full_speed=full_speed,
             pace_homing=pace_homing,
@@ -157,12 +155,8 @@ class Connection(FaultHandling):
         parameters = parameters or load_parameters()
         wiring = named(name, parameters)
         return cls(
-            wiring.bus,
-            wiring.clock,
-            parameters,
-            wiring.description,
-            gripper=wiring.gripper,
-            servo=wiring.servo,
+            **wiring._asdict(),
+            parameters=parameters,
             rate=rate,
             evidence=evidence,
             full_speed=full_speed,
@@ -209,12 +203,14 @@ class Connection(FaultHandling):
         exc: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        told, error = "", exc
+        told, error, begin = "", exc, time.monotonic()
         # Where it is refused, a call is still using the bus, which stays open.
         while self._stack is not None:
             try:
                 told = "; ".join(self.shutdown())
             except (KeyboardInterrupt, SystemExit) as interrupt:
+                if self._turn.running is not None and time.monotonic() - begin >= _PATIENCE:
+                    raise
                 error = interrupt
         self.bus.close()
         if told and error is None:
@@ -291,8 +287,6 @@ class Connection(FaultHandling):
     def _motion(
         self, observe: Observe, cancelled: Cancelled, timeout: float | None = None
     ) -> Motion:
-        if timeout is not None and not timeout > 0.0:
-            raise InvalidArgumentError(f"timeout {timeout} s must be above zero")
         return Motion(
             self._running(),
             self.clock,

@@ -11,7 +11,12 @@ from bioscara.clock import Clock
 from bioscara.control.goals import Pursued, Status
 from bioscara.control.joint_trajectory import Goal, JointTrajectory
 from bioscara.control.supervisor import FaultState
-from bioscara.errors import GoalAbortedError, MotionCancelledError, MotionTimeoutError
+from bioscara.errors import (
+    GoalAbortedError,
+    InvalidArgumentError,
+    MotionCancelledError,
+    MotionTimeoutError,
+)
 from bioscara.planning import Trajectory
 from bioscara.report import Phase
 from bioscara.robot.records import Cancelled, Observe, Recorder, ignore
@@ -23,7 +28,6 @@ SETTLING = 0.3
 
 _LONGEST = 5.0
 """How long a motion may take to come to rest on its own way [s]."""
-
 
 G = TypeVar("G", bound=Pursued)
 
@@ -40,6 +44,9 @@ class Motion:
         turn: Has the call that this is part of, and knows whether that was stopped.
         speed: Returns the share of the planned speed that is wanted; asked each cycle.
         timeout: Longest time from now that it may take [s]; None for no bound.
+
+    Raises:
+        InvalidArgumentError: The timeout is not above zero.
     """
 
     def __init__(
@@ -53,6 +60,8 @@ class Motion:
         speed: Callable[[], float],
         timeout: float | None = None,
     ) -> None:
+        if timeout is not None and not timeout > 0.0:
+            raise InvalidArgumentError(f"timeout {timeout} s must be above zero")
         self._timeout = math.inf if timeout is None else timeout
         self._deadline = clock.now() + self._timeout
         self._stack, self._clock = stack, clock

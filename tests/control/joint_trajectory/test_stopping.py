@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
+from types import FrameType
 
 import numpy as np
 import pytest
@@ -11,6 +13,10 @@ from hypothesis import strategies as st
 
 from bioscara.control.joint_trajectory import JointTrajectory
 from bioscara.control.joint_trajectory.course import Course
+from bioscara.control.joint_trajectory.messages import JointValues
+from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.joint_trajectory.player import Player
+from bioscara.control.joint_trajectory.requests import Request
 from bioscara.control.joint_trajectory.stopping import Braked
 from bioscara.planning import point_to_point
 from bioscara.robot.planner import RESERVE
@@ -68,3 +74,45 @@ def test_where_nothing_moves_nothing_begins(begin: float, pace: float) -> None:
     ramp = Braked(course, begin, pace, MOST, PERIOD)
     assert ramp.sample(0.0).values.positions == pytest.approx(course.sample(begin).values.positions)
     assert ramp.end == pytest.approx(ramp.sample(1e3).values.positions)
+
+
+@pytest.mark.parametrize("line", range(12))
+@pytest.mark.parametrize("swept", [True, False])
+def test_an_interrupted_beginning_of_it_can_be_begun_again(line: int, *, swept: bool) -> None:
+    move = point_to_point(NAMES, (0.0, 0.2, 0.0, 0.0), (1.0, 0.2, 1.0, 1.0), PLANNED)
+    begin = move.sample_many(np.array([0.0]))[0][0]
+    player = Player(JointTrajectoryParameters(joints=NAMES), PERIOD, begin, 0.0)
+    course = Course(JointTrajectory.of(move).points)
+    player.waiting = Request(course, 0.0, frozenset(), swept=swept)
+    nowhere = JointValues(tuple(begin), (0.0,) * 4, (0.0,) * 4)
+    times = PERIOD * np.arange(1, 500)
+    left = line
+
+    def press(frame: FrameType, event: str, _: object) -> object:
+        nonlocal left
+        if frame.f_code.co_name != "brake":
+            return None
+        left -= event == "line"
+        if left < 0:
+            raise KeyboardInterrupt
+        return press
+
+    rows = []
+    for time in times:
+        player.advance(time, PERIOD, nowhere)
+        rows.append(player.ahead().positions)
+        if time < move.duration / 2.0 or player.holding:
+            continue
+        before = sys.gettrace()
+        try:
+            sys.settrace(press)  # type: ignore[arg-type]
+            player.brake(MOST)
+        except KeyboardInterrupt:
+            if not player.holding:
+                sys.settrace(before)
+                player.brake(MOST)
+        finally:
+            sys.settrace(before)
+    gains = np.abs(np.diff(rows, 2, axis=0)) / PERIOD**2
+    assert (gains <= np.array(MOST) * 1.001).all()
+    assert player.at_rest

@@ -121,13 +121,15 @@ class Player:
         What was swept stays on its way; else each joint comes to rest by itself.
         """
         pace, (course, at) = self._commanded_pace, self._commanded_at
+        way: Course | Braked
         if self.swept and course is self.course and isinstance(course, Course):
-            self.course = Braked(course, at, pace, limits, self._period)
+            way = Braked(course, at, pace, limits, self._period)
         else:
             speeds = tuple([velocity * pace for velocity in self._commanded.velocities])
-            self.course = deceleration(self._commanded._replace(velocities=speeds), limits)
+            way = deceleration(self._commanded._replace(velocities=speeds), limits)
+        # Held last: interrupted before, it can be asked for again.
+        self.course, self.time = way, self._now - self._commanded_time
         self.holding, self.waiting = True, None
-        self.time = self._now - self._commanded_time
 
     def query(self, time: float, controller: str) -> JointValues:
         """Return where the joints should be at ``time`` [s].
