@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -10,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError, LimitError, ZoneError
-from bioscara.kinematics import Joints
+from bioscara.kinematics import Joints, Scara
 from bioscara.planning.jog import EXPIRY, Jog, JointVelocity, ToolVelocity
 from bioscara.planning.zones import Box, Cylinder, Scene
 from planning.inside import touched
@@ -164,6 +165,33 @@ def test_the_arm_does_not_flip_over_when_it_is_stretched(elbow: float) -> None:
     assert max(map(abs, jog.velocities)) < 1e-2
     held(jog, ToolVelocity(x=-outwards.x, y=-outwards.y), 1.0)
     assert abs(jog.positions.j3) > 0.1
+
+
+@pytest.mark.parametrize(("lower", "upper", "elbow"), [(0.5, 2.6, 0.7), (-2.6, -0.5, -0.7)])
+def test_the_tool_takes_no_joint_past_a_limit_before_it_is_stretched(
+    lower: float, upper: float, elbow: float
+) -> None:
+    limits = list(LIMITS)
+    limits[2] = dataclasses.replace(LIMITS[2], lower=lower, upper=upper)
+    arm = Scara(ARM.geometry, limits, ARM.tool)
+    jog = Jog(arm, limits, Joints(0.3, 0.2, elbow, -0.5))
+    outward = arm.forward(jog.positions)
+    far = math.hypot(outward.x, outward.y)
+    rows = held(jog, ToolVelocity(0.2 * outward.x / far, 0.2 * outward.y / far), 3.0)
+    assert all(lower - 1e-6 <= row.j3 <= upper + 1e-6 for row in rows)
+    assert jog.reason == "j3 limit"
+
+
+def test_the_tool_does_not_lead_an_elbow_past_half_a_turn_back_through_it() -> None:
+    limits = list(LIMITS)
+    limits[2] = dataclasses.replace(LIMITS[2], lower=-4.0, upper=4.0)
+    arm = Scara(ARM.geometry, limits)
+    jog = Jog(arm, limits, Joints(0.3, 0.2, 3.3, -0.5))
+    wrist = arm.forward(jog.positions)
+    far = math.hypot(wrist.x, wrist.y)
+    rows = held(jog, ToolVelocity(-0.05 * wrist.x / far, -0.05 * wrist.y / far), 3.0)
+    assert min(row.j3 for row in rows) == pytest.approx(math.pi + 0.02, abs=1e-3)
+    assert jog.reason == "stretched"
 
 
 def test_stretched_it_does_not_move_so() -> None:

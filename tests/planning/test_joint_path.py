@@ -37,6 +37,19 @@ def test_the_joints_reach_the_poses_on_the_elbows_side(path: Path, elbow: int) -
     assert np.allclose(turns, np.round(turns), atol=1e-9)
 
 
+@pytest.mark.parametrize("turn", [-3.5, -2.9, 2.9, 3.5, 7.0])
+def test_an_elbow_past_half_a_turn_goes_on_from_where_it_is(turn: float) -> None:
+    start = Joints(0.3, 0.1, turn, -0.5)
+    here = ARM.forward(start)
+    line = Line(here, here._replace(z=here.z + 0.1, yaw=here.yaw + 0.2))
+    samples = line.sample(np.linspace(0.0, line.length, 50))
+    joints = along(ARM, samples, start).joints
+    assert np.allclose(joints[0], start, atol=1e-9)
+    assert np.abs(np.diff(joints, axis=0)).max() < 0.3
+    reached = np.array([ARM.forward(row) for row in joints.tolist()])
+    assert np.allclose(reached, samples.poses, atol=1e-9)
+
+
 @pytest.mark.parametrize("path", PATHS)
 @pytest.mark.parametrize("elbow", [0, 1])
 def test_derivatives_are_the_limits_of_differences(path: Path, elbow: int) -> None:

@@ -7,8 +7,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from bioscara.planning.bodies import WRIST, Body, frames, moving, reaches
 from bioscara.planning.layout import Layout
 from bioscara.planning.nearby import Nearby
+from bioscara.planning.shapes import Prism
 from bioscara.planning.zones import Scene
 from planning.scenes import ARM, random_joints, random_scene
 
@@ -35,6 +37,30 @@ def test_what_is_left_out_keeps_the_margin_on_the_way(seed: int) -> None:
             gap = np.minimum(kept, scene.margin) - np.minimum(nearest(layout, ways), scene.margin)
             assert np.abs(gap).max() < 1e-12
             here = ways[-1]
+
+
+@given(SEEDS)
+@settings(max_examples=30)
+def test_no_point_of_the_arm_goes_further_than_its_reach(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    load = Prism(
+        *rng.uniform(-0.1, 0.1, 2), *rng.uniform(0.0, 0.2, 2), -0.1, 0.0, 0.01, rng.uniform(-3, 3)
+    )
+    bodies = moving(ARM.geometry, ARM.tool, (Body("load", WRIST, load),))
+    joints = np.array([random_joints(rng) for _ in range(20)])
+    turns = 1e-5 * rng.choice([-1.0, 0.0, 1.0], size=(20, 4))
+    ways = []
+    for body in bodies:
+        x, y = body.shape.outline().T
+        corners = []
+        for q in (joints, joints + turns):
+            at = [column[body.frame][:, None] for column in frames(ARM, q)]
+            x0, y0, z0, cos, sin = at
+            corners.append(
+                np.stack(np.broadcast_arrays(x0 + cos * x - sin * y, y0 + sin * x + cos * y, z0))
+            )
+        ways.append(np.linalg.norm(corners[1] - corners[0], axis=0).max(axis=1))
+    assert (np.max(ways, axis=0) <= np.abs(turns) @ reaches(ARM.geometry, bodies) + 1e-13).all()
 
 
 @given(SEEDS)

@@ -6,6 +6,8 @@ Sizes are those of the boxes around the existing arm's drawings, each link in it
 
 from __future__ import annotations
 
+import cmath
+from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -115,8 +117,9 @@ def _bar(start: float, end: float, low: float, high: float, radius: float) -> Pr
 
 def _extent(shape: Prism) -> float:
     """Return the distance of the outermost point from the frame's axis."""
-    corner = np.hypot(abs(shape.x) + shape.half_x, abs(shape.y) + shape.half_y)
-    return float(corner) + shape.radius
+    centre, turn = complex(shape.x, shape.y), cmath.rect(1.0, shape.yaw)
+    corners = product((shape.half_x, -shape.half_x), (shape.half_y, -shape.half_y))
+    return max(abs(centre + turn * complex(*corner)) for corner in corners) + shape.radius
 
 
 def _extents(bodies: tuple[Body, ...], frame: int) -> list[float]:

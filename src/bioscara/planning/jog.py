@@ -218,10 +218,10 @@ class Jog:
         upper = [limit.upper for limit in self._limits]
         if isinstance(self._velocity, ToolVelocity):
             elbow = self.positions.j3
-            if elbow >= 0.0:
-                lower[2] = min(elbow, _STRETCHED)
-            else:
-                upper[2] = max(elbow, -_STRETCHED)
+            # Half turns: at each the arm is stretched or folded.
+            side = math.pi * math.floor(elbow / math.pi)
+            lower[2] = max(lower[2], min(elbow, side + _STRETCHED))
+            upper[2] = min(upper[2], max(elbow, side + math.pi - _STRETCHED))
         return np.array(lower), np.array(upper)
 
     def _clipped(self, wanted: Sequence[float], bounds: Bounds) -> tuple[float, ...]:
@@ -239,6 +239,7 @@ class Jog:
             most = max(high, 0.0) if value > 0.0 else max(-low, 0.0)
             if abs(value) * share > most + _ROUNDING:
                 share = most / abs(value)
-                near = index == 2 and value * self.positions.j3 < 0.0
-                self.reason = "stretched" if near else f"{self._limits[index].name} limit"
+                limit, up = self._limits[index], value > 0.0
+                own = self._ranges()[int(up)][index] == (limit.upper if up else limit.lower)
+                self.reason = f"{limit.name} limit" if own else "stretched"
         return tuple(value * share for value in wanted)

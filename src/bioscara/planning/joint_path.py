@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from bioscara.kinematics import Joints, Scara
+from bioscara.kinematics.pose import TURN
 from bioscara.planning.curve import PathSamples
 from bioscara.planning.trajectory import Array
 
@@ -42,7 +43,9 @@ def along(arm: Scara, samples: PathSamples, start: Joints) -> JointSamples:
         samples: The path.
         start: The joints at the first sample; the others follow without a jump of a turn.
     """
-    side = 1.0 if start.j3 >= 0.0 else -1.0
+    side = 1.0 if math.sin(start.j3) >= 0.0 else -1.0
+    # An elbow that goes on past half a turn bends to the other side.
+    elbow_turn = TURN * round((start.j3 - side * math.pi / 2.0) / TURN)
     l1, l2, height = arm.geometry
     to_base = arm.base.inverse()
     turn = samples.poses[:, 3] + (to_base.yaw - arm.tool.yaw)
@@ -50,7 +53,7 @@ def along(arm: Scara, samples: PathSamples, start: Joints) -> JointSamples:
     with np.errstate(all="ignore"):
         cosine = ((w * w.conj()).real - (l1 * l1 + l2 * l2)) / (2.0 * l1 * l2)
         cosine = np.where(np.abs(cosine) <= 1.0 + 1e-12, np.clip(cosine, -1.0, 1.0), np.nan)
-        q3 = side * np.arccos(cosine)
+        q3 = elbow_turn + side * np.arccos(cosine)
         q1 = np.angle(w) - np.arctan2(l2 * np.sin(q3), l1 + l2 * cosine)
         q1 = start.j1 + _unwrapped(q1 - start.j1)
         q13 = q1 + q3

@@ -161,7 +161,7 @@ def _alternative(arm: Scara, start: Joints, look: Look, *, elbow: bool) -> str:
     """Return what the arm can do instead; the other elbow is as slow as this one."""
     offers = []
     for other in arm.inverse(arm.forward(start)):
-        if elbow and other.j3 * start.j3 < 0.0 and not arm.beyond(other):
+        if elbow and math.sin(other.j3) * math.sin(start.j3) < 0.0 and not arm.beyond(other):
             joints = along(arm, look.tool, other).joints
             # The other elbow mirrors this one: where this is stretched, it is too.
             stretched = (np.abs(np.sin(joints[:, 2])) < STRETCHED).any()

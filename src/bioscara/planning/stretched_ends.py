@@ -58,7 +58,9 @@ def between(arm: Scara, path: Path, start: Joints) -> Between:
         return Between(begin, end, start)
     # From stretched the elbow can go to either side: it takes that of the goal.
     goal = arm.solve(Pose(*path.sample([path.length]).poses[0].tolist()), start)
-    return Between(begin, end, start._replace(j3=math.copysign(STRETCHED, goal.j3)))
+    straight = start.j3 - math.remainder(start.j3, math.pi)
+    side = straight + math.copysign(STRETCHED, goal.j3 - straight)
+    return Between(begin, end, start._replace(j3=side))
 
 
 def with_ends(
