@@ -209,6 +209,7 @@ class Robot(Connection, PoseMotions):
         cancelled: Cancelled = never,
         timeout: float | None = None,
     ) -> None:
+        self._running().supervisor.warnings.extend(plan.notes)
         self._follow(plan.trajectory, observe, cancelled, timeout)
 
     def _checked(self, trajectory: Trajectory) -> Trajectory:
