@@ -14,5 +14,5 @@ def did_you_mean(name: str, known: Iterable[str], otherwise: str = "") -> str:
         known: The names that there are.
         otherwise: The hint where none of them is like it.
     """
-    near = difflib.get_close_matches(name, list(known), 1)
+    near = difflib.get_close_matches(str(name), list(known), 1)
     return f"did you mean {near[0]}?" if near else otherwise

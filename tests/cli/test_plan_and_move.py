@@ -72,6 +72,12 @@ def test_a_plan_is_told_written_and_drawn(
     assert trajectory.joint_names == ("j1", "j2", "j3", "j4")
 
 
+def test_what_rounds_to_zero_has_no_sign(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["plan", "--joints", "-0.00001", "0.2", "0", "-0.0001"]) == 0
+    out = capsys.readouterr().out
+    assert "to   (0.7336, 0.0000, 0.1909) m, yaw 0.0 deg\nj1 to +0.0000 rad" in out
+
+
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [

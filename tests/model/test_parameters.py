@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -102,6 +103,19 @@ def test_existing_arm() -> None:
     assert arm.homing_order == ("j2", "j1", "j4", "j3")
     # The end stop that homing touches: J1 the lower one, the others the upper one.
     assert [joint.home_position for joint in arm.joints] == [-3.04647, 0.338, 2.62672, 3.01069]
+
+
+def test_every_value_says_what_it_is() -> None:
+    lines = TEXT.splitlines()
+    bare = [
+        line
+        for above, line in pairwise(["", *lines])
+        if re.match(r" *\w+: *[^ #]", line)
+        and not line.strip().startswith("unit:")
+        and "#" not in line
+        and not above.startswith("#")
+    ]
+    assert bare == []
 
 
 def test_a_file_of_ones_own_is_the_same_arm(tmp_path: Path) -> None:

@@ -161,9 +161,9 @@ def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPa
         require_matplotlib()
 
 
-def test_names_are_no_formulas(tmp_path: Path) -> None:
-    post = Cylinder(r"$\frac$", 0.5, 0.3, 0.05, 0.0, 0.1)
-    drawn = PARAMETERS.joints, FULL, r"pose $\frac$", Scene((post,))
+def test_names_are_no_formulas_and_in_any_script(tmp_path: Path) -> None:
+    post = Cylinder(r"$\frac$ 試", 0.5, 0.3, 0.05, 0.0, 0.1)
+    drawn = PARAMETERS.joints, FULL, r"pose $\frac$ 薬", Scene((post,))
     write_plan(tmp_path / "a.png", TOO_FAST, ARM, *drawn)
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 

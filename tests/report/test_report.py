@@ -79,7 +79,7 @@ def test_a_run_without_any_cycle_can_be_reported(summary: Summary, tmp_path: Pat
 
 
 def test_a_title_is_no_formula(summary: Summary, history: History, tmp_path: Path) -> None:
-    png.write(tmp_path / "a.png", replace(summary, title=r"$\frac$"), history)
+    png.write(tmp_path / "a.png", replace(summary, title=r"$\frac$ 試薬"), history)
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 

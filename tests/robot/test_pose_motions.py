@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -102,6 +103,13 @@ def test_a_sequence_rounds_its_corners_without_a_stop(robot: Robot) -> None:
     speeds = batch.tool_speeds(robot.kinematics, inner[0], inner[1])
     assert speeds.min() > 0.02
     assert speeds.max() <= 0.25 * (1 + 1e-6)
+
+
+def test_a_blend_that_had_to_shrink_is_told(robot: Robot) -> None:
+    robot.move_to(Pose(0.5, -0.1, 0.2))
+    corner, end = Pose(0.5, 0.0, 0.2), Pose(0.45, 0.0, 0.2)
+    robot.move_sequence([Waypoint(corner, blend=0.04), Waypoint(end)])
+    assert re.match(r"waypoint 0: blend 0\.04 m .*; 0\.025 m is used$", robot.warnings[-1])
 
 
 @pytest.mark.parametrize(

@@ -48,7 +48,7 @@ def run(options: Options) -> int:
         if status is not Status.OK:
             return status
         x, y, z, yaw = robot.pose
-        output.line(f"tool at ({x:.4f}, {y:.4f}, {z:.4f}) m, yaw {math.degrees(yaw):.1f} deg")
+        output.line(f"tool at ({x:z.4f}, {y:z.4f}, {z:z.4f}) m, yaw {math.degrees(yaw):z.1f} deg")
     output.check()
     return Status.OK
 

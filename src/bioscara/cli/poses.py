@@ -164,7 +164,7 @@ def _here(options: Options, parameters: ArmParameters) -> Joints:
 
 
 def _numbers(values: Joints | Pose | None) -> str:
-    return "-" if values is None else " ".join(f"{value:+.4f}" for value in values)
+    return "-" if values is None else " ".join(f"{value:+z.4f}" for value in values)
 
 
 def _columns(rows: Sequence[tuple[str, ...]]) -> list[str]:

@@ -87,7 +87,7 @@ def describe(plan: Plan, arm: Scara) -> list[str]:
     lines = [
         f"duration {trajectory.duration:.3f} s, tool at most {1e3 * peak:.0f} mm/s",
         *(
-            f"{word} ({x:.4f}, {y:.4f}, {z:.4f}) m, yaw {math.degrees(yaw):.1f} deg"
+            f"{word} ({x:z.4f}, {y:z.4f}, {z:z.4f}) m, yaw {math.degrees(yaw):z.1f} deg"
             for word, (x, y, z, yaw) in zip(("from", "to  "), ends.tolist(), strict=True)
         ),
     ]
@@ -96,7 +96,7 @@ def describe(plan: Plan, arm: Scara) -> list[str]:
     ):
         unit = limit.unit
         lines.append(
-            f"{limit.name} to {goal:+.4f} {unit}, at most "
+            f"{limit.name} to {goal:+z.4f} {unit}, at most "
             f"{abs(ranges.velocity.largest.value):.4f} {unit}/s and "
             f"{abs(ranges.acceleration.largest.value):.4f} {unit}/s^2"
         )

@@ -97,8 +97,8 @@ def cells(record: JointRecord, phase: Phase, unit: str) -> tuple[str, str, str, 
     """Return state, position, velocity and load of a joint as texts."""
     return (
         state_word(record, phase, unit),
-        "unknown" if isnan(record.position) else f"{record.position:+.4f} {unit}",
-        "unknown" if isnan(record.velocity) else f"{record.velocity:+.4f} {unit}/s",
+        "unknown" if isnan(record.position) else f"{record.position:+z.4f} {unit}",
+        "unknown" if isnan(record.velocity) else f"{record.velocity:+z.4f} {unit}/s",
         "-" if isnan(record.load) else f"{record.load:.0f} %",
     )
 

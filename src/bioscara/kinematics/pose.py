@@ -83,6 +83,22 @@ def unit_hint(value: float, unit: str) -> str:
     return hint if math.isfinite(value) and abs(value) > most else ""
 
 
+def require_number(what: str, value: object) -> None:
+    """Raise unless ``value`` is a number, however large.
+
+    Args:
+        what: Is said to be wrong.
+        value: What was given.
+
+    Raises:
+        InvalidArgumentError: It is something else, for example the text of a number.
+    """
+    try:
+        math.isfinite(value)  # type: ignore[arg-type]
+    except TypeError:
+        raise InvalidArgumentError(f"{what} is {value!r}; give a number") from None
+
+
 def require_pose(what: str, pose: object) -> Pose:
     """Return ``pose`` if it is a :class:`Pose` of finite numbers.
 
@@ -98,7 +114,11 @@ def require_pose(what: str, pose: object) -> Pose:
             f"{what} is {pose!r}; give Pose(x, y, z, yaw), in metres and radians"
         )
     for name, value in zip(Pose._fields, pose, strict=True):
-        if not math.isfinite(value):
+        try:
+            finite = math.isfinite(value)
+        except TypeError:
+            raise InvalidArgumentError(f"{name} of {what} is {value!r}; give a number") from None
+        if not finite:
             raise InvalidArgumentError(
                 f"{name} of {what} is {value}; every value must be a finite number"
             )

@@ -77,7 +77,8 @@ def _excesses(ranges: JointRanges, limit: JointLimits) -> Iterator[_Excess]:
             yield _Excess(
                 abs(value) / most,
                 f"{limit.name} at {time:.3f} s: {quantity} {value:.4g} {unit} exceeds the limit "
-                f"of {most:g} {unit}; --fit stretches the trajectory in time until it fits",
+                f"of {most:g} {unit}; fit(), or bioscara run --fit, stretches it in "
+                "time until it fits",
             )
 
 

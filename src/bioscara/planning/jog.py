@@ -126,8 +126,12 @@ class Jog:
 
         Raises:
             LimitError: It is larger than any that the arm can do.
-            InvalidArgumentError: A value is not finite, or the share is none.
+            InvalidArgumentError: It is no velocity, a value is not finite, or the share is none.
         """
+        if not isinstance(velocity, JointVelocity | ToolVelocity):
+            raise InvalidArgumentError(
+                f"jog: the velocity is {velocity!r}; give JointVelocity or ToolVelocity"
+            )
         if not 0.0 <= share <= 1.0:
             raise InvalidArgumentError(f"jog: a share of {share} cannot be; give 0 to 1")
         if not all(map(math.isfinite, (*velocity, time))):

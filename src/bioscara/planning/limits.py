@@ -6,6 +6,7 @@ from typing import Protocol
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Range
+from bioscara.kinematics.pose import require_number
 
 SLOWEST = 1e-3
 """Least share of the speed that a motion may have: at it, one of a second takes a quarter hour."""
@@ -20,6 +21,7 @@ def check_share(speed: float) -> None:
     Raises:
         InvalidArgumentError: It is not.
     """
+    require_number("speed", speed)
     if not SLOWEST <= speed <= 1.0:
         raise InvalidArgumentError(
             f"speed {speed} is outside {SLOWEST:g} .. 1; it is a share of what is possible"

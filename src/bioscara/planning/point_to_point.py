@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from bioscara.errors import TrajectoryError
-from bioscara.kinematics.pose import unit_hint
+from bioscara.kinematics.pose import require_number, unit_hint
 from bioscara.planning.check import check
 from bioscara.planning.double_s import durations, fastest, lasting
 from bioscara.planning.limits import JointLimits, check_share
@@ -49,7 +49,7 @@ def point_to_point(
         The motion; a single point where the goal is the start.
 
     Raises:
-        InvalidArgumentError: The speed is outside its range.
+        InvalidArgumentError: The speed is outside its range, or a value is no number.
         TrajectoryError: The goal is outside the position limits, or one of both not finite.
     """
     check_share(speed)
@@ -105,6 +105,7 @@ def _require_sizes(names: Sequence[str], *columns: Sequence[object]) -> None:
 
 
 def _require_finite(limit: JointLimits, what: str, value: float) -> None:
+    require_number(f"{limit.name}: {what}", value)
     if not math.isfinite(value):
         raise TrajectoryError(f"{limit.name}: {what} is {value}; it must be a finite number")
 

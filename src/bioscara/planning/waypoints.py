@@ -11,7 +11,7 @@ from enum import Enum
 
 from bioscara.errors import InvalidArgumentError, PathError
 from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.kinematics.pose import require_near, require_pose, wrapped
+from bioscara.kinematics.pose import require_near, require_number, require_pose, wrapped
 from bioscara.planning.limits import check_share
 from bioscara.planning.path import LEVER, SHORTEST
 
@@ -91,9 +91,16 @@ def check_waypoints(arm: Scara, start: Joints, waypoints: Sequence[Waypoint]) ->
     beyond = arm.beyond(start)
     if beyond:
         raise InvalidArgumentError(f"start of the sequence: {', '.join(beyond)}")
+    if not isinstance(waypoints, Sequence):
+        raise InvalidArgumentError(
+            f"the waypoints are {waypoints!r}; give a list of Waypoint(pose)"
+        )
     if not waypoints:
         raise InvalidArgumentError("a sequence needs at least one waypoint; this one has none")
     here = arm.forward(start)
+    for index, waypoint in enumerate(waypoints):
+        if not isinstance(waypoint, Waypoint):
+            raise InvalidArgumentError(f"waypoint {index} is {waypoint!r}; give Waypoint(pose)")
     for index, waypoint in enumerate(waypoints):
         following = waypoints[index + 1] if index + 1 < len(waypoints) else None
         with about(index):
@@ -108,7 +115,11 @@ def _check_values(waypoint: Waypoint) -> None:
     require_pose("the pose", waypoint.pose)
     if waypoint.via is not None:
         require_near("the via", waypoint.via)
+    if not isinstance(waypoint.motion, Motion):
+        kinds = ", ".join(map(str, Motion))
+        raise InvalidArgumentError(f"motion is {waypoint.motion!r}; give one of {kinds}")
     check_share(waypoint.speed)
+    require_number("blend", waypoint.blend)
     if not 0.0 <= waypoint.blend < math.inf:
         raise InvalidArgumentError(
             f"blend {waypoint.blend} m must be a finite number, 0 or more; 0 rests there"

@@ -17,7 +17,7 @@ from bioscara.planning.limits import JointLimits
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.zones import Scene
 from bioscara.report.plan_views import FREE, LEAST, Way, draw_from_above, draw_height, widen
-from bioscara.report.png import available
+from bioscara.report.png import available, save
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -83,7 +83,7 @@ def write_plan(
         OSError: The file cannot be written.
     """
     require_matplotlib()
-    draw_plan(trajectory, arm, limits, tool, title, scene).savefig(path, dpi=100, format="png")
+    save(draw_plan(trajectory, arm, limits, tool, title, scene), path, dpi=100)
 
 
 def draw_plan(
@@ -160,7 +160,7 @@ def _draw_joint(axes: Sequence[Axes], motion: _Motion, index: int, limit: JointL
     axes[0].set_ylabel(f"{limit.name} [{unit}]", weight="bold")
     _caption(
         axes[0],
-        f"{low:.3f} to {high:.3f} within {limit.lower:.3f} to {limit.upper:.3f} {unit}",
+        f"{low:z.3f} to {high:z.3f} within {limit.lower:.3f} to {limit.upper:.3f} {unit}",
         over=low < limit.lower - _ROUNDING or high > limit.upper + _ROUNDING,
     )
     widen(axes[0], LEAST)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import warnings
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,10 +14,25 @@ from bioscara.report.statistics import measured_time, phase_mask
 from bioscara.report.summary import Summary
 from bioscara.report.text import outcome_line
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 def available() -> bool:
     """Return whether matplotlib is installed."""
     return find_spec("matplotlib") is not None
+
+
+def save(figure: Figure, path: Path, dpi: int) -> None:
+    """Write a picture as PNG; a sign that its font does not have is a box.
+
+    Raises:
+        OSError: The file cannot be written.
+    """
+    with warnings.catch_warnings():
+        # The box says it; a line of this source for each sign would help nobody.
+        warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
+        figure.savefig(path, dpi=dpi, format="png")
 
 
 def write(path: Path, summary: Summary, history: History) -> None:
@@ -24,11 +41,11 @@ def write(path: Path, summary: Summary, history: History) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    # Figure without pyplot: no display, no global state; and it takes a second to import.
-    from matplotlib.figure import Figure  # noqa: PLC0415
+    # Without pyplot: no display, no global state; and it takes a second to import.
+    from matplotlib import figure as figures  # noqa: PLC0415
 
     count = len(summary.joints)
-    figure = Figure(figsize=(14, 2.2 * count + 1), layout="constrained")
+    figure = figures.Figure(figsize=(14, 2.2 * count + 1), layout="constrained")
     title = f"{summary.title} on {summary.arm}: {outcome_line(summary)}"
     # Between two dollars stands a formula, also for parse_math=False where lines are wrapped.
     figure.suptitle(title.replace("$", r"\$"), wrap=True)
@@ -56,4 +73,4 @@ def write(path: Path, summary: Summary, history: History) -> None:
     axes[0][0].legend()
     for axis in axes[-1]:
         axis.set_xlabel("time in the trajectory [s]")
-    figure.savefig(path, dpi=110)
+    save(figure, path, dpi=110)

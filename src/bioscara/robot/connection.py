@@ -19,6 +19,7 @@ from bioscara.errors import (
 )
 from bioscara.hardware import ArmHardware, GripperHardware, State
 from bioscara.hardware.stopping import release
+from bioscara.kinematics.pose import require_number
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.protocol import Flags
 from bioscara.robot.fault_handling import FaultHandling
@@ -242,6 +243,7 @@ class Connection(FaultHandling):
 
     @speed.setter
     def speed(self, speed: float) -> None:
+        require_number("speed", speed)
         if not 0.0 <= speed <= 1.0:
             raise InvalidArgumentError(f"speed {speed} is outside 0 .. 1")
         self._speed = speed

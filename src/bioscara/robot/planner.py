@@ -21,7 +21,7 @@ from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
 from bioscara.planning.waypoints import Waypoint
 from bioscara.planning.zones import Scene
 from bioscara.robot.poses import TeachTable
-from bioscara.robot.tools import fingers, kinematics_of
+from bioscara.robot.tools import Tool, fingers, kinematics_of
 from bioscara.robot.turn import Turn, exclusive
 
 RESERVE = 0.8
@@ -60,7 +60,6 @@ class Planner:
 
     Attributes:
         table: The tools and poses that have names.
-        tool: The one that is mounted; :meth:`use_tool` changes it.
         kinematics: Of the arm with that tool.
     """
 
@@ -70,8 +69,8 @@ class Planner:
         measured: Callable[[], Sequence[float]],
         turn: Turn | None = None,
     ) -> None:
-        self.tool = fingers(parameters)
-        self.table = TeachTable(self.tool)
+        self._tool = fingers(parameters)
+        self.table = TeachTable(self._tool)
         self.kinematics = kinematics_of(parameters)
         self._scene = Scene()
         self._turn = turn or Turn()
@@ -83,6 +82,11 @@ class Planner:
         )
         self._unfolding = self._scene, self.kinematics, math.inf
         self._names = tuple(limit.name for limit in parameters.joints)
+
+    @property
+    def tool(self) -> Tool:
+        """The one that is mounted; :meth:`use_tool` changes it."""
+        return self._tool
 
     @property
     def full_speed(self) -> bool:
@@ -104,6 +108,8 @@ class Planner:
     @scene.setter
     @exclusive("setting scene")
     def scene(self, scene: Scene) -> None:
+        if not isinstance(scene, Scene):
+            raise InvalidArgumentError(f"the scene is {scene!r}; give Scene(...)")
         self._scene = scene
 
     def here(self) -> Joints:
@@ -127,6 +133,11 @@ class Planner:
             TrajectoryError: The goal is outside the limits or not finite.
             ZoneError: The way leads through something.
         """
+        if isinstance(goal, Pose) or not hasattr(goal, "__len__"):
+            raise TrajectoryError(
+                f"the positions of the joints are {goal!r}; give one for each joint, or a pose to "
+                "move_to()"
+            )
         if len(goal) != len(self._names):
             raise TrajectoryError(f"{len(goal)} positions for {len(self._names)} joints")
         here = self.here()
@@ -178,7 +189,7 @@ class Planner:
             InvalidArgumentError: No tool has that name.
             BusyError: A call is using the arm.
         """
-        self.tool = self.table.tool(name)
+        self._tool = self.table.tool(name)
         old = self.kinematics
         self.kinematics = Scara(old.geometry, old.limits, self.tool.pose_tool_in_flange, old.base)
 

@@ -18,8 +18,9 @@ Velocity = JointVelocity | ToolVelocity
 class PoseMotions(ABC):
     """Moves the tool; poses are of the tool in the base.
 
-    Each call plans first, checks limits and zones, and moves only then. What it would do without
-    moving is in ``plan``: ``robot.plan.linear(pose)`` and so on.
+    Each call plans first, checks limits and zones, and moves only then; ``warnings`` have what the
+    person should know about the plan. What it would do without moving is in ``plan``:
+    ``robot.plan.linear(pose)`` and so on.
 
     Attributes:
         plan: Plans from where the arm is.

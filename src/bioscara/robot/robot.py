@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from bioscara.control.goals import Status
 from bioscara.errors import (
     HomingError,
+    InvalidArgumentError,
     TrajectoryError,
 )
 from bioscara.planning import Trajectory
@@ -119,6 +120,10 @@ class Robot(Connection, PoseMotions):
         Tool, speed or scene may have changed since it was planned: it is checked against what they
         are now, and takes more time where the tool would be too fast; ``warnings`` then say so.
         """
+        if not isinstance(plan, Plan):
+            raise InvalidArgumentError(
+                f"execute() takes a Plan, not a {type(plan).__name__}; follow() takes a Trajectory"
+            )
         self._follow(self._checked(plan.trajectory), observe, cancelled, timeout)
 
     @exclusive("follow()")
@@ -153,6 +158,11 @@ class Robot(Connection, PoseMotions):
             GoalAbortedError: It was not followed to its end.
             BioscaraError: What stopped the arm.
         """
+        if not isinstance(trajectory, Trajectory):
+            raise InvalidArgumentError(
+                f"follow() takes a Trajectory, not a {type(trajectory).__name__}; execute() takes "
+                "a Plan"
+            )
         checked = self._checked(trajectory)
         lead = self.plan.joints(self._start_of(trajectory)).trajectory if approach else None
         self._follow(checked, observe, cancelled, timeout, lead)
@@ -166,6 +176,11 @@ class Robot(Connection, PoseMotions):
         timeout: float | None = None,
     ) -> None:
         """As in :class:`~bioscara.robot.pose_motions.PoseMotions`."""
+        if not callable(velocities):
+            raise InvalidArgumentError(
+                f"jog() is given {velocities!r}; give a function that returns the velocity, or "
+                "None to end"
+            )
         self.plan.here()
         self._ready()
         stack = self._running()
@@ -194,6 +209,7 @@ class Robot(Connection, PoseMotions):
         cancelled: Cancelled = never,
         timeout: float | None = None,
     ) -> None:
+        self._running().supervisor.warnings.extend(plan.notes)
         self._follow(plan.trajectory, observe, cancelled, timeout)
 
     def _checked(self, trajectory: Trajectory) -> Trajectory:

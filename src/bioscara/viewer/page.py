@@ -151,7 +151,7 @@ class Page:
         tool = links["tool_link"]
         x, y, z = tool.translation()
         yaw = tool.rotation().compute_yaw_radians()
-        self._tool.content = f"tool: x {x:.4f}, y {y:.4f}, z {z:.4f} m, yaw {yaw:.4f} rad"
+        self._tool.content = f"tool: x {x:z.4f}, y {y:z.4f}, z {z:z.4f} m, yaw {yaw:z.4f} rad"
 
 
 def _first_free(port: int) -> int:

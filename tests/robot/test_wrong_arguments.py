@@ -1,0 +1,107 @@
+"""What a call cannot use is refused in words, not by where Python happens to stumble over it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+
+from bioscara.errors import InvalidArgumentError
+from bioscara.kinematics import Pose
+from bioscara.model import load_parameters
+from bioscara.planning.jog import ToolVelocity
+from bioscara.planning.waypoints import Waypoint
+from bioscara.robot import Robot
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+ARM = load_parameters()
+GOAL = Pose(0.4, 0.2, 0.25)
+HALF = (0.3, 0.2, 0.8, -0.5)
+Call = Callable[[Any], object]
+"""Takes a robot as one who looks at no types uses it."""
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
+    arm = SimulatedArm(seed=4)
+    bus, folder = FirmwareBus(arm), tmp_path_factory.mktemp("evidence")
+    with Robot(bus, arm.clock, ARM, "wrong", evidence=folder) as made:
+        made.home()
+        made.move_joints(HALF)
+        yield made
+
+
+WRONG: list[tuple[Call, str]] = [
+    (lambda r: r.move_sequence([GOAL]), r"^waypoint 0 is Pose\(.*\); give Waypoint\(pose\)$"),
+    (lambda r: r.move_sequence(GOAL), r"^waypoint 0 is 0\.4; give Waypoint\(pose\)$"),
+    (lambda r: r.move_sequence([(0.4, 0.2, 0.25)]), r"^waypoint 0 is \(0\.4, .*give Waypoint"),
+    (
+        lambda r: r.move_sequence(Waypoint(GOAL)),
+        r"^the waypoints are Waypoint\(.*\); give a list of Waypoint\(pose\)$",
+    ),
+    (lambda r: r.move_sequence(None), "^the waypoints are None; give a list"),
+    (
+        lambda r: r.move_sequence([Waypoint(GOAL, "ptp")]),  # type: ignore[arg-type]
+        r"^waypoint 0: motion is 'ptp'; give one of Motion\.PTP, Motion\.LIN, Motion\.CIRC$",
+    ),
+    (
+        lambda r: r.move_sequence([Waypoint(GOAL, blend="1")]),  # type: ignore[arg-type]
+        "^waypoint 0: blend is '1'; give a number$",
+    ),
+    (
+        lambda r: r.follow(r.plan.to(GOAL)),
+        r"^follow\(\) takes a Trajectory, not a Plan; execute\(\) takes a Plan$",
+    ),
+    (lambda r: r.follow(None), r"^follow\(\) takes a Trajectory, not a NoneType; execute"),
+    (
+        lambda r: r.execute(r.plan.to(GOAL).trajectory),
+        r"^execute\(\) takes a Plan, not a Trajectory; follow\(\) takes a Trajectory$",
+    ),
+    (lambda r: r.execute(GOAL), r"^execute\(\) takes a Plan, not a Pose; follow"),
+    (
+        lambda r: r.move_joints(GOAL),
+        r"^the positions of the joints are Pose\(.*\); give one for each joint, or a pose to "
+        r"move_to\(\)$",
+    ),
+    (lambda r: r.move_joints(None), "^the positions of the joints are None; give one for each"),
+    (lambda r: r.move_joints(0.3), r"^the positions of the joints are 0\.3; give one for each"),
+    (lambda r: r.move_joints(("a", 0.2, 0.8, -0.5)), "^j1: goal is 'a'; give a number$"),
+    (lambda r: r.move_to(Pose("0.4", 0.2, 0.25)), "^x of the pose is '0.4'; give a number$"),  # type: ignore[arg-type]
+    (lambda r: r.move_to(GOAL, "fast"), "^speed is 'fast'; give a number$"),
+    (lambda r: r.move_linear(GOAL, None), "^speed is None; give a number$"),
+    (lambda r: setattr(r, "speed", "fast"), "^speed is 'fast'; give a number$"),
+    (lambda r: setattr(r.plan, "scene", None), r"^the scene is None; give Scene\(\.\.\.\)$"),
+    (lambda r: r.move_named(3), "^there is no pose 3"),
+    (lambda r: r.plan.use_tool(None), "^there is no tool None"),
+    (
+        lambda r: r.jog(ToolVelocity(0.1)),
+        r"^jog\(\) is given ToolVelocity\(.*\); give a function that returns the velocity, or None",
+    ),
+    (
+        lambda r: r.jog(lambda: GOAL),
+        r"^jog: the velocity is Pose\(.*\); give JointVelocity or ToolVelocity$",
+    ),
+    (lambda r: r.jog(lambda: (0.1, 0.0, 0.0, 0.0)), r"^jog: the velocity is \(0\.1, .*; give"),
+]
+
+
+@pytest.mark.parametrize(("call", "complaint"), WRONG)
+def test_what_a_call_cannot_use_is_refused_and_nothing_moves(
+    robot: Robot, call: Call, complaint: str
+) -> None:
+    before = robot.state.positions
+    with pytest.raises(InvalidArgumentError, match=complaint):
+        call(robot)
+    assert robot.state.positions == pytest.approx(before, abs=1e-3)
+
+
+def test_another_tool_is_not_mounted_behind_the_back_of_the_kinematics(robot: Robot) -> None:
+    with pytest.raises(AttributeError, match="tool"):
+        robot.plan.tool = robot.plan.table.tool("fingers")  # type: ignore[misc]
+
+
+def test_joints_and_speed_may_be_numbers_of_numpy(robot: Robot) -> None:
+    robot.move_joints(np.array(HALF, dtype=np.float32), np.float32(0.5))
+    assert robot.state.positions == pytest.approx(HALF, abs=2e-3)
