@@ -95,7 +95,17 @@ def test_a_refusal_speaks_of_what_a_person_sees() -> None:
     text = str(refused.value)
     assert "margin" not in text
     assert "-" not in text
-    assert "unfold the arm first" in text
+    assert "unfold the elbow alone first: j3 to 0, the other joints as they are" in text
+
+
+@given(places, st.floats(2.3, 2.62), st.sampled_from((-1.0, 1.0)))
+def test_the_elbow_alone_leads_out_from_anywhere(
+    place: tuple[float, ...], elbow: float, side: float
+) -> None:
+    place = (*place[:2], side * elbow, place[3])
+    folded = Folded(place)
+    assume(folded.clearance() < folded.plan.scene.margin)
+    folded.plan.joints((*place[:2], 0.0, place[3]))
 
 
 def test_unfolded_it_is_not_folded_up_again() -> None:
