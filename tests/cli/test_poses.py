@@ -147,7 +147,7 @@ def test_where_there_is_no_file_a_name_that_there_is_not_is_told_with_it(
     words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([*words.split(), "--table", "nowhere.yaml"]) == 2
-    assert "nowhere.yaml does not exist; name the file with --table" in capsys.readouterr().err
+    assert "nowhere.yaml does not exist; name another file with --table" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize("name", ["x" * 300 + ".png", "poses.yaml/a.png"])

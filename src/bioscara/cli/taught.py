@@ -44,5 +44,5 @@ def by_name(options: Options, find: Callable[[str], T], name: str) -> T:
         if options.table.exists():
             raise
         raise InvalidArgumentError(
-            f"{error}, and {options.table} does not exist; name the file with --table"
+            f"{error} (and {options.table} does not exist; name another file with --table)"
         ) from error
