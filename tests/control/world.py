@@ -69,7 +69,7 @@ class World:
             "bioscara_controllers/HoldController",
             joints=NAMES,
             command_interfaces=self.commanded,
-            max_deceleration=tuple(joint.max_acceleration for joint in PARAMETERS.joints),
+            max_deceleration=tuple(joint.max_acceleration for joint in joints),
         )
         self.supervisor = Supervisor(self.manager, self.hardware, "hold", self.record, folder)
         self.loop = Loop(self.manager, self.supervisor, self.record, self.clock, self.rate)
