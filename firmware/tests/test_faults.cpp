@@ -86,6 +86,44 @@ TEST(HZ04_silence_stops_a_version_1_session) {
   CHECK(host.fault() == Fault::SETPOINT_LOST);
 }
 
+TEST(HZ05_polls_of_version_1_feed_no_setpoint) {
+  for (Register code : {Register::SETRPM, Register::MOVETOANGLE, Register::RUNCONTINUOUS}) {
+    Bench bench(4);
+    bench.mechanics().remove_stops();
+    Host host(bench, 4);
+    host.enable_bare();
+    host.bare(code, code == Register::RUNCONTINUOUS ? Bytes{1} : packed(9000.0F));
+    bench.run(0.05);
+    CHECK(bench.field_speed() > 1.0);
+    for (int poll = 0; poll < 50; ++poll) {
+      host.bare(Register::ANGLEMOVED, {}, 4);
+      bench.run(0.01);
+    }
+    CHECK(bench.field_speed() == 0.0);
+    CHECK(host.fault() == Fault::SETPOINT_LOST);
+  }
+}
+
+TEST(HZ05_polls_of_an_armed_session_keep_no_motion_alive) {
+  for (const auto& [code, payload] :
+       {std::pair{Register::HOME, Bytes{1, 11, 30, 10}}, {Register::MOVETOEND, Bytes{1, 60, 30}},
+        {Register::CHECKORIENTATION, packed(10.0F)}, {Register::MOVESTEPS, packed(500000)}}) {
+    Bench bench(4);
+    bench.mechanics().remove_stops();
+    Host host(bench, 4);
+    host.arm_session();
+    host.enable();
+    host.send(code, payload);
+    for (int poll = 0; poll < 30; ++poll) {
+      host.state();
+      host.bare(Register::PING, {}, 1);
+      bench.run(0.01);
+    }
+    CHECK(host.fault() == Fault::SETPOINT_LOST);
+    CHECK(bench.field_speed() == 0.0);
+  }
+}
+
 TEST(HZ05_the_same_setpoint_repeated_with_its_old_number_does_not_feed_it_either) {
   Bench bench(4);
   Host host(bench, 4);
@@ -127,6 +165,66 @@ TEST(silence_at_rest_latches_nothing) {
   bench.run(1.0);
   CHECK(host.fault() == Fault::NONE);
   CHECK(host.state().state == JointState::HOLDING);
+}
+
+TEST(a_fault_stops_with_the_hardest_deceleration_and_silence_with_the_configured_one) {
+  for (bool silent : {true, false}) {
+    Running run(4, 60.0);
+    run.host.send(Register::SETMAXDECELERATION, packed(static_cast<float>(50.0 * kDegrees)));
+    run.host.turn(60.0);
+    run.bench.run(0.02);
+    run.bench.encoder().corrupt(!silent);
+    while (!has(run.host.flags(), Flags::FAULT)) run.bench.tick();
+    const double begin = run.bench.now();
+    while (run.bench.field_speed() > 0.0) run.bench.tick();
+    // The driver's hardest is 365 rad/s^2.
+    const double time = run.bench.now() - begin;
+    CHECK(std::fabs(time - (silent ? 60.0 / 50.0 : 60.0 / 365.0)) < 0.02);
+  }
+}
+
+TEST(no_deceleration_limit_keeps_a_faulted_motor_turning) {
+  Running run(4, 20.0);
+  run.host.send(Register::SETMAXDECELERATION, packed(1.0F));
+  CHECK(time_to_fault(run.host, 0.5, false) > 0.0);
+  CHECK(run.host.fault() == Fault::SETPOINT_LOST);
+  run.host.keep(1.1);  // At 20 rad/s^2, also if the host is back; then the field goes to the rotor.
+  CHECK(std::fabs(run.bench.field_speed()) < 0.02);
+}
+
+TEST(an_encoder_fault_loses_the_home_and_the_check) {
+  enum class Broken { CRC, JUMP, FROZEN };
+  for (Broken how : {Broken::CRC, Broken::JUMP, Broken::FROZEN}) {
+    Bench bench(4);
+    Host host(bench, 4);
+    host.arm_session();
+    host.enable();
+    host.home(true, 11, 30, 10);
+    CHECK(!has(host.wait_until_idle(), Flags::NOTHOMED));
+    host.send(Register::ENABLESTALLGUARD, {6});
+    host.turn(-20.0);
+    host.keep(0.1);
+    if (how == Broken::CRC) bench.encoder().corrupt(true);
+    if (how == Broken::JUMP) bench.encoder().jump(0.2);
+    if (how == Broken::FROZEN) bench.encoder().freeze(true);
+    CHECK(time_to_fault(host, 1.0, true) > 0.0);
+    host.keep(0.6);
+    // One that stays frozen makes no sample that could be noticed later.
+    bench.encoder().corrupt(false);
+    bench.run(0.1);
+    CHECK(host.fault() == Fault::ENCODER);
+    CHECK(has(host.flags(), Flags::NOTHOMED));
+    host.clear_fault();
+    bench.run(0.05);
+    // Current flows still, but where the field stands to the rotor is checked anew.
+    CHECK(bench.stage_closed());
+    CHECK(has(host.send(Register::SETUP, {20, 20, 0, 0})[0], Flags::BUSY));
+    bench.run(0.01);
+    CHECK(host.state().state == JointState::ORIENTATION);
+    const std::uint8_t flags = host.wait_until_idle();
+    CHECK(has(flags, Flags::NOTHOMED));
+    CHECK(has(flags, Flags::NOTENABLED) == (how == Broken::FROZEN));
+  }
 }
 
 TEST(HZ12_the_first_fault_is_kept_with_its_number) {

@@ -165,7 +165,13 @@ TEST(TRACK_refuses_a_setpoint_out_of_reach_and_moves_within_the_limits_to_one_in
   }
   bench.run(0.1);
   CHECK(std::fabs(bench.driver().field() - before) < 1.0);
-  CHECK(has(host.send(Register::TRACK, setpoint(start, 3000.0F), 6)[0], Flags::REFUSED));
+  // The limit is 573 rpm; a setpoint may ask for a tenth more.
+  const unsigned refusals = host.report().refusals;
+  for (float rpm : {640.0F, -640.0F, 3000.0F, -3000.0F}) {
+    CHECK(has(host.send(Register::TRACK, setpoint(start, rpm), 6)[0], Flags::REFUSED));
+    CHECK(host.report().refusal == Refusal::OUT_OF_RANGE);
+  }
+  CHECK(host.report().refusals == refusals + 4);
   // A step within reach: refused by no one, but never harder or faster than allowed.
   Meter meter(bench);
   for (int time = 0; time < 60; ++time) {
@@ -175,6 +181,27 @@ TEST(TRACK_refuses_a_setpoint_out_of_reach_and_moves_within_the_limits_to_one_in
   CHECK(meter.extremes.speed < 60.0 * 1.12);
   CHECK(meter.extremes.acceleration < 100.0 * 1.2);
   CHECK(std::fabs(host.degrees() - start - 0.9 * reach) < 0.3);
+}
+
+TEST(a_setpoint_that_a_lower_limit_meets_within_its_tick_obeys_that_limit) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable();
+  const float start = static_cast<float>(host.degrees());
+  bench.tick();
+  host.send(Register::SETMAXVELOCITY, packed(static_cast<float>(10.0 * kDegrees)));
+  const Bytes answer =
+      host.send(Register::TRACK, setpoint(start, static_cast<float>(100.0 * kRpm)), 6);
+  CHECK(!has(answer.back(), Flags::REFUSED));
+  bench.run(0.05);
+  CHECK(bench.field_speed() < 11.1);
+  // The controller hangs: at 10 rad/s the motor comes to rest at once, at 100 after 13 rad.
+  const double field = bench.field();
+  bench.hang(true);
+  bench.run(3.0);
+  CHECK(bench.field_speed() == 0.0);
+  CHECK(std::fabs(bench.field() - field) < 1.0);
 }
 
 TEST(limits_hold_in_every_mode) {
