@@ -30,6 +30,8 @@ class Mutant:
 
 
 HAZARDS = ("tests/firmware/test_hazards.py",)
+HOST = ("firmware/tests",)
+"""The core's own tests, compiled with it; not run by pytest."""
 DRIVERS = ("tests/drivers",)
 CONTROL = "src/bioscara/control"
 LOOP = ("tests/control/test_loop.py",)
@@ -50,8 +52,8 @@ MUTANTS = (
     Mutant(
         "repeated sequence number",
         f"{CORE}/wire.cpp",
-        "if (counting_ && ahead == 0 && answered_ == code)",
-        "if (false && ahead == 0 && answered_ == code)",
+        "if (ahead == 0 && answered_ == code)",
+        "if (false && answered_ == code)",
         HAZARDS,
     ),
     Mutant(
@@ -130,6 +132,91 @@ MUTANTS = (
         "if (travel > kTravelMargin * configuration_.range_deg)",
         "if (false)",
         HAZARDS,
+    ),
+    Mutant(
+        "a motor that cannot back off from its first touch",
+        f"{CORE}/homing.cpp",
+        "if (moved < 0.5F * back_off_) return",
+        "if (false) return",
+        HOST,
+    ),
+    Mutant(
+        "a second touch far beyond the first",
+        f"{CORE}/homing.cpp",
+        "if (beyond > 2.0F * back_off_) return",
+        "if (false) return",
+        HOST,
+    ),
+    Mutant(
+        "time limit of homing",
+        f"{CORE}/homing.cpp",
+        "if (seconds > allowed) return",
+        "if (seconds > allowed && false) return",
+        HOST,
+    ),
+    Mutant(
+        "agreement with a known end stop",
+        f"{CORE}/joint_sequences.cpp",
+        "if (moved && !again) {",
+        "if (false) {",
+        HOST,
+    ),
+    Mutant(
+        "velocity limit of a setpoint",
+        f"{CORE}/wire.cpp",
+        "fits = fabsf(command.velocity) <= status_.max_velocity_rpm * 1.1F + 1.0F &&\n"
+        "             fabsf(",
+        "fits = fabsf(",
+        HOST,
+    ),
+    Mutant(
+        "a velocity limit lowered within the tick of a setpoint",
+        f"{CORE}/joint_commands.cpp",
+        "clamp(command.velocity * kStepsPerRpm, -max_velocity_, max_velocity_)",
+        "command.velocity * kStepsPerRpm",
+        HOST,
+    ),
+    Mutant(
+        "hard deceleration after a fault",
+        f"{CORE}/joint_sequences.cpp",
+        "stop(fault != Fault::SETPOINT_LOST);",
+        "stop(false);",
+        HOST,
+    ),
+    Mutant(
+        "the least deceleration after a fault",
+        f"{CORE}/joint_sequences.cpp",
+        "kBriskDeceleration);\n}\n\nvoid Joint::cut",
+        "0.0F);\n}\n\nvoid Joint::cut",
+        HOST,
+    ),
+    Mutant(
+        "the home is lost with the encoder",
+        f"{CORE}/joint.cpp",
+        "homed_ = checked_ = false;\n    latch",
+        "checked_ = false;\n    latch",
+        HOST,
+    ),
+    Mutant(
+        "the home is lost with a frozen encoder",
+        f"{CORE}/joint_sequences.cpp",
+        "enabled_ = homed_ = checked_",
+        "enabled_ = checked_",
+        HOST,
+    ),
+    Mutant(
+        "polls of version 1 feed no setpoint",
+        f"{CORE}/joint.cpp",
+        "(alone_ || stopping) && !wire_.armed()",
+        "!wire_.armed()",
+        HOST,
+    ),
+    Mutant(
+        "polls of an armed session feed nothing",
+        f"{CORE}/joint.cpp",
+        "(alone_ || stopping) && !wire_.armed()",
+        "(alone_ || stopping)",
+        HOST,
     ),
     Mutant(
         "position limit, on the host",
@@ -514,6 +601,8 @@ def _noticed(mutant: Mutant) -> bool:
         if text.count(mutant.old) != 1:
             raise SystemExit(f"{mutant.guard}: {mutant.file} has changed; adapt this mutant")
         path.write_text(text.replace(mutant.old, mutant.new))
+        if mutant.tests == HOST:
+            return _noticed_on_the_host(mutant, tree)
         search = [str(tree / "src")]
         if mutant.file.startswith("firmware"):
             _build(tree, target)
@@ -530,6 +619,19 @@ def _noticed(mutant: Mutant) -> bool:
         if run.returncode not in {0, 1}:
             raise SystemExit(f"{mutant.guard}: the tests did not run\n{run.stdout}")
         return run.returncode == 1
+
+
+def _noticed_on_the_host(mutant: Mutant, tree: Path) -> bool:
+    run = subprocess.run(
+        [str(tree / "firmware/tests/run.sh"), "tests"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    if not (tree / "build/firmware/tests").exists():
+        raise SystemExit(f"{mutant.guard}: the firmware did not compile\n{run.stdout}")
+    return run.returncode != 0
 
 
 def main() -> int:

@@ -124,6 +124,218 @@ TEST(HZ05_polls_of_an_armed_session_keep_no_motion_alive) {
   }
 }
 
+TEST(HZ05_junk_keeps_no_motion_of_version_1_alive) {
+  Bench bench(4);
+  bench.mechanics().remove_stops();
+  Host host(bench, 4);
+  host.enable_bare();
+  host.bare(Register::HOME, {1, 11, 30, 10});
+  for (int time = 0; time < 50; ++time) {
+    host.exchange({0xAA, 1}, 1);
+    host.exchange({static_cast<std::uint8_t>(Register::HOME), 1}, 1);
+    bench.run(0.01);
+  }
+  CHECK(host.fault() == Fault::SETPOINT_LOST);
+}
+
+TEST(HZ05_settings_are_no_setpoints) {
+  Running run(4, 20.0);
+  for (int time = 0; time < 50; ++time) {
+    run.host.send(Register::SETMAXVELOCITY, packed(2000.0F));
+    run.host.send(Register::SETCONTROLTHRESHOLD, packed(20.0F));
+    run.bench.run(0.01);
+  }
+  CHECK(run.host.fault() == Fault::SETPOINT_LOST);
+}
+
+TEST(silence_ends_the_slowest_motion_and_a_sequence_that_pauses) {
+  const auto expect = [](const auto& start) {
+    Bench bench(4);
+    Host host(bench, 4);
+    host.arm_session();
+    host.enable();
+    host.send(Register::SETMAXVELOCITY, packed(6.0F));
+    start(host, static_cast<float>(host.degrees()));
+    bench.run(0.3);
+    CHECK(host.fault() == Fault::SETPOINT_LOST);
+    CHECK(has(host.flags(), Flags::NOTENABLED));
+  };
+  using H = Host<Bench>;
+  expect([](H& host, float) { host.send(Register::SETRPM, packed(1.0F)); });
+  expect([](H& host, float here) { host.send(Register::MOVETOANGLE, packed(here + 90.0F)); });
+  expect([](H& host, float here) {
+    for (int step = 0; step < 10; ++step) {
+      host.send(Register::TRACK, setpoint(here + 0.12F * static_cast<float>(step), 1.0F), 6);
+      host.world().run(0.02);
+    }
+  });
+  // A setpoint that the joint has not reached yet.
+  expect([](H& host, float here) {
+    host.send(Register::SETMAXVELOCITY, packed(360.0F));
+    host.send(Register::TRACK, setpoint(here + 4.0F, 0.0F), 6);
+    host.world().run(0.001);
+    host.send(Register::TRACK, setpoint(here + 35.0F, 0.0F), 6);
+  });
+  expect([](H& host, float) { host.home(true, 11, 30, 10); });
+}
+
+TEST(a_command_that_meets_a_fault_within_its_tick_does_not_undo_it) {
+  // The second bad sample is read in the tick that would execute the command.
+  for (const auto& [code, payload] :
+       {std::pair{Register::SETRPM, packed(100.0F)}, {Register::MOVESTEPS, packed(50000)},
+        {Register::CLEARFAULT, Bytes{0}}, {Register::SETUP, Bytes{20, 20, 0, 0}}}) {
+    Running run(4, 0.0);
+    run.host.send(Register::STOP, {0});
+    run.host.keep(0.2);
+    const double field = run.bench.field();
+    run.bench.encoder().corrupt(true);
+    run.bench.tick();
+    CHECK(!has(run.host.send(code, payload)[0], Flags::REFUSED));
+    run.bench.tick();
+    run.bench.encoder().corrupt(false);
+    CHECK(run.host.fault() == Fault::ENCODER);
+    run.bench.run(0.3);
+    CHECK(std::fabs(run.bench.field() - field) < 0.05);
+    CHECK(run.host.fault() == Fault::ENCODER);
+    CHECK(has(run.host.flags(), Flags::NOTENABLED));
+  }
+}
+
+TEST(a_command_that_arrives_while_a_tick_latches_a_stall_does_not_undo_it) {
+  for (Register code : {Register::SETRPM, Register::SETUP}) {
+    // The same run twice: the second time the command arrives in the tick that latched before.
+    long stalls = -1;
+    for (bool again : {false, true}) {
+      const long late = again ? stalls : -1;
+      Running run(4, 20.0);
+      run.bench.mechanics().add_obstacle(run.bench.position() + 0.3, 1.0);
+      bool arrived = false;
+      for (long tick = 0; tick < 2000 && !has(run.host.flags(), Flags::STALL); ++tick) {
+        if (tick % 20 == 0) run.host.turn(20.0);
+        if (tick == late)
+          run.bench.interrupt([&] {
+            const Bytes payload =
+                code == Register::SETUP ? Bytes{20, 20, 0, 0} : packed(200.0F);
+            arrived = !has(run.host.send(code, payload)[0], Flags::REFUSED);
+          });
+        run.bench.tick();
+        stalls = tick;
+        if (arrived) break;
+      }
+      if (!again) continue;
+      CHECK(arrived);
+      run.bench.tick();
+      CHECK(run.host.fault() == Fault::STALL);
+      CHECK(run.host.state().state == JointState::STOPPING);
+      CHECK(has(run.host.flags(), Flags::STALL));
+    }
+  }
+}
+
+TEST(a_stall_that_is_cleared_is_still_a_latched_fault) {
+  Running run(4, 20.0);
+  run.bench.mechanics().add_obstacle(run.bench.position() + 0.3, 1.0);
+  CHECK(time_to_fault(run.host, 2.0, true) > 0.0);
+  CHECK(has(run.host.turn(-5.0), Flags::REFUSED));
+  run.host.keep(0.5);
+  run.host.send(Register::CLEARSTALL, {0});
+  CHECK(has(run.host.turn(-5.0), Flags::REFUSED));
+  CHECK(run.host.report().refusal == Refusal::FAULT_LATCHED);
+  // A later fault does not take its place.
+  run.bench.encoder().corrupt(true);
+  run.bench.run(0.1);
+  CHECK(run.host.fault() == Fault::STALL);
+  CHECK(has(run.host.flags(), Flags::NOTENABLED));
+}
+
+TEST(a_stalled_joint_of_version_1_says_why_it_refuses) {
+  Bench bench(4);
+  bench.mechanics().remove_stops();
+  Host host(bench, 4);
+  host.enable();
+  host.turn(20.0);
+  host.keep(0.3);
+  bench.mechanics().add_obstacle(bench.position() + 0.3, 1.0);
+  CHECK(time_to_fault(host, 2.0, true) > 0.0);
+  host.turn(-5.0);
+  CHECK(host.report().refusal == Refusal::STALLED);
+}
+
+TEST(a_check_that_failed_is_made_again_with_strokes) {
+  // CHECKORIENTATION of a joint that was checked before.
+  Running run(4, 0.0);
+  run.host.send(Register::STOP, {0});
+  run.host.keep(0.3);
+  run.bench.encoder().freeze(true);
+  run.host.send(Register::CHECKORIENTATION, packed(2.0F));
+  run.host.wait_until_idle();
+  for (int time = 0; time < 2; ++time) {
+    expect_power_off(run.host, Fault::ORIENTATION);
+    run.host.clear_fault();
+    run.bench.run(0.05);
+    run.host.send(Register::SETUP, {20, 20, 0, 0});
+    run.host.wait_until_idle();
+  }
+}
+
+TEST(a_driver_that_restarted_is_checked_anew) {
+  Running run(4, 0.0);
+  run.host.send(Register::STOP, {0});
+  run.host.keep(0.3);
+  run.bench.driver().power_up();
+  CHECK(time_to_fault(run.host, 0.5, true) > 0.0);
+  CHECK(run.host.fault() == Fault::DRIVER_RESET);
+  run.host.clear_fault();
+  run.host.keep(0.3);
+  const double field = run.bench.field();
+  run.host.send(Register::SETUP, {20, 20, 0, 0});
+  double most = 0.0;
+  while (has(run.host.flags(), Flags::BUSY)) {
+    run.host.keep(0.02);
+    most = std::max(most, std::fabs(run.bench.field() - field));
+  }
+  CHECK(most > 1.5 / kDegrees);
+  CHECK(run.host.fault() == Fault::NONE);
+}
+
+TEST(a_supply_that_is_cut_while_the_joint_is_disabled_is_no_fault) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  bench.driver().set_motor_power(false);
+  bench.run(0.5);
+  CHECK(host.fault() == Fault::NONE);
+}
+
+TEST(a_stop_that_is_followed_by_a_disabling_stays_as_hard) {
+  Running run(4, 60.0);
+  run.host.send(Register::SETMAXDECELERATION, packed(static_cast<float>(50.0 * kDegrees)));
+  run.host.send(Register::STOP, {0});
+  run.bench.tick();
+  run.host.send(Register::SETCURRENT, {0});
+  run.host.keep(0.2);
+  CHECK(run.bench.field_speed() == 0.0);
+}
+
+TEST(SETUP_without_current_enables_nothing_and_any_SETUP_ends_stall_detection) {
+  Running run(4, 0.0);
+  run.host.send(Register::STOP, {0});
+  run.host.keep(0.3);
+  run.host.send(Register::SETUP, {20, 20, 0, 0});
+  run.host.keep(0.2);
+  run.host.turn(20.0);
+  run.bench.mechanics().add_obstacle(run.bench.position() + 0.3, 1.0);
+  CHECK(time_to_fault(run.host, 2.0, true) > 0.0);
+  CHECK(run.host.fault() == Fault::FOLLOWING);
+  CHECK(!has(run.host.flags(), Flags::STALL));
+  run.host.keep(0.5);
+  run.host.clear_fault();
+  run.bench.run(0.05);
+  run.host.send(Register::SETUP, {0, 20, 0, 0});
+  run.host.keep(0.2);
+  CHECK(has(run.host.flags(), Flags::NOTENABLED));
+}
+
 TEST(HZ05_the_same_setpoint_repeated_with_its_old_number_does_not_feed_it_either) {
   Bench bench(4);
   Host host(bench, 4);
@@ -253,6 +465,13 @@ TEST(HZ14_a_motor_that_runs_the_wrong_way_is_switched_off) {
     if (fault == Fault::RUNAWAY) CHECK(!run.bench.stage_closed());
     run.bench.run(0.5);
     CHECK(std::fabs(run.bench.rotor() - before) < 2.0);
+    if (fault != Fault::RUNAWAY) continue;
+    // Enabled again it is checked first, with strokes.
+    run.host.clear_fault();
+    run.host.wait_until_idle(1.0);
+    run.host.send(Register::SETUP, {20, 20, 0, 0});
+    run.host.wait_until_idle();
+    expect_power_off(run.host, Fault::ORIENTATION);
   }
 }
 
@@ -351,6 +570,7 @@ TEST(an_encoder_frozen_under_command_is_told_from_a_stall) {
       CHECK(time_to_fault(run.host, 4.0, true) > 0.0);
       run.host.keep(0.6);
       CHECK(run.host.fault() == Fault::ENCODER);
+      CHECK(!has(run.host.flags(), Flags::STALL));
       CHECK(has(run.host.flags(), Flags::NOTHOMED));
       CHECK(has(run.host.flags(), Flags::NOTENABLED));
       CHECK(run.bench.field_speed() == 0.0);
@@ -512,6 +732,19 @@ TEST(a_faulted_joint_that_is_pushed_away_does_not_come_back_by_itself) {
     CHECK(std::fabs(run.bench.field() - field) < 0.0629);
   }
   expect_recovery(run.host);
+}
+
+TEST(a_joint_that_a_fault_disabled_corrects_nothing) {
+  Running run(4, 20.0);
+  run.bench.run(1.0);
+  run.host.clear_fault();
+  run.host.keep(0.05);
+  CHECK(run.host.state().state == JointState::HOLDING);
+  const double field = run.bench.field();
+  run.bench.mechanics().push(0.03 * 12.0);
+  run.host.keep(1.0);
+  CHECK(run.host.fault() == Fault::NONE);
+  CHECK(run.bench.field() == field);
 }
 
 TEST(a_hold_current_engages_the_motor_where_it_stands) {

@@ -59,6 +59,8 @@ void expect_home(Seeking& joint, double stop) {
   CHECK(joint.host.fault() == Fault::NONE);
   CHECK(!has(flags, Flags::NOTHOMED));
   CHECK(!has(flags, Flags::NOTENABLED));
+  // The motor has its own current again, 20 %.
+  CHECK(joint.bench.driver().current_share(true) == 8.0 / 32.0);
   // Zero is the end stop; the joint rests 2 degrees of the motor inside it.
   CHECK(std::fabs(joint.host.degrees() / kDegrees / kReduction + stop - joint.bench.position()) <
         5e-3);
@@ -77,6 +79,33 @@ TEST(HZ10_the_zero_is_the_end_stop) {
   joint.start();
   expect_home(joint, kStop);
   CHECK(joint.bench.rotor() < kStop * kReduction);
+}
+
+TEST(HZ10_every_sensitivity_finds_the_end_stop) {
+  for (int sensitivity : {0, 255}) {
+    Seeking joint;
+    joint.host.home(true, 11, sensitivity, 10);
+    expect_home(joint, kStop);
+  }
+}
+
+TEST(HZ10_a_homing_that_is_broken_off_leaves_no_home_and_stops_at_once) {
+  Seeking joint;
+  joint.start();
+  expect_home(joint, kStop);
+  joint.host.send(Register::MOVETOEND, {1, 60, 30});
+  CHECK(!has(joint.host.wait_until_idle(), Flags::NOTHOMED));
+  joint.retreat();
+  joint.start();
+  joint.host.keep(0.8);
+  CHECK(joint.bench.field_speed() > 9.0);
+  // A deceleration limit near zero is not meant for it.
+  joint.host.send(Register::SETMAXDECELERATION, packed(1.0F));
+  joint.host.send(Register::STOP, {1});
+  joint.host.keep(0.6);
+  CHECK(std::fabs(joint.bench.field_speed()) < 0.02);
+  CHECK(has(joint.host.flags(), Flags::NOTHOMED));
+  CHECK(joint.bench.driver().current_share(true) == 8.0 / 32.0);
 }
 
 TEST(HZ10_a_motor_that_cannot_back_off_finds_no_home) {

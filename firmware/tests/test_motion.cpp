@@ -183,6 +183,19 @@ TEST(TRACK_refuses_a_setpoint_out_of_reach_and_moves_within_the_limits_to_one_in
   CHECK(std::fabs(host.degrees() - start - 0.9 * reach) < 0.3);
 }
 
+TEST(a_speed_limit_beyond_the_drivers_own_does_not_widen_the_reach_of_a_setpoint) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable();
+  host.send(Register::SETMAXVELOCITY, packed(1e30F));
+  bench.tick();
+  // The driver's own limit is 614 rad/s.
+  const float far = static_cast<float>(host.degrees()) + 3600.0F;
+  CHECK(has(host.send(Register::TRACK, setpoint(far, 0.0F), 6)[0], Flags::REFUSED));
+  CHECK(host.report().refusal == Refusal::OUT_OF_RANGE);
+}
+
 TEST(a_setpoint_that_a_lower_limit_meets_within_its_tick_obeys_that_limit) {
   Bench bench(4);
   Host host(bench, 4);
@@ -239,6 +252,10 @@ TEST(accelerations_are_clamped_and_do_not_wrap) {
     host.turn(10.0);
     bench.run(0.035);  // 365 rad/s^2 need 27 ms.
     CHECK(bench.field_speed() > 9.9);
+    // Its braking distance is known: it comes to full speed.
+    host.turn(100.0);
+    host.keep(0.4);
+    CHECK(bench.field_speed() > 99.0);
   }
 }
 
