@@ -200,7 +200,11 @@ TEST(the_last_answer_is_kept_through_whatever_comes_between_it_and_its_repetitio
     CHECK(host.exchange(frame, 7) == answer);
   }
   // Another register with that number is no repetition.
-  CHECK(has(host.exchange(other, 3)[0], Flags::REFUSED));
+  const unsigned refusals = host.report().refusals;
+  const Bytes last = host.frame(Register::STATE, {}, host.sequence());
+  CHECK(has(host.exchange(last, 3)[0], Flags::REFUSED));
+  CHECK(host.report().refusal == Refusal::OLD_SEQUENCE);
+  CHECK(host.report().refusals == refusals + 1);
 }
 
 TEST(HELLO_is_answered_with_any_number_and_uses_none_up) {
