@@ -1,5 +1,6 @@
 // The two chips' drivers against answers that the simulated chips do not give.
 #include <cstdint>
+#include <map>
 
 #include "../joint/src/core/supervisor.h"
 #include "../joint/src/core/tle5012b.h"
@@ -15,9 +16,16 @@ class Answers final : public Hal {
   std::uint16_t angle = 0;
   std::uint16_t safety = 0x7000;
   bool damaged = false;
+  // What the driver's registers were last set to.
+  std::map<int, std::uint32_t> written;
 
   std::uint32_t micros() override { return 0; }
-  void driver_exchange(const std::uint8_t (&)[5], std::uint8_t (&)[5]) override {}
+  void driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&)[5]) override {
+    if ((sent[0] & 0x80) != 0)
+      written[sent[0] & 0x7F] = static_cast<std::uint32_t>(sent[1]) << 24 |
+                                static_cast<std::uint32_t>(sent[2]) << 16 |
+                                static_cast<std::uint32_t>(sent[3]) << 8 | sent[4];
+  }
   void encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t) override {
     const std::uint8_t bytes[] = {static_cast<std::uint8_t>(command >> 8),
                                   static_cast<std::uint8_t>(command),
@@ -73,6 +81,24 @@ TEST(every_bit_by_which_the_driver_reports_harm_is_a_fault) {
   CHECK(fault(0, 1U << 25) == Fault::OVERTEMPERATURE);
   CHECK(fault(0, 1U << 27) == Fault::DRIVER);
   CHECK(fault(0, 1U << 28) == Fault::DRIVER);
+}
+
+TEST(what_the_driver_is_set_to_stays_within_its_registers) {
+  constexpr int kCurrents = 0x10, kAmax = 0x26, kVmax = 0x27, kDmax = 0x28;
+  Answers chip;
+  Tmc5130 driver(chip);
+  driver.setup();
+  // No current and no speed until a command asks for them.
+  CHECK(chip.written.at(kCurrents) == 0);
+  CHECK(chip.written.at(kVmax) == 0);
+  driver.set_acceleration(0.0F, 0.0F);
+  CHECK(chip.written.at(kAmax) == 1 && chip.written.at(kDmax) == 1);
+  driver.set_acceleration(1e30F, 1e30F);
+  CHECK(chip.written.at(kAmax) == 0xFFFE && chip.written.at(kDmax) == 0xFFFE);
+  driver.set_speed(1e30F);
+  CHECK(chip.written.at(kVmax) == 0x7FFE00);
+  driver.set_currents(255, 255);
+  CHECK(chip.written.at(kCurrents) == (31U << 8 | 31U));
 }
 
 TEST(the_load_is_bounded_and_a_field_lost_for_one_tick_is_no_stall) {

@@ -241,6 +241,8 @@ TEST(a_stall_that_is_cleared_is_still_a_latched_fault) {
   run.host.send(Register::CLEARSTALL, {0});
   CHECK(has(run.host.turn(-5.0), Flags::REFUSED));
   CHECK(run.host.report().refusal == Refusal::FAULT_LATCHED);
+  CHECK(has(run.host.send(Register::SETUP, {20, 20, 0, 0})[0], Flags::REFUSED));
+  CHECK(run.host.report().refusal == Refusal::FAULT_LATCHED);
   // A later fault does not take its place.
   run.bench.encoder().corrupt(true);
   run.bench.run(0.1);
@@ -487,6 +489,44 @@ TEST(HZ16_a_controller_that_restarts_in_motion_leaves_no_motion) {
   run.host.arm_session();
   run.host.enable();
   CHECK(run.host.fault() == Fault::NONE);
+}
+
+TEST(HZ16_the_ramp_of_an_earlier_boot_ends_at_once_and_does_not_come_back) {
+  Running run(4, 40.0);
+  run.host.send(Register::SETMAXACCELERATION, packed(100.0F));
+  run.host.turn(40.0);
+  run.bench.run(0.02);
+  run.bench.boot(ResetCause::WATCHDOG);
+  double least = 40.0;
+  for (int tick = 0; tick < 150; ++tick) {
+    run.bench.tick();
+    least = std::min(least, run.bench.field_speed());
+  }
+  CHECK(least == 0.0);
+  CHECK(run.bench.field_speed() == 0.0);
+}
+
+TEST(HZ16_a_controller_that_hangs_in_a_long_move_leaves_no_motion) {
+  Running run(4, 20.0);
+  run.host.send(Register::MOVETOANGLE, packed(static_cast<float>(run.host.degrees()) + 6000.0F));
+  run.bench.run(0.05);
+  const double field = run.bench.field();
+  run.bench.hang(true);
+  run.bench.run(3.0);
+  CHECK(run.bench.field_speed() == 0.0);
+  // 50 ms of the limit, 120 rad/s, and the braking distance from there.
+  CHECK(run.bench.field() - field < 0.05 * 120.0 + 120.0 * 120.0 / (2.0 * 336.0) + 0.1);
+}
+
+TEST(a_jump_of_the_encoder_is_not_taken_for_motion) {
+  Running run(4, 0.0);
+  run.host.send(Register::STOP, {0});
+  run.host.keep(0.3);
+  const double before = run.host.degrees();
+  run.bench.encoder().jump(0.2);
+  run.host.keep(0.1);
+  CHECK(run.host.fault() == Fault::ENCODER);
+  CHECK(std::fabs(run.host.degrees() - before) < 1.0);
 }
 
 TEST(no_stall_is_seen_in_the_hardest_accelerations_that_are_allowed) {

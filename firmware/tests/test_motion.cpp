@@ -217,6 +217,27 @@ TEST(a_setpoint_that_a_lower_limit_meets_within_its_tick_obeys_that_limit) {
   CHECK(std::fabs(bench.field() - field) < 1.0);
 }
 
+TEST(TRACK_does_not_catch_up_faster_than_its_limit_allows) {
+  Bench bench(4);
+  bench.mechanics().remove_stops();
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable(20, 20.0, 336.0);
+  const float start = static_cast<float>(host.degrees());
+  Meter meter(bench);
+  for (int step = 1; step <= 20; ++step) {
+    // Places that need twice the limit.
+    const float place = start + static_cast<float>(step * 0.02 * 40.0 * kDegrees);
+    CHECK(!has(host.send(Register::TRACK, setpoint(place, static_cast<float>(20.0 * kRpm)), 6)
+                   .back(),
+               Flags::REFUSED));
+    meter.run(0.02);
+    if (host.fault() != Fault::NONE) break;
+  }
+  CHECK(meter.extremes.speed > 20.0);
+  CHECK(meter.extremes.speed < 20.0 * 1.12);
+}
+
 TEST(limits_hold_in_every_mode) {
   Bench bench(4);
   Host host(bench, 4);

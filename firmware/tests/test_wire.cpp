@@ -455,6 +455,8 @@ TEST(numbers_that_are_not_finite_or_out_of_range_are_refused) {
   out_of_range(Register::SETMAXDECELERATION, packed(-1.0F));
   out_of_range(Register::SETCONTROLTHRESHOLD, packed(-1.0F));
   out_of_range(Register::CHECKORIENTATION, packed(11.0F));
+  out_of_range(Register::CHECKORIENTATION, packed(0.0F));
+  out_of_range(Register::MOVETOEND, {1, 251, 30});
   out_of_range(Register::SETUP, {101, 20, 0, 0});
   out_of_range(Register::SETUP, {20, 101, 0, 0});
   out_of_range(Register::SETCURRENT, {101});
