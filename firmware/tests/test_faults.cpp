@@ -261,6 +261,7 @@ TEST(a_stalled_joint_of_version_1_says_why_it_refuses) {
   CHECK(time_to_fault(host, 2.0, true) > 0.0);
   host.turn(-5.0);
   CHECK(host.report().refusal == Refusal::STALLED);
+  CHECK(!has(host.send(Register::CLEARSTALL, {0})[0], Flags::STALL));
 }
 
 TEST(a_check_that_failed_is_made_again_with_strokes) {

@@ -97,6 +97,7 @@ TEST(HZ10_a_homing_that_is_broken_off_leaves_no_home_and_stops_at_once) {
   CHECK(!has(joint.host.wait_until_idle(), Flags::NOTHOMED));
   joint.retreat();
   joint.start();
+  CHECK(has(joint.host.bare(Register::PING, {}, 1).back(), Flags::NOTHOMED));
   joint.host.keep(0.8);
   CHECK(joint.bench.field_speed() > 9.0);
   // A deceleration limit near zero is not meant for it.
