@@ -226,13 +226,6 @@ MUTANTS = (
         HOST,
     ),
     Mutant(
-        "a setpoint that arrives while a stall is latched",
-        f"{CORE}/joint_commands.cpp",
-        "(!enabled_ || stalled_ || sequence())",
-        "(!enabled_ || sequence())",
-        HOST,
-    ),
-    Mutant(
         "SETUP that arrives while a stall is latched",
         f"{CORE}/joint_commands.cpp",
         " || (fault_ != Fault::NONE && wire_.armed())) return;",
