@@ -47,7 +47,6 @@ class SocketBus(Bus):
         self._connection: socket.socket | None = None
         self._received = bytearray()
         self._sequence = 0
-        self._underway = False
         self._closed = False
 
     def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
@@ -65,16 +64,12 @@ class SocketBus(Bus):
             for begin in range(0, len(transactions), TRANSACTIONS_MAX)
         ]
         requests = [(encode_request(batch), len(batch)) for batch in batches]
-        if self._underway:
-            # Interrupted even before the connection could be closed.
-            self._release()
-        self._underway = True
         try:
             results = self._carry_out(requests)
         except BaseException:
+            # Ctrl-C included: the reply that was not read would answer the next request.
             self._release()
             raise
-        self._underway = False
         return [
             result if isinstance(result, bytes) else failure(result, transaction.address)
             for result, transaction in zip(results, transactions, strict=True)
@@ -132,7 +127,6 @@ class SocketBus(Bus):
             self._connection.close()
         self._connection = None
         self._received.clear()
-        self._underway = False
 
 
 def _this_process() -> Host:
