@@ -688,3 +688,23 @@ def test_a_limit_is_told_with_joint_and_remedy_and_nothing_is_sent(
     with pytest.raises(LimitError, match=words):
         command(joint)
     assert world.tap.calls == []
+
+
+def test_no_room_is_known_without_a_position() -> None:
+    world = World()
+    (joint,) = world.ready("j1")
+    sample = joint.read_state()._replace(position=None)
+    with pytest.raises(NotHomedError, match="j1: its position is not known"):
+        joint.require_room(0.1, sample, world.arm.now())
+
+
+def test_a_joint_that_let_go_unseen_is_told_so_also_where_there_is_no_room() -> None:
+    world = World(v1=True)
+    (joint,) = world.ready("j1")
+    fast = math.copysign(joint.parameters.max_velocity, joint.get_position())
+    with pytest.raises(LimitError):
+        joint.set_velocity(fast)
+    world.tap.transfer([Transaction(0x11, bytes((Register.SETCURRENT, 0)), 1)])
+    world.arm.run(0.05)
+    with pytest.raises(NotEnabledError):
+        joint.set_velocity(fast)
