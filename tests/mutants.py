@@ -40,6 +40,11 @@ TURN = ("tests/robot/test_turn.py",)
 LIFECYCLE = ("tests/hardware/test_lifecycle.py",)
 CLEARANCE = ("tests/control/test_clearance.py",)
 SUPERVISOR = ("tests/control/test_supervisor.py",)
+TOOL_SPEED = ("tests/control/test_tool_speed.py",)
+FLIGHT_RECORD = ("tests/control/test_flight_record.py",)
+TEACH_FILE = ("tests/robot/test_teach_table.py",)
+GREETING = ("tests/drivers/test_greeting.py",)
+SOCKET = ("tests/sim/test_socket_bus.py",)
 
 MUTANTS = (
     Mutant(
@@ -616,6 +621,118 @@ MUTANTS = (
         "limiter.stages = (self.tool_speed, self.clearance)",
         "limiter.stages = (self.tool_speed,)",
         ("tests/robot/test_pose_motions.py",),
+    ),
+    Mutant(
+        "a tool whose speed is not known stands still",
+        f"{CONTROL}/tool_speed.py",
+        "        if speed <= self.limit * _ROUNDING:\n            return",
+        "        if not speed > self.limit * _ROUNDING:\n            return",
+        TOOL_SPEED,
+    ),
+    Mutant(
+        "no share of a speed that is no number",
+        f"{CONTROL}/tool_speed.py",
+        "share = self.limit / speed if speed == speed else 0.0",
+        "share = self.limit / speed",
+        TOOL_SPEED,
+    ),
+    Mutant(
+        "the boot of a joint that is given a new session",
+        "src/bioscara/drivers/session.py",
+        "if before is None or now is None or now.boot_id != before.boot_id:",
+        "if before is None or now is None:",
+        ("tests/drivers/test_doubt.py",),
+    ),
+    Mutant(
+        "a flight record is whole or does not exist",
+        f"{CONTROL}/flight_record.py",
+        "                return path, partial\n",
+        "                partial.unlink()\n                return path, path\n",
+        FLIGHT_RECORD,
+    ),
+    Mutant(
+        "a flight record is on the disk before it has its name",
+        f"{CONTROL}/flight_record.py",
+        "                os.fsync(file.fileno())\n",
+        "",
+        FLIGHT_RECORD,
+    ),
+    Mutant(
+        "a teach file is on the disk before it replaces another",
+        "src/bioscara/robot/teach_file.py",
+        "                os.fsync(file.fileno())\n",
+        "",
+        TEACH_FILE,
+    ),
+    Mutant(
+        "the name of a teach file is on the disk",
+        "src/bioscara/robot/teach_file.py",
+        "            os.fsync(folder)\n",
+        "            pass\n",
+        TEACH_FILE,
+    ),
+    Mutant(
+        "version 2 on this bus stays version 2",
+        "src/bioscara/drivers/greeting.py",
+        "if address in _version_2.get(bus, ()):",
+        "if False:",
+        GREETING,
+    ),
+    Mutant(
+        "one plain answer makes no version 1 joint",
+        "src/bioscara/drivers/greeting.py",
+        "_PLAIN_ANSWERS = 12",
+        "_PLAIN_ANSWERS = 1",
+        GREETING,
+    ),
+    Mutant(
+        "an answer of neither version makes no version 1 joint",
+        "src/bioscara/drivers/greeting.py",
+        "            if corrupt is None:\n",
+        "            if True:\n",
+        GREETING,
+    ),
+    Mutant(
+        "an intact PING between answers of version 1",
+        "src/bioscara/drivers/greeting.py",
+        "            _require_pong(bus, address)\n",
+        "",
+        GREETING,
+    ),
+    Mutant(
+        "one byte of an answer before the rest",
+        "src/bioscara/drivers/greeting.py",
+        "first = _MAGIC_FIRST if shown else",
+        "first = _MAGIC_FIRST if True else",
+        GREETING,
+    ),
+    Mutant(
+        "no reply of an interrupted transfer is left",
+        "src/bioscara/sim/socket_bus.py",
+        "            self._release()\n            raise\n",
+        "            raise\n",
+        SOCKET,
+    ),
+    Mutant(
+        "the number of a frame on the socket",
+        "src/bioscara/sim/framing.py",
+        "if (frame.kind, frame.sequence) != (kind, sequence):",
+        "if frame.kind != kind:",
+        SOCKET,
+    ),
+    Mutant(
+        "one host of the simulated arm at a time",
+        "src/bioscara/sim/server.py",
+        "            if not other.gone():\n",
+        "            if False:\n",
+        SOCKET,
+    ),
+    Mutant(
+        "the deadline of a frame on the socket",
+        "src/bioscara/sim/server.py",
+        "if client.deadline is not None and now > client.deadline:",
+        "if False:",
+        SOCKET,
     ),
 )
 
