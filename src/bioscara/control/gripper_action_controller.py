@@ -133,7 +133,7 @@ class GripperActionController(Controller[GripperActionParameters]):
         """
         if self.state is not State.ACTIVE:
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
-        self._check(goal)
+        self.check(goal)
         self._end(Status.CANCELED, "a newer goal took its place")
         self._give(goal.position[0])
         self._still = 0.0
@@ -204,7 +204,13 @@ class GripperActionController(Controller[GripperActionParameters]):
         )
         goal.status, goal.text = status, text
 
-    def _check(self, goal: GripperGoal) -> None:
+    def check(self, goal: GripperGoal) -> None:
+        """Raise unless :meth:`send_goal` would take the values of a goal.
+
+        Raises:
+            GoalRejectedError: There is not exactly one position, or a value is not finite or
+                outside its limits.
+        """
         name = self.parameters.joint
         if len(goal.position) != 1:
             raise GoalRejectedError(

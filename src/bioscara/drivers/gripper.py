@@ -30,6 +30,11 @@ class GripperState:
 class Gripper:
     """The gripper on one PWM output.
 
+    The width outlives the process: the kernel goes on with the last pulse after a ``kill -9``, and
+    :meth:`enable` goes on from that. The state file is for a loss of power, and for a servo that
+    was let go. :meth:`keep`, :meth:`set_width` and :meth:`disable` write it and wait for the disk;
+    nothing else does.
+
     Args:
         pwm: The output.
         parameters: What the gripper is.
@@ -40,7 +45,7 @@ class Gripper:
         self.parameters = parameters
         self._pwm, self._file = pwm, state_file
         self._enabled = False
-        self._width = self._kept()
+        self._width = self._saved = self._kept()
 
     @property
     def state(self) -> GripperState:
@@ -58,16 +63,24 @@ class Gripper:
     def enable(self) -> None:
         """Drive the servo to where it is: to the pulse that runs, else to the last width.
 
+        The last width is the one in the state file, unless this object told another one since.
+
         Raises:
             GripperError: The output cannot be used; names path and remedy.
         """
         running = self._pwm.pulse()
-        self._width = self._kept() if running is None else self._width_of(running)
+        if running is not None:
+            self._width = self._width_of(running)
+        elif self._width == self._saved:
+            self._width = self._saved = self._kept()
         self._pwm.start(1.0 / self.parameters.frequency, self._pulse_of(self._width))
         self._enabled = True
 
-    def disable(self) -> None:
+    def disable(self, *, keep: bool = True) -> None:
         """Keep the width and let the servo go.
+
+        Args:
+            keep: False lets go without a file access, as a control cycle must.
 
         Raises:
             GripperError: The output or the state file cannot be written; the servo is let go
@@ -76,18 +89,37 @@ class Gripper:
         if not self._enabled:
             return
         self._enabled = False
-        lower, upper = self.parameters.lower, self.parameters.upper
         try:
-            write_width(self._file, min(max(self._width, lower), upper))
+            if keep:
+                self._save(self._width)
         finally:
             self._pwm.stop()
 
+    def keep(self, width: float | None = None) -> None:
+        """Put a width into the state file, if it is not the one kept there last.
+
+        Takes as long as the disk does, on a memory card up to some 100 ms: never within a control
+        cycle. Keep a width before the jaws are told it, and the one told last when they were
+        stopped before it: then after a loss of power the file is off by what the jaws had still to
+        go, and not at all once they rest.
+
+        Args:
+            width: What the jaws will be told [m], bounded as by :meth:`set_width`; None for the
+                width told last.
+
+        Raises:
+            GripperError: The state file cannot be written; it holds what it held before.
+        """
+        told = self._width if width is None else self._width_of(self._pulse_of(width))
+        if told != self._saved:
+            self._save(told)
+
     def set_width(self, width: float) -> float:
-        """Move the jaws and return the width that they are told.
+        """Keep a width, move the jaws, and return the width that they are told.
 
         A width beyond the limits, or beyond what the servo can do, is bounded, as the original
-        driver does. The width is kept in the state file first, which takes some milliseconds on
-        a memory card; the width that is told already costs nothing.
+        driver does. It waits for the disk as :meth:`keep` does; the width that is told already
+        costs nothing.
 
         Args:
             width: Width between the jaws [m].
@@ -99,10 +131,22 @@ class Gripper:
         if not math.isfinite(width):
             raise InvalidArgumentError(f"gripper width: {width} is not a finite number")
         self._require_enabled()
+        self.keep(width)
+        return self.tell_width(width)
+
+    def tell_width(self, width: float) -> float:
+        """As :meth:`set_width`, without keeping the width: for a control cycle.
+
+        Raises:
+            InvalidArgumentError: Not finite.
+            GripperError: Not enabled, or the output cannot be written.
+        """
+        if not math.isfinite(width):
+            raise InvalidArgumentError(f"gripper width: {width} is not a finite number")
+        self._require_enabled()
         pulse = self._pulse_of(width)
         told = self._width_of(pulse)
         if told != self._width:
-            write_width(self._file, told)
             self._pwm.set_pulse(pulse)
             self._width = told
         return told
@@ -124,6 +168,11 @@ class Gripper:
         self._pwm.set_pulse(pulse)
         self._width = self._width_of(pulse)
         return (pulse - self.parameters.pulse_center) / self.parameters.pulse_per_deg
+
+    def _save(self, width: float) -> None:
+        lower, upper = self.parameters.lower, self.parameters.upper
+        write_width(self._file, min(max(width, lower), upper))
+        self._saved = width
 
     def _kept(self) -> float:
         parameters = self.parameters
