@@ -328,7 +328,7 @@ def test_a_pose_can_go_unless_every_arm_has_it() -> None:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 350.0])
 def test_values_that_cannot_be_are_refused(value: float) -> None:
-    with pytest.raises(InvalidArgumentError, match=r"pose a, x: .* is outside"):
+    with pytest.raises(InvalidArgumentError, match=r"pose a, x.* is (outside|nan|inf)"):
         NamedPose("a", None, Pose(value, 0.0, 0.0))
     with pytest.raises(InvalidArgumentError, match=r"pose a, j3: .* is outside"):
         NamedPose("a", Joints(0.0, 0.0, value, 0.0))

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from bioscara.arguments import number, numbers
 from bioscara.drivers.pwm import Pwm
 from bioscara.drivers.width_file import read_width, write_width
 from bioscara.errors import GripperError, InvalidArgumentError
@@ -108,9 +109,12 @@ class Gripper:
                 width told last.
 
         Raises:
+            InvalidArgumentError: Not finite.
             GripperError: The state file cannot be written; it holds what it held before.
         """
-        told = self._width if width is None else self._width_of(self._pulse_of(width))
+        told = self._width
+        if width is not None:
+            told = self._width_of(self._pulse_of(number("gripper width", width)))
         if told != self._saved:
             self._save(told)
 
@@ -128,8 +132,7 @@ class Gripper:
             InvalidArgumentError: Not finite.
             GripperError: Not enabled, or the output or the state file cannot be written.
         """
-        if not math.isfinite(width):
-            raise InvalidArgumentError(f"gripper width: {width} is not a finite number")
+        width = number("gripper width", width)
         self._require_enabled()
         self.keep(width)
         return self.tell_width(width)
@@ -141,8 +144,7 @@ class Gripper:
             InvalidArgumentError: Not finite.
             GripperError: Not enabled, or the output cannot be written.
         """
-        if not math.isfinite(width):
-            raise InvalidArgumentError(f"gripper width: {width} is not a finite number")
+        width = number("gripper width", width)
         self._require_enabled()
         pulse = self._pulse_of(width)
         told = self._width_of(pulse)
@@ -161,8 +163,7 @@ class Gripper:
             InvalidArgumentError: Not finite.
             GripperError: Not enabled, or the output cannot be written.
         """
-        if not math.isfinite(angle_deg):
-            raise InvalidArgumentError(f"gripper servo angle: {angle_deg} is not a finite number")
+        angle_deg = number("gripper servo angle", angle_deg)
         self._require_enabled()
         pulse = self._bounded_pulse(angle_deg)
         self._pwm.set_pulse(pulse)
@@ -212,15 +213,18 @@ def calibrate(
     Raises:
         InvalidArgumentError: The points are not finite, or do not make a line with a slope.
     """
-    (first_deg, first_width), (second_deg, second_width) = first, second
-    if not all(map(math.isfinite, (*first, *second))):
-        raise InvalidArgumentError(f"gripper calibration: {first} and {second} must be finite")
+    if not isinstance(parameters, GripperParameters):
+        raise InvalidArgumentError("gripper calibration: give the parameters of a gripper first")
+    pairs = [numbers("gripper calibration: a point", point) for point in (first, second)]
+    if any(len(pair) != 2 for pair in pairs):
+        raise InvalidArgumentError("gripper calibration: a point is an angle [deg] and a width [m]")
+    (first_deg, first_width), (second_deg, second_width) = pairs
     if first_deg == second_deg or first_width == second_width:
         raise InvalidArgumentError(
             f"gripper calibration: {first} and {second} must differ in angle and in width"
         )
-    return replace(
-        parameters,
-        deg_per_m=(first_deg - second_deg) / (first_width - second_width),
-        zero_width=(first_deg * second_width - second_deg * first_width) / (first_deg - second_deg),
-    )
+    slope = (first_deg - second_deg) / (first_width - second_width)
+    zero = (first_deg * second_width - second_deg * first_width) / (first_deg - second_deg)
+    if slope == 0.0 or not math.isfinite(slope) or not math.isfinite(zero):
+        raise InvalidArgumentError(f"gripper calibration: no line goes through {first}, {second}")
+    return replace(parameters, deg_per_m=slope, zero_width=zero)

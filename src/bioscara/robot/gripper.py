@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from bioscara.arguments import number
 from bioscara.control.goals import Status
 from bioscara.control.gripper_messages import GripperGoal, GripperResult
-from bioscara.errors import GripperError
+from bioscara.errors import GoalRejectedError, GripperError
 from bioscara.hardware import GripperHardware, State
 from bioscara.report import Phase
 from bioscara.robot.running import Motion
@@ -92,6 +93,7 @@ class RobotGripper:
             BusyError: Another call is using the arm.
         """
         self._drive()
+        width = number("the width", width, error=GoalRejectedError)
         stack, wanted = self._stack(), GripperGoal((width,))
         stack.gripper.check(wanted)
         # Before the first cycle: the disk may take longer than one.
