@@ -35,7 +35,24 @@ def shown(value: object) -> str:
         return f"a {type(value).__name__}"
     if len(text) > _SHOWN:
         text = f"{text[: _SHOWN - 4]} ..."
-    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+    return printable(text)
+
+
+def printable(text: str, keep: str = "") -> str:
+    """Return a text from outside with what is not printable escaped, as Python writes it.
+
+    Names of files and of joints may hold line ends and the control sequences of a terminal.
+
+    Args:
+        text: Any text.
+        keep: Characters that stay all the same, such as line ends.
+    """
+    if text.isprintable():
+        return text
+    return "".join(
+        c if c.isprintable() or c in keep else c.encode("unicode_escape", "surrogatepass").decode()
+        for c in text
+    )
 
 
 def number(
