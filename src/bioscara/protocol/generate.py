@@ -170,8 +170,8 @@ A frame has at most 13 bytes after its address byte. Of damage to it the CRC det
 What passes the CRC has to be of a known register, its exact length, finite and within the limits of
 its fields before it is executed. A copy of a frame is recognised while its sequence number is among
 the last 128; one that is older counts as new. There is no secret in a frame: the check is against
-noise on the wires, and everything that can write to the bus can move the arm. Version 1 has no check
-at all.
+noise on the wires, and everything that can write to the bus can move the arm. Version 1 has no
+check at all.
 """
 
 
