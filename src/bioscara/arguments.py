@@ -14,6 +14,7 @@ from numbers import Real
 from typing import TYPE_CHECKING, Any
 
 from bioscara.errors import InvalidArgumentError
+from bioscara.printing import printable
 
 if TYPE_CHECKING:
     import numpy as np
@@ -36,23 +37,6 @@ def shown(value: object) -> str:
     if len(text) > _SHOWN:
         text = f"{text[: _SHOWN - 4]} ..."
     return printable(text)
-
-
-def printable(text: str, keep: str = "") -> str:
-    """Return a text from outside with what is not printable escaped, as Python writes it.
-
-    Names of files and of joints may hold line ends and the control sequences of a terminal.
-
-    Args:
-        text: Any text.
-        keep: Characters that stay all the same, such as line ends.
-    """
-    if text.isprintable():
-        return text
-    return "".join(
-        c if c.isprintable() or c in keep else c.encode("unicode_escape", "surrogatepass").decode()
-        for c in text
-    )
 
 
 def number(

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from bioscara.arguments import printable, shown
+from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError
 from bioscara.model.checks import Section
 
@@ -173,7 +173,7 @@ def sections_of(text: str, source: str) -> YamlSection:
         node = yaml.load(text)
     except MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
-        raise ConfigurationError(f"{source}, line {line}: {printable(error.problem)}") from error
+        raise ConfigurationError(f"{source}, line {line}: {error.problem}") from error
     except ReaderError as error:
         line = text.count("\n", 0, error.position) + 1
         raise ConfigurationError(f"{source}, line {line}: {error.reason}") from error
