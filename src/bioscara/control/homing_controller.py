@@ -261,7 +261,8 @@ class HomingController(Controller[HomingParameters]):
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         for joint in joints:
             if not isinstance(joint, str) or joint not in self.parameters.joints:
+                name = shown(joint).strip("'")
                 raise GoalRejectedError(
-                    f"{shown(joint)} is not a joint of {self.name}; it has "
+                    f"{name} is not a joint of {self.name}; it has "
                     f"{', '.join(self.parameters.joints)}"
                 )

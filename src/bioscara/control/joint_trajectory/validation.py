@@ -26,6 +26,7 @@ every curve that a cycle draws to the first point."""
 _ROUGHNESS = 1e-5
 """What rounding makes of the accelerations of planned points [rad/s^2 or m/s^2]."""
 _UNIT_HINTS = {"rad": "angles are in rad, not in degrees", "m": "lengths are in m, not in mm"}
+_PLAIN = frozenset({float})
 _FIELDS = ("positions", "velocities", "accelerations")
 
 
@@ -126,6 +127,10 @@ def _plain_point(index: int, point: Point) -> Point:
     if not isinstance(point, Point):
         raise GoalRejectedError(f"point {index} is {shown(point)}; give Point(time, positions)")
     time, *columns = point
+    if type(time) is float and all(
+        type(values) is tuple and set(map(type, values)) <= _PLAIN for values in columns
+    ):
+        return point  # what is finite is looked at below; a plan has very many points
     return Point(
         number(f"point {index}: time_from_start", time, error=GoalRejectedError),
         *(
