@@ -41,12 +41,16 @@
     ├── MotionTimeoutError            a motion took longer than it may
     └── MotionCancelledError          a motion was asked to end early
 
+Messages are one printable line: what is not printable in a name from outside is escaped.
+
 ``code`` is the number that the field already knows (the original driver's); it never changes
 its meaning. Errors that concern one thing carry it as attributes, so that a program can react
 without parsing the message.
 """
 
 from __future__ import annotations
+
+from bioscara.printing import printable
 
 
 class BioscaraError(Exception):
@@ -57,6 +61,9 @@ class BioscaraError(Exception):
     """
 
     code = -1
+
+    def __str__(self) -> str:
+        return printable(super().__str__())
 
 
 class InvalidArgumentError(BioscaraError, ValueError):
@@ -241,7 +248,7 @@ class JointError(BioscaraError):
         super().__init__(message)
 
     def __str__(self) -> str:
-        return f"{self.what}; {self.remedy}" if self.remedy else self.what
+        return printable(f"{self.what}; {self.remedy}" if self.remedy else self.what)
 
 
 class NotHomedError(JointError):

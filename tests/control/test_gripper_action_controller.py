@@ -295,7 +295,7 @@ def test_rule_71_exactly_one_position_or_reject(positions: tuple[float, ...]) ->
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 def test_a_position_that_is_not_finite_is_refused(value: float) -> None:
     bench = Bench()
-    with pytest.raises(GoalRejectedError, match=f"gripper: position {value} is not a finite"):
+    with pytest.raises(GoalRejectedError, match=f"gripper: position .* is {value}, which"):
         bench.go(value)
     bench.run(0.1)
     assert bench.jaws.target == 0.08

@@ -406,9 +406,9 @@ def test_zero_for_a_joint_that_does_not_home_changes_nothing() -> None:
 def test_a_command_without_a_direction_is_refused(command: float) -> None:
     world = World(home=False)
     homing = start(world)
-    with pytest.raises(GoalRejectedError, match=f"j1: home command {command} has no direction"):
+    with pytest.raises(GoalRejectedError, match=r"j1: home command .*(no direction|not a finite)"):
         homing.trigger("j1", command)
-    with pytest.raises(GoalRejectedError, match="has no direction"):
+    with pytest.raises(GoalRejectedError, match=r"has no direction|not a finite"):
         homing.send_goal({"j2": 1.0, "j1": command})
     assert homing.goal is None
 

@@ -187,6 +187,24 @@ def test_rule_50_claim_conflicts_are_refused_in_both_modes(
 
 
 @pytest.mark.parametrize("strictness", list(Strictness))
+def test_rule_50_one_controller_moves_a_joint(world: World, strictness: Strictness) -> None:
+    position, velocity = wild(world, "position", J1), wild(world, "velocity", "j1/velocity")
+    both, manager, now = wild(world, "both", J1, "j1/velocity"), world.manager, world.clock.now()
+    with pytest.raises(SwitchError, match="velocity cannot claim j1/velocity: position has or"):
+        manager.switch(now, ("position", "velocity"), (), strictness)
+    assert world.axis("j1").mode is Mode.NONE
+    for first, second in ((position, velocity), (velocity, position)):
+        world.switch(first.name)
+        with pytest.raises(SwitchError, match=f"{second.name} cannot claim .* {first.name} has"):
+            manager.switch(now, (second.name,), (), strictness)
+        assert (first.state, second.state) == (State.ACTIVE, State.INACTIVE)
+        world.switch(second.name, off=(first.name,))
+        world.switch("both", off=(second.name,))
+        assert both.state is State.ACTIVE
+        world.switch(off=("both",))
+
+
+@pytest.mark.parametrize("strictness", list(Strictness))
 def test_rule_50_interfaces_of_unconfigured_hardware_are_not_there(
     strictness: Strictness,
 ) -> None:

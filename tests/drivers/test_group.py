@@ -306,7 +306,7 @@ def test_one_velocity_too_many_sends_nothing() -> None:
     world.tap.calls.clear()
     with pytest.raises(LimitError, match="j3 velocity"):
         drive(joints, [0.1, 99.0])
-    with pytest.raises(InvalidArgumentError, match="nan is not a finite number"):
+    with pytest.raises(InvalidArgumentError, match="is nan, which is not a finite number"):
         drive(joints, [math.nan, 0.1])
     with pytest.raises(InvalidArgumentError, match="1 velocities for 2 joints"):
         drive(joints, [0.1])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -121,31 +122,57 @@ def test_an_error_lets_the_servo_go_and_is_no_end_where_its_width_cannot_be_kept
     assert gripper.state is State.FINALIZED
 
 
-@pytest.mark.parametrize("broken", ["state file", "output"])
-def test_a_width_that_cannot_be_kept_or_told_is_given_up_and_named(
-    gripper: GripperHardware, servo: SimulatedServo, tmp_path: Path, broken: str
+def test_a_width_that_cannot_be_told_is_given_up_and_named(
+    gripper: GripperHardware, servo: SimulatedServo
 ) -> None:
     gripper.set_state(State.ACTIVE)
     claim(gripper)
     cycle(gripper, 0.06)
     pulse, command = servo.pulse(), gripper.commands["gripper/position"]
-    if broken == "state file":
-        (tmp_path / "width.new").mkdir()
-    else:
-        duty = next(servo.root.glob("*/*/duty_cycle"))
-        duty.rename(duty.with_name("gone"))
-        duty.mkdir()
+    duty = next(servo.root.glob("*/*/duty_cycle"))
+    duty.rename(duty.with_name("gone"))
+    duty.mkdir()
     cycle(gripper, 0.05)
     assert isinstance(command.problem, GripperError)
     assert gripper.problems == [command.problem]
     assert command.value == pytest.approx(0.06)
-    if broken == "output":
-        duty.rmdir()
-        duty.with_name("gone").rename(duty)
+    duty.rmdir()
+    duty.with_name("gone").rename(duty)
     assert servo.pulse() == pulse
     assert gripper.state is State.ACTIVE
     assert cycle(gripper) == (pytest.approx(0.06), 0.0)
     assert gripper.problems == []
+
+
+def test_a_cycle_tells_a_width_and_keeps_none(
+    gripper: GripperHardware, servo: SimulatedServo, tmp_path: Path
+) -> None:
+    gripper.set_state(State.ACTIVE)
+    claim(gripper)
+    (tmp_path / "width.new").mkdir()
+    cycle(gripper, 0.06)
+    assert gripper.problems == []
+    assert not (tmp_path / "width").exists()
+    with pytest.raises(GripperError, match="width cannot be kept"):
+        gripper.keep()
+    (tmp_path / "width.new").rmdir()
+    gripper.keep()
+    assert json.loads((tmp_path / "width").read_text())["width"] == pytest.approx(0.06)
+    gripper.keep(5.0)
+    assert json.loads((tmp_path / "width").read_text())["width"] == pytest.approx(0.112, abs=1e-5)
+    assert cycle(gripper)[0] == pytest.approx(0.06)
+
+
+def test_after_an_error_it_goes_on_from_the_width_that_it_was_told_last(
+    gripper: GripperHardware, servo: SimulatedServo
+) -> None:
+    gripper.set_state(State.ACTIVE)
+    claim(gripper)
+    cycle(gripper, 0.06)
+    pulse = servo.pulse()
+    gripper.fail()
+    gripper.set_state(State.ACTIVE)
+    assert servo.pulse() == pulse
 
 
 def test_without_an_output_it_is_not_configured(

@@ -140,6 +140,22 @@ def test_rule_51_position_with_velocity_needs_protocol_2() -> None:
         arm.prepare_command_mode_switch(["j1/position", "j1/velocity"], [])
 
 
+@pytest.mark.parametrize(("first", "second"), [("position", "velocity"), ("velocity", "position")])
+def test_rule_51_position_and_velocity_of_a_joint_are_claimed_together_or_not_at_all(
+    first: str, second: str
+) -> None:
+    _, arm = ready()
+    switch(arm, f"j1/{first}")
+    for change in (arm.prepare_command_mode_switch, arm.perform_command_mode_switch):
+        with pytest.raises(ModeSwitchError, match=f"j1: {second} cannot be claimed while {first}"):
+            change([f"j1/{second}"], [])
+    assert arm.axes[0].mode is Mode({"position": Mode.POSITION, "velocity": Mode.VELOCITY}[first])
+    switch(arm, f"j1/{first}", f"j1/{second}", stop=(f"j1/{first}",))
+    assert arm.axes[0].mode is Mode.TRACK
+    switch(arm, f"j1/{first}", f"j1/{second}", stop=(f"j1/{first}", f"j1/{second}"))
+    assert arm.axes[0].mode is Mode.TRACK
+
+
 def test_rule_51_an_unknown_interface_gets_a_proposal() -> None:
     _, arm = ready(home=False)
     with pytest.raises(ModeSwitchError, match=r"did you mean j1/position\?"):

@@ -229,7 +229,7 @@ def test_what_is_no_number_is_refused(value: float, which: int) -> None:
     values[which] = value
     jog = Jog(ARM, LIMITS, REST)
     for kind in (JointVelocity, ToolVelocity):
-        with pytest.raises(InvalidArgumentError, match="must be a finite number"):
+        with pytest.raises(InvalidArgumentError, match="not a finite number"):
             jog.command(kind(*values[:4]), values[4])
     assert jog.step(0.0, PERIOD) == (REST, Joints(0.0, 0.0, 0.0, 0.0))
 
@@ -254,5 +254,5 @@ def test_a_wrong_unit_is_named() -> None:
 
 @pytest.mark.parametrize("period", [0.0, -0.02, math.nan, math.inf])
 def test_a_period_must_be_above_zero(period: float) -> None:
-    with pytest.raises(InvalidArgumentError, match="above zero"):
+    with pytest.raises(InvalidArgumentError, match=r"not above 0|not a finite"):
         Jog(ARM, LIMITS, REST).step(0.0, period)

@@ -247,7 +247,7 @@ def test_a_goal_that_is_the_start_takes_no_time() -> None:
 
 @pytest.mark.parametrize("speed", [0.0, 1e-200, 1e-120, 9e-4, -1.0, 10.0, math.nan])
 def test_an_odd_speed_is_refused(speed: float) -> None:
-    with pytest.raises(InvalidArgumentError, match=r"speed .* outside 0\.001 \.\. 1"):
+    with pytest.raises(InvalidArgumentError, match=r"speed .* outside 0\.001 \.\. 1|nan"):
         point_to_point(NAMES, (0.0,) * 4, GOAL, LIMITS, speed=speed)
 
 

@@ -221,7 +221,7 @@ A, B, C = RECTANGLE[:3]
             "waypoint 1: x of the via is inf",
         ),
         ([Waypoint(A, blend=-0.01), Waypoint(B)], r"waypoint 0: blend -0.01 m"),
-        ([Waypoint(A, blend=math.nan), Waypoint(B)], "waypoint 0: blend nan m"),
+        ([Waypoint(A, blend=math.nan), Waypoint(B)], "waypoint 0: blend is nan"),
         (
             [Waypoint(A, blend=1e-5), Waypoint(B)],
             r"waypoint 0: blend 1e-05 m is less",

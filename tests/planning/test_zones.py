@@ -333,7 +333,7 @@ def test_a_scene_is_read(tmp_path: Path) -> None:
         ("keep: out", "keep: off", r"line 5: zones\[0\].keep: 'off' .* one of in, out"),
         ("[0.3, 0.1, 0.0]", "[0.3, 0.1]", r"line 5: zones\[0\].lower: .* not \[x, y, z\]"),
         ("[0.3, 0.1, 0.0]", "[300, 100, 0]", "line 5: zone reader: x: 300 m.*millimetres"),
-        ("[0.3, 0.1, 0.0]", "[0.3, 0.1, .nan]", "line 5: zone reader: z: nan m is outside"),
+        ("[0.3, 0.1, 0.0]", "[0.3, 0.1, .nan]", "line 5: zone reader: z is nan"),
         ("[0.3, 0.1, 0.0]", "[0.3, 0.4, 0.0]", "line 5: zone reader: y goes from"),
         ("radius: 0.9", "radius: 0", "line 6: zone cell: radius: 0 m is outside"),
         ("radius: 0.9", "diameter: 0.9", "line 6: .*diameter is not a known parameter"),

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import struct
+from collections import Counter
+from itertools import combinations
 
 import pytest
 from hypothesis import given
@@ -312,3 +314,31 @@ def test_directions_are_complete() -> None:
         readable = row.direction in {Direction.READ, Direction.READ_WRITE}
         writable = row.direction in {Direction.WRITE, Direction.READ_WRITE, Direction.EXCHANGE}
         assert (row.register in READ, row.register in WRITE) == (readable, writable)
+
+
+def test_the_check_byte_catches_what_the_page_says() -> None:
+    """The CRC is linear: an error passes where the remainders of its bits cancel out."""
+    longest = max(
+        size + TRAILER
+        for messages in (READ, WRITE)
+        for message in messages.values()
+        for size in (message.request_size, message.answer_size)
+    )
+    assert longest == 13
+    bits = 8 * longest
+    remainders = [crc8((1 << bit).to_bytes(longest, "big")) for bit in range(bits)]
+    pairs = Counter(a ^ b for a, b in combinations(remainders, 2))
+    assert 0 not in remainders, "one bit"
+    assert 0 not in pairs, "two bits"
+    assert all(bin(each).count("1") % 2 for each in remainders), "an odd number of bits"
+    # Each set of four bits is three pairs of pairs.
+    passing = sum(count * (count - 1) // 2 for count in pairs.values()) // 3
+    assert passing / math.comb(bits, 4) == pytest.approx(0.0080, abs=5e-5)
+    assert {crc8((value,)) for value in range(256)} == set(range(256)), "noise, 1 in 256"
+    for first in range(bits - 7):
+        burst = remainders[first : first + 8]
+        for pattern in range(1, 256):
+            left = 0
+            for bit in range(8):
+                left ^= burst[bit] if pattern >> bit & 1 else 0
+            assert left, f"burst {pattern:#x} at bit {first}"

@@ -215,7 +215,9 @@ def test_a_table_that_is_too_large_to_be_read_again_is_not_saved(tmp_path: Path)
     file = tmp_path / "poses.yaml"
     save_table(file, TABLE)
     long = replace(TABLE, poses=tuple(replace(PLATE, name=f"p{i}") for i in range(8000)))
-    with pytest.raises(ConfigurationError, match=r"poses take 1\.\d+ MiB, a file holds 1;"):
+    with pytest.raises(
+        ConfigurationError, match=r"poses take 1\.\d+ MiB and 40007 lines, a file holds 1 MiB"
+    ):
         save_table(file, long)
     assert load_table(file, FINGERS) == TABLE
 
@@ -348,11 +350,11 @@ def test_a_pose_can_go_unless_every_arm_has_it() -> None:
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 350.0])
 def test_values_that_cannot_be_are_refused(value: float) -> None:
-    with pytest.raises(InvalidArgumentError, match=r"pose a, x: .* is outside"):
+    with pytest.raises(InvalidArgumentError, match=r"pose a, x.* is (outside|nan|inf)"):
         NamedPose("a", None, Pose(value, 0.0, 0.0))
-    with pytest.raises(InvalidArgumentError, match=r"pose a, j3: .* is outside"):
+    with pytest.raises(InvalidArgumentError, match=r"pose a, j3.* is (outside|nan|inf)"):
         NamedPose("a", Joints(0.0, 0.0, value, 0.0))
-    with pytest.raises(InvalidArgumentError, match=r"tool a, mass: .* is outside"):
+    with pytest.raises(InvalidArgumentError, match=r"tool a, mass.* is (outside|nan|inf)"):
         Tool("a", Pose(0.0, 0.0, 0.0), value)
 
 

@@ -39,7 +39,7 @@ WRONG: list[tuple[Call, str]] = [
     (lambda r: r.move_sequence([(0.4, 0.2, 0.25)]), r"^waypoint 0 is \(0\.4, .*give Waypoint"),
     (
         lambda r: r.move_sequence(Waypoint(GOAL)),
-        r"^the waypoints are Waypoint\(.*\); give a list of Waypoint\(pose\)$",
+        r"^the waypoints are Waypoint\(.*; give a list of Waypoint\(pose\)$",
     ),
     (lambda r: r.move_sequence(None), "^the waypoints are None; give a list"),
     (

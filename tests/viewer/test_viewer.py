@@ -222,3 +222,53 @@ def test_a_description_that_is_no_tree_is_refused(old: str, new: str, complaint:
     assert old in text
     with pytest.raises(ConfigurationError, match=complaint):
         Tree(Urdf(text.replace(old, new, 1), "arm.urdf"))
+
+
+OWN = "127.0.0.1:{port}"
+FOREIGN = [
+    {"Host": "evil.example"},
+    {"Host": "evil.example:{port}"},
+    {"Host": "127.0.0.1"},
+    {"Host": "127.0.0.1:1"},
+    {"Host": "127.0.0.1:{port}.evil.example"},
+    {"Host": "0.0.0.0:{port}"},
+    {"Host": OWN, "Origin": "http://evil.example"},
+    {"Host": OWN, "Origin": "https://127.0.0.1:{port}"},
+    {"Host": OWN, "Origin": "http://127.0.0.1:1"},
+    {"Host": OWN, "Origin": "null"},
+    {"Host": OWN, "Origin": "http://evil.example:{port}"},
+]
+UPGRADE = {
+    "Upgrade": "websocket",
+    "Connection": "Upgrade",
+    "Sec-WebSocket-Version": "13",
+    "Sec-WebSocket-Key": "dGhlIHNhbXBsZSBub25jZQ==",
+    "Sec-WebSocket-Protocol": f"viser-v{viser.__version__}",
+}
+
+
+def status(page: Page, headers: dict[str, str], *, upgrade: bool) -> int:
+    """Return the status of an answer to a request with these headers, byte by byte as given."""
+    port = int(page.url.rpartition(":")[2])
+    lines = ["GET / HTTP/1.1"]
+    for name, value in {**headers, **(UPGRADE if upgrade else {"Connection": "close"})}.items():
+        lines.append(f"{name}: {value.format(port=port)}")
+    with socket.create_connection(("127.0.0.1", port), timeout=10.0) as connection:
+        connection.sendall("\r\n".join([*lines, "", ""]).encode())
+        return int(connection.recv(100).split()[1])
+
+
+@pytest.mark.parametrize("upgrade", [False, True], ids=["HTTP", "WebSocket"])
+@pytest.mark.parametrize("headers", [*FOREIGN, {}])
+def test_requests_of_other_sites_are_refused(
+    page: Page, headers: dict[str, str], upgrade: bool
+) -> None:
+    assert status(page, headers, upgrade=upgrade) == 403
+
+
+@pytest.mark.parametrize("upgrade", [False, True], ids=["HTTP", "WebSocket"])
+@pytest.mark.parametrize("name", ["127.0.0.1", "localhost", "LOCALHOST"])
+def test_the_page_itself_is_served(page: Page, name: str, upgrade: bool) -> None:
+    host = f"{name}:{{port}}"
+    for headers in ({"Host": host}, {"Host": host, "Origin": f"http://{host}"}):
+        assert status(page, headers, upgrade=upgrade) == (101 if upgrade else 200)

@@ -18,7 +18,7 @@ from __future__ import annotations
 import zlib
 from collections.abc import Generator, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import BinaryIO, NamedTuple
 from urllib.parse import quote, unquote
 
 from bioscara.bus.bus import Transaction
@@ -34,6 +34,8 @@ from bioscara.errors import (
 )
 
 HEADER = b"bioscara-bus 1\n"
+LINE_MAX = 2**16
+"""Longest line that is read [bytes]: a bus call of 42 messages takes some kilobytes."""
 """First line of every recording; the number is the version of the format."""
 
 _ERRORS: dict[str, type[CommunicationError]] = {
@@ -111,9 +113,16 @@ def read_recording(path: str | Path) -> Generator[Record, None, None]:
     """
     try:
         with open(path, "rb") as file:
-            yield from _records(file, str(path))
+            yield from _records(_lines(file, str(path)), str(path))
     except OSError as error:
         raise InvalidArgumentError(f"bus recording {path}: {error.strerror}") from error
+
+
+def _lines(file: BinaryIO, path: str) -> Iterator[bytes]:
+    while line := file.readline(LINE_MAX):
+        if len(line) == LINE_MAX and not line.endswith(b"\n"):
+            raise InvalidArgumentError(f"{path}: a line has more than {LINE_MAX} bytes")
+        yield line
 
 
 def _records(lines: Iterator[bytes], path: str) -> Iterator[Record]:

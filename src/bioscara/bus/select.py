@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from bioscara.arguments import shown
 from bioscara.bus.bus import Bus
 from bioscara.bus.linux import LinuxBus
 from bioscara.errors import InvalidArgumentError
@@ -29,4 +30,4 @@ def open_bus(name: str, other_forms: Sequence[str] = ()) -> Bus:
         if where.startswith("/"):
             return LinuxBus(where)
     forms = ", ".join((*other_forms, *FORMS))
-    raise InvalidArgumentError(f"no bus is named {name!r}; a bus is one of: {forms}")
+    raise InvalidArgumentError(f"no bus is named {shown(name)}; a bus is one of: {forms}")

@@ -20,6 +20,7 @@ from pathlib import Path
 from bioscara.cli.arguments import parse
 from bioscara.cli.status import Status
 from bioscara.errors import BioscaraError, HardwareError
+from bioscara.printing import printable
 
 
 def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
@@ -59,4 +60,4 @@ def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
 def complain(message: str) -> None:
     """Write one line to standard error."""
     with contextlib.suppress(OSError):
-        print("bioscara: " + " ".join(message.split()), file=sys.stderr)  # noqa: T201
+        print("bioscara: " + printable(" ".join(message.split())), file=sys.stderr)  # noqa: T201

@@ -207,7 +207,8 @@ def _finish(
     """Write the files, show the report, return the exit status."""
     written, problems = folder.finish(summary, history)
     output.line()
-    output.line(text.render(summary, history))
+    for line in [*text.render(summary, history).splitlines(), ""]:
+        output.line(line)
     for path in written:
         output.line(f"wrote {path}")
     if not png.available():

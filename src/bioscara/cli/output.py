@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from bioscara.printing import printable
+
 
 class Output:
     """Writes lines to standard output until it fails; then it stays silent.
@@ -14,10 +16,10 @@ class Output:
         self.problem: OSError | None = None
 
     def line(self, text: str = "") -> None:
-        """Write one line (or several, with line ends between them) at once."""
+        """Write one line at once; what is not printable in it is escaped, also line ends."""
         if self.problem is None:
             try:
-                print(text, flush=True)  # noqa: T201
+                print(printable(text), flush=True)  # noqa: T201
             except OSError as error:
                 self.fail(error)
 

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from bioscara.cli.output import Output
 from bioscara.cli.views import View, cells, progress
+from bioscara.printing import printable
 from bioscara.report import CycleRecord
 
 
@@ -40,7 +41,7 @@ class TableView(View):
         """Say something above the table."""
         if self._output.problem is None:
             try:
-                self._console.print(text, markup=False)
+                self._console.print(printable(text), markup=False)
             except OSError as error:
                 self._output.fail(error)
 

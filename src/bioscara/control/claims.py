@@ -6,8 +6,18 @@ from collections.abc import Collection, Iterable, Sequence
 
 from bioscara.control.controller import AnyController
 from bioscara.errors import SwitchError
-from bioscara.hardware import CommandInterface, HardwareComponent, State, StateInterface
+from bioscara.hardware import (
+    POSITION,
+    VELOCITY,
+    CommandInterface,
+    HardwareComponent,
+    State,
+    StateInterface,
+)
 from bioscara.spelling import did_you_mean
+
+_MOTION = frozenset({POSITION, VELOCITY})
+"""Kinds of command interfaces that move a joint."""
 
 
 class Claims:
@@ -59,11 +69,20 @@ class Claims:
             activate: Controllers that want to become active together.
             deactivate: Controllers that let go at the same time.
 
+        Position and velocity of one joint belong to one controller: of two, the joint could follow
+        only one, so the other would command in vain.
+
         Raises:
-            SwitchError: An interface is missing, unavailable, or somebody else's; names both.
+            SwitchError: An interface is missing, unavailable, or somebody else's, or the other
+                motion interface of its joint is; names both.
         """
         leaving = {controller.name for controller in deactivate}
         wanted: dict[str, str] = {}
+        movers = {
+            handle.joint: (handle.owner, handle.name)
+            for handle in self.commands.values()
+            if handle.kind in _MOTION and handle.owner is not None and handle.owner not in leaving
+        }
         for controller in activate:
             for name in controller.state_interfaces:
                 self._require(controller, name, self.states)
@@ -85,6 +104,20 @@ class Claims:
                         f"{controller.name} and {wanted[name]} both want {name}; activate one"
                     )
                 wanted[name] = controller.name
+                self._check_mover(controller.name, name, movers)
+
+    def _check_mover(self, controller: str, name: str, movers: dict[str, tuple[str, str]]) -> None:
+        """Note that ``controller`` moves the joint of an interface; raise if another one does."""
+        handle = self.commands[name]
+        if handle.kind not in _MOTION:
+            return
+        owner, other = movers.setdefault(handle.joint, (controller, name))
+        if owner != controller:
+            raise SwitchError(
+                f"{controller} cannot claim {name}: {owner} has or wants {other}, and one "
+                f"controller moves a joint; let one claim both, or deactivate {owner} in the same "
+                "switch"
+            )
 
     def _require(self, controller: AnyController, name: str, known: Collection[str]) -> None:
         if name not in known:

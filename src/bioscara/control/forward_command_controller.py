@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Literal
 
+from bioscara.arguments import items, number
 from bioscara.control.controller import Controller, interfaces
 from bioscara.control.parameters import Parameters
 from bioscara.errors import ConfigurationError, InvalidArgumentError
@@ -58,18 +58,16 @@ class ForwardCommandController(Controller[ForwardCommandParameters]):
         Raises:
             InvalidArgumentError: There is not one for each joint, or one is not finite.
         """
-        joints = self.parameters.joints
-        if len(values) != len(joints):
+        joints, kind = self.parameters.joints, self.parameters.interface_name
+        given = items(f"{self.name}: the values", values, "give one for each joint")
+        if len(given) != len(joints):
             raise InvalidArgumentError(
-                f"{self.name}: {len(values)} values for the joints {', '.join(joints)}"
+                f"{self.name}: {len(given)} values for the joints {', '.join(joints)}"
             )
-        for joint, value in zip(joints, values, strict=True):
-            if not math.isfinite(value):
-                raise InvalidArgumentError(
-                    f"{self.name}: {joint} {self.parameters.interface_name} {value} is not a "
-                    "finite number"
-                )
-        self._command = tuple(values)
+        self._command = tuple(
+            number(f"{self.name}: {joint} {kind}", value)
+            for joint, value in zip(joints, given, strict=True)
+        )
 
     def update(self, time: float, period: float) -> None:
         """Write the last command."""

@@ -7,6 +7,7 @@ from typing import Annotated
 
 from pydantic import Field
 
+from bioscara.arguments import numbers, shown
 from bioscara.control.controller import Controller, interfaces
 from bioscara.control.goals import Status
 from bioscara.control.gripper_messages import (
@@ -133,7 +134,7 @@ class GripperActionController(Controller[GripperActionParameters]):
         """
         if self.state is not State.ACTIVE:
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
-        self._check(goal)
+        goal = self.check(goal)
         self._end(Status.CANCELED, "a newer goal took its place")
         self._give(goal.position[0])
         self._still = 0.0
@@ -204,8 +205,21 @@ class GripperActionController(Controller[GripperActionParameters]):
         )
         goal.status, goal.text = status, text
 
-    def _check(self, goal: GripperGoal) -> None:
+    def check(self, goal: GripperGoal) -> GripperGoal:
+        """Return a goal that :meth:`send_goal` would take, in plain floats.
+
+        Raises:
+            GoalRejectedError: There is not exactly one position, or a value is not finite or
+                outside its limits.
+        """
         name = self.parameters.joint
+        if not isinstance(goal, GripperGoal):
+            raise GoalRejectedError(f"{name}: {shown(goal)} is not a GripperGoal")
+        positions, velocities, efforts = (
+            numbers(f"{name}: {what} of the goal", getattr(goal, what), error=GoalRejectedError)
+            for what in ("position", "velocity", "effort")
+        )
+        goal = GripperGoal(positions, velocities, efforts)
         if len(goal.position) != 1:
             raise GoalRejectedError(
                 f"{name}: {len(goal.position)} positions in the goal; give exactly one"
@@ -215,19 +229,18 @@ class GripperActionController(Controller[GripperActionParameters]):
                 raise GoalRejectedError(
                     f"{name}: {len(values)} values of {what} in the goal; give one or none"
                 )
-            if values and not (math.isfinite(values[0]) and values[0] > 0.0):
+            if values and values[0] <= 0.0:
                 raise GoalRejectedError(
-                    f"{name}: highest {what} {values[0]} must be finite and above 0; leave it "
+                    f"{name}: highest {what} {values[0]:g} must be finite and above 0; leave it "
                     "out for the default"
                 )
         position, limits = goal.position[0], self.parameters.limits
-        if not math.isfinite(position):
-            raise GoalRejectedError(f"{name}: position {position} is not a finite number")
         if limits is not None and not limits[0] <= position <= limits[1]:
             raise GoalRejectedError(
                 f"{name}: position {position:g} m is outside {limits[0]:g} .. {limits[1]:g} m; "
                 "give a width between these"
             )
+        return goal
 
     def _extras_of(
         self, velocity: tuple[float, ...], effort: tuple[float, ...]

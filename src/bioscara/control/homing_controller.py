@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
+from bioscara.arguments import number, shown
 from bioscara.control.controller import Controller, interfaces
 from bioscara.control.goals import Pursued, Status
 from bioscara.control.parameters import Parameters, Positive
@@ -141,9 +142,9 @@ class HomingController(Controller[HomingParameters]):
             GoalRejectedError: The controller is not active, there is no such joint, the command
                 is not finite, or something is homing.
         """
-        if command:
-            return self.send_goal({joint: command})
         self._require_ready((joint,))
+        if number(f"{joint}: home command", command, error=GoalRejectedError):
+            return self.send_goal({joint: command})
         if self.goal is not None and joint in self.goal.joints:
             self.cancel()
         return None
@@ -158,13 +159,21 @@ class HomingController(Controller[HomingParameters]):
             GoalRejectedError: The controller is not active, there is no such joint or none at
                 all, a direction is 0 or not finite, or something is homing.
         """
+        if not isinstance(directions, Mapping):
+            raise GoalRejectedError(
+                f"{self.name}: the goal is {shown(directions)}; give a direction for each joint"
+            )
         self._require_ready(directions)
         if not directions:
             raise GoalRejectedError(f"{self.name}: the goal names no joint to home")
+        directions = {
+            joint: number(f"{joint}: home command", direction, error=GoalRejectedError)
+            for joint, direction in directions.items()
+        }
         for joint, direction in directions.items():
-            if not math.isfinite(direction) or direction == 0.0:
+            if direction == 0.0:
                 raise GoalRejectedError(
-                    f"{joint}: home command {direction} has no direction; give a finite number "
+                    f"{joint}: home command {direction:g} has no direction; give a finite number "
                     "above or below 0"
                 )
         if self.goal is not None and not self.goal.done:
@@ -251,8 +260,9 @@ class HomingController(Controller[HomingParameters]):
         if self.state is not State.ACTIVE:
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         for joint in joints:
-            if joint not in self.parameters.joints:
+            if not isinstance(joint, str) or joint not in self.parameters.joints:
+                name = shown(joint).strip("'")
                 raise GoalRejectedError(
-                    f"{joint} is not a joint of {self.name}; it has "
+                    f"{name} is not a joint of {self.name}; it has "
                     f"{', '.join(self.parameters.joints)}"
                 )

@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Mapping, Sequence
 from time import perf_counter
 
+from bioscara.arguments import number, shown, text
 from bioscara.control.claims import Claims
 from bioscara.control.controller import WARNINGS, AnyController
 from bioscara.control.execution import Execution, Failure
@@ -23,7 +24,7 @@ from bioscara.control.roster import Roster
 from bioscara.control.schedule import require_rate
 from bioscara.control.statistics import ManagerStatistics
 from bioscara.control.switching import Strictness, Switch, plan, unknown
-from bioscara.errors import InvalidArgumentError, SwitchError
+from bioscara.errors import ConfigurationError, InvalidArgumentError, SwitchError
 from bioscara.hardware import HardwareComponent, State
 
 
@@ -131,7 +132,10 @@ class ControllerManager:
             SwitchError: The name is taken or the type unknown.
             ConfigurationError: A parameter cannot be used.
         """
-        return self._roster.load(name, kind, values or {})
+        values = {} if values is None else values
+        if not isinstance(values, Mapping):
+            raise ConfigurationError(f"the parameters are {shown(values)}; give a mapping")
+        return self._roster.load(name, kind, values)
 
     def configure(self, name: str) -> None:
         """Make a controller INACTIVE; an inactive one is cleaned up first.
@@ -183,6 +187,7 @@ class ControllerManager:
                 them.
             ModeSwitchError: The hardware refused the command modes; nothing changed.
         """
+        time = number("the time of a switch", time)
         switch = plan(self._roster.controllers, activate, deactivate, strictness)
         for controller in switch.activate:
             if self.lock and controller.command_interfaces:
@@ -216,8 +221,9 @@ class ControllerManager:
         Raises:
             InvalidArgumentError: The period is not above zero; nothing happened.
         """
+        time, period = number("the time of a cycle", time), number("the period", period)
         if not period > 0.0:
-            raise InvalidArgumentError(f"a cycle takes time: its period cannot be {period} s")
+            raise InvalidArgumentError(f"a cycle takes time: its period cannot be {period:g} s")
         self._execution.failures, self._between = self._between, []
         statistics = self.statistics
         statistics.periodicity.add(1.0 / period)
@@ -248,7 +254,7 @@ class ControllerManager:
             BioscaraError: A transition failed; the component is where it got to.
         """
         known = {component.name: component for component in self.components}
-        if name not in known:
+        if text("the name of a component", name) not in known:
             raise SwitchError(unknown(name, known, "hardware component"))
         component = known[name]
         if state < component.state or state is State.FINALIZED:

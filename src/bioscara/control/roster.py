@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, MutableSequence
 
+from bioscara.arguments import text
 from bioscara.control.controller import AnyController
 from bioscara.control.registry import TYPES
 from bioscara.control.schedule import Schedule
@@ -35,15 +36,15 @@ class Roster:
         Raises:
             SwitchError: There is none.
         """
-        if name not in self.controllers:
+        if text("the name of a controller", name) not in self.controllers:
             raise SwitchError(unknown(name, self.controllers))
         return self.controllers[name]
 
     def load(self, name: str, kind: str, values: Mapping[str, object]) -> AnyController:
         """Make a controller; arguments and errors as ``ControllerManager.load``."""
-        if name in self.controllers:
+        if text("the name of a controller", name) in self.controllers:
             raise SwitchError(f"a controller named {name} is loaded already")
-        if kind not in TYPES:
+        if text("the type of a controller", kind) not in TYPES:
             raise SwitchError(unknown(kind, TYPES, "controller type"))
         made = TYPES[kind]
         parameters = made.PARAMETERS.read(name, values)

@@ -2,24 +2,25 @@
 
 from __future__ import annotations
 
+from bioscara.arguments import whole
 from bioscara.drivers.session import SILENCE
 from bioscara.errors import ConfigurationError
 from bioscara.model.parameters import HIGHEST_RATE, LOWEST_RATE
 
 
-def require_rate(rate: int) -> None:
-    """Check a rate of cycles [Hz].
+def require_rate(rate: int) -> int:
+    """Return a rate of cycles [Hz].
 
     Raises:
         ConfigurationError: It is no whole number, or outside what the arm's parameters may say.
     """
-    if not isinstance(rate, int):
-        raise ConfigurationError(f"rate {rate} Hz is not a whole number, as 50 or 100 are")
+    rate = whole("the rate in Hz", rate, error=ConfigurationError)
     if not LOWEST_RATE <= rate <= HIGHEST_RATE:
         raise ConfigurationError(
             f"rate {rate} Hz is outside {LOWEST_RATE} .. {HIGHEST_RATE} Hz; a joint "
             f"that hears nothing for {1e3 * SILENCE:.0f} ms stops"
         )
+    return rate
 
 
 class Schedule:

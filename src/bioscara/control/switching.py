@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import IntEnum
 from typing import NamedTuple
 
+from bioscara.arguments import items, shown, text
 from bioscara.control.controller import AnyController
 from bioscara.errors import SwitchError
 from bioscara.hardware import State
@@ -88,7 +89,7 @@ def unknown(name: str, known: Iterable[str], what: str = "controller") -> str:
     """Return the complaint about a name that nobody has."""
     names = sorted(known)
     hint = did_you_mean(name, names, f"there are: {', '.join(names) or 'none'}")
-    return f"no {what} is named {name!r}; {hint}"
+    return f"no {what} is named {shown(name)}; {hint}"
 
 
 def _select(
@@ -98,6 +99,9 @@ def _select(
     objection: Callable[[AnyController], str],
 ) -> list[AnyController]:
     selected: list[AnyController] = []
+    names = items("the names of controllers", names, "give a list")
+    for name in names:
+        text("the name of a controller", name)
     if names and not any(name in controllers for name in names):
         raise SwitchError(unknown(names[0], controllers))
     for name in dict.fromkeys(names):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 
+from bioscara.arguments import number, shown
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers.plausibility import Plausibility, insist, said_twice
@@ -172,7 +172,7 @@ class JointConnection:
             InvalidArgumentError: Not finite.
             IncorrectStateError: The joint returns another number than it was given.
         """
-        self._check_finite("homing offset", offset)
+        offset = self._number("homing offset", offset)
         self.session.write(Register.HOMEOFFSET, offset)
         kept = self.get_homing_offset()
         if abs(kept - offset) > 1e-6 * max(1.0, abs(offset)):
@@ -203,14 +203,15 @@ class JointConnection:
         """
         self.session.require_v2("clear_fault")
         if fault is None:
-            number = int(self.session.read(Register.FAULT).values[0])
-        elif fault in Fault.__members__:
-            number = Fault[fault]
+            code = int(self.session.read(Register.FAULT).values[0])
+        elif isinstance(fault, str) and fault in Fault.__members__:
+            code = Fault[fault]
         else:
             raise InvalidArgumentError(
-                f"{self.name}: {fault!r} is not a fault; known are {', '.join(Fault.__members__)}"
+                f"{self.name}: {shown(fault)} is not a fault; known are "
+                f"{', '.join(Fault.__members__)}"
             )
-        self.session.write(Register.CLEARFAULT, number)
+        self.session.write(Register.CLEARFAULT, code)
 
     def read_state(self) -> JointSample:
         """Ask for position, velocity, flags and, from a version 2 joint, state and load."""
@@ -287,14 +288,16 @@ class JointConnection:
                 self.name,
             )
 
-    def _check_finite(self, what: str, value: float) -> None:
-        if not math.isfinite(value):
-            raise InvalidArgumentError(f"{self.name} {what}: {value} is not a finite number")
+    def _number(self, what: str, value: float) -> float:
+        """Return a finite number as a float; plain ones cost next to nothing."""
+        if type(value) is float and value - value == 0.0:
+            return value
+        return number(f"{self.name} {what}", value)
 
 
 _STATES = {state.value: state for state in JointState}
 
 
-def joint_state(number: float) -> JointState | None:
+def joint_state(code: float) -> JointState | None:
     """Return the state with this number; None for one of newer firmware."""
-    return _STATES.get(int(number))
+    return _STATES.get(int(code))

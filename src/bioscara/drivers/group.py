@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from bioscara.arguments import items, shown
 from bioscara.bus import Bus, Transaction
 from bioscara.drivers.cycle import Outcome
 from bioscara.drivers.joint import Joint
@@ -69,18 +70,21 @@ def track(
         InvalidArgumentError: A setpoint is not finite, or there is not one per joint.
         BusUnavailableError: The bus as a whole cannot be used.
     """
+    setpoints = items("the setpoints", setpoints, "give one for each joint")
     if len(setpoints) != len(joints):
         raise InvalidArgumentError(f"{len(setpoints)} setpoints for {len(joints)} joints")
-    for joint, (position, velocity) in zip(joints, setpoints, strict=True):
-        joint.check_setpoint(position, velocity)
-    for joint, (position, _) in zip(joints, setpoints, strict=True):
+    checked = [
+        joint.check_setpoint(*_pair(setpoint))
+        for joint, setpoint in zip(joints, setpoints, strict=True)
+    ]
+    for joint, (position, _) in zip(joints, checked, strict=True):
         if joint.outside:
             joint.start_from(position)
     outcomes: list[Outcome] = [_NOT_YET] * len(joints)
     frames: Frames = []
     for index, joint in enumerate(joints):
         if joint.is_ready():
-            frames.append(joint.cycle.track(setpoints[index]))
+            frames.append(joint.cycle.track(checked[index]))
             continue
         try:
             joint.require_ready()
@@ -114,10 +118,12 @@ def drive(
         InvalidArgumentError: A velocity is not finite, or there is not one per joint.
         BusUnavailableError: The bus as a whole cannot be used.
     """
+    velocities = items("the velocities", velocities, "give one for each joint")
     if len(velocities) != len(joints):
         raise InvalidArgumentError(f"{len(velocities)} velocities for {len(joints)} joints")
-    for joint, velocity in zip(joints, velocities, strict=True):
-        joint.check_velocity(velocity)
+    velocities = [
+        joint.check_velocity(velocity) for joint, velocity in zip(joints, velocities, strict=True)
+    ]
     outcomes: list[Outcome] = [_NOT_YET] * len(joints)
     refused: dict[int, LimitError] = {}
     frames: Frames = []
@@ -139,6 +145,12 @@ def drive(
     for index, reason in refused.items():
         outcomes[index] = reason
     return outcomes
+
+
+def _pair(setpoint: Setpoint) -> Setpoint:
+    if not isinstance(setpoint, tuple) or len(setpoint) != 2:
+        raise InvalidArgumentError(f"{shown(setpoint)} is not a Setpoint(position, velocity)")
+    return setpoint
 
 
 def _exchange(

@@ -10,7 +10,7 @@ from bioscara.drivers.cycle import Cycle
 from bioscara.drivers.motion import JointMotion
 from bioscara.drivers.sample import FLAGS, JointSample, Quality
 from bioscara.drivers.session import WATCHDOG_MS
-from bioscara.drivers.waiting import Cancel, Progress, idle
+from bioscara.drivers.waiting import Cancel, Progress, check_callbacks, idle
 from bioscara.errors import (
     BioscaraError,
     CommunicationError,
@@ -70,7 +70,7 @@ class Joint(JointMotion):
         """
         self.session.require_v2("track")
         self.require_ready()
-        self.check_setpoint(position, velocity)
+        position, velocity = self.check_setpoint(position, velocity)
         transmission = self.transmission
         answer = self.session.write(
             Register.TRACK,
@@ -108,6 +108,7 @@ class Joint(JointMotion):
             HomingError: No trustworthy home was found; says why.
             MotionCancelledError: ``cancel`` said so.
         """
+        check_callbacks(progress, cancel)
         self.start_homing(velocity)
         try:
             self._supervise(idle, self.homing_timeout, "homing", progress, cancel)
@@ -135,9 +136,8 @@ class Joint(JointMotion):
             IncorrectStateError: A blocking command is running.
         """
         homing = self.parameters.homing
-        chosen = homing.velocity if velocity is None else velocity
         self._require_no_blocking()
-        self.check_velocity(chosen)
+        chosen = homing.velocity if velocity is None else self.check_velocity(velocity)
         rpm = self.transmission.velocity_to_rpm(chosen)
         if not HOMING_RPM[0] < abs(rpm) < HOMING_RPM[1]:
             raise LimitError(f"{self.name} homing speed of the motor", abs(rpm), *HOMING_RPM, "rpm")

@@ -7,15 +7,23 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 
+from bioscara.arguments import flag, whole
 from bioscara.drivers.plausibility import insist
 from bioscara.drivers.refusal import fault_error
 from bioscara.drivers.sample import JointSample
 from bioscara.drivers.session import SILENCE, TRIES
 from bioscara.drivers.settings import JointSettings
-from bioscara.drivers.waiting import Cancel, Progress, at_rest, idle, wait_for, wait_for_rest
+from bioscara.drivers.waiting import (
+    Cancel,
+    Progress,
+    at_rest,
+    check_callbacks,
+    idle,
+    wait_for,
+    wait_for_rest,
+)
 from bioscara.errors import (
     CommunicationError,
-    InvalidArgumentError,
     JointError,
     LimitError,
     MotionCancelledError,
@@ -53,8 +61,11 @@ class JointMotion(JointSettings):
             NotEnabledError: The joint did not engage.
         """
         parameters = self.parameters
-        drive = parameters.drive_current_percent if drive_percent is None else drive_percent
-        hold = parameters.hold_current_percent if hold_percent is None else hold_percent
+        drive, hold = parameters.drive_current_percent, parameters.hold_current_percent
+        if drive_percent is not None:
+            drive = whole(f"{self.name} drive current", drive_percent)
+        if hold_percent is not None:
+            hold = whole(f"{self.name} hold current", hold_percent)
         self._require_no_blocking()
         self._check_limit("drive current", drive, 1, 100, "%", "disable() switches it off")
         self._check_limit("hold current", hold, 1, 100, "%", "disable() switches it off")
@@ -104,6 +115,7 @@ class JointMotion(JointSettings):
             hard: True for the hardest deceleration instead of the configured one.
         """
         self._blocking = Register.NONE
+        flag(f"{self.name} hard", hard)
         self.session.write(Register.STOP, _STOP_HARD if hard else _STOP_SOFT)
 
     def get_position(self) -> float:
@@ -143,7 +155,7 @@ class JointMotion(JointSettings):
             NotEnabledError, NotHomedError, StalledError: The joint cannot move.
         """
         self.require_ready()
-        self.check_position(position)
+        position = self.check_position(position)
         self.session.write(Register.MOVETOANGLE, self.transmission.position_to_deg(position))
         self.require_ready()
 
@@ -161,7 +173,7 @@ class JointMotion(JointSettings):
             NotEnabledError, NotHomedError, StalledError: The joint cannot move.
         """
         self.require_ready()
-        self.check_velocity(velocity)
+        velocity = self.check_velocity(velocity)
         if velocity:
             self._check_room(velocity)
         self.session.write(Register.SETRPM, self.transmission.velocity_to_rpm(velocity))
@@ -186,8 +198,8 @@ class JointMotion(JointSettings):
             MotionCancelledError: ``cancel`` said so.
         """
         self.require_ready(homed=False)
-        if isinstance(steps, bool) or steps != steps // 1:
-            raise InvalidArgumentError(f"{self.name} steps: {steps!r} is not a whole number")
+        steps = whole(f"{self.name} steps", steps)
+        check_callbacks(progress, cancel)
         self._check_limit("steps", steps, -_STEPS_MAX, _STEPS_MAX, "microsteps")
         distance = self.transmission.microsteps_to_distance(steps)
         position = self.read_state().position
@@ -210,7 +222,7 @@ class JointMotion(JointSettings):
             LimitError: It is too far.
             JointFaultError: They do not agree (version 2; a version 1 joint corrects it).
         """
-        angle_deg = math.degrees(motor_angle)
+        angle_deg = math.degrees(self._number("orientation check angle", motor_angle))
         self.require_ready(homed=False)
         self._check_limit("orientation check angle", angle_deg, 0.0, _ORIENTATION_MAX_DEG, "deg")
         self._blocking = Register.CHECKORIENTATION
@@ -233,6 +245,7 @@ class JointMotion(JointSettings):
             LimitError: It could not.
             NotHomedError: Nobody knows where it is.
         """
+        velocity = self._number("velocity", velocity)
         if state.position is None:
             raise NotHomedError(f"{self.name}: its position is not known; home() again", self.name)
         sign = math.copysign(1.0, velocity)

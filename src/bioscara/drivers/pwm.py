@@ -7,8 +7,9 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
+from bioscara.arguments import number
 from bioscara.clock import Clock
-from bioscara.errors import GripperError
+from bioscara.errors import GripperError, LimitError
 from bioscara.model import PwmOutput
 
 SYSFS = Path("/sys/class/pwm")
@@ -26,6 +27,8 @@ _APPEARS_WITHIN = 2.0
 """The channel's folder and its rights come some 100 ms after it was asked for [s]."""
 _POLL = 0.01
 _NS = 1e9
+_LONGEST = 4.0
+"""Longest time that is written to the kernel [s]: it has 32 bits for nanoseconds."""
 
 
 class Pwm:
@@ -65,9 +68,10 @@ class Pwm:
 
         Raises:
             GripperError: There is no such output, or the kernel refuses; names path and remedy.
+            InvalidArgumentError: A time is no number of seconds that the kernel could take.
         """
+        period_ns, pulse_ns = _ns("PWM period", period), _ns("PWM pulse", pulse)
         folder = self._export()
-        period_ns, pulse_ns = round(period * _NS), round(pulse * _NS)
         # The kernel refuses a period below the pulse, a pulse above the period, and to enable
         # without a period.
         if self._read(folder / "duty_cycle") > period_ns:
@@ -87,7 +91,7 @@ class Pwm:
         """
         if self._channel is None:
             raise GripperError("the PWM output is not running; start() it first")
-        self._write(self._channel / "duty_cycle", round(pulse * _NS))
+        self._write(self._channel / "duty_cycle", _ns("PWM pulse", pulse))
 
     def stop(self) -> None:
         """Put out no more pulses: the servo lets go.
@@ -150,6 +154,14 @@ class Pwm:
             path.write_text(str(value))
         except OSError as error:
             raise _refused(path, value, error) from error
+
+
+def _ns(what: str, time: float) -> int:
+    """Return a time [s] in ns; the kernel takes less than 2**32."""
+    seconds = number(what, time)
+    if not 0.0 <= seconds <= _LONGEST:
+        raise LimitError(what, seconds, 0.0, _LONGEST, "s")
+    return round(seconds * _NS)
 
 
 def _refused(path: Path, value: int, error: OSError) -> GripperError:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from bioscara.arguments import shown, whole
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers.connection import JointConnection
+from bioscara.drivers.sample import Setpoint
 from bioscara.errors import InvalidArgumentError, LimitError
 from bioscara.model import JointParameters
 from bioscara.protocol import BrakeMode, Register
@@ -50,7 +52,15 @@ class JointSettings(JointConnection):
         self.session.write(Register.SETHOLDCURRENT, self._percent("hold current", percent))
 
     def set_brake_mode(self, mode: BrakeMode) -> None:
-        """Set what the motor does at standstill when its hold current is zero."""
+        """Set what the motor does at standstill when its hold current is zero.
+
+        Raises:
+            InvalidArgumentError: There is no such mode.
+        """
+        if not isinstance(mode, int) or mode not in list(BrakeMode):
+            raise InvalidArgumentError(
+                f"{self.name} brake mode: {shown(mode)} is none of {', '.join(map(str, BrakeMode))}"
+            )
         self.session.write(Register.SETBRAKEMODE, BrakeMode(mode))
 
     def set_max_acceleration(self, acceleration: float) -> None:
@@ -63,7 +73,7 @@ class JointSettings(JointConnection):
             LimitError, InvalidArgumentError: It is above, or not above zero.
         """
         limit, unit = self.parameters.max_acceleration, f"{self.parameters.unit}/s^2"
-        self._check_above_zero("acceleration", acceleration)
+        acceleration = self._above_zero("acceleration", acceleration)
         self._check_limit("acceleration", acceleration, 0.0, limit, unit)
         deg = self.transmission.size_to_deg(acceleration)
         self.session.write(Register.SETMAXACCELERATION, deg)
@@ -82,7 +92,7 @@ class JointSettings(JointConnection):
             LimitError, InvalidArgumentError: It is above, or not above zero.
         """
         limit, unit = self.parameters.max_velocity, f"{self.parameters.unit}/s"
-        self._check_above_zero("maximum velocity", velocity)
+        velocity = self._above_zero("maximum velocity", velocity)
         self._check_limit("maximum velocity", velocity, 0.0, limit, unit)
         self.session.write(Register.SETMAXVELOCITY, self.transmission.size_to_deg(velocity))
 
@@ -97,9 +107,9 @@ class JointSettings(JointConnection):
         Raises:
             LimitError, InvalidArgumentError: It is outside, or not whole.
         """
-        value = self.parameters.stall_threshold if threshold is None else threshold
-        if isinstance(value, bool) or not isinstance(value, int):
-            raise InvalidArgumentError(f"{self.name} stall threshold: {value!r} is not a number")
+        value = self.parameters.stall_threshold
+        if threshold is not None:
+            value = whole(f"{self.name} stall threshold", threshold)
         # Existing firmware would stall at once with a threshold of zero.
         self._check_limit("stall threshold", value, 1, 255, "")
         self.session.write(Register.ENABLESTALLGUARD, value)
@@ -111,8 +121,8 @@ class JointSettings(JointConnection):
         """
         self.session.write(Register.DISABLECLOSEDLOOP)
 
-    def check_setpoint(self, position: float, velocity: float) -> None:
-        """Raise unless both are within the limits; as the two methods below, but fast.
+    def check_setpoint(self, position: float, velocity: float) -> Setpoint:
+        """Return both as floats if they are within the limits; as the two methods below, but fast.
 
         On the way back from outside, a position may be as far outside as the last one.
 
@@ -123,10 +133,13 @@ class JointSettings(JointConnection):
         Raises:
             LimitError, InvalidArgumentError: One is outside, or not finite.
         """
+        position = self._number("position", position)
+        velocity = self._number("velocity", velocity)
         if not self._lower <= position <= self._upper:
             self.check_position(position)
         if not -self._fastest <= velocity <= self._fastest:
             self.check_velocity(velocity)
+        return Setpoint(position, velocity)
 
     def start_from(self, position: float) -> None:
         """Let setpoints begin at ``position``; from outside the limits they only lead back.
@@ -134,41 +147,44 @@ class JointSettings(JointConnection):
         Args:
             position: Where the joint was found, or what it was told last [rad or m].
         """
+        position = self._number("position", position)
         lower, upper = self.parameters.lower, self.parameters.upper
         self._lower, self._upper = min(lower, position), max(upper, position)
         self.outside = not lower <= position <= upper
 
-    def check_position(self, position: float) -> None:
-        """Raise unless ``position`` [rad or m] is within the limits.
+    def check_position(self, position: float) -> float:
+        """Return ``position`` [rad or m] as a float if it is within the limits.
 
         Raises:
             LimitError, InvalidArgumentError: It is outside, or not finite.
         """
-        parameters = self.parameters
+        parameters, position = self.parameters, self._number("position", position)
         self._check_limit("position", position, parameters.lower, parameters.upper, parameters.unit)
+        return position
 
-    def check_velocity(self, velocity: float) -> None:
-        """Raise unless ``velocity`` [rad/s or m/s] is within the limits.
+    def check_velocity(self, velocity: float) -> float:
+        """Return ``velocity`` [rad/s or m/s] as a float if it is within the limits.
 
         Raises:
             LimitError, InvalidArgumentError: It is outside, or not finite.
         """
-        limit = self.parameters.max_velocity
+        limit, velocity = self.parameters.max_velocity, self._number("velocity", velocity)
         self._check_limit("velocity", velocity, -limit, limit, f"{self.parameters.unit}/s")
+        return velocity
 
     def _percent(self, what: str, value: int) -> int:
-        if isinstance(value, bool) or value != value // 1:
-            raise InvalidArgumentError(f"{self.name} {what}: {value!r} is not a whole number")
-        self._check_limit(what, value, 0, 100, "%")
-        return value
+        percent = whole(f"{self.name} {what}", value)
+        self._check_limit(what, percent, 0, 100, "%")
+        return percent
 
     def _check_limit(
         self, what: str, value: float, lower: float, upper: float, unit: str, remedy: str = ""
     ) -> None:
         if not lower - ROUNDING <= value <= upper + ROUNDING:
-            self._check_finite(what, value)
             raise LimitError(f"{self.name} {what}", value, lower, upper, unit, remedy)
 
-    def _check_above_zero(self, what: str, value: float) -> None:
+    def _above_zero(self, what: str, value: float) -> float:
+        value = self._number(what, value)
         if value <= 0.0:
             raise InvalidArgumentError(f"{self.name} {what}: {value:g} must be above zero")
+        return value

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from bioscara.arguments import function
 from bioscara.drivers.connection import JointConnection
 from bioscara.drivers.sample import JointSample
 from bioscara.drivers.session import WATCHDOG_MS
@@ -25,6 +26,17 @@ _INTERVAL = {1: 0.05, 2: 0.02}
 fifth in version 1 (250 ms), where existing firmware also needs 10 ms to take a command."""
 _REST_MARGIN = 1.0
 """Time that a joint may take to rest beyond that of its ramp [s]."""
+
+
+def check_callbacks(progress: Progress | None, cancel: Cancel | None) -> None:
+    """Raise unless both can be called or are None.
+
+    Raises:
+        InvalidArgumentError: One cannot.
+    """
+    for what, callback in (("progress", progress), ("cancel", cancel)):
+        if callback is not None:
+            function(what, callback)
 
 
 def wait_for(

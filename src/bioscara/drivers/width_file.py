@@ -9,6 +9,8 @@ from pathlib import Path
 
 from bioscara.errors import GripperError
 
+_SIZE_MAX = 1024
+"""Bytes of a file that are read: a width takes forty."""
 _log = logging.getLogger(__name__)
 
 
@@ -18,7 +20,8 @@ def read_width(path: Path, lower: float, upper: float, default: float) -> float:
     A file that holds no width between ``lower`` and ``upper`` counts as none, with a warning.
     """
     try:
-        text = path.read_text()
+        with path.open("rb") as file:
+            text = file.read(_SIZE_MAX).decode()
     except FileNotFoundError:
         return default
     except (OSError, UnicodeDecodeError) as error:
@@ -27,7 +30,7 @@ def read_width(path: Path, lower: float, upper: float, default: float) -> float:
     try:
         width = json.loads(text)["width"]
         valid = not isinstance(width, bool) and lower <= width <= upper
-    except (ValueError, TypeError, KeyError):
+    except (ValueError, TypeError, KeyError, RecursionError):
         valid = False
     if not valid:
         _log.warning(

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 from xml.etree.ElementTree import Element
 
+from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError
 from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import GripperParameters, JointParameters
@@ -178,7 +179,7 @@ def _unit(urdf: Urdf, element: Element) -> str:
         )
     kind = found[0].attrib.get("type", "")
     if kind not in _UNITS:
-        raise urdf.error(found[0], f"{name}: type {kind!r} is not one of {', '.join(_UNITS)}")
+        raise urdf.error(found[0], f"{name}: type {shown(kind)} is not one of {', '.join(_UNITS)}")
     return _UNITS[kind]
 
 

@@ -101,14 +101,25 @@ class GripperHardware(HardwareComponent):
         self._gripper.disable()
 
     def on_error(self, before: State) -> None:
-        """Let the servo go, also if its width cannot be kept.
+        """Let the servo go; its width is not kept, since a cycle may end here.
 
         The error that led here is known already; a servo that is driven on is found to be when it
         is activated again.
         """
         self._claimed = False
         with suppress(GripperError):
-            self._gripper.disable()
+            self._gripper.disable(keep=False)
+
+    def keep(self, width: float | None = None) -> None:
+        """Keep a width for after a loss of power; waits for the disk, so never within a cycle.
+
+        Args:
+            width: What will be commanded [m]; None for what the servo was told last.
+
+        Raises:
+            GripperError: The state file cannot be written; nothing moved.
+        """
+        self._gripper.keep(width)
 
     def read(self, time: float, period: float) -> None:
         """Publish what the servo was told, and how fast that changed over the last period."""
@@ -120,14 +131,14 @@ class GripperHardware(HardwareComponent):
     def write(self, time: float, period: float) -> None:
         """Tell the servo a new width; the one that it was told already costs nothing.
 
-        A width that cannot be kept or told is given up, and what the jaws hold stays held: the
-        command becomes the width of before and has a problem.
+        A width that cannot be told is given up, and what the jaws hold stays held: the command
+        becomes the width of before and has a problem. Nothing is kept here: see :meth:`keep`.
         """
         if not self._claimed:
             return
         command = self._command
         try:
-            self._told = self._gripper.set_width(command.value)
+            self._told = self._gripper.tell_width(command.value)
         except GripperError as error:
             command.value, command.problem = self._told, error
             self.problems.append(error)

@@ -26,15 +26,25 @@ def plan_modes(
         stop: Names of command interfaces that will be let go; all exist.
 
     Raises:
-        ModeSwitchError: Interfaces of one joint exclude one another.
+        ModeSwitchError: Interfaces of one joint exclude one another, or one is claimed beside
+            another that stays claimed.
     """
     plan: Plan = []
     for axis in axes:
         prefix = f"{axis.name}/"
-        kinds = set(axis.mode.value)
-        kinds -= {name.removeprefix(prefix) for name in stop if name.startswith(prefix)}
-        kinds |= {name.removeprefix(prefix) for name in start if name.startswith(prefix)}
-        mode = resolve(component, axis.name, kinds)
+        kept = axis.mode.value - {
+            name.removeprefix(prefix) for name in stop if name.startswith(prefix)
+        }
+        new = {name.removeprefix(prefix) for name in start if name.startswith(prefix)}
+        mode = resolve(component, axis.name, kept | new)
+        if kept and new - kept:
+            # A controller claims all its interfaces at once, so these would have two owners.
+            raise ModeSwitchError(
+                f"{axis.name}: {' and '.join(sorted(new - kept))} cannot be claimed while "
+                f"{' and '.join(sorted(kept))} stays claimed: one controller moves a joint; claim "
+                "both in one switch, or let the other go in it",
+                component,
+            )
         if mode is not axis.mode:
             plan.append((axis, mode))
     return plan

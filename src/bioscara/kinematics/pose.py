@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
+from bioscara.arguments import number, shown
 from bioscara.errors import InvalidArgumentError
 
 
@@ -31,21 +32,30 @@ class Pose(NamedTuple):
         return f"({self.x:.4g}, {self.y:.4g}, {self.z:.4g}) m, yaw {self.yaw:.4g} rad"
 
     def compose(self, other: Pose) -> Pose:
-        """Return ``other``, given in this frame, in the frame that this one is given in."""
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
+        """Return ``other``, given in this frame, in the frame that this one is given in.
+
+        Raises:
+            InvalidArgumentError: One of them is no pose of finite numbers.
+        """
+        x, y, z, yaw = require_pose("the pose", self)
+        there = require_pose("the pose in it", other)
+        c, s = math.cos(yaw), math.sin(yaw)
         return Pose(
-            self.x + c * other.x - s * other.y,
-            self.y + s * other.x + c * other.y,
-            self.z + other.z,
-            self.yaw + other.yaw,
+            x + c * there.x - s * there.y,
+            y + s * there.x + c * there.y,
+            z + there.z,
+            yaw + there.yaw,
         )
 
-    def inverse(self) -> Self:
-        """Return the frame that this one is given in, as it is seen from this one."""
-        c, s = math.cos(self.yaw), math.sin(self.yaw)
-        return self._replace(
-            x=-c * self.x - s * self.y, y=s * self.x - c * self.y, z=-self.z, yaw=-self.yaw
-        )
+    def inverse(self) -> Pose:
+        """Return the frame that this one is given in, as it is seen from this one.
+
+        Raises:
+            InvalidArgumentError: It is no pose of finite numbers.
+        """
+        x, y, z, yaw = require_pose("the pose", self)
+        c, s = math.cos(yaw), math.sin(yaw)
+        return Pose(-c * x - s * y, s * x - c * y, -z, -yaw)
 
 
 TURN = 2.0 * math.pi
@@ -83,24 +93,8 @@ def unit_hint(value: float, unit: str) -> str:
     return hint if math.isfinite(value) and abs(value) > most else ""
 
 
-def require_number(what: str, value: object) -> None:
-    """Raise unless ``value`` is a number, however large.
-
-    Args:
-        what: Is said to be wrong.
-        value: What was given.
-
-    Raises:
-        InvalidArgumentError: It is something else, for example the text of a number.
-    """
-    try:
-        math.isfinite(value)  # type: ignore[arg-type]
-    except TypeError:
-        raise InvalidArgumentError(f"{what} is {value!r}; give a number") from None
-
-
 def require_pose(what: str, pose: object) -> Pose:
-    """Return ``pose`` if it is a :class:`Pose` of finite numbers.
+    """Return ``pose`` as a :class:`Pose` of finite floats.
 
     Args:
         what: Is said to be wrong.
@@ -111,22 +105,17 @@ def require_pose(what: str, pose: object) -> Pose:
     """
     if not isinstance(pose, Pose):
         raise InvalidArgumentError(
-            f"{what} is {pose!r}; give Pose(x, y, z, yaw), in metres and radians"
+            f"{what} is {shown(pose)}; give Pose(x, y, z, yaw), in metres and radians"
         )
-    for name, value in zip(Pose._fields, pose, strict=True):
-        try:
-            finite = math.isfinite(value)
-        except TypeError:
-            raise InvalidArgumentError(f"{name} of {what} is {value!r}; give a number") from None
-        if not finite:
-            raise InvalidArgumentError(
-                f"{name} of {what} is {value}; every value must be a finite number"
-            )
-    return pose
+    x, y, z, yaw = pose
+    plain = type(x) is type(y) is type(z) is type(yaw) is float
+    if plain and math.isfinite(x + y + z + yaw):
+        return pose
+    return Pose(*(number(f"{n} of {what}", v) for n, v in zip(Pose._fields, pose, strict=True)))
 
 
-def require_near(what: str, pose: object) -> None:
-    """Raise unless ``pose`` is a :class:`Pose` that no other unit explains better.
+def require_near(what: str, pose: object) -> Pose:
+    """Return ``pose`` as :func:`require_pose` does, unless another unit explains it better.
 
     Args:
         what: Is said to be wrong.
@@ -135,8 +124,9 @@ def require_near(what: str, pose: object) -> None:
     Raises:
         InvalidArgumentError: As :func:`require_pose`, or a value is one of millimetres or degrees.
     """
-    pose = require_pose(what, pose)
-    for name, value, unit in zip(Pose._fields, pose, ("m", "m", "m", "rad"), strict=True):
+    plain = require_pose(what, pose)
+    for name, value, unit in zip(Pose._fields, plain, ("m", "m", "m", "rad"), strict=True):
         hint = unit_hint(value, unit)
         if hint:
             raise InvalidArgumentError(f"{name} of {what} is {value:g} {unit}; {hint}")
+    return plain

@@ -13,6 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from bioscara.arguments import numbers
 from bioscara.errors import InvalidArgumentError, UnreachableError
 from bioscara.kinematics.joints import Geometry, Joints, Range
 from bioscara.kinematics.pose import (
@@ -103,9 +104,9 @@ class Scara:
         Raises:
             UnreachableError: It is too far out or too close in; says by how much. Or its yaw is
                 one of degrees.
+            InvalidArgumentError: It is no :class:`Pose` of finite numbers.
         """
-        if not math.isfinite(pose[0] + pose[1] + pose[2] + pose[3]):
-            raise UnreachableError(f"{pose} is not a finite pose")
+        pose = require_pose("the pose", pose)
         if abs(pose.yaw) > self._most_yaw:
             raise UnreachableError(
                 f"{pose} cannot be reached: no joints turn so far; {unit_hint(pose.yaw, 'rad')}"
@@ -143,9 +144,12 @@ class Scara:
                 its limit, and by how much.
             InvalidArgumentError: ``near`` is not finite, or ``pose`` is not a :class:`Pose`.
         """
-        if not all(map(math.isfinite, near)):
-            raise InvalidArgumentError(f"joints to start from: {tuple(near)} must be finite")
-        require_pose("the pose", pose)
+        near = numbers("the joints to start from", near, "give one for each joint")
+        if len(near) != len(self.limits):
+            raise InvalidArgumentError(
+                f"{len(near)} joints to start from; the arm has {len(self.limits)}"
+            )
+        pose = require_pose("the pose", pose)
         both = self.inverse(pose)
         good = [self._unwound(joints, near) for joints in both if not self.beyond(joints)]
         if not good:

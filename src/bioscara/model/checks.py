@@ -7,6 +7,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
+from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError
 from bioscara.model.parameters import HomingParameters, JointParameters
 from bioscara.spelling import did_you_mean
@@ -60,9 +61,9 @@ class Section(ABC):
         """
         value = self.value(key)
         if isinstance(value, bool) or not isinstance(value, int | float):
-            raise self.error(f"{self.name(key)}: {value!r} is not a number", key)
+            raise self.error(f"{self.name(key)}: {told_of(value)} is not a number", key)
         if not lower <= value <= upper:
-            told = f"{value:g}" if isinstance(value, float) else str(value)[:12]
+            told = f"{value:g}" if isinstance(value, float) else told_of(value)
             text = f"{self.name(key)}: {told} is outside {lower:g} .. {upper:g} {unit}"
             raise self.error(text.rstrip(), key)
         return float(value)
@@ -92,7 +93,7 @@ class Section(ABC):
         """Return true or false."""
         value = self.value(key)
         if not isinstance(value, bool):
-            raise self.error(f"{self.name(key)}: {value!r} is neither true nor false", key)
+            raise self.error(f"{self.name(key)}: {told_of(value)} is neither true nor false", key)
         return value
 
     def text(self, key: str, allowed: tuple[str, ...] = ()) -> str:
@@ -101,7 +102,7 @@ class Section(ABC):
         if not isinstance(value, str) or not value or (allowed and value not in allowed):
             several = "one of " if len(allowed) > 1 else ""
             choice = f"; it must be {several}{', '.join(allowed)}" if allowed else ""
-            raise self.error(f"{self.name(key)}: {value!r} is not a valid name{choice}", key)
+            raise self.error(f"{self.name(key)}: {told_of(value)} is not a valid name{choice}", key)
         return value
 
     def refuse_unknown(self, known: Iterable[str]) -> None:
@@ -116,6 +117,17 @@ class Section(ABC):
                 continue
             hint = did_you_mean(str(key), names, f"known here: {', '.join(names)}")
             raise self.error(f"{self.name(str(key))} is not a known parameter; {hint}", key)
+
+
+def told_of(value: object) -> str:
+    """Return a value of a file as a complaint shows it.
+
+    Collections are told by their size: what anchors bring into them may be without end.
+    """
+    if isinstance(value, dict | list):
+        kind = "mapping" if isinstance(value, dict) else "list"
+        return f"a {kind} of {len(value)}"
+    return shown(value)
 
 
 def check_joint(name: str, section: Section, homing: Section) -> JointParameters:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from bioscara.model.checks import JOINTS, UNITS, check_addresses, check_jaws, check_joint
+from bioscara.model.checks import JOINTS, UNITS, check_addresses, check_jaws, check_joint, told_of
 from bioscara.model.parameters import (
     HIGHEST_RATE,
     LOWEST_RATE,
@@ -152,9 +152,11 @@ def _arm(top: YamlSection) -> ArmParameters:
     joints = tuple(_joint(name, section) for name, section in sections.items())
     check_addresses((joint, sections[joint.name]) for joint in joints)
     order = top.value("homing_order")
-    if not isinstance(order, list) or sorted(map(str, order)) != sorted(JOINTS):
+    names = isinstance(order, list) and all(isinstance(name, str) for name in order)
+    if not names or sorted(order) != sorted(JOINTS):
         raise top.error(
-            f"homing_order: {order!r} must name each of {', '.join(JOINTS)} once", "homing_order"
+            f"homing_order: {told_of(order)} must name each of {', '.join(JOINTS)} once",
+            "homing_order",
         )
     return ArmParameters(
         joints,

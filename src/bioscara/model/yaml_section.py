@@ -6,11 +6,17 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError
 from bioscara.model.checks import Section
 
 SIZE_MAX = 2**20
 """Largest file that is read [bytes]; the arm's own has a hundredth of it."""
+LINES_MAX, LINE_MAX = 20_000, 10_000
+"""Most lines of a file, and most characters of one."""
+NODES_MAX, DEPTH_MAX, ALIASES_MAX = 6000, 20, 100
+"""Most names, values and collections of a file, its deepest nesting and most uses of its anchors.
+The parser takes 120 us for each, so less than a second for all; a taught pose has 26 of them."""
 _UNMARKED = (
     ValueError, LookupError, AttributeError, TypeError, OverflowError,
     AssertionError, NotImplementedError,
@@ -107,11 +113,13 @@ def read_text(path: Path, source: str) -> str:
     except OSError as error:
         raise ConfigurationError(f"{source}: {error.strerror or error}") from error
     if len(data) > SIZE_MAX:
-        raise ConfigurationError(f"{source}: is larger than {SIZE_MAX // 2**20} MiB")
+        raise ConfigurationError(f"{source}: is larger than {SIZE_MAX // 2**20} MiB; split it")
     try:
         return data.decode()
     except UnicodeDecodeError as error:
-        raise ConfigurationError(f"{source}: not a text file: {error}") from error
+        raise ConfigurationError(
+            f"{source}: not a text file: byte {error.start} is not UTF-8"
+        ) from error
 
 
 def sections_of(text: str, source: str) -> YamlSection:
@@ -122,12 +130,15 @@ def sections_of(text: str, source: str) -> YamlSection:
         source: What complaints call it.
 
     Raises:
-        ConfigurationError: It is no YAML, or no mapping.
+        ConfigurationError: It is no YAML, no mapping, or larger than the bounds above.
     """
+    _check_lines(text, source)
     # Only who reads a file pays for the parser.
     from ruamel.yaml import YAML  # noqa: PLC0415
+    from ruamel.yaml.composer import Composer, ComposerError  # noqa: PLC0415
     from ruamel.yaml.constructor import ConstructorError, RoundTripConstructor  # noqa: PLC0415
     from ruamel.yaml.error import MarkedYAMLError, YAMLError  # noqa: PLC0415
+    from ruamel.yaml.events import AliasEvent  # noqa: PLC0415
     from ruamel.yaml.reader import ReaderError  # noqa: PLC0415
 
     class Located(RoundTripConstructor):
@@ -137,8 +148,27 @@ def sections_of(text: str, source: str) -> YamlSection:
             except _UNMARKED as error:
                 raise ConstructorError(None, None, str(error), node.start_mark) from error
 
+    class Bounded(Composer):
+        nodes = depth = aliases = 0
+
+        def compose_node(self, parent: Any, index: Any) -> Any:
+            self.nodes += 1
+            self.depth += 1
+            self.aliases += self.parser.check_event(AliasEvent)
+            for count, most, what in (
+                (self.nodes, NODES_MAX, "names and values in a file"),
+                (self.depth, DEPTH_MAX, "levels of nesting"),
+                (self.aliases, ALIASES_MAX, "uses of anchors in a file"),
+            ):
+                if count > most:
+                    mark = self.parser.peek_event().start_mark
+                    raise ComposerError(None, None, f"more than {most} {what}", mark)
+            node = super().compose_node(parent, index)
+            self.depth -= 1
+            return node
+
     yaml = YAML(typ="rt")
-    yaml.Constructor = Located
+    yaml.Constructor, yaml.Composer = Located, Bounded
     try:
         node = yaml.load(text)
     except MarkedYAMLError as error:
@@ -148,10 +178,23 @@ def sections_of(text: str, source: str) -> YamlSection:
         line = text.count("\n", 0, error.position) + 1
         raise ConfigurationError(f"{source}, line {line}: {error.reason}") from error
     except (YAMLError, *_UNMARKED) as error:
-        raise ConfigurationError(f"{source}: not a YAML file: {error!r}") from error
+        raise ConfigurationError(f"{source}: not a YAML file: {shown(error)}") from error
     except RecursionError:
         raise ConfigurationError(f"{source}: is nested too deeply") from None
     return YamlSection(source, "", node, 1)
+
+
+def _check_lines(text: str, source: str) -> None:
+    lines = text.splitlines()
+    if len(lines) > LINES_MAX:
+        raise ConfigurationError(
+            f"{source}: {len(lines)} lines, more than {LINES_MAX} are not read; split the file"
+        )
+    for number, line in enumerate(lines, 1):
+        if len(line) > LINE_MAX:
+            raise ConfigurationError(
+                f"{source}, line {number}: {len(line)} characters, at most {LINE_MAX} are read"
+            )
 
 
 def read_sections(path: Path, source: str) -> YamlSection:

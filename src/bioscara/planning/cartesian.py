@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.kinematics.pose import require_pose
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.parameterisation import parameterise
 from bioscara.planning.path import Arc, Line
@@ -35,8 +36,9 @@ def linear(
         InvalidArgumentError: A value is not finite, or the goal is where the tool is.
         UnreachableError: Start, goal or a place between is out of reach or limits.
     """
-    path = Line(arm.forward(start), goal)
+    goal = require_pose("the goal", goal)
     arm.solve(goal, start)
+    path = Line(arm.forward(start), goal)
     return parameterise(arm, path, start, limits, tool, speed=speed)
 
 
@@ -65,6 +67,7 @@ def circular(
         InvalidArgumentError: A value is not finite, or the points are on one line.
         UnreachableError: Start, goal or a place between is out of reach or limits.
     """
-    path = Arc.through(arm.forward(start), via, goal)
+    goal = require_pose("the goal", goal)
     arm.solve(goal, start)
+    path = Arc.through(arm.forward(start), via, goal)
     return parameterise(arm, path, start, limits, tool, speed=speed)

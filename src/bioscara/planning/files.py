@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from bioscara.arguments import shown
 from bioscara.errors import TrajectoryError
 from bioscara.planning.message_text import ITEMS_MAX
 from bioscara.planning.numbers import number
@@ -177,7 +178,7 @@ def _header(line: int, header: list[str]) -> tuple[list[str], tuple[list[int], .
         if suffix not in _SUFFIXES:
             name, suffix = column, "position"
         if name in found[_SUFFIXES[suffix]]:
-            raise TrajectoryError(f"line {line}: column {column!r} stands twice")
+            raise TrajectoryError(f"line {line}: column {shown(column)} stands twice")
         found[_SUFFIXES[suffix]][name] = index
     names = list(found[0])
     if not names:

@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from bioscara.arguments import number, numbers, shown
 from bioscara.errors import InvalidArgumentError, LimitError, UnreachableError
 from bioscara.kinematics import Joints, Scara
 from bioscara.planning.limits import JointLimits
@@ -98,11 +99,13 @@ class Jog:
         tool_speed: float = REDUCED_SPEED,
         folded: float = math.inf,
     ) -> None:
+        start = Joints(*numbers("the start of the jog", start))
         for limit, value in zip(limits, start, strict=True):
             if not limit.lower - 1e-9 <= value <= limit.upper + 1e-9:
                 raise LimitError(
                     f"{limit.name} at the start", value, limit.lower, limit.upper, limit.unit
                 )
+        tool_speed = number("tool speed", tool_speed, infinite=True)
         if not tool_speed > 0.0:
             raise InvalidArgumentError(f"tool speed {tool_speed} m/s must be above zero")
         self._arm, self._limits = arm, tuple(limits)
@@ -130,24 +133,25 @@ class Jog:
         """
         if not isinstance(velocity, JointVelocity | ToolVelocity):
             raise InvalidArgumentError(
-                f"jog: the velocity is {velocity!r}; give JointVelocity or ToolVelocity"
+                f"jog: the velocity is {shown(velocity)}; give JointVelocity or ToolVelocity"
             )
+        share, time = number("jog: the share", share), number("jog: the time", time)
         if not 0.0 <= share <= 1.0:
-            raise InvalidArgumentError(f"jog: a share of {share} cannot be; give 0 to 1")
-        if not all(map(math.isfinite, (*velocity, time))):
-            raise InvalidArgumentError(
-                f"jog: {velocity!r} at {time} s: every value must be a finite number"
-            )
+            raise InvalidArgumentError(f"jog: a share of {share:g} cannot be; give 0 to 1")
+        wanted = [
+            number(f"jog: {name} velocity", value)
+            for name, value in zip(velocity._fields, velocity, strict=True)
+        ]
         if isinstance(velocity, JointVelocity):
             most = [(limit.name, limit.max_velocity, limit.unit) for limit in self._limits]
         else:
             yaw = self._limits[3].max_velocity
             most = [(axis, _FASTEST, "m") for axis in "xyz"] + [("yaw", yaw, "rad")]
-        for (name, limit_, unit), value in zip(most, velocity, strict=True):
+        for (name, limit_, unit), value in zip(most, wanted, strict=True):
             if abs(value) > limit_ * (1.0 + 1e-9):
                 remedy = "are these mm/s or degrees? velocities are m/s and rad/s"
                 raise LimitError(f"{name} velocity", value, -limit_, limit_, f"{unit}/s", remedy)
-        self._velocity = type(velocity)(*[share * value for value in velocity])
+        self._velocity = type(velocity)(*[share * value for value in wanted])
         self._since = time
 
     def step(self, time: float, period: float) -> tuple[Joints, Joints]:
@@ -163,10 +167,9 @@ class Jog:
         Raises:
             InvalidArgumentError: The period is not above zero, or the time not a number.
         """
-        if not (0.0 < period < math.inf and math.isfinite(time)):
-            raise InvalidArgumentError(
-                f"jog: a step of {period} s at {time} s cannot be; give finite seconds above zero"
-            )
+        time, period = number("jog: the time", time), number("jog: the period", period)
+        if period <= 0.0:
+            raise InvalidArgumentError(f"jog: a step of {period:g} s is not above 0")
         target = np.array(self._target(time, period))
         here, moving = np.array(self.positions), np.array(self.velocities)
         ranges, straight = self._ranges(), isinstance(self._velocity, ToolVelocity)

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 from typing import Protocol
 
+from bioscara.arguments import number
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Range
-from bioscara.kinematics.pose import require_number
 
 SLOWEST = 1e-3
 """Least share of the speed that a motion may have: at it, one of a second takes a quarter hour."""
 
 
-def check_share(speed: float) -> None:
-    """Make sure that a share of the speed is one.
+def check_share(speed: float) -> float:
+    """Return a share of the speed if it is one.
 
     Args:
         speed: From :data:`SLOWEST` to 1.
@@ -21,11 +21,12 @@ def check_share(speed: float) -> None:
     Raises:
         InvalidArgumentError: It is not.
     """
-    require_number("speed", speed)
+    speed = number("speed", speed)
     if not SLOWEST <= speed <= 1.0:
         raise InvalidArgumentError(
             f"speed {speed} is outside {SLOWEST:g} .. 1; it is a share of what is possible"
         )
+    return speed
 
 
 class JointLimits(Range, Protocol):

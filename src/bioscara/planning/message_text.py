@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterator
 from typing import NamedTuple, TypeAlias
 
+from bioscara.arguments import shown
 from bioscara.errors import TrajectoryError
 
 DEPTH_MAX = 16
@@ -130,7 +131,7 @@ class _Reader:
         value = self._node(1)
         if self._at < len(self._lines):
             line = self._lines[self._at]
-            raise _error(line.number, f"{line.content!r} does not belong to what stands above")
+            raise _error(line.number, f"{shown(line.content)} does not belong to what stands above")
         return value
 
     def _node(self, depth: int) -> Node:
@@ -147,7 +148,7 @@ class _Reader:
         while self._at < len(self._lines):
             line = self._lines[self._at]
             if line.column > column:
-                raise _error(line.number, f"{line.content!r} is indented too far")
+                raise _error(line.number, f"{shown(line.content)} is indented too far")
             if line.column < column or not line.is_item:
                 return items
             _room(items, line.number)
@@ -170,7 +171,7 @@ class _Reader:
                 return fields
             match = _KEY.match(line.content)
             if line.column > column or match is None:
-                raise _error(line.number, f"{line.content!r} where 'name: value' should stand")
+                raise _error(line.number, f"{shown(line.content)} where 'name: value' should stand")
             self._at += 1
             rest = line.content[match.end() :]
             _add(
@@ -200,7 +201,7 @@ class _Reader:
         value = self._element(tokens, next(tokens), depth)
         last = next(tokens)
         if last.kind != "end":
-            raise _error(last.number, f"{last.text!r} after the closing bracket")
+            raise _error(last.number, f"{shown(last.text)} after the closing bracket")
         return value
 
     def _tokens(self, content: str, number: int) -> Iterator[_Token]:
@@ -210,7 +211,7 @@ class _Reader:
             while at < len(content):
                 match = _TOKEN.match(content, at)
                 if match is None:
-                    raise _error(number, f"{content[at:]!r} is not understood")
+                    raise _error(number, f"{shown(content[at:])} is not understood")
                 at = match.end()
                 kind = match.lastgroup or ""
                 yield _Token(number, kind, match[kind].rstrip(" "))
@@ -228,7 +229,7 @@ class _Reader:
             return self._list(inside, _deeper(depth, first.number))
         if first.text == "{":
             return self._set(inside, _deeper(depth, first.number))
-        raise _error(first.number, f"{first.text!r} where a value should stand")
+        raise _error(first.number, f"{shown(first.text)} where a value should stand")
 
     def _list(self, tokens: Iterator[_Token], depth: int) -> Node:
         items: list[Node] = []
@@ -244,7 +245,7 @@ class _Reader:
         token = next(tokens)
         while token.text != "}":
             if token.kind != "key":
-                raise _error(token.number, f"{token.text!r} where 'name: value' should stand")
+                raise _error(token.number, f"{shown(token.text)} where 'name: value' should stand")
             _add(fields, token.text, token.number, self._element(tokens, next(tokens), depth))
             token = _after_element(tokens, "}")
         return fields
@@ -256,7 +257,9 @@ def _after_element(tokens: Iterator[_Token], closing: str) -> _Token:
     if token.text == ",":
         return next(tokens)
     if token.text != closing:
-        raise _error(token.number, f"{token.text!r} where ',' or {closing!r} should stand")
+        raise _error(
+            token.number, f"{shown(token.text)} where ',' or {shown(closing)} should stand"
+        )
     return token
 
 
@@ -273,7 +276,7 @@ def _deeper(depth: int, number: int) -> int:
 
 def _add(fields: dict[str, Node], key: str, number: int, value: Node) -> None:
     if key in fields:
-        raise _error(number, f"{key!r} stands twice")
+        raise _error(number, f"{shown(key)} stands twice")
     fields[key] = value
 
 
@@ -287,5 +290,5 @@ def _word(content: str, number: int) -> str:
         raise _error(number, "aliases and tags have no place in a message")
     odd = content[0] in "|>%@`?,]}:" or content == "-" or content.startswith("- ")
     if odd or ": " in content or content[-1] == ":":
-        raise _error(number, f"{content!r} is not understood")
+        raise _error(number, f"{shown(content)} is not understood")
     return content

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from bioscara.arguments import shown
 from bioscara.errors import TrajectoryError
 
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
@@ -19,5 +20,7 @@ def number(text: str, where: str) -> float:
         TrajectoryError: It is none; the message begins with ``where``.
     """
     if _NUMBER.fullmatch(text) is None:
-        raise TrajectoryError(f"{where}: {text!r} is not a number; write it like -0.25 or 1e-3")
+        raise TrajectoryError(
+            f"{where}: {shown(text)} is not a number; write it like -0.25 or 1e-3"
+        )
     return float(text)

@@ -82,8 +82,7 @@ class Line(Curve):
     """
 
     def __init__(self, start: Pose, goal: Pose) -> None:
-        require_pose("the start", start)
-        require_pose("the goal", goal)
+        start, goal = require_pose("the start", start), require_pose("the goal", goal)
         way = np.subtract(goal, start)
         way[3] = shorter_turn(start.yaw, goal.yaw)
         distance = float(np.linalg.norm(way[:3]))
@@ -131,9 +130,8 @@ class Arc(Curve):
             InvalidArgumentError: A value is not finite, via is in other units, or the three
                 points are on one line.
         """
-        require_pose("the start", start)
-        require_near("the via", via)
-        require_pose("the goal", goal)
+        start, via = require_pose("the start", start), require_near("the via", via)
+        goal = require_pose("the goal", goal)
         a, b = np.subtract(via, start)[:3], np.subtract(goal, start)[:3]
         chord = float(np.linalg.norm(b))
         if chord < SHORTEST:

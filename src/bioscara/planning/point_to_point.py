@@ -8,8 +8,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from bioscara.arguments import items, number
 from bioscara.errors import TrajectoryError
-from bioscara.kinematics.pose import require_number, unit_hint
+from bioscara.kinematics.pose import unit_hint
 from bioscara.planning.check import check
 from bioscara.planning.double_s import durations, fastest, lasting
 from bioscara.planning.limits import JointLimits, check_share
@@ -52,10 +53,10 @@ def point_to_point(
         InvalidArgumentError: The speed is outside its range, or a value is no number.
         TrajectoryError: The goal is outside the position limits, or one of both not finite.
     """
-    check_share(speed)
+    speed = check_share(speed)
+    start, goal = _plain("start", start, limits), _plain("goal", goal, limits)
     _require_sizes(joint_names, start, goal, limits)
-    for limit, here, there in zip(limits, start, goal, strict=True):
-        _require_finite(limit, "start", here)
+    for limit, there in zip(limits, goal, strict=True):
         _require_inside(limit, "goal", there)
     bounds = [_bounds(limit, speed) for limit in limits]
     begin, end = [State(p) for p in start], [State(p) for p in goal]
@@ -98,20 +99,24 @@ def state_to_state(
     return trajectory
 
 
+def _plain(what: str, values: Sequence[float], limits: Sequence[JointLimits]) -> tuple[float, ...]:
+    given = items(f"the positions at the {what}", values, "give one for each joint")
+    if len(given) != len(limits):
+        raise TrajectoryError(f"{what}: {len(given)} values for {len(limits)} joints")
+    return tuple(
+        number(f"{limit.name}: {what}", value, error=TrajectoryError)
+        for limit, value in zip(limits, given, strict=True)
+    )
+
+
 def _require_sizes(names: Sequence[str], *columns: Sequence[object]) -> None:
     for what, column in zip(("start", "goal", "limits"), columns, strict=True):
         if len(column) != len(names):
             raise TrajectoryError(f"{what}: {len(column)} values for {len(names)} joints")
 
 
-def _require_finite(limit: JointLimits, what: str, value: float) -> None:
-    require_number(f"{limit.name}: {what}", value)
-    if not math.isfinite(value):
-        raise TrajectoryError(f"{limit.name}: {what} is {value}; it must be a finite number")
-
-
 def _require_inside(limit: JointLimits, what: str, value: float) -> None:
-    _require_finite(limit, what, value)
+    number(f"{limit.name}: {what}", value, error=TrajectoryError)
     room = _ROOM * (limit.upper - limit.lower)
     if not limit.lower - room <= value <= limit.upper + room:
         hint = unit_hint(value, limit.unit)

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TypeAlias
 
+from bioscara.arguments import shown
 from bioscara.errors import TrajectoryError
 from bioscara.planning.message_text import FULL_LENGTH, Document, Node, first_document
 from bioscara.planning.numbers import number
@@ -108,7 +109,8 @@ def _refuse_unknown(fields: _Fields, known: Sequence[str], where: str) -> None:
         if key not in known:
             hint = did_you_mean(key, known)
             raise TrajectoryError(
-                f"{where}: unknown field {key!r}; it has {', '.join(known)}{hint and f'; {hint}'}"
+                f"{where}: unknown field {shown(key)}; it has {', '.join(known)}"
+                f"{hint and f'; {hint}'}"
             )
 
 
@@ -136,7 +138,7 @@ def _seconds(point: _Fields, index: int) -> float:
 
 def _word(value: Node, where: str) -> str:
     if not isinstance(value, str):
-        raise TrajectoryError(f"{where}: {value!r} is not one word; is the file truncated?")
+        raise TrajectoryError(f"{where}: {shown(value)} is not one word; is the file truncated?")
     if value == "...":
         raise TrajectoryError(f"{where}: '...' stands for what was left out; {FULL_LENGTH}")
     return value

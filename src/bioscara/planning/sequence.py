@@ -63,7 +63,7 @@ def sequence(
             go there; the message begins with the waypoint.
     """
     tool = ToolLimits() if tool is None else tool
-    check_waypoints(arm, start, waypoints)
+    waypoints = check_waypoints(arm, start, waypoints)
     joints = start
     trajectories: list[Trajectory] = []
     warnings: list[str] = []

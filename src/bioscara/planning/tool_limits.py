@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, fields
 
+from bioscara.arguments import number
 from bioscara.errors import InvalidArgumentError
 from bioscara.planning.tool_speed import REDUCED_SPEED
 
@@ -36,10 +37,11 @@ class ToolLimits:
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            value = getattr(self, field.name)
+            name = f"tool limit {field.name.replace('_', ' ')}"
+            value = number(name, getattr(self, field.name), infinite=True)
             if not value >= LEAST:
-                name = field.name.replace("_", " ")
-                raise InvalidArgumentError(f"tool limit {name} is {value}; give {LEAST:g} or more")
+                raise InvalidArgumentError(f"{name} is {value}; give {LEAST:g} or more")
+            object.__setattr__(self, field.name, value)
 
 
 FULL = ToolLimits(math.inf, math.inf, math.inf, math.inf)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from bisect import bisect_right
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -10,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from bioscara.arguments import array, items, number, shown
 from bioscara.errors import TrajectoryError
 
 Array = npt.NDArray[np.float64]
@@ -71,9 +71,9 @@ class Trajectory:
         *,
         cubics: npt.ArrayLike | None = None,
     ) -> None:
-        self.joint_names = tuple(joint_names)
+        self.joint_names = items("the joint names", joint_names, error=TrajectoryError)
         _check_names(self.joint_names)
-        self.times = _frozen(times)
+        self.times = _frozen("times", times)
         count = self.times.shape[0] if self.times.ndim == 1 else 0
         if count == 0:
             raise TrajectoryError("a trajectory needs at least one point; this one has none")
@@ -120,10 +120,8 @@ class Trajectory:
         Raises:
             TrajectoryError: The time is not a number.
         """
-        starts = self._starts
+        starts, time = self._starts, number("time", time, infinite=True, error=TrajectoryError)
         if not starts[0] <= time < starts[-1]:
-            if math.isnan(time):
-                raise TrajectoryError("a trajectory has no state at time nan; give seconds")
             row = self.positions[0 if time < starts[0] else -1].tolist()
             rest = (0.0,) * len(row)
             return Sample(tuple(row), rest, rest)
@@ -143,7 +141,7 @@ class Trajectory:
         Raises:
             TrajectoryError: A time is not a number.
         """
-        at = np.asarray(times, dtype=np.float64)
+        at = array("times", times, error=TrajectoryError)
         if np.isnan(at).any():
             raise TrajectoryError("a trajectory has no state at time nan; give seconds")
         positions = np.empty((*at.shape, len(self.joint_names)))
@@ -162,19 +160,19 @@ class Trajectory:
             accelerations[inside] = 2 * c[2] + t * (6 * c[3] + t * (12 * c[4] + t * 20 * c[5]))
         return positions, velocities, accelerations
 
-    def _column(self, what: str, values: npt.ArrayLike, shape: tuple[int, int]) -> Array:
-        array = _frozen(values)
-        if array.shape != shape:
+    def _column(self, what: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
+        column = _frozen(what, values)
+        if column.shape != shape:
             raise TrajectoryError(
-                f"{what}: shape {array.shape} does not fit {shape[0]} points of {shape[1]} joints"
+                f"{what}: shape {column.shape} does not fit {shape[0]} points of {shape[1]} joints"
             )
-        if not np.isfinite(array).all():
-            point, joint = (int(index) for index in np.argwhere(~np.isfinite(array))[0])
+        if not np.isfinite(column).all():
+            point, joint = (int(index) for index in np.argwhere(~np.isfinite(column))[0][:2])
             raise TrajectoryError(
-                f"point {point}: {what} of {self.joint_names[joint]} is {array[point, joint]}; "
+                f"point {point}: {what} of {self.joint_names[joint]} is {_first_odd(column)}; "
                 f"every value must be a finite number"
             )
-        return array
+        return column
 
     def _segments(self, cubics: npt.ArrayLike | None) -> Array:
         count, joints = self.positions.shape
@@ -191,7 +189,7 @@ class Trajectory:
         v0, v1 = self.velocities[:-1], self.velocities[1:]
         c[..., 1] = v0
         if cubics is not None:
-            c[..., 2:4] = cubics
+            c[..., 2:4] = self._column("cubics", cubics, (count - 1, joints, 2))
             return c
         if self.accelerations is None:
             c[..., 2] = (3 * way / t - 2 * v0 - v1) / t
@@ -205,18 +203,22 @@ class Trajectory:
         return c
 
 
-def _frozen(values: npt.ArrayLike) -> Array:
-    try:
-        array = np.array(values, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise TrajectoryError(f"points do not all have the same size: {error}") from error
-    array.setflags(write=False)
-    return array
+def _frozen(what: str, values: npt.ArrayLike) -> Array:
+    column = array(what, values, error=TrajectoryError)
+    column.setflags(write=False)
+    return column
+
+
+def _first_odd(column: Array) -> float:
+    return float(column[~np.isfinite(column)][0])
 
 
 def _check_names(names: tuple[str, ...]) -> None:
     if not names:
         raise TrajectoryError("a trajectory needs at least one joint; this one names none")
+    for name in names:
+        if not isinstance(name, str):
+            raise TrajectoryError(f"joint name {shown(name)} is not a text")
     twice = sorted({name for name in names if names.count(name) > 1})
     if twice:
         raise TrajectoryError(f"joint named twice: {', '.join(twice)}")

@@ -9,9 +9,10 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 
+from bioscara.arguments import items, number, shown
 from bioscara.errors import InvalidArgumentError, PathError
 from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.kinematics.pose import require_near, require_number, require_pose, wrapped
+from bioscara.kinematics.pose import require_near, require_pose, wrapped
 from bioscara.planning.limits import check_share
 from bioscara.planning.path import LEVER, SHORTEST
 
@@ -63,6 +64,7 @@ def approach(
         motion: The way to where the straight way begins.
         speed: Share of the possible speed on the straight way.
     """
+    target = require_pose("the target", target)
     return Waypoint(target.compose(away), motion), Waypoint(target, speed=speed)
 
 
@@ -74,11 +76,13 @@ def retract(target: Pose, away: Pose, *, speed: float = 1.0) -> Waypoint:
         away: Where it goes, in the frame of the target.
         speed: Share of the possible speed.
     """
-    return Waypoint(target.compose(away), speed=speed)
+    return Waypoint(require_pose("the target", target).compose(away), speed=speed)
 
 
-def check_waypoints(arm: Scara, start: Joints, waypoints: Sequence[Waypoint]) -> None:
-    """Make sure that a sequence makes sense and that each of its poses can be reached by itself.
+def check_waypoints(
+    arm: Scara, start: Joints, waypoints: Sequence[Waypoint]
+) -> tuple[Waypoint, ...]:
+    """Return a sequence that makes sense and whose poses can each be reached by themselves.
 
     Args:
         arm: The arm with its tool.
@@ -91,52 +95,52 @@ def check_waypoints(arm: Scara, start: Joints, waypoints: Sequence[Waypoint]) ->
     beyond = arm.beyond(start)
     if beyond:
         raise InvalidArgumentError(f"start of the sequence: {', '.join(beyond)}")
-    if not isinstance(waypoints, Sequence):
-        raise InvalidArgumentError(
-            f"the waypoints are {waypoints!r}; give a list of Waypoint(pose)"
-        )
-    if not waypoints:
+    given = items("the waypoints", waypoints, "give a list of Waypoint(pose)")
+    if not given:
         raise InvalidArgumentError("a sequence needs at least one waypoint; this one has none")
     here = arm.forward(start)
-    for index, waypoint in enumerate(waypoints):
+    for index, waypoint in enumerate(given):
         if not isinstance(waypoint, Waypoint):
-            raise InvalidArgumentError(f"waypoint {index} is {waypoint!r}; give Waypoint(pose)")
-    for index, waypoint in enumerate(waypoints):
-        following = waypoints[index + 1] if index + 1 < len(waypoints) else None
+            raise InvalidArgumentError(
+                f"waypoint {index} is {shown(waypoint)}; give Waypoint(pose)"
+            )
+    checked = []
+    for index, waypoint in enumerate(given):
         with about(index):
-            _check_values(waypoint)
+            checked.append(_check_values(waypoint))
+    for index, waypoint in enumerate(checked):
+        following = checked[index + 1] if index + 1 < len(checked) else None
+        with about(index):
             _check_blend(waypoint, following)
             _check_way(here, waypoint)
             arm.solve(waypoint.pose, start)
         here = waypoint.pose
+    return tuple(checked)
 
 
-def _check_values(waypoint: Waypoint) -> None:
-    require_pose("the pose", waypoint.pose)
-    if waypoint.via is not None:
-        require_near("the via", waypoint.via)
+def _check_values(waypoint: Waypoint) -> Waypoint:
+    pose = require_pose("the pose", waypoint.pose)
+    via = None if waypoint.via is None else require_near("the via", waypoint.via)
     if not isinstance(waypoint.motion, Motion):
         kinds = ", ".join(map(str, Motion))
-        raise InvalidArgumentError(f"motion is {waypoint.motion!r}; give one of {kinds}")
-    check_share(waypoint.speed)
-    require_number("blend", waypoint.blend)
-    if not 0.0 <= waypoint.blend < math.inf:
+        raise InvalidArgumentError(f"motion is {shown(waypoint.motion)}; give one of {kinds}")
+    speed, blend = check_share(waypoint.speed), number("blend", waypoint.blend)
+    if blend < 0.0:
+        raise InvalidArgumentError(f"blend {blend:g} m must be 0 or more; 0 rests there")
+    if 0.0 < blend < LEAST_BLEND:
         raise InvalidArgumentError(
-            f"blend {waypoint.blend} m must be a finite number, 0 or more; 0 rests there"
+            f"blend {blend:g} m is less than {LEAST_BLEND:g} m; 0 rests there"
         )
-    if 0.0 < waypoint.blend < LEAST_BLEND:
+    if blend > _MOST_BLEND:
         raise InvalidArgumentError(
-            f"blend {waypoint.blend:g} m is less than {LEAST_BLEND:g} m; 0 rests there"
-        )
-    if waypoint.blend > _MOST_BLEND:
-        raise InvalidArgumentError(
-            f"blend {waypoint.blend:g} m is more than {_MOST_BLEND:g} m; are these millimetres? "
+            f"blend {blend:g} m is more than {_MOST_BLEND:g} m; are these millimetres? "
             "lengths are metres"
         )
     circular = waypoint.motion is Motion.CIRC
     if circular != (waypoint.via is not None):
         text = "an arc needs via" if circular else f"via does not belong to {waypoint.motion.name}"
         raise InvalidArgumentError(f"{text}; a point between start and pose makes a CIRC motion")
+    return Waypoint(pose, waypoint.motion, blend, via, speed)
 
 
 def _check_blend(waypoint: Waypoint, following: Waypoint | None) -> None:

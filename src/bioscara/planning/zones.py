@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
+from bioscara.arguments import flag, shown
 from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara
 from bioscara.planning.bodies import GRIPPER, WRIST, Body
@@ -22,7 +23,14 @@ from bioscara.planning.shapes import Array, Prism
 from bioscara.planning.standing import STAND, began, stand
 from bioscara.planning.sweep import refusal, sweep
 from bioscara.planning.trajectory import Trajectory
-from bioscara.planning.zone_values import FAR, check_name, check_number, check_range, make_tuples
+from bioscara.planning.zone_values import (
+    FAR,
+    check_name,
+    check_number,
+    check_range,
+    make_tuples,
+    replace_values,
+)
 
 MARGINS = (1e-3, 0.1)
 """Smallest and largest margin [m]: what is missed between samples is less than the smallest."""
@@ -55,9 +63,13 @@ class Box:
     def __post_init__(self) -> None:
         make_tuples(self, "lower", "upper", "links")
         check_name(self.name, self.links)
-        for axis, low, high in zip("xyz", self.lower, self.upper, strict=True):
-            check_range(self.name, axis, low, high)
-        check_number(f"zone {self.name}: yaw", self.yaw, -2 * math.pi, 2 * math.pi, "rad")
+        if len(self.lower) != 3 or len(self.upper) != 3:
+            raise ConfigurationError(f"zone {self.name}: lower and upper are x, y, z [m] each")
+        edges = zip("xyz", self.lower, self.upper, strict=True)
+        lower, upper = zip(*(check_range(self.name, *edge) for edge in edges), strict=True)
+        yaw = check_number(f"zone {self.name}: yaw", self.yaw, -2 * math.pi, 2 * math.pi, "rad")
+        flag(f"zone {self.name}: keep_in", self.keep_in, error=ConfigurationError)
+        replace_values(self, lower=lower, upper=upper, yaw=yaw)
 
     @property
     def shape(self) -> Prism:
@@ -95,10 +107,16 @@ class Cylinder:
     def __post_init__(self) -> None:
         make_tuples(self, "links")
         check_name(self.name, self.links)
-        check_number(f"zone {self.name}: x", self.x, -FAR, FAR)
-        check_number(f"zone {self.name}: y", self.y, -FAR, FAR)
-        check_number(f"zone {self.name}: radius", self.radius, 1e-4, FAR)
-        check_range(self.name, "z", self.low, self.high)
+        low, high = check_range(self.name, "z", self.low, self.high)
+        replace_values(
+            self,
+            x=check_number(f"zone {self.name}: x", self.x, -FAR, FAR),
+            y=check_number(f"zone {self.name}: y", self.y, -FAR, FAR),
+            radius=check_number(f"zone {self.name}: radius", self.radius, 1e-4, FAR),
+            low=low,
+            high=high,
+        )
+        flag(f"zone {self.name}: keep_in", self.keep_in, error=ConfigurationError)
 
     @property
     def shape(self) -> Prism:
@@ -130,6 +148,10 @@ class Scene:
 
     def __post_init__(self) -> None:
         make_tuples(self, "zones", "mounted")
+        for what, kind in ((self.zones, Zone), (self.mounted, Body)):
+            for item in what:
+                if not isinstance(item, kind):
+                    raise ConfigurationError(f"{shown(item)} is no part of a scene")
         names = [zone.name for zone in self.zones]
         for name in names:
             if names.count(name) > 1:
@@ -142,9 +164,10 @@ class Scene:
                         f"{body.link} may touch {name!r}, which is not in the scene; there are "
                         f"{', '.join(known) or 'no zones and no table'}"
                     )
-        check_number("margin", self.margin, *MARGINS)
+        replace_values(self, margin=check_number("margin", self.margin, *MARGINS))
         if self.table_height is not None:
-            check_number("table_height", self.table_height, -FAR, FAR)
+            height = check_number("table_height", self.table_height, -FAR, FAR)
+            replace_values(self, table_height=height)
 
     def carrying(self, load: Prism, touches: Sequence[str] = ()) -> Scene:
         """Return the scene of an arm whose tool holds something.

@@ -10,6 +10,7 @@ from importlib.resources import files
 import numpy as np
 from numpy.typing import NDArray
 
+from bioscara.printing import printable
 from bioscara.report.cycles import History, Phase
 from bioscara.report.statistics import loop_statistics, measured_time, phase_mask, tracking
 from bioscara.report.summary import Summary
@@ -30,9 +31,9 @@ def render(summary: Summary, history: History) -> str:
     moving = np.flatnonzero(~phase_mask(history, Phase.HOMING))
     shown = _thin(history, moving)
     values = {
-        "title": escape(f"{summary.title} on {summary.arm}"),
-        "arm": escape(f"{summary.started:%Y-%m-%d %H:%M:%S %z}, bioscara {summary.version}"),
-        "outcome": escape(outcome_line(summary)),
+        "title": _text(f"{summary.title} on {summary.arm}"),
+        "arm": _text(f"{summary.started:%Y-%m-%d %H:%M:%S %z}, bioscara {summary.version}"),
+        "outcome": _text(outcome_line(summary)),
         "outcome_class": summary.outcome.value,
         "facts": _facts(summary, history),
         "table_head": _row("th", ("joint", *TRACKING)),
@@ -67,11 +68,15 @@ def _facts(summary: Summary, history: History) -> str:
     facts += [("fault", text) for text in summary.faults]
     facts += [("note", text) for text in summary.notes]
     facts += [(joint.name, f"{joint.address:#04x}, {joint.firmware}") for joint in summary.joints]
-    return "".join(f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>" for name, text in facts)
+    return "".join(f"<dt>{_text(name)}</dt><dd>{_text(text)}</dd>" for name, text in facts)
+
+
+def _text(text: str) -> str:
+    return escape(printable(text))
 
 
 def _row(tag: str, cells: tuple[str, ...]) -> str:
-    return "<tr>" + "".join(f"<{tag}>{escape(cell)}</{tag}>" for cell in cells) + "</tr>"
+    return "<tr>" + "".join(f"<{tag}>{_text(cell)}</{tag}>" for cell in cells) + "</tr>"
 
 
 def _shown(shown: int, total: int) -> str:

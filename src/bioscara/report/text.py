@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from math import isnan
 
+from bioscara.printing import printable
 from bioscara.report.cycles import History, Phase
 from bioscara.report.statistics import (
     LOOP,
@@ -41,7 +42,7 @@ def render(summary: Summary, history: History) -> str:
             [("joint", "address", "firmware")] + [_joint_row(joint) for joint in summary.joints]
         ),
     ]
-    return "\n".join(lines) + "\n"
+    return "\n".join(map(printable, lines)) + "\n"
 
 
 def outcome_line(summary: Summary) -> str:

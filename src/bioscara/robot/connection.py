@@ -7,8 +7,10 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+from bioscara.arguments import flag, number, shown
 from bioscara.bus import Bus
 from bioscara.clock import Clock
+from bioscara.control.schedule import require_rate
 from bioscara.drivers import Gripper, Joint
 from bioscara.errors import (
     HardwareError,
@@ -19,7 +21,6 @@ from bioscara.errors import (
 )
 from bioscara.hardware import ArmHardware, GripperHardware, State
 from bioscara.hardware.stopping import release
-from bioscara.kinematics.pose import require_number
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.protocol import Flags
 from bioscara.robot.fault_handling import FaultHandling
@@ -78,6 +79,9 @@ class Connection(FaultHandling):
         pace_homing: bool = False,
         pace_motion: bool = False,
     ) -> None:
+        parameters = _given(parameters)
+        if not isinstance(evidence, str | Path):
+            raise InvalidArgumentError(f"evidence is {shown(evidence)}; give the path of a folder")
         self.bus, self.clock = bus, clock
         self.parameters, self.description = parameters, description
         self._turn = Turn()
@@ -90,8 +94,10 @@ class Connection(FaultHandling):
         self.gripper = RobotGripper(
             self._jaws, self._turn, self._running, lambda: self._motion(ignore, never), clock.now
         )
-        self._pace_homing, self._pace_motion = pace_homing, pace_motion
-        self._rate, self._evidence, self._speed = rate, evidence, 1.0
+        self._pace_homing = flag("pace_homing", pace_homing)
+        self._pace_motion = flag("pace_motion", pace_motion)
+        self._rate = None if rate is None else require_rate(rate)
+        self._evidence, self._speed = Path(evidence), 1.0
         self.plan.full_speed = full_speed
         self._stack: Stack | None = None
         self._begin = clock.now()
@@ -119,7 +125,7 @@ class Connection(FaultHandling):
             pace_homing: Whether homing takes as long as on the arm.
             pace_motion: Whether motion takes as long as on the arm.
         """
-        parameters = parameters or load_parameters()
+        parameters = load_parameters() if parameters is None else _given(parameters)
         wiring = simulated(parameters, v1=v1, seed=seed)
         return cls(
             **wiring._asdict(),
@@ -153,7 +159,7 @@ class Connection(FaultHandling):
         Raises:
             InvalidArgumentError: No bus has such a name.
         """
-        parameters = parameters or load_parameters()
+        parameters = load_parameters() if parameters is None else _given(parameters)
         wiring = named(name, parameters)
         return cls(
             **wiring._asdict(),
@@ -243,7 +249,7 @@ class Connection(FaultHandling):
 
     @speed.setter
     def speed(self, speed: float) -> None:
-        require_number("speed", speed)
+        speed = number("speed", speed)
         if not 0.0 <= speed <= 1.0:
             raise InvalidArgumentError(f"speed {speed} is outside 0 .. 1")
         self._speed = speed
@@ -299,3 +305,11 @@ class Connection(FaultHandling):
             lambda: self._speed,
             timeout,
         )
+
+
+def _given(parameters: ArmParameters) -> ArmParameters:
+    if not isinstance(parameters, ArmParameters):
+        raise InvalidArgumentError(
+            f"the parameters are {shown(parameters)}; give what load_parameters() returns"
+        )
+    return parameters

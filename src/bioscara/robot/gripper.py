@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+from bioscara.arguments import number
 from bioscara.control.goals import Status
 from bioscara.control.gripper_messages import GripperGoal, GripperResult
-from bioscara.errors import GripperError
+from bioscara.errors import GoalRejectedError, GripperError
 from bioscara.hardware import GripperHardware, State
 from bioscara.report import Phase
 from bioscara.robot.running import Motion
@@ -85,14 +86,27 @@ class RobotGripper:
             width: Width between them [m].
 
         Raises:
-            GoalRejectedError: It is outside the limits or not finite; nothing moved.
-            GripperError: The servo cannot be driven, or the jaws were held up.
+            GoalRejectedError: It is outside the limits or no finite number; nothing moved.
+            GripperError: The servo cannot be driven, the width cannot be kept in its file (nothing
+                moved), or the jaws were held up.
             MotionCancelledError: It was asked to end; the jaws stay where they are.
             BusyError: Another call is using the arm.
         """
         self._drive()
-        jaws = self._stack().gripper
-        goal = self._motion().pursue(lambda: jaws.send_goal(GripperGoal((width,))), Phase.SETTLING)
+        width = number("the width", width, error=GoalRejectedError)
+        stack, wanted = self._stack(), GripperGoal((width,))
+        stack.gripper.check(wanted)
+        # Before the first cycle: the disk may take longer than one.
+        self._hardware.keep(width)
+        try:
+            goal = self._motion().pursue(lambda: stack.gripper.send_goal(wanted), Phase.SETTLING)
+        finally:
+            try:
+                self._hardware.keep()
+            except GripperError as error:
+                # The jaws are at rest, and where: that only a loss of power would forget it stops
+                # nothing.
+                stack.supervisor.warnings.append(str(error))
         if goal.status is not Status.SUCCEEDED or goal.result is None:
             raise GripperError(f"the gripper did not reach {width:g} m: {goal.text}")
         return goal.result

@@ -7,12 +7,14 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
+from bioscara.arguments import flag, items, numbers, shown
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check
 from bioscara.planning.cartesian import circular, linear
 from bioscara.planning.jog import Jog
+from bioscara.planning.limits import check_share
 from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.sequence import sequence
 from bioscara.planning.standing import began
@@ -95,10 +97,7 @@ class Planner:
 
     @full_speed.setter
     def full_speed(self, full_speed: bool) -> None:
-        # The word "no" would count as yes.
-        if not isinstance(full_speed, bool):
-            raise InvalidArgumentError(f"full_speed is {full_speed!r}; give True or False")
-        self._full_speed = full_speed
+        self._full_speed = flag("full_speed", full_speed)
 
     @property
     def scene(self) -> Scene:
@@ -109,7 +108,7 @@ class Planner:
     @exclusive("setting scene")
     def scene(self, scene: Scene) -> None:
         if not isinstance(scene, Scene):
-            raise InvalidArgumentError(f"the scene is {scene!r}; give Scene(...)")
+            raise InvalidArgumentError(f"the scene is {shown(scene)}; give Scene(...)")
         self._scene = scene
 
     def here(self) -> Joints:
@@ -133,11 +132,10 @@ class Planner:
             TrajectoryError: The goal is outside the limits or not finite.
             ZoneError: The way leads through something.
         """
-        if isinstance(goal, Pose) or not hasattr(goal, "__len__"):
-            raise TrajectoryError(
-                f"the positions of the joints are {goal!r}; give one for each joint, or a pose to "
-                "move_to()"
-            )
+        remedy = "give one for each joint, or a pose to move_to()"
+        if isinstance(goal, Pose):
+            raise TrajectoryError(f"the positions of the joints are {shown(goal)}; {remedy}")
+        goal = items("the positions of the joints", goal, remedy, error=TrajectoryError)
         if len(goal) != len(self._names):
             raise TrajectoryError(f"{len(goal)} positions for {len(self._names)} joints")
         here = self.here()
@@ -203,7 +201,7 @@ class Planner:
             TrajectoryError: A joint was pushed beyond a limit.
             ZoneError: The arm is too near to something.
         """
-        start = self._inside(self._settled(start))
+        start = self._inside(self._settled(self._plain("the start", start)))
         speed = math.inf if self.full_speed else REDUCED_SPEED
         folded = self._folded(start)
         return Jog(self.kinematics, self._planned, start, self.scene, speed, folded)
@@ -221,6 +219,7 @@ class Planner:
         """
         here = self._start()
         tool = self._tool_limits()
+        speed = check_share(speed)
         trajectory = linear(self.kinematics, here, pose, self._planned, tool, speed=speed)
         return self._free(trajectory, here, tool=tool)
 
@@ -238,6 +237,7 @@ class Planner:
         """
         here = self._start()
         tool = self._tool_limits()
+        speed = check_share(speed)
         trajectory = circular(self.kinematics, here, via, pose, self._planned, tool, speed=speed)
         return self._free(trajectory, here, tool=tool)
 
@@ -268,6 +268,9 @@ class Planner:
             TrajectoryError: It breaks a limit.
             ZoneError: It leads through something.
         """
+        if not isinstance(trajectory, Trajectory):
+            raise InvalidArgumentError(f"{shown(trajectory)} is not a Trajectory")
+        elsewhere = self._plain("the joints elsewhere", elsewhere)
         limits = [
             # From beyond a limit, where it can only have been pushed, a joint may but go back.
             replace(limit, lower=min(limit.lower, at), upper=max(limit.upper, at))
@@ -275,6 +278,12 @@ class Planner:
         ]
         notes = check(trajectory, limits)
         return self._free(trajectory, Joints(*elsewhere), tuple(notes))
+
+    def _plain(self, what: str, joints: Sequence[float]) -> Joints:
+        values = numbers(what, joints, "give one for each joint", error=TrajectoryError)
+        if len(values) != len(self._names):
+            raise TrajectoryError(f"{what}: {len(values)} positions for {len(self._names)} joints")
+        return Joints(*values)
 
     def _start(self) -> Joints:
         return self._inside(self.here())

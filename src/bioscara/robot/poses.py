@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
+from bioscara.arguments import items, shown, text
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
@@ -41,18 +42,26 @@ class NamedPose:
         check_name("tool", self.tool)
         if self.joints is None and self.pose_tool_in_base is None:
             raise InvalidArgumentError(f"pose {self.name} has neither joints nor a pose")
-        if len(self.calibration) > 100 or not self.calibration.isprintable():
+        calibration = text(f"pose {self.name}, calibration", self.calibration)
+        if len(calibration) > 100 or not calibration.isprintable():
             raise InvalidArgumentError(
-                f"pose {self.name}, calibration {self.calibration!r}: an id is one printable line "
+                f"pose {self.name}, calibration {shown(calibration)}: an id is one printable line "
                 "of at most 100 characters"
             )
-        for part in (self.joints, self.pose_tool_in_base):
+        for name, kind in (("joints", Joints), ("pose_tool_in_base", Pose)):
+            part = getattr(self, name)
             if part is None:
                 continue
+            if not isinstance(part, kind):
+                raise InvalidArgumentError(
+                    f"pose {self.name}: {shown(part)} is not a {kind.__name__}"
+                )
+            values = []
             for field, value in zip(part._fields, part, strict=True):
                 length = field in {"j2", "x", "y", "z"}
                 size, unit = (PLACE_MAX, "m") if length else (ANGLE_MAX, "rad")
-                check_number(f"pose {self.name}, {field}", value, size, unit)
+                values.append(check_number(f"pose {self.name}, {field}", value, size, unit))
+            object.__setattr__(self, name, kind(*values))
 
 
 BUILT_IN = (NamedPose("center", Joints(0.0, 0.2, 0.0, 0.0)),)
@@ -77,6 +86,12 @@ class TeachTable:
     poses: tuple[NamedPose, ...] = ()
 
     def __post_init__(self) -> None:
+        for name, kind in (("tools", Tool), ("poses", NamedPose)):
+            entries = items(f"the {name} of a table", getattr(self, name))
+            for entry in entries:
+                _require(kind, entry)
+            object.__setattr__(self, name, entries)
+        _require(Tool, self.fingers)
         _refuse_twice("tool", (tool.name for tool in self.all_tools()))
         _refuse_twice("pose", (pose.name for pose in self.all_poses()))
         tools = {tool.name for tool in self.all_tools()}
@@ -100,7 +115,7 @@ class TeachTable:
             InvalidArgumentError: There is none; proposes the nearest.
         """
         for tool in self.all_tools():
-            if tool.name == name:
+            if isinstance(name, str) and tool.name == name:
                 return tool
         raise unknown("tool", name, (tool.name for tool in self.all_tools()))
 
@@ -111,7 +126,7 @@ class TeachTable:
             InvalidArgumentError: There is none; proposes the nearest.
         """
         for pose in self.all_poses():
-            if pose.name == name:
+            if isinstance(name, str) and pose.name == name:
                 return pose
         raise unknown("pose", name, (pose.name for pose in self.all_poses()))
 
@@ -141,6 +156,11 @@ class TeachTable:
         if any(pose.name == name for pose in BUILT_IN):
             raise InvalidArgumentError(f"pose {name} is built in; only taught poses can go")
         return replace(self, poses=tuple(pose for pose in self.poses if pose.name != name))
+
+
+def _require(kind: type[Tool] | type[NamedPose], item: object) -> None:
+    if not isinstance(item, kind):
+        raise InvalidArgumentError(f"{shown(item)} is not a {kind.__name__}")
 
 
 def _refuse_twice(what: str, names: Iterator[str]) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 
+from bioscara.arguments import flag, shown
 from bioscara.control.goals import Status
 from bioscara.errors import (
     HomingError,
@@ -120,7 +121,7 @@ class Robot(Connection, PoseMotions):
         Tool, speed or scene may have changed since it was planned: it is checked against what they
         are now, and takes more time where the tool would be too fast; ``warnings`` then say so.
         """
-        if not isinstance(plan, Plan):
+        if not isinstance(plan, Plan) or not isinstance(plan.trajectory, Trajectory):
             raise InvalidArgumentError(
                 f"execute() takes a Plan, not a {type(plan).__name__}; follow() takes a Trajectory"
             )
@@ -163,6 +164,7 @@ class Robot(Connection, PoseMotions):
                 f"follow() takes a Trajectory, not a {type(trajectory).__name__}; execute() takes "
                 "a Plan"
             )
+        flag("approach", approach)
         checked = self._checked(trajectory)
         lead = self.plan.joints(self._start_of(trajectory)).trajectory if approach else None
         self._follow(checked, observe, cancelled, timeout, lead)
@@ -178,8 +180,8 @@ class Robot(Connection, PoseMotions):
         """As in :class:`~bioscara.robot.pose_motions.PoseMotions`."""
         if not callable(velocities):
             raise InvalidArgumentError(
-                f"jog() is given {velocities!r}; give a function that returns the velocity, or "
-                "None to end"
+                f"jog() is given {shown(velocities)}; give a function that returns the velocity, "
+                "or None to end"
             )
         self.plan.here()
         self._ready()

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from typing import TypeVar
 
+from bioscara.arguments import function, number
 from bioscara.clock import Clock
 from bioscara.control.goals import Pursued, Status
 from bioscara.control.joint_trajectory import Goal, JointTrajectory
@@ -60,9 +61,11 @@ class Motion:
         speed: Callable[[], float],
         timeout: float | None = None,
     ) -> None:
-        if timeout is not None and not timeout > 0.0:
-            raise InvalidArgumentError(f"timeout {timeout} s must be above zero")
-        self._timeout = math.inf if timeout is None else timeout
+        self._timeout = math.inf if timeout is None else number("timeout", timeout, infinite=True)
+        if not self._timeout > 0.0:
+            raise InvalidArgumentError(f"timeout {self._timeout:g} s must be above zero")
+        function("observe", observe)
+        function("cancelled", cancelled)
         self._deadline = clock.now() + self._timeout
         self._stack, self._clock = stack, clock
         self._observe, self._cancelled, self._turn = observe, cancelled, turn

@@ -21,7 +21,6 @@ from bioscara.control.limiting import Limiter
 from bioscara.control.loop import Loop
 from bioscara.control.manager import ControllerManager
 from bioscara.control.realtime import sharpen_timers
-from bioscara.control.schedule import require_rate
 from bioscara.control.supervisor import Supervisor
 from bioscara.control.tool_speed import ToolSpeedCap
 from bioscara.control.watchdog import Watchdog
@@ -85,8 +84,6 @@ class Stack:
         rate: int | None,
         evidence: Path,
     ) -> None:
-        if rate is not None:
-            require_rate(rate)
         self.arm = arm
         if isinstance(clock, MonotonicClock):
             sharpen_timers()

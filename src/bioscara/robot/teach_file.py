@@ -26,10 +26,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TypeVar
 
+from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
-from bioscara.model.yaml_section import SIZE_MAX, YamlSection, read_text, sections_of
+from bioscara.model.yaml_section import NODES_MAX, SIZE_MAX, YamlSection, read_text, sections_of
 from bioscara.robot.poses import NamedPose, TeachTable
 from bioscara.robot.tools import FINGERS, MASS_MAX, OFFSET_MAX, Tool
 
@@ -112,10 +113,13 @@ def save_table(path: Path, table: TeachTable) -> None:
         ConfigurationError: The file cannot be written, or would be too large to be read again.
     """
     data = _text(table).encode()
-    if len(data) > SIZE_MAX:
+    # In each line there is a name, and a value or what follows.
+    lines = data.count(b"\n")
+    if len(data) > SIZE_MAX or 2 * lines > NODES_MAX:
         raise ConfigurationError(
-            f"{path}: the poses take {len(data) / 2**20:.2f} MiB, a file holds "
-            f"{SIZE_MAX // 2**20}; remove some, or keep them in two files"
+            f"{path}: the poses take {len(data) / 2**20:.2f} MiB and {lines} lines, "
+            f"a file holds {SIZE_MAX // 2**20} MiB and {NODES_MAX // 2} lines; remove some, or "
+            "keep them in two files"
         )
     try:
         goal = Path(os.path.realpath(path))
@@ -158,7 +162,9 @@ def _items(
     items = []
     for name in section.keys():  # noqa: SIM118 -- a section is no mapping
         if not isinstance(name, str):
-            raise section.error(f"{name!r} is not a name; quote it if it is meant as one", name)
+            raise section.error(
+                f"{shown(name)} is not a name; quote it if it is meant as one", name
+            )
         try:
             item = read(str(name), section.section(name))
             check(item)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from bioscara.arguments import number, shown
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Geometry, Pose, Scara
-from bioscara.kinematics.pose import ANGLE_MAX
+from bioscara.kinematics.pose import ANGLE_MAX, require_pose
 from bioscara.model import ArmParameters
 from bioscara.spelling import did_you_mean
 
@@ -43,13 +43,15 @@ class Tool:
 
     def __post_init__(self) -> None:
         check_name("tool", self.name)
-        x, y, z, yaw = self.pose_tool_in_flange
-        for axis, value in zip("xyz", (x, y, z), strict=True):
+        offset = require_pose(f"tool {self.name}, its pose", self.pose_tool_in_flange)
+        for axis, value in zip("xyz", offset, strict=False):
             check_number(f"tool {self.name}, {axis}", value, OFFSET_MAX, "m")
-        check_number(f"tool {self.name}, yaw", yaw, ANGLE_MAX, "rad")
-        check_number(f"tool {self.name}, mass", self.mass, MASS_MAX, "kg")
-        if self.mass < 0.0:
-            raise InvalidArgumentError(f"tool {self.name}, mass: {self.mass:g} kg is below zero")
+        check_number(f"tool {self.name}, yaw", offset.yaw, ANGLE_MAX, "rad")
+        mass = check_number(f"tool {self.name}, mass", self.mass, MASS_MAX, "kg")
+        if mass < 0.0:
+            raise InvalidArgumentError(f"tool {self.name}, mass: {mass:g} kg is below zero")
+        object.__setattr__(self, "pose_tool_in_flange", offset)
+        object.__setattr__(self, "mass", mass)
 
 
 def fingers(parameters: ArmParameters) -> Tool:
@@ -76,28 +78,32 @@ def check_name(what: str, name: str) -> None:
     Raises:
         InvalidArgumentError: It cannot.
     """
-    if not _NAME.fullmatch(name):
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise InvalidArgumentError(
-            f"{what} name {name!r}: a name begins with a letter and has up to 64 letters, digits, "
-            "'_' or '-'"
+            f"{what} name {shown(name)}: a name begins with a letter and has up to 64 letters, "
+            "digits, '_' or '-'"
         )
 
 
-def check_number(what: str, value: float, size: float, unit: str) -> None:
-    """Raise unless ``value`` is a number of at most ``size`` either way.
+def check_number(what: str, value: float, size: float, unit: str) -> float:
+    """Return a number of at most ``size`` either way.
 
     Raises:
         InvalidArgumentError: It is not.
     """
+    value = number(what, value)
     if not -size <= value <= size:
-        hint = _HINTS.get(unit, "") if math.isfinite(value) else ""
         raise InvalidArgumentError(
-            f"{what}: {value:g} {unit} is outside {-size:.4g} .. {size:.4g} {unit}{hint}"
+            f"{what}: {value:g} {unit} is outside {-size:.4g} .. {size:.4g} {unit}"
+            f"{_HINTS.get(unit, '')}"
         )
+    return value
 
 
 def unknown(what: str, name: str, known: Iterable[str]) -> InvalidArgumentError:
     """Return the complaint about a name that there is not, with a proposal."""
     names = sorted(known)
-    hint = did_you_mean(name, names, f"there are {', '.join(names)}")
-    return InvalidArgumentError(f"there is no {what} {name!r}; {hint}")
+    hint = f"there are {', '.join(names)}"
+    if isinstance(name, str):
+        hint = did_you_mean(name, names, hint)
+    return InvalidArgumentError(f"there is no {what} {shown(name)}; {hint}")

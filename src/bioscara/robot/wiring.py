@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import NamedTuple
 
+from bioscara.arguments import text
 from bioscara.bus import Bus
 from bioscara.bus.select import open_bus
 from bioscara.clock import Clock, MonotonicClock
@@ -55,7 +56,7 @@ def named(name: str, parameters: ArmParameters) -> Wiring:
     Raises:
         InvalidArgumentError: No bus has such a name.
     """
-    kind, _, where = name.partition(":")
+    kind, _, where = text("the name of a bus", name).partition(":")
     clock = MonotonicClock()
     if kind == "sim" and where:
         from bioscara.sim import SocketBus  # noqa: PLC0415

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from bioscara.arguments import flag, number, whole
 from bioscara.bus import Transaction
 from bioscara.clock import SimulatedClock
 from bioscara.errors import BioscaraError, InvalidArgumentError
@@ -58,6 +59,8 @@ class SimulatedArm:
         frequency: float | None = 100e3,
         positions: Mapping[str, float] | None = None,
     ) -> None:
+        seed, v1 = whole("seed", seed), flag("v1", v1)
+        frequency = None if frequency is None else number("bus frequency", frequency)
         if frequency is not None and frequency not in OVERHEAD:
             raise InvalidArgumentError(
                 f"bus frequency {frequency:g} Hz: the arm is simulated at 100e3 and 400e3 Hz, "
@@ -160,8 +163,8 @@ class SimulatedArm:
 
     def set_motor_power(self, on: bool) -> None:
         """Switch the motor supply of the whole arm, as an emergency stop does."""
-        for number in range(1, len(JOINTS) + 1):
-            self._arm.set_motor_power(number, on)
+        for joint in range(1, len(JOINTS) + 1):
+            self._arm.set_motor_power(joint, on)
 
     def hang(self, joint: str, on: bool = True) -> None:
         """Let the firmware's loop stand still while its I2C interrupt answers."""

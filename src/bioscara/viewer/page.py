@@ -17,6 +17,7 @@ from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model.meshes import read_stl
 from bioscara.model.urdf import DESCRIPTION, URDF
 from bioscara.planning.zones import Scene
+from bioscara.viewer.guard import guarded
 from bioscara.viewer.tree import Tree
 from bioscara.viewer.zones import add_scene
 
@@ -62,7 +63,7 @@ class Page:
         self.positions = {joint.name: _at_start(joint.lower, joint.upper, joint.name)
                           for joint in self.tree.free}  # fmt: skip
         self._lock = threading.Lock()
-        with _untold():
+        with _untold(), guarded():
             self._server = _LoopbackServer(host=LOOPBACK, port=_first_free(port), verbose=False)
         self._server.gui.configure_theme(show_share_button=False)
         self._server.gui.main_panel.dock_right()

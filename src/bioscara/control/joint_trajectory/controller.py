@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Mapping
 
+from bioscara.arguments import number
 from bioscara.control.controller import WARNINGS, Controller, interfaces
 from bioscara.control.goals import Status
 from bioscara.control.joint_trajectory.handles import Handles
@@ -24,6 +25,7 @@ from bioscara.control.joint_trajectory.player import Player
 from bioscara.control.joint_trajectory.requests import accept
 from bioscara.control.joint_trajectory.tolerances import choose, defaults
 from bioscara.control.joint_trajectory.upsampling import timed
+from bioscara.control.joint_trajectory.validation import plain, plain_goal
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import VELOCITY
 
@@ -169,9 +171,9 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         Args:
             share: 1 for the chosen speed itself.
         """
-        self._share = share
+        self._share = number("speed share", share)
         if self._player is not None:
-            self._player.share = share
+            self._player.share = self._share
 
     def set_gains(self, joint: str, gains: Gains) -> None:
         """Change the gains of a joint, at any time after the controller was configured.
@@ -195,7 +197,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             GoalRejectedError: The controller is not active, or the goal breaks a rule; what runs
                 goes on.
         """
-        player = self._active()
+        player, goal = self._active(), plain_goal(goal)
+        time = number("the time", time, error=GoalRejectedError)
         request = accept(goal.trajectory, self.parameters, self._handles, self.limits, time)
         player.waiting = request._replace(swept=goal.swept)
         self._end_goal(
@@ -220,6 +223,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             GoalRejectedError: As :meth:`send_goal`.
         """
         player, parameters = self._active(), self.parameters
+        trajectory, time = plain(trajectory), number("the time", time, error=GoalRejectedError)
         upsampling = parameters.positions_upsampling
         if upsampling.enable:
             trajectory = timed(trajectory, upsampling.policy_frequency)
@@ -245,7 +249,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             GoalRejectedError: The controller is not active, or follows nothing.
             LimitError: The trajectory does not reach there.
         """
-        player = self._active()
+        player, time = self._active(), number("the time", time, error=GoalRejectedError)
         if player.holding:
             raise GoalRejectedError(f"{self.name} holds: there is no trajectory to ask about")
         return player.query(time, self.name)

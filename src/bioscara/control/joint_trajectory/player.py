@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from bioscara.arguments import number
 from bioscara.control.joint_trajectory.course import Course, Place
 from bioscara.control.joint_trajectory.messages import JointValues
 from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
@@ -70,8 +71,9 @@ class Player:
         Raises:
             GoalRejectedError: It is negative or not finite; the factor stays.
         """
-        if not (math.isfinite(factor) and factor >= 0.0):
-            raise GoalRejectedError(f"speed scaling {factor} must be finite and not negative")
+        factor = number("speed scaling", factor, error=GoalRejectedError)
+        if factor < 0.0:
+            raise GoalRejectedError(f"speed scaling {factor:g} must not be negative")
         self._wanted_scaling = factor
 
     def advance(self, time: float, period: float, measured: JointValues) -> Place:

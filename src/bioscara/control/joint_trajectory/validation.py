@@ -10,7 +10,8 @@ import math
 from collections.abc import Mapping, Sequence
 from operator import attrgetter
 
-from bioscara.control.joint_trajectory.messages import JointTrajectory, Point
+from bioscara.arguments import flag, items, number, numbers, shown, text
+from bioscara.control.joint_trajectory.messages import Goal, JointTrajectory, Point, Tolerance
 from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.errors import GoalRejectedError
 from bioscara.model import JointParameters
@@ -25,6 +26,7 @@ every curve that a cycle draws to the first point."""
 _ROUGHNESS = 1e-5
 """What rounding makes of the accelerations of planned points [rad/s^2 or m/s^2]."""
 _UNIT_HINTS = {"rad": "angles are in rad, not in degrees", "m": "lengths are in m, not in mm"}
+_PLAIN = frozenset({float})
 _FIELDS = ("positions", "velocities", "accelerations")
 
 
@@ -70,6 +72,72 @@ def validate(
         if joint in limits:
             _check_limits(local, place, limits[joint], (commanded[place], measured[place]))
     return local
+
+
+def plain(trajectory: JointTrajectory) -> JointTrajectory:
+    """Return a trajectory as it was sent, in plain floats.
+
+    Raises:
+        GoalRejectedError: Something in it is no number, or has another form.
+    """
+    if not isinstance(trajectory, JointTrajectory):
+        raise GoalRejectedError(f"{shown(trajectory)} is not a JointTrajectory")
+    names = items("the joint names", trajectory.joint_names, error=GoalRejectedError)
+    for name in names:
+        text("a joint name", name, error=GoalRejectedError)
+    points = items("the points", trajectory.points, error=GoalRejectedError)
+    return JointTrajectory(
+        names,
+        tuple(_plain_point(index, point) for index, point in enumerate(points)),
+        number("the stamp", trajectory.stamp, error=GoalRejectedError),
+    )
+
+
+def plain_goal(goal: Goal) -> Goal:
+    """Return a goal as it was sent, in plain floats.
+
+    Raises:
+        GoalRejectedError: Something in it is no number, or has another form.
+    """
+    if not isinstance(goal, Goal):
+        raise GoalRejectedError(f"{shown(goal)} is not a Goal")
+    return Goal(
+        plain(goal.trajectory),
+        _plain_tolerances("path_tolerance", goal.path_tolerance),
+        _plain_tolerances("goal_tolerance", goal.goal_tolerance),
+        number("goal_time_tolerance", goal.goal_time_tolerance, error=GoalRejectedError),
+        flag("swept", goal.swept, error=GoalRejectedError),
+    )
+
+
+def _plain_tolerances(what: str, given: object) -> tuple[Tolerance, ...]:
+    tolerances = items(what, given, error=GoalRejectedError)
+    for tolerance in tolerances:
+        if not isinstance(tolerance, Tolerance) or not isinstance(tolerance.joint, str):
+            raise GoalRejectedError(f"{what}: {shown(tolerance)} is not a Tolerance of a joint")
+    return tuple(
+        Tolerance(
+            each.joint, *numbers(f"{what} of {each.joint}", each[1:], error=GoalRejectedError)
+        )
+        for each in tolerances
+    )
+
+
+def _plain_point(index: int, point: Point) -> Point:
+    if not isinstance(point, Point):
+        raise GoalRejectedError(f"point {index} is {shown(point)}; give Point(time, positions)")
+    time, *columns = point
+    if type(time) is float and all(
+        type(values) is tuple and set(map(type, values)) <= _PLAIN for values in columns
+    ):
+        return point  # what is finite is looked at below; a plan has very many points
+    return Point(
+        number(f"point {index}: time_from_start", time, error=GoalRejectedError),
+        *(
+            numbers(f"point {index}: {what}", values, error=GoalRejectedError)
+            for what, values in zip(Point._fields[1:], columns, strict=True)
+        ),
+    )
 
 
 def integrate(points: Sequence[Point], start: Sequence[float]) -> tuple[Point, ...]:
