@@ -20,6 +20,9 @@ from bioscara.planning.zones import Scene
 
 _ROUNDING = 1e-9
 """What rounding makes of a distance [m]."""
+_AHEAD = 0.1
+"""So far beyond the margin distances are exact, which says until when nothing is to be looked at
+again [m]."""
 
 
 class Room:
@@ -36,9 +39,8 @@ class Room:
 
     def __init__(self, arm: Scara, scene: Scene) -> None:
         self.arm, self.scene = arm, scene
-        self._views = [
-            _View(arm, layout, scene.margin) for layout in scene.layouts(arm) if layout.pairs
-        ]
+        layout = scene.layout(arm)
+        self._view = _View(arm, layout, scene.margin) if layout.pairs else None
 
     def check(
         self,
@@ -72,19 +74,17 @@ class Room:
             ZoneError: It may not.
             InvalidArgumentError: A joint is not at a finite number.
         """
-        near = False
-        for view in self._views:
-            if not view.reaches(here, rest) < view.free:
-                for joint in (*before, *here, *rest):
-                    if not math.isfinite(joint):
-                        raise InvalidArgumentError(
-                            f"a joint is at {joint}: zones need finite positions"
-                        )
-                view.look(before)
-                if not view.reaches(here, rest) < view.free:
-                    view.sweep(np.array((before, here, rest)), together=together)
-                    near = True
-        return near
+        view = self._view
+        if view is None or view.reaches(here, rest) < view.free:
+            return False
+        for joint in (*before, *here, *rest):
+            if not math.isfinite(joint):
+                raise InvalidArgumentError(f"a joint is at {joint}: zones need finite positions")
+        view.look(before)
+        if view.reaches(here, rest) < view.free:
+            return False
+        view.sweep(np.array((before, here, rest)), together=together)
+        return True
 
 
 class _View:
@@ -117,7 +117,7 @@ class _View:
 
     def look(self, joints: Sequence[float]) -> None:
         """Look at all pairs anew."""
-        pairs = self._layout.clearances(self._arm, np.array((joints,)), self._wanted)
+        pairs = self._layout.clearances(self._arm, np.array((joints,)), self._wanted + _AHEAD)
         nearest = int(pairs.argmin())
         self._nearest = self._layout.pairs[nearest]
         self._place, self.free = joints, float(pairs[nearest, 0]) - self._wanted
@@ -139,7 +139,8 @@ class _View:
 
         def look(at: Array) -> Array:
             rows = np.stack([np.interp(at, times, column) for column in corners.T], axis=1)
-            rooms = self._layout.clearances(self._arm, rows, self._wanted) - self._floor
+            clearances = self._layout.clearances(self._arm, rows, self._wanted + COARSE)
+            rooms = clearances - self._floor
             free: Array = rooms.min(axis=0)
             if (free < -_ROUNDING).any():
                 row, _ = np.unravel_index(int(rooms.argmin()), rooms.shape)
@@ -147,9 +148,9 @@ class _View:
             return free
 
         nodes = look(np.append(starts, times[-1]))
-        look_between(look, (starts, lengths, speeds), nodes, 0.0)
+        look_between(look, (starts, lengths, speeds), nodes)
 
     def _refusal(self, pair: Pair, depth: float) -> ZoneError:
         where = "before it can come to rest"
         margin = self._margin - pair.allowed
-        return ZoneError(pair.zone, pair.link, 0.0, depth, margin, where, touch=pair.allowed > 0.0)
+        return ZoneError(pair.zone, pair.link, 0.0, depth, margin, where)

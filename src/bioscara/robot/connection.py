@@ -86,9 +86,17 @@ class Connection(FaultHandling):
             "bioscara_gripper", "gripper", gripper or real_gripper(parameters, clock), clock
         )
         self._servo = servo
-        self.plan = Planner(parameters, self._here, self._turn)
+        self.plan = Planner(
+            parameters, self._here, self._turn, lambda: self.gripper.widths
+        )
         self.gripper = RobotGripper(
-            self._jaws, self._turn, self._running, lambda: self._motion(ignore, never), clock.now
+            self._jaws,
+            parameters.gripper,
+            self._turn,
+            self._running,
+            lambda: self._motion(ignore, never),
+            clock.now,
+            self.plan.check_width,
         )
         self._pace_homing, self._pace_motion = pace_homing, pace_motion
         self._rate, self._evidence, self._speed = rate, evidence, 1.0
@@ -183,7 +191,7 @@ class Connection(FaultHandling):
             self._stack = Stack(
                 self._arm,
                 self._jaws,
-                lambda: (self.plan.kinematics, self.plan.scene),
+                self.plan.surroundings,
                 self.clock,
                 self.parameters,
                 self._rate,

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from contextlib import suppress
 
 from bioscara.control.goals import Status
 from bioscara.control.gripper_messages import GripperGoal, GripperResult
-from bioscara.errors import GripperError
+from bioscara.errors import GripperError, NotHomedError
 from bioscara.hardware import GripperHardware, State
+from bioscara.model import GripperParameters
 from bioscara.report import Phase
 from bioscara.robot.running import Motion
 from bioscara.robot.stack import GRIPPER, Stack
@@ -22,27 +25,45 @@ class RobotGripper:
 
     Args:
         hardware: The gripper.
+        parameters: What it is.
         turn: Of the robot: its calls and those of the gripper run one at a time.
         stack: Returns what runs it; raises while the robot is not connected.
         motion: Returns a motion to wait in.
         now: Returns the time [s].
+        check: Raises where a jaw would touch something on its way to a width [m].
     """
 
     def __init__(
         self,
         hardware: GripperHardware,
+        parameters: GripperParameters,
         turn: Turn,
         stack: Callable[[], Stack],
         motion: Callable[[], Motion],
         now: Callable[[], float],
+        check: Callable[[float], None],
     ) -> None:
         self._hardware, self._turn = hardware, turn
         self._stack, self._motion, self._now = stack, motion, now
+        self._check, self._every = check, (parameters.lower, parameters.upper)
+        self._moving: tuple[float, float] | None = None
 
     @property
     def width(self) -> float:
         """Width that the jaws were last told [m]; NaN while the servo is not driven."""
         return self._hardware.states["gripper/position"].value
+
+    @property
+    def widths(self) -> tuple[float, float]:
+        """Smallest and largest width that the jaws may have [m].
+
+        Driven, they are where the servo was told, or, until a motion has succeeded, anywhere on
+        its way. While the servo is not driven anybody may have moved them.
+        """
+        told = self.width
+        if math.isnan(told):
+            return self._every
+        return self._moving or (told, told)
 
     @exclusive("gripper.enable()")
     def enable(self) -> None:
@@ -86,13 +107,21 @@ class RobotGripper:
 
         Raises:
             GoalRejectedError: It is outside the limits or not finite; nothing moved.
+            ZoneError: A jaw would come too near to something where the arm stands; nothing moved.
+                An arm that is not homed does not know where it stands: then nothing is checked.
             GripperError: The servo cannot be driven, or the jaws were held up.
             MotionCancelledError: It was asked to end; the jaws stay where they are.
             BusyError: Another call is using the arm.
         """
         self._drive()
+        low, high = self.widths
+        if self._every[0] <= width <= self._every[1]:
+            with suppress(NotHomedError):
+                self._check(width)
+            self._moving = min(low, width), max(high, width)
         jaws = self._stack().gripper
         goal = self._motion().pursue(lambda: jaws.send_goal(GripperGoal((width,))), Phase.SETTLING)
         if goal.status is not Status.SUCCEEDED or goal.result is None:
             raise GripperError(f"the gripper did not reach {width:g} m: {goal.text}")
+        self._moving = None
         return goal.result
