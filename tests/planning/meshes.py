@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cache
-from itertools import combinations
+from itertools import combinations, pairwise
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -25,10 +25,7 @@ HAND = ("gripper_base", "left_jaw_link", "right_jaw_link")
 LINKS = ("base_link", "link_1", "link_2", "link_3", "link_4", *HAND)
 NAMES = {"gripper_base": "gripper", "left_jaw_link": "jaws", "right_jaw_link": "jaws"}
 """What planning calls the links, where it calls them otherwise."""
-_JOINED = {
-    frozenset(pair)
-    for pair in (*zip(LINKS[:5], LINKS[1:5], strict=False), *combinations(("link_4", *HAND), 2))
-}
+_JOINED = {frozenset(pair) for pair in (*pairwise(LINKS[:5]), *combinations(("link_4", *HAND), 2))}
 """Pairs of links that are in each other or beside each other by construction."""
 
 
@@ -87,9 +84,7 @@ def gaps(
     at, bodies = places(joints, width), {name: parts_of(name) for name in LINKS}
     pairs = [pair for pair in combinations(LINKS, 2) if frozenset(pair) not in _JOINED]
     if load is not None:
-        bodies["load"] = [
-            coal.Box(2.0 * load.half_x, 2.0 * load.half_y, load.high - load.low)
-        ]
+        bodies["load"] = [coal.Box(2.0 * load.half_x, 2.0 * load.half_y, load.high - load.low)]
         turned = pin.SE3(
             pin.rpy.rpyToMatrix(0.0, 0.0, load.yaw),
             np.array((load.x, load.y, (load.low + load.high) / 2.0)),

@@ -1,4 +1,4 @@
-"""The bodies of the arm against its exact meshes: where they are, how large, and what they judge."""
+"""The bodies of the arm against its meshes: where they are, how large, and what they judge."""
 
 from __future__ import annotations
 
@@ -84,9 +84,7 @@ def test_the_bodies_of_a_link_contain_it_and_are_hardly_larger(link: str) -> Non
     at = places(joints, width)[link]
     points = seen(link) @ at.rotation.T + at.translation
     inside = np.zeros(len(points), dtype=np.bool_)
-    parts = [
-        (part, coal.Transform3s(at.rotation, at.translation)) for part in parts_of(link)
-    ]
+    parts = [(part, coal.Transform3s(at.rotation, at.translation)) for part in parts_of(link)]
     shapes = placed(link, joints, width)
     assert shapes
     for shape, turn, origin in shapes:

@@ -11,20 +11,24 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from bioscara.errors import ZoneError
+from bioscara.errors import MotionCancelledError, ZoneError
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point
 from bioscara.planning.bodies import WIDTHS
 from bioscara.planning.jog import JointVelocity
+from bioscara.planning.shapes import Prism
 from bioscara.planning.standing import STAND
 from bioscara.planning.zones import Cylinder, Scene
 from bioscara.robot import Robot
-from bioscara.robot.planner import Planner
+from bioscara.robot.planner import RESERVE, Planner
 from planning.scenes import COUNT
 
 ARM = load_parameters()
 LOWER = np.array([joint.lower for joint in ARM.joints])
 UPPER = np.array([joint.upper for joint in ARM.joints])
+PLANNED = [
+    replace(joint, max_acceleration=RESERVE * joint.max_acceleration) for joint in ARM.joints
+]
 NAMES = [joint.name for joint in ARM.joints]
 HOMED = (-3.04568, 0.33792, 2.62565, 3.00842)
 CENTER = (0.0, 0.2, 0.0, 0.0)
@@ -39,9 +43,7 @@ places = st.tuples(*(st.floats(joint.lower, joint.upper) for joint in ARM.joints
 class Beside:
     """A planner of an arm that stands somewhere, with its gripper as wide as is known."""
 
-    def __init__(
-        self, here: Sequence[float] = HOMED, widths: tuple[float, float] = WIDTHS
-    ) -> None:
+    def __init__(self, here: Sequence[float] = HOMED, widths: tuple[float, float] = WIDTHS) -> None:
         self.here, self.widths = here, widths
         self.plan = Planner(ARM, lambda: self.here, widths=lambda: self.widths)
 
@@ -74,15 +76,16 @@ def test_the_way_from_home_into_the_rods_of_the_column_is_not_taken(
     widths: tuple[float, float],
 ) -> None:
     arm = Beside(widths=widths)
-    direct = point_to_point(NAMES, HOMED, INTO_THE_RODS, ARM.joints)
+    direct = point_to_point(NAMES, HOMED, INTO_THE_RODS, PLANNED)
     assert nearest(rows_of(direct, 40), widths[1]) < 0.0
     try:
         plan = arm.plan.joints(INTO_THE_RODS)
     except ZoneError as error:
-        assert error.link == "jaws"
-        assert error.zone == "link_1"
+        refused = error
     else:
+        refused = None
         assert nearest(rows_of(plan.trajectory, 60), widths[1]) > 0.0
+    assert refused is None or (refused.link, refused.zone) == ("jaws", "link_1")
 
 
 @pytest.mark.parametrize("spread", [0.3, 3.0])
@@ -93,7 +96,7 @@ def test_from_home_what_is_free_is_possible_and_nothing_else(spread: float) -> N
         width = float(rng.uniform(*WIDTHS))
         arm = Beside(widths=(width, width))
         goal = np.clip(HOMED + spread * rng.uniform(-1.0, 1.0, 4) * (1, 0.1, 1, 1), LOWER, UPPER)
-        direct = point_to_point(NAMES, HOMED, goal.tolist(), ARM.joints)
+        direct = point_to_point(NAMES, HOMED, goal.tolist(), PLANNED)
         least = nearest(rows_of(direct, 60), width)
         try:
             plan = arm.plan.joints(goal.tolist())
@@ -106,13 +109,13 @@ def test_from_home_what_is_free_is_possible_and_nothing_else(spread: float) -> N
     assert free > 0
 
 
-@given(places, st.floats(2.3, 2.62), st.sampled_from((-1.0, 1.0)))
-def test_the_elbow_alone_leads_out_from_anywhere(
-    place: tuple[float, ...], elbow: float, side: float
+@given(places, st.floats(0.0, 0.01), st.sampled_from((-1.0, 1.0)))
+def test_the_elbow_alone_leads_out_from_where_homing_ends(
+    place: tuple[float, ...], off: float, side: float
 ) -> None:
-    place = (*place[:2], side * elbow, place[3])
+    place = (*place[:2], side * (HOMED[2] - off), side * (HOMED[3] - off))
     arm = Beside(place)
-    assume(0.0 < arm.clearance() < 0.02)
+    assume(arm.clearance() > 5e-3)
     arm.plan.joints((*place[:2], 0.0, place[3]))
 
 
@@ -202,7 +205,7 @@ def test_small_moves_do_not_lead_the_gripper_into_the_base() -> None:
     arm = Beside(FREE)
     assert arm.clearance() > 0.01
     with pytest.raises(ZoneError, match=r"the margin of 5 mm"):
-        arm.plan.joints((*FREE[:2], 2.32, FREE[3]))  # the same way in one go
+        arm.plan.joints((*FREE[:2], 2.45, FREE[3]))  # the same way in one go
     assert approach(arm, 0.0) > arm.plan.scene.margin - 1e-6
 
 
@@ -215,10 +218,8 @@ def test_nor_do_they_where_it_always_rests_a_little_nearer(off: float) -> None:
 
 def test_a_load_is_kept_from_every_link_that_it_can_reach() -> None:
     """A bottle that is as high as the forearm: folded, it meets the upper arm."""
-    from bioscara.planning.shapes import Prism  # noqa: PLC0415
-
-    arm = Beside((0.0, 0.2, 1.0, 1.5))
-    goal = (0.0, 0.2, 2.2, 1.5)
+    arm = Beside((0.0, 0.2, 1.0, 2.5))
+    goal = (0.0, 0.2, 2.4, 2.5)
     arm.plan.joints(goal)
     bottle = Prism(0.119, 0.0, 0.0, 0.0, -0.15, 0.08, 0.03)
     arm.plan.scene = Scene().carrying(bottle)
@@ -272,28 +273,27 @@ def test_the_gripper_does_not_open_against_the_arm() -> None:
         robot.move_joints((BETWEEN[0], BETWEEN[1], 0.0, 0.0))
         robot.move_joints(BETWEEN)
         with pytest.raises(ZoneError, match=r"jaws comes too near to .* at the start") as refused:
-            robot.gripper.move(0.12)
+            robot.gripper.move(0.11)
         assert refused.value.link == "jaws"
         assert robot.gripper.width == pytest.approx(0.05, abs=1e-6)
         robot.gripper.move(0.045)
         robot.move_joints(CENTER)
-        robot.gripper.move(0.12)
+        robot.gripper.move(0.11)
         with pytest.raises(ZoneError, match="jaws comes too near"):
             robot.move_joints(BETWEEN)
+
+
+def given_up() -> None:
+    raise MotionCancelledError("given up")
 
 
 def test_a_width_that_was_given_up_counts_with_all_on_its_way() -> None:
     with Robot.simulated(ARM) as robot:
         robot.gripper.move(0.05)
-        gripper = robot.gripper._stack().gripper
-
-        def give_up(*_: object) -> float:
-            raise KeyboardInterrupt
-
-        gripper.update, before = give_up, gripper.update  # type: ignore[assignment, method-assign]
-        with pytest.raises(KeyboardInterrupt):
-            robot.gripper.move(0.09)
-        gripper.update = before  # type: ignore[method-assign]
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(robot.gripper, "_motion", given_up)
+            with pytest.raises(MotionCancelledError):
+                robot.gripper.move(0.09)
         assert robot.gripper.widths == pytest.approx((0.05, 0.09), abs=1e-6)
         robot.gripper.move(0.07)
         assert robot.gripper.widths == pytest.approx((0.07, 0.07), abs=1e-6)

@@ -59,9 +59,9 @@ def _named(link: Link) -> Iterator[tuple[str, Part]]:
 
 def _properties(links: tuple[Link, ...]) -> str:
     lines = [
-        "# Generated from the drawing (bioscara.model.parts): the collision meshes of each link, and",
-        "# estimates of its mass: printed parts are shells of PLA, motors and rods are solid. kg, m",
-        "# and kg m^2; inertias about the centre of mass.",
+        "# Generated from the drawing (bioscara.model.parts): the collision meshes of each link,",
+        "# and estimates of its mass: printed parts are shells of PLA, motors and rods are solid.",
+        "# kg, m and kg m^2; inertias about the centre of mass.",
     ]
     for link in links:
         lines += _lines(link.name, weigh(part.moments() for part in link.parts))

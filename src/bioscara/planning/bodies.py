@@ -21,8 +21,8 @@ BASE, COLUMN, UPPER_ARM, FOREARM, WRIST, LEFT_JAW, RIGHT_JAW = range(7)
 """Frames that bodies stand in; the lift's is that of the upper arm. Those of the jaws are turned as
 the wrist's, and half the gripper's width beside it along y."""
 ATTACHED = ({"link_1", "link_2"}, {"link_3", "link_4"})
-"""Links that are in one another by construction: the column's rods in the carriage, the wrist's post
-in the forearm's hub."""
+"""Links that are in one another by construction: the column's rods in the carriage, the post of
+the wrist in the forearm's hub."""
 WIDTHS = (0.04, 0.12)
 """Smallest and largest width of the existing gripper [m], as in the committed parameters."""
 _JAWS = {LEFT_JAW: 0.5, RIGHT_JAW: -0.5}
@@ -130,9 +130,7 @@ def hull(shapes: tuple[Prism, ...]) -> Prism:
         return Prism(float(x), float(y), 0.0, 0.0, low, high, disc)
     round_ = bool((bar + radii <= least + 1e-12).all())
     inset = float(least) if round_ else 0.0
-    return Prism(
-        float(x), float(y), float(half_x) - inset, float(half_y) - inset, low, high, inset
-    )
+    return Prism(float(x), float(y), float(half_x) - inset, float(half_y) - inset, low, high, inset)
 
 
 def reaches(geometry: Geometry, bodies: tuple[Body, ...]) -> Array:

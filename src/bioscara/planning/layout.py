@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -246,7 +247,7 @@ class Layout:
             _hulls=source.take(used).joined(self._hulls.take(above)),
             _whole=(one, other),
             _rough=np.full(len(looked), not alone),
-            _parts=tuple(column[parts] for column in self._parts),
+            _parts=(self._parts[0][parts], self._parts[1][parts]),
             _ends=ends,
             _apart=int(np.searchsorted(looked, self._apart)),
             _above=len(used) + np.arange(len(above)),
@@ -323,7 +324,7 @@ class Layout:
 def _between(cuts: Index, end: int) -> Iterator[tuple[int, int]]:
     """Yield start and end of the pieces between cuts."""
     edges = [0, *(cut for cut in cuts.tolist() if 0 < cut < end), end]
-    return zip(edges[:-1], edges[1:], strict=True)
+    return pairwise(edges)
 
 
 class _Rows:

@@ -122,9 +122,7 @@ class Placed(NamedTuple):
         return Placed(*(column[index] for column in self))
 
     def at(self, shape: Index, instant: Index) -> Placed:
-        """Return single shapes at single instants, each column of shape (n,), from (shapes, 1) or
-        (shapes, instants).
-        """
+        """Return single shapes of many instants, each at one of these, shape (n,)."""
         return Placed(
             *(
                 column[shape, 0] if column.shape[1] == 1 else column[shape, instant]

@@ -13,4 +13,3 @@ def stand(margin: float) -> float:
         margin: Distance that is to be kept [m].
     """
     return min(STAND, margin / 2.0)
-

@@ -124,9 +124,7 @@ def highest_rates(trajectory: Trajectory) -> Array:
     return highest
 
 
-def refusal(
-    layout: Layout, times: Array, pairs: Array, margin: float, floor: Array
-) -> ZoneError:
+def refusal(layout: Layout, times: Array, pairs: Array, margin: float, floor: Array) -> ZoneError:
     """Return the error that says where a distance is not kept.
 
     Args:

@@ -86,9 +86,7 @@ class Connection(FaultHandling):
             "bioscara_gripper", "gripper", gripper or real_gripper(parameters, clock), clock
         )
         self._servo = servo
-        self.plan = Planner(
-            parameters, self._here, self._turn, lambda: self.gripper.widths
-        )
+        self.plan = Planner(parameters, self._here, self._turn, lambda: self.gripper.widths)
         self.gripper = RobotGripper(
             self._jaws,
             parameters.gripper,
