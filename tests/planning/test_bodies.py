@@ -19,7 +19,7 @@ from bioscara.model import load_parameters
 from bioscara.model.meshes import read_stl
 from bioscara.model.urdf import DESCRIPTION
 from bioscara.planning.bodies import GRIPPER, WIDTHS, arm_of, frames
-from bioscara.planning.layout import OWN_MARGIN
+from bioscara.planning.meeting import OWN_MARGIN
 from bioscara.planning.shapes import Prism
 from bioscara.planning.zones import Scene
 from planning.limits import LIMITS

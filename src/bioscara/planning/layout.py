@@ -6,7 +6,7 @@ at least; only where that is not enough to know, their parts are looked at.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import pairwise
@@ -16,47 +16,24 @@ import numpy as np
 import numpy.typing as npt
 
 from bioscara.kinematics import Geometry, Pose, Scara
-from bioscara.planning.bodies import (
-    ATTACHED,
-    BASE,
-    COLUMN,
-    FOREARM,
-    UPPER_ARM,
-    WRIST,
-    Body,
-    arm_of,
-    extent,
-    frames,
-    hull,
-    reaches,
-)
+from bioscara.planning.bodies import BASE, Body, arm_of, frames, hull, reaches
+from bioscara.planning.meeting import OWN_MARGIN, Range, meetings
 from bioscara.planning.shapes import Array, Index, Placed, Prism, distances, least, room_within
 from bioscara.planning.standing import STAND
+from bioscara.planning.table import Frames, Table
 
 LINKS = ("link_1", "link_2", "link_3", "link_4", "gripper", "jaws", "tool", "load")
 """Links that move; ``tool`` is the tool's point, ``load`` what a tool carries."""
-OWN_MARGIN = 5e-3
-"""What the arm's own parts keep from each other where the margin of the scene is larger [m]: they
-are known, and folded up as homing leaves the arm they are 15 mm apart."""
 _ON_TABLE = ("base_link", "link_1")
 """Links that stand on the table."""
 _AT_ONCE, _PARTS_AT_ONCE = 512, 16384
 """Instants, and parts at instants, that are worked on together: they fit the processor's cache."""
 _FEW = 1000
 """So many distances are worked out as soon as it is said which of them matter."""
-_BEYOND_END = 5e-3
-"""How far the lift may be beyond its limits [m]: pressed on by hand."""
 _FEW_PARTS = 3
 """Up to so many times as many parts as pairs are looked at at once, without a step before."""
-_TURNS = 201
-"""At so many angles of the elbow its range is looked at."""
-_ROUNDING = 1e-9
-Range = tuple[float, float]
-"""Lowest and highest."""
 ZoneShape = tuple[str, Prism, bool, tuple[str, ...]]
 """Name, shape, whether it is kept in, and the links that it is for."""
-_Frames = tuple[Array, Array, Array, Array, Array]
-_Meeting = tuple[int, int, tuple[Index, Index]]
 
 
 class Pair(NamedTuple):
@@ -77,62 +54,6 @@ class Pair(NamedTuple):
     own: bool = False
 
 
-class _Table(NamedTuple):
-    """Shapes in the frames that they stand in, each column of shape (shapes,).
-
-    Attributes:
-        frames: Numbers of the frames.
-        shapes: In these.
-    """
-
-    frames: Index
-    shapes: Placed
-
-    @classmethod
-    def of(cls, frames: Sequence[int], shapes: Sequence[Prism]) -> _Table:
-        """Return shapes as a table."""
-        rows = [(s.x, s.y, s.yaw, s.half_x, s.half_y, s.radius, s.low, s.high) for s in shapes]
-        x, y, yaw, *rest = np.array(rows).reshape(-1, 8).T.copy()
-        return cls(np.array(frames, dtype=np.intp), Placed(x, y, np.cos(yaw), np.sin(yaw), *rest))
-
-    def take(self, rows: Index) -> _Table:
-        """Return some of the shapes."""
-        return _Table(self.frames[rows], self.shapes.take(rows))
-
-    def joined(self, other: _Table) -> _Table:
-        """Return the shapes of two tables as one."""
-        columns = zip(self.shapes, other.shapes, strict=True)
-        return _Table(
-            np.concatenate((self.frames, other.frames)),
-            Placed(*(np.concatenate(both) for both in columns)),
-        )
-
-    def everywhere(self, at: _Frames) -> Placed:
-        """Return all shapes in the base frame at all instants, (shapes, instants)."""
-        columns = (column[self.frames] for column in at)
-        return _moved(Placed(*(column[:, None] for column in self.shapes)), *columns)
-
-    def at(self, at: _Frames, rows: Index, instants: Index) -> Placed:
-        """Return shapes in the base frame, each at an instant of its own, (n,)."""
-        frames = self.frames[rows]
-        return _moved(self.shapes.take(rows), *(column[frames, instants] for column in at))
-
-
-def _moved(own: Placed, x: Array, y: Array, z: Array, cos: Array, sin: Array) -> Placed:
-    """Return shapes from frames at x, y, z, which are turned, in the base frame."""
-    return Placed(
-        x + cos * own.x - sin * own.y,
-        y + sin * own.x + cos * own.y,
-        cos * own.cos - sin * own.sin,
-        sin * own.cos + cos * own.sin,
-        own.half_x,
-        own.half_y,
-        own.radius,
-        z + own.low,
-        z + own.high,
-    )
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Layout:
     """All pairs that are looked at; made by :func:`layout_of`.
@@ -148,9 +69,9 @@ class Layout:
     pairs: tuple[Pair, ...]
     own: npt.NDArray[np.bool_]
     reach: Array
-    _hulls: _Table
+    _hulls: Table
     """Shapes around bodies."""
-    _shapes: _Table
+    _shapes: Table
     """Their parts."""
     _whole: tuple[Index, Index]
     """Hulls of each row but those above the table."""
@@ -255,11 +176,11 @@ class Layout:
         )
         return near, nearest
 
-    def _fill(self, at: _Frames, result: Array, exact: float) -> None:
+    def _fill(self, at: Frames, result: Array, exact: float) -> None:
         """Write distances and what is allowed; above ``exact`` what they are at least."""
         self._refine(at, self._bound(at, result), result, exact)
 
-    def _bound(self, at: _Frames, result: Array) -> Placed:
+    def _bound(self, at: Frames, result: Array) -> Placed:
         """Write how far pairs are apart at least, and what is allowed; return the hulls."""
         hulls, count = self._hulls.everywhere(at), len(self._ends)
         if len(self._above):
@@ -277,7 +198,7 @@ class Layout:
         result += self._allowed
         return hulls
 
-    def _refine(self, at: _Frames, hulls: Placed, result: Array, exact: float | Array) -> None:
+    def _refine(self, at: Frames, hulls: Placed, result: Array, exact: float | Array) -> None:
         """Make what is nearer than ``exact``, at all instants or at each, exact."""
         apart = result[: self._apart]
         if apart.size > _FEW:
@@ -289,7 +210,7 @@ class Layout:
             row, instant = np.nonzero((result[: len(self._ends)] < exact) & self._rough[:, None])
             result[row, instant] = self._exact(at, row, instant)
 
-    def _exact(self, at: _Frames, row: Index, instant: Index) -> Array:
+    def _exact(self, at: Frames, row: Index, instant: Index) -> Array:
         """Return the distances of pairs at instants from all of their parts."""
         result = np.empty(len(row))
         counts = np.diff(self._ends, prepend=0)[row]
@@ -309,7 +230,7 @@ class Layout:
         within = np.arange(len(owners)) - np.repeat(np.cumsum(counts) - counts, counts)
         return owners, (self._ends[rows] - counts)[owners] + within
 
-    def _of_parts(self, at: _Frames, row: Index, part: Index, instant: Index) -> Array:
+    def _of_parts(self, at: Frames, row: Index, part: Index, instant: Index) -> Array:
         """Return the distances of pairs of parts at instants, and what they are allowed."""
         one, other = (self._shapes.at(at, column[part], instant) for column in self._parts)
         inside = row >= self._apart
@@ -388,7 +309,7 @@ def layout_of(
     arm = arm_of(geometry, tool, mounted, widths)
     # The base's frame, in which zones stand too, is the first.
     rows = _Rows((*arm, *(Body(name, BASE, (shape,)) for name, shape, _, _ in zones)))
-    own = _meetings(arm, len(arm) - len(mounted) - 1, geometry, ranges)
+    own = meetings(arm, len(arm) - len(mounted) - 1, geometry, ranges)
     zoned = [
         (i, len(arm) + number, keep_in)
         for number, (_, _, keep_in, links) in enumerate(zones)
@@ -423,8 +344,8 @@ def layout_of(
         tuple(pairs),
         np.array([pair.own for pair in pairs], dtype=np.bool_),
         reaches(geometry, arm),
-        _Table.of(rows.around_frames, rows.around),
-        _Table.of(rows.frames, rows.shapes),
+        Table.of(rows.around_frames, rows.around),
+        Table.of(rows.frames, rows.shapes),
         (whole[:, 0], whole[:, 1]),
         (one, other),
         np.cumsum(counts),
@@ -438,91 +359,3 @@ def layout_of(
 
 def _allowed(body: Body, zone: str, margin: float) -> float:
     return margin + STAND if zone in body.touches else 0.0
-
-
-def _meetings(
-    arm: tuple[Body, ...], links: int, geometry: Geometry, ranges: tuple[Range, Range]
-) -> list[_Meeting]:
-    """Return which bodies of an arm may meet, by their numbers, and which parts of them.
-
-    Args:
-        arm: All of its bodies; the last is the tool's point, which nothing is kept from.
-        links: So many of them are links; the rest is carried by the wrist.
-        geometry: Of the arm.
-        ranges: Of lift and elbow.
-    """
-    found = list(_links_meeting(arm[:links], geometry, ranges))
-    for k in range(links, len(arm) - 1):
-        for i in range(k):
-            parts = _meeting(arm[i], arm[k], geometry.height, ranges[0])
-            if parts is not None:
-                found.append((i, k, parts))
-    return found
-
-
-@lru_cache(maxsize=4)
-def _links_meeting(
-    links: tuple[Body, ...], geometry: Geometry, ranges: tuple[Range, Range]
-) -> tuple[_Meeting, ...]:
-    """Return which links may meet; those of the existing arm do not, within its elbow's range."""
-    found = []
-    for k, other in enumerate(links):
-        for i, one in enumerate(links[:k]):
-            parts = _meeting(one, other, geometry.height, ranges[0])
-            if parts is not None and _near(one, other, parts, geometry, ranges[1]):
-                found.append((i, k, parts))
-    return tuple(found)
-
-
-def _meeting(one: Body, other: Body, height: float, lift: Range) -> tuple[Index, Index] | None:
-    """Return which parts of two bodies of the arm may meet, if any; by their heights.
-
-    What turns together, or is in one another by construction, does not meet.
-    """
-    if one.frame == other.frame or {one.link, other.link} in ATTACHED:
-        return None
-    lifted = [body.frame >= UPPER_ARM for body in (one, other)]
-    ranges = []
-    for body, up in zip((one, other), lifted, strict=True):
-        stands = 0.0 if body.frame == BASE else height
-        down, raised = lift if up and not all(lifted) else (0.0, 0.0)
-        beyond = 0.0 if all(lifted) or not any(lifted) else _BEYOND_END
-        ranges.append(
-            (
-                np.array([shape.low for shape in body.shapes]) + (stands + down - beyond),
-                np.array([shape.high for shape in body.shapes]) + (stands + raised + beyond),
-            )
-        )
-    (low_one, high_one), (low_other, high_other) = ranges
-    first, second = np.nonzero(
-        (low_one[:, None] < high_other - _ROUNDING) & (low_other < high_one[:, None] - _ROUNDING)
-    )
-    return (first, second) if len(first) else None
-
-
-def _near(
-    one: Body, other: Body, parts: tuple[Index, Index], geometry: Geometry, elbow: Range
-) -> bool:
-    """Return whether a link before the elbow and one after it come near to each other.
-
-    Looked at from above, and as if the wrist turned all the way round.
-    """
-    if one.frame not in (COLUMN, UPPER_ARM) or other.frame not in (FOREARM, WRIST):
-        return True
-    turns = np.linspace(*elbow, _TURNS)
-    x, y = geometry.upper_arm, 0.0
-    if other.frame == WRIST:
-        shapes = [Prism(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, extent(other))]
-        parts = parts[0], 0 * parts[1]
-    else:
-        shapes = [replace(shape, low=0.0, high=0.0) for shape in other.shapes]
-    before = [replace(shape, low=0.0, high=0.0) for shape in one.shapes]
-    zero = np.zeros(len(turns))
-    cos, sin = np.cos(turns), np.sin(turns)
-    ahead = geometry.forearm if other.frame == WRIST else 0.0
-    here, there = _Table.of([0] * len(before), before), _Table.of([0] * len(shapes), shapes)
-    still = (zero[None], zero[None], zero[None], zero[None] + 1.0, zero[None])
-    turned = (x + ahead * cos[None], y + ahead * sin[None], zero[None], cos[None], sin[None])
-    gaps = distances(here.everywhere(still).take(parts[0]), there.everywhere(turned).take(parts[1]))
-    missed = (geometry.forearm + extent(other)) * (elbow[1] - elbow[0]) / (2.0 * (_TURNS - 1))
-    return float(gaps.min()) - missed < OWN_MARGIN

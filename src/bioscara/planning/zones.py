@@ -117,7 +117,7 @@ class Scene:
         zones: Named spaces to keep in or out of.
         table_height: Height of the table's top in the base frame [m]; None where there is none.
         margin: Distance to keep from everything [m], one of :data:`MARGINS` or between; the arm's
-            own parts keep at most :data:`~bioscara.planning.layout.OWN_MARGIN` from each other.
+            own parts keep at most :data:`~bioscara.planning.meeting.OWN_MARGIN` from each other.
         mounted: Bodies that the wrist carries; the gripper, unless another tool is mounted.
         widths: Smallest and largest width that the gripper may have [m]; all that it can have,
             unless somebody knows better. A robot does: it plans with the width that its gripper
@@ -186,7 +186,7 @@ class Scene:
             The margin is not taken off. What may come nearer than that counts by as much farther:
             a load and what it may touch by the margin and
             :data:`~bioscara.planning.standing.STAND`, the arm's own parts by what the margin is
-            above :data:`~bioscara.planning.layout.OWN_MARGIN`.
+            above :data:`~bioscara.planning.meeting.OWN_MARGIN`.
 
         Raises:
             InvalidArgumentError: A joint is not a finite number.
