@@ -61,12 +61,14 @@ class Layout:
     Attributes:
         pairs: In the order of the rows of :meth:`clearances`: what is kept apart, what is kept
             in, and what is kept above the table.
+        rows: Their numbers among all pairs of the scene, shape (pairs,).
         own: Which of them are of the arm itself, shape (pairs,).
         reach: How far a point of the arm moves at most per movement of each joint [m/rad, 1,
             m/rad, m/rad], shape (4,).
     """
 
     pairs: tuple[Pair, ...]
+    rows: Index
     own: npt.NDArray[np.bool_]
     reach: Array
     _hulls: Table
@@ -164,6 +166,7 @@ class Layout:
         near = replace(
             self,
             pairs=tuple(self.pairs[row] for row in rows.tolist()),
+            rows=rows,
             own=self.own[rows],
             _hulls=source.take(used).joined(self._hulls.take(above)),
             _whole=(one, other),
@@ -342,6 +345,7 @@ def layout_of(
     whole = np.array(rows.whole, dtype=np.intp).reshape(-1, 2)
     return Layout(
         tuple(pairs),
+        np.arange(len(pairs)),
         np.array([pair.own for pair in pairs], dtype=np.bool_),
         reaches(geometry, arm),
         Table.of(rows.around_frames, rows.around),

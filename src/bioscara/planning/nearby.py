@@ -36,6 +36,10 @@ class Nearby:
         self._range = -math.inf
         self._near: Layout | None = None
 
+    def free(self, here: Array) -> float:
+        """Return how far a point of the arm may go until :meth:`on` has to look again [m]."""
+        return self._range - float(np.abs(here - self._place) @ self.reach)
+
     def on(self, here: Array, way: float) -> Layout | None:
         """Return pairs among which are all that may be nearer than the margin on some ways.
 
@@ -46,8 +50,7 @@ class Nearby:
         Returns:
             The pairs, with those of their parts that may be so near; None where there are none.
         """
-        moved = float(np.abs(here - self._place) @ self._layout.reach)
-        if self._layout.pairs and not moved + way <= self._range:
+        if self._layout.pairs and not way <= self.free(here):
             self._look(here, way + _AHEAD)
         return self._near
 
