@@ -317,7 +317,7 @@ MUTANTS = (
     Mutant(
         "what is left out of a look",
         "src/bioscara/planning/nearby.py",
-        "not moved + way <= self._range",
+        "not way <= self.free(here)",
         "not way <= self._range",
         ("tests/planning/test_nearby.py",),
     ),

@@ -125,8 +125,7 @@ class ZoneError(InvalidArgumentError):
         link: Name of the link that comes too near.
         time: When it first does, from the start of the motion [s].
         depth: By how much the margin is missed at worst [m].
-        margin: Distance that is to be kept [m]; below zero where a folded arm began inside, or
-            where the link may touch the zone.
+        margin: Distance that is to be kept [m]; below zero where the link may touch the zone.
     """
 
     def __init__(
@@ -137,21 +136,18 @@ class ZoneError(InvalidArgumentError):
         depth: float,
         margin: float,
         detail: str,
-        *,
-        touch: bool = False,
     ) -> None:
         self.zone, self.link, self.time = zone, link, time
         self.depth, self.margin = depth, margin
-        if touch:
-            rule = f"it may touch that, but this is {depth * 1e3:.1f} mm too deep"
-            remedy = "plan another way or correct the scene"
-        elif margin > 0.0:
-            rule = f"the margin of {margin * 1e3:.3g} mm is missed by {depth * 1e3:.1f} mm"
-            remedy = "plan another way or correct the scene"
-        else:
-            rule = f"that is {depth * 1e3:.1f} mm nearer than where the arm began, folded up"
-            remedy = "unfold the elbow alone first: j3 to 0, the other joints as they are"
-        super().__init__(f"{link} comes too near to {zone} {detail}; {rule}; {remedy}")
+        rule = (
+            f"the margin of {margin * 1e3:.3g} mm is missed by {depth * 1e3:.1f} mm"
+            if margin > 0.0
+            else f"it may touch that, but this is {depth * 1e3:.1f} mm too deep"
+        )
+        super().__init__(
+            f"{link} comes too near to {zone} {detail}; {rule}; plan another way or correct the "
+            "scene"
+        )
 
 
 class GoalRejectedError(InvalidArgumentError):

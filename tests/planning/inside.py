@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bioscara.kinematics import Scara
-from bioscara.planning.bodies import GRIPPER, moving
+from bioscara.planning.bodies import GRIPPER, WIDTHS, arm_of
 from bioscara.planning.shapes import Prism
 from bioscara.planning.zones import Box, Cylinder
 
@@ -48,15 +48,16 @@ def points_of(arm: Scara, joints: Sequence[float]) -> Iterator[tuple[str, Array]
     lift = height + q2
     frames = {1: (0.0, 0.0, height, q1), 2: (0.0, 0.0, lift, q1), 3: (*elbow, lift, q1 + q3)}
     frames[4] = (*wrist, lift, q1 + q3 + q4)
-    for body in moving(arm.geometry, arm.tool, GRIPPER):
+    for body in arm_of(arm.geometry, arm.tool, GRIPPER, WIDTHS):
+        if body.link == "base_link":
+            continue
         x, y, z, yaw = frames[body.frame]
-        shape = body.shape
-        flat = _turned(_turned(_outline(shape), shape.x, shape.y, shape.yaw), x, y, yaw)
-        heights = np.linspace(z + shape.low, z + shape.high, 7)
-        yield (
-            body.link,
-            np.concatenate([np.column_stack((flat, np.full(len(flat), h))) for h in heights]),
-        )
+        points = []
+        for shape in body.shapes:
+            flat = _turned(_turned(_outline(shape), shape.x, shape.y, shape.yaw), x, y, yaw)
+            heights = np.linspace(z + shape.low, z + shape.high, 7)
+            points += [np.column_stack((flat, np.full(len(flat), h))) for h in heights]
+        yield body.link, np.concatenate(points)
 
 
 def beyond(zone: Box | Cylinder, points: Array) -> Array:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from bioscara.planning.bodies import WRIST, Body, frames, moving, reaches
+from bioscara.planning.bodies import WIDTHS, WRIST, Body, arm_of, frames, reaches
 from bioscara.planning.layout import Layout
 from bioscara.planning.nearby import Nearby
 from bioscara.planning.shapes import Prism
@@ -26,17 +26,17 @@ def nearest(layout: Layout, ways: np.ndarray) -> np.ndarray:
 def test_what_is_left_out_keeps_the_margin_on_the_way(seed: int) -> None:
     rng = np.random.default_rng(seed)
     scene = random_scene(rng)
-    for layout in scene.layouts(ARM):
-        nearby, here = Nearby(ARM, layout, scene.margin), np.array(random_joints(rng))
-        heading = rng.normal(size=4) * [1.0, 0.0, 1.0, 1.0]
-        for _ in range(40):
-            turns = (heading + rng.normal(size=(6, 4))) * 2e-3
-            ways = here + np.cumsum(np.concatenate((np.zeros((1, 4)), turns)), axis=0)
-            near = nearby.on(here, float((np.abs(turns) @ layout.reach).sum()))
-            kept = scene.margin if near is None else nearest(near, ways)
-            gap = np.minimum(kept, scene.margin) - np.minimum(nearest(layout, ways), scene.margin)
-            assert np.abs(gap).max() < 1e-12
-            here = ways[-1]
+    layout = scene.layout(ARM)
+    nearby, here = Nearby(ARM, layout, scene.margin), np.array(random_joints(rng))
+    heading = rng.normal(size=4) * [1.0, 0.0, 1.0, 1.0]
+    for _ in range(40):
+        turns = (heading + rng.normal(size=(6, 4))) * 2e-3
+        ways = here + np.cumsum(np.concatenate((np.zeros((1, 4)), turns)), axis=0)
+        near = nearby.on(here, float((np.abs(turns) @ layout.reach).sum()))
+        kept = scene.margin if near is None else np.minimum(nearest(near, ways), scene.margin)
+        gap = kept - np.minimum(nearest(layout, ways), scene.margin)
+        assert np.abs(gap).max() < 1e-12
+        here = ways[-1]
 
 
 @given(SEEDS)
@@ -46,12 +46,12 @@ def test_no_point_of_the_arm_goes_further_than_its_reach(seed: int) -> None:
     load = Prism(
         *rng.uniform(-0.1, 0.1, 2), *rng.uniform(0.0, 0.2, 2), -0.1, 0.0, 0.01, rng.uniform(-3, 3)
     )
-    bodies = moving(ARM.geometry, ARM.tool, (Body("load", WRIST, load),))
+    bodies = arm_of(ARM.geometry, ARM.tool, (Body("load", WRIST, (load,)),), WIDTHS)
     joints = np.array([random_joints(rng) for _ in range(20)])
     turns = 1e-5 * rng.choice([-1.0, 0.0, 1.0], size=(20, 4))
     ways = []
     for body in bodies:
-        x, y = body.shape.outline().T
+        x, y = np.concatenate([shape.outline() for shape in body.shapes]).T
         corners = []
         for q in (joints, joints + turns):
             at = [column[body.frame][:, None] for column in frames(ARM, q)]
@@ -65,19 +65,38 @@ def test_no_point_of_the_arm_goes_further_than_its_reach(seed: int) -> None:
 
 @given(SEEDS)
 @settings(max_examples=30)
-def test_some_pairs_are_as_far_apart_as_among_all(seed: int) -> None:
+def test_what_is_known_to_be_near_is_as_far_apart_as_among_all(seed: int) -> None:
     rng = np.random.default_rng(seed)
-    joints = np.array([random_joints(rng) for _ in range(int(rng.choice([3, 700])))])
-    for layout in random_scene(rng).layouts(ARM):
-        some = np.flatnonzero(rng.random(len(layout.pairs)) < 0.3)
-        part = layout.only(some)
-        assert part.pairs == tuple(layout.pairs[row] for row in some)
-        whole = layout.clearances(ARM, joints, np.inf)[some]
-        assert part.clearances(ARM, joints, np.inf) == pytest.approx(whole, abs=1e-12)
+    layout, far = random_scene(rng).layout(ARM), 0.1
+    here, off = np.array(random_joints(rng)), rng.normal(size=(int(rng.choice([3, 700])), 4))
+    joints = here + 0.02 * off / np.linalg.norm(off @ np.diag(layout.reach), axis=1)[:, None]
+    part, nearest = layout.near(ARM, here, far)
+    assume(part is not None)
+    whole, some = (each.clearances(ARM, joints) for each in (layout, part))
+    assert nearest <= layout.nearest(ARM, here[None])[0] + 1e-12
+    beyond = far - float((np.abs(joints - here) @ layout.reach).max())
+    for clearances, pairs in ((whole, layout.pairs), (some, part.pairs)):
+        clearances[clearances > beyond] = beyond
+        assert len(clearances) == len(pairs)
+    rows = [row for row in range(len(whole)) if (whole[row] < beyond).any()]
+    assert {layout.pairs[row] for row in rows} <= set(part.pairs)
+    assert some.min(axis=0, initial=beyond) == pytest.approx(whole.min(axis=0), abs=1e-12)
+
+
+@given(SEEDS)
+@settings(max_examples=30)
+def test_what_is_not_exact_is_nearer_than_it_is_and_far_enough(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    layout = random_scene(rng).layout(ARM)
+    joints = np.array([random_joints(rng) for _ in range(int(rng.choice([2, 40])))])
+    whole, exact = layout.clearances(ARM, joints), rng.uniform(-0.05, 0.3)
+    some = layout.clearances(ARM, joints, exact)
+    known = some < exact
+    assert some[known] == pytest.approx(whole[known], abs=1e-12)
+    assert (some <= whole + 1e-12).all()
+    assert layout.nearest(ARM, joints) == pytest.approx(whole.min(axis=0), abs=1e-12)
 
 
 def test_in_an_empty_scene_nothing_is_near() -> None:
-    around, itself = Scene().layouts(ARM)
     stretched = np.array((0.0, 0.2, 0.0, 0.0))
-    assert Nearby(ARM, around, 5e-3).on(stretched, 1.0) is None
-    assert Nearby(ARM, itself, 5e-3).on(stretched, 0.1) is None
+    assert Nearby(ARM, Scene().layout(ARM), 5e-3).on(stretched, 0.1) is None

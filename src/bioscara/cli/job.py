@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import datetime
@@ -97,9 +96,9 @@ def prepare(
                 "--full-speed lifts that",
             )
     if len(trajectory.joint_names) == len(parameters.joints):
-        # Where joints are that it does not name, and how far the arm may fold up, is known only
-        # when it is homed: then all is checked again.
-        scene.check(arm, trajectory, folded=-math.inf)
+        # Where joints are that it does not name is known only when it is homed: then all is
+        # checked again.
+        scene.check(arm, trajectory)
     return Plan(title, source, trajectory, notes, scene)
 
 

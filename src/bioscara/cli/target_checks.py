@@ -112,17 +112,15 @@ def _middle(arm: Scara) -> list[float]:
 
 
 def _refusal(scene: Scene, arm: Scara, joints: Joints) -> ZoneError | None:
-    """Return why the arm must not be there, if it must not.
-
-    Only of what is around it: how near its own links may come is known when it is homed.
-    """
-    around, _ = scene.layouts(arm)
-    if not around.pairs:
+    """Return why the arm must not be there, if it must not."""
+    layout = scene.layout(arm)
+    if not layout.pairs:
         return None
-    pairs = around.clearances(arm, np.array([joints]))[:, 0]
+    pairs = layout.clearances(arm, np.array([joints]), scene.margin)[:, 0]
     nearest = int(pairs.argmin())
-    pair, missed = around.pairs[nearest], scene.margin - float(pairs[nearest])
+    pair, missed = layout.pairs[nearest], scene.margin - float(pairs[nearest])
     # An arm that stands there already may stand a little nearer.
     if missed <= STAND:
         return None
-    return ZoneError(pair.zone, pair.link, math.nan, missed, scene.margin, "at the target")
+    margin = scene.margin - pair.allowed
+    return ZoneError(pair.zone, pair.link, math.nan, missed, margin, "at the target")

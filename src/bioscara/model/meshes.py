@@ -6,10 +6,12 @@ bytes; ``make generate`` writes them, ``make fresh`` compares.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from bioscara.model.parameters import GeometryParameters
-from bioscara.model.parts import Link, drawing
+from bioscara.model.parts import Link, Part, drawing
 from bioscara.model.solids import Array, Inertial, Solid, weigh
 
 FINISHES = ("printed", "metal")
@@ -37,24 +39,33 @@ def read_stl(content: bytes) -> Array:
 
 def files(geometry: GeometryParameters) -> dict[str, bytes]:
     """Return every file that follows from the drawing, by its path in the description."""
-    links = drawing(geometry)
-    out = {"inertials.yaml": _inertials(links).encode()}
+    links = drawing(geometry.upper_arm, geometry.forearm)
+    out = {"links.yaml": _properties(links).encode()}
     for link in links:
         for finish, printed in zip(FINISHES, (True, False), strict=True):
             solids = tuple(part.solid for part in link.parts if part.printed is printed)
             out[f"meshes/visual/{link.name}_{finish}.stl"] = stl(solids)
-        for name, solid in link.hull.items():
-            out[f"meshes/collision/{link.name}_{name}.stl"] = stl((solid,))
+        for name, part in _named(link):
+            out[f"meshes/collision/{link.name}_{name}.stl"] = stl((part.solid,))
     return out
 
 
-def _inertials(links: tuple[Link, ...]) -> str:
+def _named(link: Link) -> Iterator[tuple[str, Part]]:
+    """Yield the parts of a link with a name for each."""
+    for name, parts in link.bodies.items():
+        for number, part in enumerate(parts, 1):
+            yield (name if len(parts) == 1 else f"{name}_{number}"), part
+
+
+def _properties(links: tuple[Link, ...]) -> str:
     lines = [
-        "# Estimates, generated from the drawing (bioscara.model.parts): printed parts are shells",
-        "# of PLA, motors and rods are solid. kg, m and kg m^2; inertias about the centre of mass.",
+        "# Generated from the drawing (bioscara.model.parts): the collision meshes of each link,",
+        "# and estimates of its mass: printed parts are shells of PLA, motors and rods are solid.",
+        "# kg, m and kg m^2; inertias about the centre of mass.",
     ]
     for link in links:
         lines += _lines(link.name, weigh(part.moments() for part in link.parts))
+        lines.append(f"  collision: [{', '.join(name for name, _ in _named(link))}]")
     return "\n".join([*lines, ""])
 
 

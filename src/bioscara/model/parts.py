@@ -9,7 +9,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from bioscara.model.parameters import GeometryParameters
 from bioscara.model.solids import Moments, Solid, box, capsule, cylinder, filled, prism, shell
 
 PLA = 1240.0
@@ -20,6 +19,8 @@ STEEL, ALUMINIUM, RUBBER = 7850.0, 2700.0, 1200.0
 """Densities [kg/m^3]."""
 MOTOR = 4000.0
 """Density of a stepper motor: 0.28 kg in 42 x 42 x 40 mm [kg/m^3]."""
+SERVO = 1350.0
+"""Density of the gripper's servo [kg/m^3]."""
 
 
 class Part(NamedTuple):
@@ -48,13 +49,17 @@ class Link:
 
     Attributes:
         name: As in the description, without a prefix.
-        parts: What one sees, and what has a mass.
-        hull: Convex bodies that contain all parts, by the name of each.
+        bodies: Its convex parts by the name of what they make up; what touches a part touches the
+            link.
     """
 
     name: str
-    parts: tuple[Part, ...]
-    hull: dict[str, Solid]
+    bodies: dict[str, tuple[Part, ...]]
+
+    @property
+    def parts(self) -> tuple[Part, ...]:
+        """All of its parts."""
+        return tuple(part for parts in self.bodies.values() for part in parts)
 
 
 def _printed(*solids: Solid) -> tuple[Part, ...]:
@@ -66,40 +71,35 @@ def _solid(density: float, *solids: Solid) -> tuple[Part, ...]:
 
 
 def _base() -> Link:
-    disc, back = cylinder((0, 0), 0.115, 0.0, 0.0873), (-0.205, -0.1222, 0.0)
+    back = box((-0.205, -0.1222, 0.0), (-0.04, 0.1222, 0.0623))
+    motor = box((-0.19, -0.021, 0.04), (-0.148, 0.021, 0.08))
+    disc = cylinder((0, 0), 0.115, 0.0, 0.08)
+    plate = cylinder((0, 0), 0.095, 0.08, 0.0873)
     return Link(
         "base_link",
-        (
-            *_printed(box(back, (-0.04, 0.1222, 0.0623)), cylinder((0, 0), 0.115, 0.0, 0.08)),
-            *_solid(ALUMINIUM, cylinder((0, 0), 0.095, 0.08, 0.0873)),
-            *_solid(MOTOR, box((-0.19, -0.021, 0.04), (-0.148, 0.021, 0.08))),
-        ),
-        {"back": box(back, (-0.04, 0.1222, 0.08)), "disc": disc},
+        {
+            "back": (*_printed(back), *_solid(MOTOR, motor)),
+            "disc": (*_printed(disc), *_solid(ALUMINIUM, plate)),
+        },
     )
 
 
 def _column() -> Link:
-    bottom = cylinder((0, 0), 0.1119, -0.0477, -0.02)
-    top = cylinder((0, 0), 0.1119, 0.495, 0.5213)
     rods = (cylinder((0.045, side), 0.006, -0.02, 0.495) for side in (-0.035, 0.035))
+    screw = cylinder((0.02, 0), 0.004, -0.02, 0.495)
+    back = (
+        box((-0.1513, -0.06, -0.0477), (-0.0876, 0.06, 0.142)),
+        box((-0.0876, -0.07, -0.02), (-0.068, 0.07, 0.495)),
+        box((-0.1513, -0.05, 0.495), (-0.0876, 0.05, 0.5213)),
+    )
+    motor = box((-0.1513, -0.021, 0.455), (-0.1093, 0.021, 0.495))
     return Link(
         "link_1",
-        (
-            *_printed(
-                bottom,
-                top,
-                box((-0.1513, -0.06, -0.0477), (-0.0876, 0.06, 0.142)),
-                box((-0.0876, -0.07, -0.02), (-0.068, 0.07, 0.495)),
-                box((-0.1513, -0.05, 0.495), (-0.0876, 0.05, 0.5213)),
-            ),
-            *_solid(STEEL, *rods, cylinder((0.02, 0), 0.004, -0.02, 0.495)),
-            *_solid(MOTOR, box((-0.1513, -0.021, 0.455), (-0.1093, 0.021, 0.495))),
-        ),
         {
-            "bottom": bottom,
-            "top": top,
-            "back": box((-0.1513, -0.07, -0.0477), (-0.068, 0.07, 0.5213)),
-            "rods": box((0.016, -0.041, -0.02), (0.051, 0.041, 0.495)),
+            "bottom": _printed(cylinder((0, 0), 0.1119, -0.0477, -0.02)),
+            "top": _printed(cylinder((0, 0), 0.1119, 0.495, 0.5213)),
+            "back": (*_printed(*back), *_solid(MOTOR, motor)),
+            "rods": _solid(STEEL, *rods, screw),
         },
     )
 
@@ -109,12 +109,13 @@ def _upper_arm(length: float) -> Link:
     profile = ((0.0856, -0.0132), (0.156, 0.0426), (0.0856, 0.0426))
     # Outlines across y are z, x.
     gusset = prism([(z, x) for x, z in reversed(profile)], -0.03, 0.03, "y")
-    bar = capsule(0.06, length, 0.0528, 0.0426, 0.1069)
     motor = box((0.1, -0.021, 0.0879), (0.142, 0.021, 0.1279))
     return Link(
         "link_2",
-        (*_printed(carriage, gusset, bar), *_solid(MOTOR, motor)),
-        {"carriage": carriage, "gusset": gusset, "bar": bar, "motor": motor},
+        {
+            "carriage": (*_printed(carriage, gusset), *_solid(MOTOR, motor)),
+            "bar": _printed(capsule(0.06, length, 0.0528, 0.0426, 0.1069)),
+        },
     )
 
 
@@ -123,41 +124,27 @@ def _forearm(length: float) -> Link:
     motor = box((length - 0.09, -0.021, 0.0709), (length - 0.048, 0.021, 0.1109))
     hub = cylinder((length, 0), 0.032, 0.0155, 0.1109)
     bearing = cylinder((0, 0), 0.03, 0.1069, 0.1109)
-    return Link(
-        "link_3",
-        (*_printed(bar, hub), *_solid(STEEL, bearing), *_solid(MOTOR, motor)),
-        {"bar": bar, "hub": hub, "bearing": bearing, "motor": motor},
-    )
+    parts = (*_printed(bar, hub), *_solid(STEEL, bearing), *_solid(MOTOR, motor))
+    return Link("link_3", {"bar": parts})
 
 
 def _wrist() -> Link:
-    return Link(
-        "link_4",
-        (
-            *_printed(box((-0.0215, -0.014, 0.006), (0.0215, 0.014, 0.1555))),
-            *_solid(ALUMINIUM, box((-0.0215, -0.014, 0.0021), (0.0215, 0.014, 0.006))),
-        ),
-        {"post": box((-0.0215, -0.014, 0.0021), (0.0215, 0.014, 0.1555))},
-    )
+    post = box((-0.0215, -0.014, 0.006), (0.0215, 0.014, 0.1555))
+    plate = box((-0.0215, -0.014, 0.0021), (0.0215, 0.014, 0.006))
+    return Link("link_4", {"post": (*_printed(post), *_solid(ALUMINIUM, plate))})
 
 
 def _gripper() -> Link:
     rails = (cylinder((side, -0.075), 0.004, -0.086, 0.086, "x") for side in (-0.015, 0.015))
-    mount = box((-0.03, -0.0277, -0.014), (0.03, 0.0277, 0.0069))
-    return Link(
-        "gripper_base",
-        (
-            *_printed(
-                mount,
-                box((-0.086, -0.0277, -0.0606), (0.086, 0.0277, -0.014)),
-                box((-0.086, -0.0277, -0.089), (-0.081, 0.0277, -0.0606)),
-                box((0.081, -0.0277, -0.089), (0.086, 0.0277, -0.0606)),
-            ),
-            *_solid(STEEL, *rails),
-            *_solid(1350.0, box((-0.02, 0.0277, -0.06), (0.02, 0.0371, -0.02))),  # the servo
-        ),
-        {"body": box((-0.086, -0.0277, -0.089), (0.086, 0.0371, -0.014)), "mount": mount},
+    body = (
+        box((-0.03, -0.0277, -0.014), (0.03, 0.0277, 0.0069)),
+        box((-0.086, -0.0277, -0.0606), (0.086, 0.0277, -0.014)),
+        box((-0.086, -0.0277, -0.089), (-0.081, 0.0277, -0.0606)),
+        box((0.081, -0.0277, -0.089), (0.086, 0.0277, -0.0606)),
     )
+    servo = box((-0.02, 0.0277, -0.06), (0.02, 0.0371, -0.02))
+    parts = (*_printed(*body), *_solid(STEEL, *rails), *_solid(SERVO, servo))
+    return Link("gripper_base", {"body": parts})
 
 
 def _jaw(name: str, side: float, rack_at: float) -> Link:
@@ -175,28 +162,39 @@ def _jaw(name: str, side: float, rack_at: float) -> Link:
     head = across(0.0, 0.02, (rack_at, -0.0716), (rack_end, -0.0606))
     rack = across(-0.1509, 0.0, (rack_at, -0.0706), (rack_end, -0.0606))
     finger = (-0.1391, -0.1466), (-0.039, -0.0906)
+    pad = _solid(RUBBER, across(0.0, 0.003, *finger))
     return Link(
         name,
-        (
-            *_printed(carriage, head, rack, across(0.003, 0.02, *finger)),
-            *_solid(RUBBER, across(0.0, 0.003, *finger)),
-        ),
-        {"carriage": carriage, "head": head, "rack": rack, "finger": across(0.0, 0.02, *finger)},
+        {
+            "carriage": _printed(carriage, head, rack),
+            "finger": (*_printed(across(0.003, 0.02, *finger)), *pad),
+        },
     )
 
 
-def drawing(geometry: GeometryParameters) -> tuple[Link, ...]:
+def drawing(upper_arm: float, forearm: float) -> tuple[Link, ...]:
     """Return the links that have a body, from the base to the jaws.
 
     Args:
-        geometry: Lengths of the arm; the arms are as long as it says.
+        upper_arm: From the column's axis to the elbow's [m].
+        forearm: From the elbow's axis to the wrist's [m].
     """
     return (
         _base(),
         _column(),
-        _upper_arm(geometry.upper_arm),
-        _forearm(geometry.forearm),
+        _upper_arm(upper_arm),
+        _forearm(forearm),
         _wrist(),
+        *hand(),
+    )
+
+
+def hand() -> tuple[Link, Link, Link]:
+    """Return the gripper and its left and right jaw, each in a frame whose x the jaws move along.
+
+    The jaws' faces are at x = 0 of their frames.
+    """
+    return (
         _gripper(),
         _jaw("left_jaw_link", 1.0, 0.014),
         _jaw("right_jaw_link", -1.0, -0.002),

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
@@ -11,9 +13,33 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
+FIT = 4.5e-3
+"""How far the upright shapes of a solid may reach beyond it [m]: what is rounded is sliced."""
 _SIDES = 32
 """Of the polygon that stands for a circle."""
 _AXES = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
+
+
+class Upright(NamedTuple):
+    """A rectangle along x and y, moved outwards by a radius, between two heights.
+
+    Attributes:
+        x: Of the rectangle's centre [m].
+        y: [m].
+        half_x: Half its size along x [m].
+        half_y: Along y [m].
+        low: Height of the bottom [m].
+        high: Height of the top [m].
+        radius: Added to the rectangle on all sides [m].
+    """
+
+    x: float
+    y: float
+    half_x: float
+    half_y: float
+    low: float
+    high: float
+    radius: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -22,9 +48,11 @@ class Solid:
 
     Attributes:
         triangles: Its surface, shape (n, 3 corners, 3): corners counter-clockwise from outside.
+        uprights: Upright shapes that contain it together and reach at most :data:`FIT` beyond it.
     """
 
     triangles: Array
+    uprights: tuple[Upright, ...]
 
     def doubled_areas(self) -> Array:
         """Return the outward normal of each triangle, twice as long as its area, shape (n, 3)."""
@@ -33,7 +61,7 @@ class Solid:
 
 
 def prism(outline: npt.ArrayLike, lower: float, upper: float, axis: str = "z") -> Solid:
-    """Return an extruded convex polygon.
+    """Return an extruded convex polygon; its upright shapes are slices of it, each a box.
 
     Args:
         outline: Corners counter-clockwise, shape (n, 2): x, y for axis z; y, z for x; z, x for y.
@@ -42,6 +70,10 @@ def prism(outline: npt.ArrayLike, lower: float, upper: float, axis: str = "z") -
         axis: ``"x"``, ``"y"`` or ``"z"``.
     """
     corners = np.asarray(outline, dtype=np.float64)
+    return Solid(_extruded(corners, lower, upper, axis), _sliced(corners, lower, upper, axis))
+
+
+def _extruded(corners: Array, lower: float, upper: float, axis: str) -> Array:
     count = len(corners)
     points = np.zeros((2, count, 3))
     first, second, along = _AXES[axis]
@@ -56,13 +88,61 @@ def prism(outline: npt.ArrayLike, lower: float, upper: float, axis: str = "z") -
         np.stack((bottom, bottom[after], top[after]), axis=1),
         np.stack((bottom, top[after], top), axis=1),
     )
-    return Solid(np.concatenate(triangles))
+    return np.concatenate(triangles)
+
+
+def _sliced(corners: Array, lower: float, upper: float, axis: str) -> tuple[Upright, ...]:
+    """Return boxes around slices of a polygon, as few as keep within :data:`FIT` of it."""
+    first, second, along = _AXES[axis]
+    for count in itertools.count(1):
+        cuts = np.linspace(*_range(corners[:, 0]), count + 1)
+        slices = [(low, high, *_width(corners, low, high)) for low, high in pairwise(cuts)]
+        edges = ((u, v) for *us, v0, v1 in slices for u in us for v in (v0, v1))
+        if all(_beyond(corners, u, v) <= FIT for u, v in edges):
+            break
+    boxes = []
+    for low, high, narrow, wide in slices:
+        lowest, highest = np.zeros((2, 3))
+        lowest[[first, second, along]] = low, narrow, lower
+        highest[[first, second, along]] = high, wide, upper
+        boxes.append(_upright(lowest.tolist(), highest.tolist()))
+    return tuple(boxes)
+
+
+def _range(values: Array) -> tuple[float, float]:
+    return float(values.min()), float(values.max())
+
+
+def _width(corners: Array, low: float, high: float) -> tuple[float, float]:
+    """Return the range of second coordinates of a polygon between two first ones."""
+    u, v = corners.T
+    found = [v[(low <= u) & (u <= high)]]
+    for (u0, v0), (u1, v1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        at = np.array([cut for cut in (low, high) if (cut - u0) * (cut - u1) < 0.0])
+        found.append(v0 + (v1 - v0) * (at - u0) / (u1 - u0) if len(at) else at)
+    return _range(np.concatenate(found))
+
+
+def _beyond(corners: Array, u: float, v: float) -> float:
+    """Return how far a point is from a convex polygon; zero inside."""
+    place, sides = np.array((u, v)), np.roll(corners, -1, axis=0) - corners
+    off = place - corners
+    if (sides[:, 0] * off[:, 1] >= sides[:, 1] * off[:, 0]).all():
+        return 0.0
+    share = np.clip((off * sides).sum(axis=1) / (sides * sides).sum(axis=1), 0.0, 1.0)
+    return float(np.linalg.norm(off - share[:, None] * sides, axis=1).min())
+
+
+def _upright(lower: Sequence[float], upper: Sequence[float]) -> Upright:
+    (x0, y0, z0), (x1, y1, z1) = lower, upper
+    return Upright((x0 + x1) / 2.0, (y0 + y1) / 2.0, (x1 - x0) / 2.0, (y1 - y0) / 2.0, z0, z1)
 
 
 def box(lower: Sequence[float], upper: Sequence[float]) -> Solid:
     """Return a box with its edges along the axes, from corner to corner."""
     (x0, y0, z0), (x1, y1, z1) = lower, upper
-    return prism(((x0, y0), (x1, y0), (x1, y1), (x0, y1)), z0, z1)
+    outline = np.array(((x0, y0), (x1, y0), (x1, y1), (x0, y1)), dtype=np.float64)
+    return Solid(_extruded(outline, z0, z1, "z"), (_upright(lower, upper),))
 
 
 def capsule(start: float, end: float, radius: float, lower: float, upper: float) -> Solid:
@@ -78,7 +158,8 @@ def capsule(start: float, end: float, radius: float, lower: float, upper: float)
     half = np.linspace(-np.pi / 2.0, np.pi / 2.0, _SIDES // 2 + 1)
     arc = radius * np.column_stack((np.cos(half), np.sin(half)))
     right, left = arc + np.array((end, 0.0)), np.array((start, 0.0)) - arc
-    return prism(np.concatenate((right, left)), lower, upper)
+    upright = Upright((start + end) / 2.0, 0.0, (end - start) / 2.0, 0.0, lower, upper, radius)
+    return Solid(_extruded(np.concatenate((right, left)), lower, upper, "z"), (upright,))
 
 
 def cylinder(
@@ -95,7 +176,10 @@ def cylinder(
     """
     angles = np.arange(_SIDES) * (2.0 * np.pi / _SIDES)
     outline = np.asarray(centre) + radius * np.column_stack((np.cos(angles), np.sin(angles)))
-    return prism(outline, lower, upper, axis)
+    if axis != "z":
+        return prism(outline, lower, upper, axis)
+    upright = Upright(centre[0], centre[1], 0.0, 0.0, lower, upper, radius)
+    return Solid(_extruded(outline, lower, upper, axis), (upright,))
 
 
 class Inertial(NamedTuple):

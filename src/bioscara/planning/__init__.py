@@ -12,9 +12,9 @@ Below these, for one joint: ``limits``, ``double_s``, ``profile`` and ``longest_
 of a trajectory. For a path: ``curve``, ``joint_path``, ``path_limits``, ``tool_limits``,
 ``phase_plane``, ``stretched_ends``, ``path_refusals`` and the ``blending`` of corners;
 ``tool_speed`` for trajectories of any kind. For what is around: ``scene_file`` and ``zone_values``,
-``bodies`` and ``shapes``, ``layout`` for one arm and what of it is ``nearby``, ``sweep`` of a
-trajectory, ``standing``, ``stopping`` and ``room`` of an arm in motion. For files: ``ros_yaml``,
-``message_text`` and ``numbers``.
+``bodies``, their ``shapes`` and a ``table`` of these, what of an arm is ``meeting``, ``layout`` for
+one arm and what of it is ``nearby``, ``sweep`` of a trajectory, ``standing``, ``stopping`` and
+``room`` of an arm in motion. For files: ``ros_yaml``, ``message_text`` and ``numbers``.
 
 Law: what ``check`` accepts stays within every limit at every instant.
 """

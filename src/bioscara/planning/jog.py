@@ -75,7 +75,6 @@ class Jog:
         start: Where the joints are, at rest [rad, m, rad, rad].
         scene: What to keep clear of; None for nothing.
         tool_speed: Highest speed of the tool [m/s].
-        folded: How near the arm's links were to each other when it began to unfold [m].
 
     Attributes:
         tool_speed: As given; may be changed at any time.
@@ -97,7 +96,6 @@ class Jog:
         start: Sequence[float],
         scene: Scene | None = None,
         tool_speed: float = REDUCED_SPEED,
-        folded: float = math.inf,
     ) -> None:
         start = Joints(*numbers("the start of the jog", start))
         for limit, value in zip(limits, start, strict=True):
@@ -109,7 +107,7 @@ class Jog:
         if not tool_speed > 0.0:
             raise InvalidArgumentError(f"tool speed {tool_speed} m/s must be above zero")
         self._arm, self._limits = arm, tuple(limits)
-        self._stops = Stops(arm, limits, scene, folded)
+        self._stops = Stops(arm, limits, scene)
         self.tool_speed = tool_speed
         self.positions, self.velocities = Joints(*start), Joints(0.0, 0.0, 0.0, 0.0)
         self.reason = ""

@@ -24,13 +24,21 @@ class Nearby:
         arm: The arm.
         layout: The pairs.
         margin: What is at least so far apart does not matter [m].
+
+    Attributes:
+        reach: As that of the layout.
     """
 
     def __init__(self, arm: Scara, layout: Layout, margin: float) -> None:
         self._arm, self._layout, self._margin = arm, layout, margin
+        self.reach = layout.reach
         self._place = np.full(len(layout.reach), math.nan)
         self._range = -math.inf
         self._near: Layout | None = None
+
+    def free(self, here: Array) -> float:
+        """Return how far a point of the arm may go until :meth:`on` has to look again [m]."""
+        return self._range - float(np.abs(here - self._place) @ self.reach)
 
     def on(self, here: Array, way: float) -> Layout | None:
         """Return pairs among which are all that may be nearer than the margin on some ways.
@@ -40,16 +48,13 @@ class Nearby:
             way: How far a point of the arm goes at most on any of them [m].
 
         Returns:
-            The pairs; None where there are none.
+            The pairs, with those of their parts that may be so near; None where there are none.
         """
-        moved = float(np.abs(here - self._place) @ self._layout.reach)
-        if self._layout.pairs and not moved + way <= self._range:
+        if self._layout.pairs and not way <= self.free(here):
             self._look(here, way + _AHEAD)
         return self._near
 
     def _look(self, here: Array, way: float) -> None:
-        far = self._margin + way
-        pairs = self._layout.clearances(self._arm, here[None], far)[:, 0]
-        rows = np.flatnonzero(pairs < far)
-        self._place, self._near = here, self._layout.only(rows) if len(rows) else None
-        self._range = way if len(rows) else float(pairs.min()) - self._margin
+        self._near, nearest = self._layout.near(self._arm, here, self._margin + way)
+        self._place = here
+        self._range = nearest - self._margin if self._near is None else way

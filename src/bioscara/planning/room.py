@@ -14,6 +14,7 @@ import numpy as np
 from bioscara.errors import InvalidArgumentError, ZoneError
 from bioscara.kinematics import Scara
 from bioscara.planning.layout import Layout, Pair
+from bioscara.planning.nearby import Nearby
 from bioscara.planning.shapes import Array
 from bioscara.planning.sweep import COARSE, SLACK, look_between
 from bioscara.planning.zones import Scene
@@ -36,9 +37,8 @@ class Room:
 
     def __init__(self, arm: Scara, scene: Scene) -> None:
         self.arm, self.scene = arm, scene
-        self._views = [
-            _View(arm, layout, scene.margin) for layout in scene.layouts(arm) if layout.pairs
-        ]
+        layout = scene.layout(arm)
+        self._view = _View(arm, layout, scene.margin) if layout.pairs else None
 
     def check(
         self,
@@ -72,19 +72,18 @@ class Room:
             ZoneError: It may not.
             InvalidArgumentError: A joint is not at a finite number.
         """
-        near = False
-        for view in self._views:
-            if not view.reaches(here, rest) < view.free:
-                for joint in (*before, *here, *rest):
-                    if not math.isfinite(joint):
-                        raise InvalidArgumentError(
-                            f"a joint is at {joint}: zones need finite positions"
-                        )
-                view.look(before)
-                if not view.reaches(here, rest) < view.free:
-                    view.sweep(np.array((before, here, rest)), together=together)
-                    near = True
-        return near
+        view = self._view
+        if view is None or view.reaches(here, rest) < view.free:
+            return False
+        for joint in (*before, *here, *rest):
+            if not math.isfinite(joint):
+                raise InvalidArgumentError(f"a joint is at {joint}: zones need finite positions")
+        corners = np.array((before, here, rest))
+        view.look(corners)
+        if view.reaches(here, rest) < view.free:
+            return False
+        view.sweep(corners, together=together)
+        return True
 
 
 class _View:
@@ -100,11 +99,13 @@ class _View:
     """
 
     def __init__(self, arm: Scara, layout: Layout, margin: float) -> None:
-        self._arm, self._layout, self._margin = arm, layout, margin
+        self._arm, self._near, self._margin = arm, layout, margin
         self._wanted = margin + SLACK
+        self._nearby = Nearby(arm, layout, self._wanted + COARSE)
         self._reach: tuple[float, ...] = tuple(layout.reach.tolist())
         self._place: Sequence[float] = (math.nan,) * len(self._reach)
-        self._floor = self._highest = np.full((len(layout.pairs), 1), -math.inf)
+        self._highest = np.full((len(layout.pairs), 1), -math.inf)
+        self._floor = self._highest
         self._nearest = layout.pairs[0]
         self.free = 0.0
 
@@ -115,23 +116,33 @@ class _View:
             way += reach * max(abs(one - place), abs(other - place))
         return way
 
-    def look(self, joints: Sequence[float]) -> None:
-        """Look at all pairs anew."""
-        pairs = self._layout.clearances(self._arm, np.array((joints,)), self._wanted)
-        nearest = int(pairs.argmin())
-        self._nearest = self._layout.pairs[nearest]
-        self._place, self.free = joints, float(pairs[nearest, 0]) - self._wanted
+    def look(self, corners: Array) -> None:
+        """Look anew, from the first corner, at what may come near on the way along all."""
+        here = corners[0]
+        way = np.abs(np.diff(corners, axis=0)).sum(axis=0) @ self._nearby.reach
+        near = self._nearby.on(here, float(way))
+        # All that is left out is farther than the arm goes.
+        self._place, self.free = here.tolist(), self._nearby.free(here) + COARSE
+        if near is None:
+            return
+        self._near = near
+        parts = near.clearances(self._arm, here[None], self._wanted + COARSE)
+        nearest = int(parts.argmin())
+        self._nearest = near.pairs[nearest]
+        self.free = min(self.free, float(parts[nearest, 0]) - self._wanted)
+        pairs = np.full(self._highest.shape, self._wanted)
+        np.minimum.at(pairs, near.rows, parts)
         # Where other joints are held while some lead the arm away, digits may be rounded.
-        near = np.where(pairs < self._margin, pairs - SLACK, self._margin)
-        floor = np.where(pairs < self._wanted, near, self._wanted)
+        kept = np.where(pairs < self._margin, pairs - SLACK, self._margin)
+        floor = np.where(pairs < self._wanted, kept, self._wanted)
         self._highest = np.maximum(self._highest, floor)
-        self._floor = np.minimum(self._highest, pairs)
+        self._floor = np.minimum(self._highest, pairs)[near.rows]
 
     def sweep(self, corners: Array, *, together: bool) -> None:
         """Look at the way from corner to corner; its time is 1 from each to the next."""
         if not together:
             raise self._refusal(self._nearest, -self.free)
-        ways = np.abs(np.diff(corners, axis=0)) @ self._layout.reach
+        ways = np.abs(np.diff(corners, axis=0)) @ self._nearby.reach
         counts = np.maximum(np.ceil(ways / COARSE), 1.0).astype(np.intp)
         starts = np.concatenate([i + np.arange(n) / n for i, n in enumerate(counts)])
         lengths, speeds = np.repeat(1.0 / counts, counts), np.repeat(ways, counts)
@@ -139,17 +150,18 @@ class _View:
 
         def look(at: Array) -> Array:
             rows = np.stack([np.interp(at, times, column) for column in corners.T], axis=1)
-            rooms = self._layout.clearances(self._arm, rows, self._wanted) - self._floor
+            clearances = self._near.clearances(self._arm, rows, self._wanted + COARSE)
+            rooms = clearances - self._floor
             free: Array = rooms.min(axis=0)
             if (free < -_ROUNDING).any():
                 row, _ = np.unravel_index(int(rooms.argmin()), rooms.shape)
-                raise self._refusal(self._layout.pairs[int(row)], -float(free.min()))
+                raise self._refusal(self._near.pairs[int(row)], -float(free.min()))
             return free
 
         nodes = look(np.append(starts, times[-1]))
-        look_between(look, (starts, lengths, speeds), nodes, 0.0)
+        look_between(look, (starts, lengths, speeds), nodes)
 
     def _refusal(self, pair: Pair, depth: float) -> ZoneError:
         where = "before it can come to rest"
         margin = self._margin - pair.allowed
-        return ZoneError(pair.zone, pair.link, 0.0, depth, margin, where, touch=pair.allowed > 0.0)
+        return ZoneError(pair.zone, pair.link, 0.0, depth, margin, where)

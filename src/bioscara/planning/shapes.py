@@ -93,7 +93,7 @@ class Prism:
 
 
 class Placed(NamedTuple):
-    """Shapes in the base frame at many instants, arrays (shapes, instants) or (shapes, 1).
+    """Shapes: in their own frames, shape (shapes,); or in the base frame at instants.
 
     Attributes:
         x: Of the centre [m].
@@ -122,7 +122,7 @@ class Placed(NamedTuple):
         return Placed(*(column[index] for column in self))
 
     def at(self, shape: Index, instant: Index) -> Placed:
-        """Return single shapes at single instants, each column of shape (n,)."""
+        """Return single shapes of many instants, each at one of these, shape (n,)."""
         return Placed(
             *(
                 column[shape, 0] if column.shape[1] == 1 else column[shape, instant]
@@ -131,28 +131,26 @@ class Placed(NamedTuple):
         )
 
 
-def bounds(placed: Placed, one: Index, other: Index) -> tuple[Array, Array]:
-    """Return limits of the distances between shapes, which cost less than :func:`distances`.
+def least(placed: Placed, one: Index, other: Index) -> Array:
+    """Return how far shapes are apart at least, which costs less than :func:`distances`.
 
     Args:
-        placed: Shapes.
+        placed: Shapes, each at several instants.
         one: Numbers of the first of each pair.
         other: And of the second.
 
     Returns:
-        Lower and upper limit [m], each of shape (pairs, instants). The lower one is minus infinity
-        where the circles around the shapes overlap at the same height.
+        [m], shape (pairs, instants); minus infinity where the circles around the shapes overlap
+        at the same height.
     """
     x, y, low, high = placed.x, placed.y, placed.low, placed.high
-    centres = np.sqrt((x[other] - x[one]) ** 2 + (y[other] - y[one]) ** 2)
-    upright = np.maximum(np.maximum(low[other] - high[one], low[one] - high[other]), 0.0) ** 2
-    inner = placed.radius[one] + placed.radius[other]
     around = placed.radius + np.hypot(placed.half_x, placed.half_y)
-    outer = around[one] + around[other]
-    least = np.sqrt(np.maximum(centres - outer, 0.0) ** 2 + upright)
-    most = np.sqrt(np.maximum(centres - inner, 0.0) ** 2 + upright)
-    least[least <= 0.0] = -np.inf
-    return least, most
+    flat: Array = np.hypot(x[other] - x[one], y[other] - y[one])
+    flat -= around[one] + around[other]
+    upright = np.maximum(low[other] - high[one], low[one] - high[other])
+    result: Array = np.hypot(np.maximum(flat, 0.0, out=flat), np.maximum(upright, 0.0, out=upright))
+    result[result <= 0.0] = -np.inf
+    return result
 
 
 def distances(one: Placed, other: Placed) -> Array:

@@ -13,24 +13,3 @@ def stand(margin: float) -> float:
         margin: Distance that is to be kept [m].
     """
     return min(STAND, margin / 2.0)
-
-
-def began(margin: float, clearance: float, before: float) -> float:
-    """Return how near the arm's links were to each other when it began to unfold [m].
-
-    Plans lead it no nearer than one :func:`stand` below that, and it rests at most another one
-    below. Nearer still it was pushed, or homed, and begins anew.
-
-    Args:
-        margin: Distance that is to be kept [m].
-        clearance: How near they are now [m].
-        before: What this returned last; infinite where nothing is known of that.
-
-    Returns:
-        The margin where the arm is not folded up.
-    """
-    if clearance >= margin:
-        return margin
-    if clearance >= before - 2.0 * stand(margin):
-        return before
-    return margin if clearance >= margin - stand(margin) else clearance

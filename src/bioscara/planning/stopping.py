@@ -35,39 +35,33 @@ class Stops:
         arm: The arm with its tool.
         limits: Of its joints.
         scene: What to keep clear of, or None.
-        folded: How near the arm's links were to each other when it began to unfold [m].
     """
 
-    def __init__(
-        self,
-        arm: Scara,
-        limits: Sequence[JointLimits],
-        scene: Scene | None,
-        folded: float = math.inf,
-    ) -> None:
+    def __init__(self, arm: Scara, limits: Sequence[JointLimits], scene: Scene | None) -> None:
         self._arm = arm
         self._names = tuple(limit.name for limit in limits)
         self._fastest = tuple(limit.max_velocity for limit in limits)
         self._braking = np.array([limit.max_acceleration for limit in limits])
         self._margin = math.inf if scene is None else scene.margin
         self._stand = 0.0 if scene is None else stand(scene.margin)
-        self._layouts: tuple[Layout, ...] = () if scene is None else scene.layouts(arm)
-        self._nearby = [Nearby(arm, layout, self._margin) for layout in self._layouts]
-        self._folded = folded
+        self._layout: Layout | None = None
+        if scene is not None and (layout := scene.layout(arm)).pairs:
+            self._layout, self._nearby = layout, Nearby(arm, layout, scene.margin)
 
     def check_start(self, positions: Sequence[float]) -> None:
-        """Make sure that the arm keeps the margin where it is.
+        """Make sure that the arm keeps the margin of what is around it where it is.
 
         Raises:
             ZoneError: It does not.
         """
-        if not self._layouts or not self._layouts[0].pairs:
+        if self._layout is None:
             return
-        around = self._layouts[0]
-        clearances = around.clearances(self._arm, np.array([positions]))
+        clearances = self._layout.clearances(self._arm, np.array([positions]), self._margin)
+        floor = np.full((len(self._layout.pairs), 1), self._margin)
+        floor[self._layout.own] = -math.inf
         # Where a motion came to rest the next one begins, however exactly the arm stands there.
-        if clearances.min() < self._margin - self._stand:
-            raise refusal(around, np.zeros(1), clearances, self._margin)
+        if (clearances < floor - self._stand).any():
+            raise refusal(self._layout, np.zeros(1), clearances, self._margin, floor)
 
     def approach(self, moving: Array, targets: Array, period: float, straight: bool) -> Array:
         """Return the velocities after a period, as near to ``targets`` as accelerations allow.
@@ -172,7 +166,7 @@ class Stops:
         if not inside[0]:
             hindrance = f"{self._names[int(beyond[0].argmax())]} limit"
         candidates = np.flatnonzero(good)
-        if not self._layouts:
+        if self._layout is None:
             return (int(candidates[0]) if len(candidates) else None), hindrance
         step, passed = self._step(here, moving, next_, period)
         ways = np.concatenate((passed, np.abs(np.diff(way, axis=1))), axis=1)
@@ -199,9 +193,9 @@ class Stops:
 
     def _samples(self, way: Array) -> int:
         """Return at how many instants joints are looked at that go so far [rad or m], (4,)."""
-        if not self._layouts:
+        if self._layout is None:
             return _SAMPLES[1]
-        count = math.ceil(float(way @ self._layouts[0].reach) / (2.0 * SLACK)) + 1
+        count = math.ceil(float(way @ self._layout.reach) / (2.0 * SLACK)) + 1
         return min(max(count, _SAMPLES[0]), _SAMPLES[1])
 
     def _braked(self, there: Array, moving: Array, times: Array) -> tuple[Array, Array]:
@@ -218,24 +212,18 @@ class Stops:
             path: Joints, shape (k, m, 4); all paths begin where the arm is.
             ways: How far the joints go between them, shape (k, m - 1, 4).
         """
-        kept, zone = np.ones(len(path), dtype=np.bool_), ""
-        far = float((ways.sum(axis=1) @ self._layouts[0].reach).max())
-        for own, nearby in enumerate(self._nearby):
-            layout = nearby.on(path[0, 0], far)
-            if layout is None:
-                self._folded = math.inf if own else self._folded
-                continue
-            pairs = layout.clearances(self._arm, path.reshape(-1, 4))
-            clearance = pairs.min(axis=0, initial=math.inf).reshape(path.shape[:2])
-            # Neither rounding nor the arm's own folding may shut it in where it is.
-            floor = min(self._margin, float(clearance[0, 0]))
-            if own:
-                # Folded up it may come back to where it began, until it has unfolded.
-                floor = min(floor, self._folded) if floor < self._margin else floor
-                self._folded = floor if floor < self._margin else math.inf
-            between = (clearance[:, :-1] + clearance[:, 1:] - ways @ layout.reach) / 2.0
-            kept &= (clearance >= floor).all(axis=1) & (between >= floor - SLACK).all(axis=1)
-            if not kept[0] and not zone:
-                nearest = int(pairs[:, : path.shape[1]].min(axis=1).argmin())
-                zone = layout.pairs[nearest].zone
-        return kept, zone
+        lengths = ways @ self._nearby.reach
+        layout = self._nearby.on(path[0, 0], float(lengths.sum(axis=1).max()))
+        if layout is None:
+            return np.ones(len(path), dtype=np.bool_), ""
+        exact = self._margin + float(lengths.max())
+        pairs = layout.clearances(self._arm, path.reshape(-1, 4), exact)
+        # What is nearer than the margin where the arm is may stay so, but not come nearer.
+        rooms = pairs - np.minimum(self._margin, pairs[:, :1])
+        room = rooms.min(axis=0).reshape(path.shape[:2])
+        between = (room[:, :-1] + room[:, 1:] - lengths) / 2.0
+        kept = (room >= 0.0).all(axis=1) & (between >= -SLACK).all(axis=1)
+        if kept[0]:
+            return kept, ""
+        nearest = int(rooms[:, : path.shape[1]].min(axis=1).argmin())
+        return kept, layout.pairs[nearest].zone

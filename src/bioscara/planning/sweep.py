@@ -31,8 +31,15 @@ _BERNSTEIN = np.array(
 """From powers on 0 .. 1 to control points: a polynomial is within the range of these."""
 
 
-def sweep(layout: Layout, arm: Scara, trajectory: Trajectory, rest: Array, margin: float) -> None:
-    """Make sure that every pair keeps the margin all along a trajectory.
+def sweep(
+    layout: Layout,
+    arm: Scara,
+    trajectory: Trajectory,
+    rest: Array,
+    margin: float,
+    floor: Array,
+) -> None:
+    """Make sure that every pair keeps its distance all along a trajectory.
 
     Args:
         layout: What is looked at.
@@ -40,6 +47,7 @@ def sweep(layout: Layout, arm: Scara, trajectory: Trajectory, rest: Array, margi
         trajectory: For some or all of its joints.
         rest: Where the other joints are [rad, m, rad, rad], shape (4,).
         margin: Distance to keep [m].
+        floor: What each pair must keep of it [m], shape (pairs, 1).
 
     Raises:
         ZoneError: It is not kept.
@@ -53,35 +61,34 @@ def sweep(layout: Layout, arm: Scara, trajectory: Trajectory, rest: Array, margi
     def look(times: Array) -> Array:
         joints = np.tile(rest, (len(times), 1))
         joints[:, columns] = trajectory.sample_many(times)[0]
-        pairs = layout.clearances(arm, joints)
-        clearance: Array = pairs.min(axis=0)
-        if (clearance < margin).any():
-            raise refusal(layout, times, pairs, margin)
-        return clearance
+        pairs = layout.clearances(arm, joints, margin + COARSE)
+        room: Array = (pairs - floor).min(axis=0)
+        if (room < 0.0).any():
+            raise refusal(layout, times, pairs, margin, floor)
+        return room
 
     starts, lengths, speeds = _steps(trajectory, layout.reach[columns])
     nodes = look(np.append(starts, trajectory.times[-1]))
-    look_between(look, (starts, lengths, speeds), nodes, margin)
+    look_between(look, (starts, lengths, speeds), nodes)
 
 
 def look_between(
-    look: Callable[[Array], Array], steps: tuple[Array, Array, Array], nodes: Array, margin: float
+    look: Callable[[Array], Array], steps: tuple[Array, Array, Array], nodes: Array
 ) -> None:
-    """Look between the ends of steps until nothing nearer than the margin can be left out.
+    """Look between the ends of steps until nothing too near can be left out.
 
     Args:
-        look: Returns what is free at some instants [m]; raises where that is below the margin.
+        look: Returns what is free at some instants [m]; raises where that is below zero.
         steps: Start and length of each step [s], one after the other, and the highest speed of
             any point of the arm in it [m/s].
         nodes: What is free at all starts and the end of the last step [m].
-        margin: Distance to keep [m].
     """
     starts, lengths, speeds = steps
     first, last = nodes[:-1], nodes[1:]
     while True:
         ways = speeds * lengths
         # Neither end can be left by more than the way, so the middle bounds what is between.
-        near = (first + last - ways) / 2.0 < margin - SLACK
+        near = (first + last - ways) / 2.0 < -SLACK
         if not near.any():
             return
         starts, lengths, speeds = starts[near], lengths[near] / 2.0, speeds[near]
@@ -117,24 +124,24 @@ def highest_rates(trajectory: Trajectory) -> Array:
     return highest
 
 
-def refusal(layout: Layout, times: Array, pairs: Array, margin: float) -> ZoneError:
-    """Return the error that tells where the margin is not kept.
+def refusal(layout: Layout, times: Array, pairs: Array, margin: float, floor: Array) -> ZoneError:
+    """Return the error that says where a distance is not kept.
 
     Args:
         layout: What was looked at.
         times: When [s], shape (n,).
         pairs: Distance of each pair [m], shape (pairs, n).
         margin: Distance to keep [m].
+        floor: What each pair must keep of it [m], shape (pairs, 1).
     """
-    begins = float(times[pairs.min(axis=0) < margin].min())
-    row, sample = np.unravel_index(int(pairs.argmin()), pairs.shape)
+    rooms = pairs - floor
+    begins = float(times[rooms.min(axis=0) < 0.0].min())
+    row, sample = np.unravel_index(int(rooms.argmin()), rooms.shape)
     pair = layout.pairs[int(row)]
     margin, clearance = margin - pair.allowed, float(pairs[row, sample]) - pair.allowed
     where = "at the start" if begins <= 0.0 else f"from {begins:.3f} s on"
     nearest = f"{where}, nearest at {times[sample]:.3f} s: {_told(pair.keep_in, clearance)}"
-    return ZoneError(
-        pair.zone, pair.link, begins, margin - clearance, margin, nearest, touch=pair.allowed > 0.0
-    )
+    return ZoneError(pair.zone, pair.link, begins, margin - clearance, margin, nearest)
 
 
 def _told(keep_in: bool, clearance: float) -> str:

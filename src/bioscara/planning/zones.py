@@ -1,8 +1,8 @@
 """Where the arm may be: named zones, the table and the arm itself, kept clear by a margin.
 
 All coordinates are in the frame of the arm's base, wherever the base stands. A keep-out zone is a
-space that no body enters, a keep-in zone one that no body leaves. Base and column are kept clear
-of the gripper, which is the only part of the arm that can touch them.
+space that no body enters, a keep-in zone one that no body leaves. All parts of the arm that can
+meet are kept apart.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ import numpy.typing as npt
 from bioscara.arguments import flag, shown
 from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara
-from bioscara.planning.bodies import GRIPPER, WRIST, Body
+from bioscara.planning.bodies import GRIPPER, WIDTHS, WRIST, Body
 from bioscara.planning.layout import Layout, layout_of
 from bioscara.planning.shapes import Array, Prism
-from bioscara.planning.standing import STAND, began, stand
+from bioscara.planning.standing import stand
 from bioscara.planning.sweep import refusal, sweep
 from bioscara.planning.trajectory import Trajectory
 from bioscara.planning.zone_values import (
@@ -134,8 +134,12 @@ class Scene:
     Attributes:
         zones: Named spaces to keep in or out of.
         table_height: Height of the table's top in the base frame [m]; None where there is none.
-        margin: Distance to keep from everything [m], one of :data:`MARGINS` or between.
+        margin: Distance to keep from everything [m], one of :data:`MARGINS` or between; the arm's
+            own parts keep at most :data:`~bioscara.planning.meeting.OWN_MARGIN` from each other.
         mounted: Bodies that the wrist carries; the gripper, unless another tool is mounted.
+        widths: Smallest and largest width that the gripper may have [m]; all that it can have,
+            unless somebody knows better. A robot does: it plans with the width that its gripper
+            was told.
 
     Raises:
         ConfigurationError: Two zones have the same name, or a value cannot be.
@@ -145,13 +149,16 @@ class Scene:
     table_height: float | None = None
     margin: float = 5e-3
     mounted: tuple[Body, ...] = GRIPPER
+    widths: tuple[float, float] = WIDTHS
 
     def __post_init__(self) -> None:
-        make_tuples(self, "zones", "mounted")
+        make_tuples(self, "zones", "mounted", "widths")
         for what, kind in ((self.zones, Zone), (self.mounted, Body)):
             for item in what:
                 if not isinstance(item, kind):
                     raise ConfigurationError(f"{shown(item)} is no part of a scene")
+        for width in self.widths:
+            check_number("gripper width", width, 0.0, FAR)
         names = [zone.name for zone in self.zones]
         for name in names:
             if names.count(name) > 1:
@@ -180,15 +187,15 @@ class Scene:
         Raises:
             ConfigurationError: The scene has no zone of such a name, or no table.
         """
-        held = Body("load", WRIST, load, tuple(touches))
+        held = Body("load", WRIST, (load,), tuple(touches))
         return replace(self, mounted=(*self.mounted, held))
 
-    def layouts(self, arm: Scara) -> tuple[Layout, Layout]:
-        """Return the scene prepared for one arm and its tool: what is around it, and itself."""
+    def layout(self, arm: Scara) -> Layout:
+        """Return the scene prepared for one arm and its tool."""
         zones = tuple((zone.name, zone.shape, zone.keep_in, zone.links) for zone in self.zones)
-        stands = zones, self.table_height, self.mounted, arm.geometry, arm.tool
-        allowed = self.margin + STAND
-        return layout_of(*stands, allowed), layout_of(*stands, allowed, own=True)
+        _, lift, elbow, _ = ((limit.lower, limit.upper) for limit in arm.limits)
+        stands = zones, self.table_height, self.mounted, self.widths
+        return layout_of(*stands, arm.geometry, arm.tool, (lift, elbow), self.margin)
 
     def clearance(self, arm: Scara, joints: npt.ArrayLike) -> Array:
         """Return how far the arm is from everything that it must not touch; exact.
@@ -199,42 +206,26 @@ class Scene:
 
         Returns:
             Distance of the nearest pair [m], shape (n,); below zero how deep one is in the other.
-            The margin is not taken off; a load counts by that
-            and :data:`STAND` farther from what it may touch.
+            The margin is not taken off. What may come nearer than that counts by as much farther:
+            a load and what it may touch by the margin and
+            :data:`~bioscara.planning.standing.STAND`, the arm's own parts by what the margin is
+            above :data:`~bioscara.planning.meeting.OWN_MARGIN`.
 
         Raises:
             InvalidArgumentError: A joint is not a finite number.
         """
         rows = np.asarray(joints, dtype=np.float64)
         _check_finite(rows)
-        around, itself = (
-            layout.clearances(arm, rows).min(axis=0, initial=math.inf)
-            for layout in self.layouts(arm)
-        )
-        nearest: Array = np.minimum(around, itself)
-        return nearest
-
-    def own_clearance(self, arm: Scara, joints: Sequence[float]) -> float:
-        """Return how far the arm's own links are from each other [m]; infinite without bodies.
-
-        Args:
-            arm: The arm with its tool.
-            joints: j1 to j4 [rad, m, rad, rad].
-        """
-        return _nearest(self.layouts(arm)[1], arm, joints)
+        return self.layout(arm).nearest(arm, rows)
 
     def check(
-        self,
-        arm: Scara,
-        trajectory: Trajectory,
-        elsewhere: Sequence[float] | None = None,
-        folded: float = math.inf,
+        self, arm: Scara, trajectory: Trajectory, elsewhere: Sequence[float] | None = None
     ) -> None:
         """Make sure that the arm keeps the margin all along a trajectory.
 
-        Folded up, as homing leaves it, the gripper is beside the column, nearer than the margin
-        and by the boxes that stand for both even inside. From there it may move, but not nearer.
-        Where it stands a little nearer to something than it was told to, it may still leave.
+        Where it stands a little nearer to something than it was told to, it may still leave, and
+        pushed by hand it may begin with its own parts nearer to each other, if the motion brings
+        them apart.
 
         Between the instants that are looked at, the fastest points of the arm bound how near it
         can come; the steps are made smaller until nothing nearer than the margin is left out. What
@@ -244,8 +235,6 @@ class Scene:
             arm: The arm with its tool.
             trajectory: For some or all of the joints.
             elsewhere: Where the joints are that it does not name [rad, m, rad, rad].
-            folded: How near its links were to each other when it began to unfold [m], from
-                :func:`~bioscara.planning.standing.began`; so near they may come again.
 
         Raises:
             ZoneError: The arm comes too near; names zone, link, time, depth and margin.
@@ -267,28 +256,42 @@ class Scene:
             )
         rest = np.array((0.0,) * len(names) if elsewhere is None else elsewhere)
         _check_finite(rest)
-        around, itself = self.layouts(arm)
+        layout, allowed = self.layout(arm), stand(self.margin)
         ends = np.tile(rest, (2, 1))
         columns = [names.index(name) for name in trajectory.joint_names]
         ends[:, columns] = trajectory.positions[[0, -1]]
-        begins, allowed = _nearest(around, arm, ends[0]), stand(self.margin)
-        nearest = min(self.margin, begins - _ROUNDING)
-        stands = begins >= self.margin - allowed
-        sweep(around, arm, trajectory, rest, nearest if stands else self.margin)
-        begins = _nearest(itself, arm, ends[0])
-        nearest = min(self.margin, begins - _ROUNDING)
-        folded = began(self.margin, begins, folded)
-        if folded < self.margin:
-            nearest = min(nearest, folded - allowed)
-        sweep(itself, arm, trajectory, rest, nearest)
+        start, end = np.hsplit(layout.clearances(arm, ends, self.margin), 2)
+        pushed = layout.own[:, None] & (start < self.margin - allowed)
+        floor = np.full(start.shape, self.margin)
+        near = pushed | (start >= self.margin - allowed)
+        floor[near] = np.minimum(self.margin, start[near] - _ROUNDING)
+        sweep(layout, arm, trajectory, rest, self.margin, floor)
         # Resting a hair beside each goal it could else come nearer from motion to motion.
-        if begins < folded - allowed > _nearest(itself, arm, ends[1]):
-            pairs = itself.clearances(arm, ends[1:])
-            raise refusal(itself, trajectory.times[-1:], pairs, folded - allowed)
+        floor[pushed] = np.minimum(start[pushed], self.margin - 2.0 * allowed) + allowed
+        if (end < floor)[pushed].any():
+            raise refusal(layout, trajectory.times[-1:], end, self.margin, floor)
 
+    def check_standing(self, arm: Scara, joints: Sequence[float], before: Scene) -> None:
+        """Make sure that an arm may stand in this scene as it stands in the one before.
 
-def _nearest(layout: Layout, arm: Scara, joints: Sequence[float] | Array) -> float:
-    return float(layout.clearances(arm, np.array([joints])).min(initial=math.inf))
+        Args:
+            arm: The arm with its tool.
+            joints: j1 to j4 [rad, m, rad, rad].
+            before: The same things, of other sizes: what is too near there may stay so.
+
+        Raises:
+            ZoneError: Something comes too near.
+            InvalidArgumentError: A joint is not a finite number.
+        """
+        rows = np.array([joints], dtype=np.float64)
+        _check_finite(rows)
+        layout = self.layout(arm)
+        pairs, stood = (
+            each.clearances(arm, rows, self.margin) for each in (layout, before.layout(arm))
+        )
+        floor = np.minimum(self.margin - stand(self.margin), stood - _ROUNDING)
+        if (pairs < floor).any():
+            raise refusal(layout, np.zeros(1), pairs, self.margin, floor)
 
 
 def _check_finite(joints: Array) -> None:

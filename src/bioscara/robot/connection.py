@@ -90,9 +90,15 @@ class Connection(FaultHandling):
             "bioscara_gripper", "gripper", gripper or real_gripper(parameters, clock), clock
         )
         self._servo = servo
-        self.plan = Planner(parameters, self._here, self._turn)
+        self.plan = Planner(parameters, self._here, self._turn, lambda: self.gripper.widths)
         self.gripper = RobotGripper(
-            self._jaws, self._turn, self._running, lambda: self._motion(ignore, never), clock.now
+            self._jaws,
+            parameters.gripper,
+            self._turn,
+            self._running,
+            lambda: self._motion(ignore, never),
+            clock.now,
+            self.plan.check_width,
         )
         self._pace_homing = flag("pace_homing", pace_homing)
         self._pace_motion = flag("pace_motion", pace_motion)
@@ -189,7 +195,7 @@ class Connection(FaultHandling):
             self._stack = Stack(
                 self._arm,
                 self._jaws,
-                lambda: (self.plan.kinematics, self.plan.scene),
+                self.plan.surroundings,
                 self.clock,
                 self.parameters,
                 self._rate,

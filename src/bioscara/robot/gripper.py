@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from contextlib import suppress
 
 from bioscara.arguments import number
 from bioscara.control.goals import Status
 from bioscara.control.gripper_messages import GripperGoal, GripperResult
-from bioscara.errors import GoalRejectedError, GripperError
+from bioscara.errors import GoalRejectedError, GripperError, NotHomedError
 from bioscara.hardware import GripperHardware, State
+from bioscara.model import GripperParameters
 from bioscara.report import Phase
 from bioscara.robot.running import Motion
 from bioscara.robot.stack import GRIPPER, Stack
@@ -23,27 +26,45 @@ class RobotGripper:
 
     Args:
         hardware: The gripper.
+        parameters: What it is.
         turn: Of the robot: its calls and those of the gripper run one at a time.
         stack: Returns what runs it; raises while the robot is not connected.
         motion: Returns a motion to wait in.
         now: Returns the time [s].
+        check: Raises where a jaw would touch something on its way to a width [m].
     """
 
     def __init__(
         self,
         hardware: GripperHardware,
+        parameters: GripperParameters,
         turn: Turn,
         stack: Callable[[], Stack],
         motion: Callable[[], Motion],
         now: Callable[[], float],
+        check: Callable[[float], None],
     ) -> None:
         self._hardware, self._turn = hardware, turn
         self._stack, self._motion, self._now = stack, motion, now
+        self._check, self._every = check, (parameters.lower, parameters.upper)
+        self._moving: tuple[float, float] | None = None
 
     @property
     def width(self) -> float:
         """Width that the jaws were last told [m]; NaN while the servo is not driven."""
         return self._hardware.states["gripper/position"].value
+
+    @property
+    def widths(self) -> tuple[float, float]:
+        """Smallest and largest width that the jaws may have [m].
+
+        Driven, they are where the servo was told, or, until a motion has succeeded, anywhere on
+        its way. While the servo is not driven anybody may have moved them.
+        """
+        told = self.width
+        if math.isnan(told):
+            return self._every
+        return self._moving or (told, told)
 
     @exclusive("gripper.enable()")
     def enable(self) -> None:
@@ -87,6 +108,8 @@ class RobotGripper:
 
         Raises:
             GoalRejectedError: It is outside the limits or no finite number; nothing moved.
+            ZoneError: A jaw would come too near to something where the arm stands; nothing moved.
+                An arm that is not homed does not know where it stands: then nothing is checked.
             GripperError: The servo cannot be driven, the width cannot be kept in its file (nothing
                 moved), or the jaws were held up.
             MotionCancelledError: It was asked to end; the jaws stay where they are.
@@ -96,8 +119,12 @@ class RobotGripper:
         width = number("the width", width, error=GoalRejectedError)
         stack, wanted = self._stack(), GripperGoal((width,))
         stack.gripper.check(wanted)
+        low, high = self.widths
+        with suppress(NotHomedError):
+            self._check(width)
         # Before the first cycle: the disk may take longer than one.
         self._hardware.keep(width)
+        self._moving = min(low, width), max(high, width)
         try:
             goal = self._motion().pursue(lambda: stack.gripper.send_goal(wanted), Phase.SETTLING)
         finally:
@@ -109,4 +136,5 @@ class RobotGripper:
                 stack.supervisor.warnings.append(str(error))
         if goal.status is not Status.SUCCEEDED or goal.result is None:
             raise GripperError(f"the gripper did not reach {width:g} m: {goal.text}")
+        self._moving = None
         return goal.result

@@ -17,7 +17,6 @@ from bioscara.planning.jog import Jog
 from bioscara.planning.limits import check_share
 from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.sequence import sequence
-from bioscara.planning.standing import began
 from bioscara.planning.tool_limits import FULL, ToolLimits
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
 from bioscara.planning.waypoints import Waypoint
@@ -59,6 +58,8 @@ class Planner:
         parameters: The arm as data.
         measured: Returns where the joints are [rad, m, rad, rad].
         turn: Whose turn it is with the arm that is planned for; None where none is there to move.
+        widths: Returns the smallest and the largest width that the gripper may have now [m]; None
+            where nobody knows, for all that it can have.
 
     Attributes:
         table: The tools and poses that have names.
@@ -70,11 +71,14 @@ class Planner:
         parameters: ArmParameters,
         measured: Callable[[], Sequence[float]],
         turn: Turn | None = None,
+        widths: Callable[[], tuple[float, float]] | None = None,
     ) -> None:
         self._tool = fingers(parameters)
         self.table = TeachTable(self._tool)
         self.kinematics = kinematics_of(parameters)
-        self._scene = Scene()
+        every = parameters.gripper.lower, parameters.gripper.upper
+        self._widths = widths or (lambda: every)
+        self._scene = self._surroundings = Scene(widths=every)
         self._turn = turn or Turn()
         self._full_speed = False
         self._limits, self._measured = parameters.joints, measured
@@ -82,7 +86,6 @@ class Planner:
             replace(limit, max_acceleration=RESERVE * limit.max_acceleration)
             for limit in parameters.joints
         )
-        self._unfolding = self._scene, self.kinematics, math.inf
         self._names = tuple(limit.name for limit in parameters.joints)
 
     @property
@@ -109,7 +112,30 @@ class Planner:
     def scene(self, scene: Scene) -> None:
         if not isinstance(scene, Scene):
             raise InvalidArgumentError(f"the scene is {shown(scene)}; give Scene(...)")
-        self._scene = scene
+        self._scene = self._surroundings = scene
+
+    def surroundings(self) -> tuple[Scara, Scene]:
+        """Return the arm with its tool, and the scene with the gripper as wide as it is now."""
+        widths = self._widths()
+        # The same object for as long as nothing changes: what is prepared for it is kept.
+        if self._surroundings.widths != widths:
+            self._surroundings = replace(self._scene, widths=widths)
+        return self.kinematics, self._surroundings
+
+    def check_width(self, width: float) -> None:
+        """Make sure that the jaws may move to a width where the arm stands.
+
+        Args:
+            width: Between the jaws [m].
+
+        Raises:
+            ZoneError: A jaw would come too near to something.
+            NotHomedError: A joint does not know where it is.
+        """
+        arm, scene = self.surroundings()
+        low, high = scene.widths
+        swept = replace(scene, widths=(min(low, width), max(high, width)))
+        swept.check_standing(arm, self.here(), scene)
 
     def here(self) -> Joints:
         """Return where the joints are; pressed against its end stop one is at its limit.
@@ -203,8 +229,8 @@ class Planner:
         """
         start = self._inside(self._settled(self._plain("the start", start)))
         speed = math.inf if self.full_speed else REDUCED_SPEED
-        folded = self._folded(start)
-        return Jog(self.kinematics, self._planned, start, self.scene, speed, folded)
+        arm, scene = self.surroundings()
+        return Jog(arm, self._planned, start, scene, speed)
 
     def linear(self, pose: Pose, speed: float = 1.0) -> Plan:
         """Plan to a pose along a line.
@@ -321,13 +347,6 @@ class Planner:
                     f"takes {factor:.2f} times as long to keep the tool at "
                     f"{1e3 * REDUCED_SPEED:.0f} mm/s",
                 )
-        self.scene.check(self.kinematics, trajectory, here, self._folded(self.here()))
+        arm, scene = self.surroundings()
+        scene.check(arm, trajectory, here)
         return Plan(trajectory, notes, FULL if self.full_speed else tool)
-
-    def _folded(self, here: Sequence[float]) -> float:
-        """Return how near the arm's links were to each other when it began to unfold [m]."""
-        scene, arm = self.scene, self.kinematics
-        before = self._unfolding[2] if self._unfolding[:2] == (scene, arm) else math.inf
-        before = began(scene.margin, scene.own_clearance(arm, here), before)
-        self._unfolding = scene, arm, before
-        return before

@@ -1,0 +1,300 @@
+"""The arm beside itself, where homing leaves it: it gets out, and no part of it into another."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import assume, given
+from hypothesis import strategies as st
+
+from bioscara.errors import MotionCancelledError, ZoneError
+from bioscara.model import load_parameters
+from bioscara.planning import Trajectory, point_to_point
+from bioscara.planning.bodies import WIDTHS
+from bioscara.planning.jog import JointVelocity
+from bioscara.planning.shapes import Prism
+from bioscara.planning.standing import STAND
+from bioscara.planning.zones import Cylinder, Scene
+from bioscara.robot import Robot
+from bioscara.robot.planner import RESERVE, Planner
+from planning.scenes import COUNT
+
+ARM = load_parameters()
+LOWER = np.array([joint.lower for joint in ARM.joints])
+UPPER = np.array([joint.upper for joint in ARM.joints])
+PLANNED = [
+    replace(joint, max_acceleration=RESERVE * joint.max_acceleration) for joint in ARM.joints
+]
+NAMES = [joint.name for joint in ARM.joints]
+HOMED = (-3.04568, 0.33792, 2.62565, 3.00842)
+CENTER = (0.0, 0.2, 0.0, 0.0)
+INTO_THE_RODS = (-2.9065, 0.3267, 2.4011, 1.1802)
+"""Free itself; straight there from home a finger goes into the rods of the column."""
+BETWEEN = (0.0, 0.0539, -2.2885, -1.0958)
+"""Free with the gripper closed, not with it open."""
+
+places = st.tuples(*(st.floats(joint.lower, joint.upper) for joint in ARM.joints))
+
+
+class Beside:
+    """A planner of an arm that stands somewhere, with its gripper as wide as is known."""
+
+    def __init__(self, here: Sequence[float] = HOMED, widths: tuple[float, float] = WIDTHS) -> None:
+        self.here, self.widths = here, widths
+        self.plan = Planner(ARM, lambda: self.here, widths=lambda: self.widths)
+
+    def clearance(self) -> float:
+        arm, scene = self.plan.surroundings()
+        return float(scene.clearance(arm, [self.here])[0])
+
+
+def rows_of(trajectory: Trajectory, count: int = 200) -> np.ndarray:
+    times = np.linspace(0.0, trajectory.duration, count)
+    rows: np.ndarray = trajectory.sample_many(times)[0]
+    return rows
+
+
+def nearest(rows: np.ndarray, width: float) -> float:
+    """Return how near links come to each other by their exact meshes [m]."""
+    meshes = pytest.importorskip("planning.meshes", reason="pip install pin: the oracle")
+    # The gripper passes 0.8 mm under the upper arm wherever it is, and never otherwise.
+    apart = ({"link_2", "gripper"}, {"link_3", "gripper"})
+    return min(
+        gap
+        for row in rows
+        for pair, gap in meshes.gaps(row, width).items()
+        if set(pair) not in apart
+    )
+
+
+@pytest.mark.parametrize("widths", [(0.04, 0.04), (0.07, 0.07), (0.08, 0.08), WIDTHS])
+def test_the_way_from_home_into_the_rods_of_the_column_is_not_taken(
+    widths: tuple[float, float],
+) -> None:
+    arm = Beside(widths=widths)
+    direct = point_to_point(NAMES, HOMED, INTO_THE_RODS, PLANNED)
+    assert nearest(rows_of(direct, 40), widths[1]) < 0.0
+    try:
+        plan = arm.plan.joints(INTO_THE_RODS)
+    except ZoneError as error:
+        refused = error
+    else:
+        refused = None
+        assert nearest(rows_of(plan.trajectory, 60), widths[1]) > 0.0
+    assert refused is None or (refused.link, refused.zone) == ("jaws", "link_1")
+
+
+@pytest.mark.parametrize("spread", [0.3, 3.0])
+def test_from_home_what_is_free_is_possible_and_nothing_else(spread: float) -> None:
+    rng = np.random.default_rng(8)
+    free = hit = 0
+    while free + hit < COUNT // 10:
+        width = float(rng.uniform(*WIDTHS))
+        arm = Beside(widths=(width, width))
+        goal = np.clip(HOMED + spread * rng.uniform(-1.0, 1.0, 4) * (1, 0.1, 1, 1), LOWER, UPPER)
+        direct = point_to_point(NAMES, HOMED, goal.tolist(), PLANNED)
+        least = nearest(rows_of(direct, 60), width)
+        try:
+            plan = arm.plan.joints(goal.tolist())
+        except ZoneError:
+            hit += 1
+            assert least < 0.010, (goal, width)
+        else:
+            free += 1
+            assert least > 0.0 or nearest(rows_of(plan.trajectory, 60), width) > 0.0, (goal, width)
+    assert free > 0
+
+
+@given(places, st.floats(0.0, 0.01), st.sampled_from((-1.0, 1.0)))
+def test_the_elbow_alone_leads_out_from_where_homing_ends(
+    place: tuple[float, ...], off: float, side: float
+) -> None:
+    place = (*place[:2], side * (HOMED[2] - off), side * (HOMED[3] - off))
+    arm = Beside(place)
+    assume(arm.clearance() > 5e-3)
+    arm.plan.joints((*place[:2], 0.0, place[3]))
+
+
+def test_a_jog_folds_the_arm_as_far_as_its_margin_and_out_again() -> None:
+    arm = Beside((0.0, 0.001, 2.28, -3.0))
+    jog, period = arm.plan.jog(arm.here), 0.01
+    for direction, steps in ((1.0, 150), (-1.0, 60), (1.0, 150)):
+        for step in range(steps):
+            jog.command(JointVelocity(j3=0.2 * direction), step * period)
+            jog.step(step * period, period)
+            arm.here = jog.positions
+            assert arm.clearance() >= 5e-3 - 1e-9
+        assert (jog.reason == "base_link") == (direction > 0.0)
+
+
+@pytest.mark.parametrize(("nearer", "fine"), [(0.8e-3, True), (1.0e-3, False)])
+@pytest.mark.parametrize("margin", [2e-3, 5e-3, 0.02])
+def test_a_stand_that_is_a_little_too_near_may_be_left_and_not_approached(
+    margin: float, nearer: float, fine: bool
+) -> None:
+    arm = Beside()
+    arm.plan.scene = Scene(table_height=0.0, margin=margin)
+    low = 0.1466 - 0.135 + margin - nearer
+    arm.here = (0.0, low, 0.0, 0.0)
+    if not fine:
+        with pytest.raises(ZoneError, match="at the start"):
+            arm.plan.joints(CENTER)
+        return
+    arm.plan.joints(CENTER)
+    arm.plan.jog(arm.here)
+    with pytest.raises(ZoneError, match="table"):
+        arm.plan.joints((0.0, low - 0.1e-3, 0.0, 0.0))
+
+
+PUSHED = (0.0, 0.001, 2.303, -3.0)
+"""By hand, with the gripper 2 mm from the base."""
+
+
+def test_pushed_against_itself_it_is_led_away_only() -> None:
+    arm = Beside(PUSHED, (0.08, 0.08))
+    elbow = next(at for at in np.arange(2.3, 2.5, 1e-4) if _clearance(arm, at) < 2e-3)
+    arm.here = (*PUSHED[:2], float(elbow), PUSHED[3])
+    begin = arm.clearance()
+    assert begin == pytest.approx(2e-3, abs=1e-4)
+    for goal in (elbow + 1e-4, elbow, elbow - 1e-3):
+        with pytest.raises(ZoneError, match=r"base_link at the start|base_link from .*"):
+            arm.plan.joints((*PUSHED[:2], float(goal), PUSHED[3]))
+    arm.plan.joints((*PUSHED[:2], float(elbow) - 0.01, PUSHED[3]))
+    arm.plan.joints(CENTER)
+    jog = arm.plan.jog(arm.here)
+    for step in range(60):
+        jog.command(JointVelocity(j3=0.1 if step < 30 else -0.1), step * 0.01)
+        arm.here = jog.step(step * 0.01, 0.01)[0]
+        assert arm.clearance() >= begin - 1e-9
+    assert arm.clearance() > begin + 1e-3
+
+
+def _clearance(arm: Beside, elbow: float) -> float:
+    kinematics, scene = arm.plan.surroundings()
+    return float(scene.clearance(kinematics, [(*PUSHED[:2], elbow, PUSHED[3])])[0])
+
+
+FREE = (0.0, 0.001, 2.28, -3.0)
+"""With the gripper turned to the base: 20.5 mm away."""
+STEPS = (0.01, 0.005, 0.002, 0.001, 0.0005, 0.0003, 0.0)
+
+
+def approach(arm: Beside, off: float) -> float:
+    """Go nearer by small moves as long as one is found, resting beside each; return the nearest."""
+    nearest_ = arm.clearance()
+    for move in range(100):
+        for step in STEPS:
+            goal = (arm.here[0], arm.here[1] - 1e-3 * (-1) ** move, arm.here[2] + step, arm.here[3])
+            try:
+                arm.plan.joints(goal)
+            except ZoneError:
+                continue
+            arm.here = (*goal[:2], goal[2] + off, goal[3])
+            break
+        else:
+            break
+        nearest_ = min(nearest_, arm.clearance())
+    return nearest_
+
+
+def test_small_moves_do_not_lead_the_gripper_into_the_base() -> None:
+    arm = Beside(FREE)
+    assert arm.clearance() > 0.01
+    with pytest.raises(ZoneError, match=r"the margin of 5 mm"):
+        arm.plan.joints((*FREE[:2], 2.45, FREE[3]))  # the same way in one go
+    assert approach(arm, 0.0) > arm.plan.scene.margin - 1e-6
+
+
+@pytest.mark.parametrize("off", [1e-4, 4e-4])
+def test_nor_do_they_where_it_always_rests_a_little_nearer(off: float) -> None:
+    arm = Beside(FREE)
+    assert approach(arm, off) > arm.plan.scene.margin - 2.0 * STAND
+    arm.plan.joints(CENTER)
+
+
+def test_a_load_is_kept_from_every_link_that_it_can_reach() -> None:
+    """A bottle that is as high as the forearm: folded, it meets the upper arm."""
+    arm = Beside((0.0, 0.2, 1.0, 2.5))
+    goal = (0.0, 0.2, 2.4, 2.5)
+    arm.plan.joints(goal)
+    bottle = Prism(0.119, 0.0, 0.0, 0.0, -0.15, 0.08, 0.03)
+    arm.plan.scene = Scene().carrying(bottle)
+    with pytest.raises(ZoneError, match="load comes too near to link_2"):
+        arm.plan.joints(goal)
+
+
+def test_from_a_goal_that_was_free_the_arm_can_leave_again() -> None:
+    """It rests a hair beside the goal, here by more than what the goal had to spare."""
+    start = (0.4297746953080669, 0.2, 1.095035170767486, 0.17580086493352587)
+    goal = (-0.023961089524598078, 0.2, 0.9301880158531971, 0.19255204471056064)
+    place = (0.5973388428514501, 0.024934661973487482)
+    with Robot.simulated(ARM) as robot:
+        robot.home()
+        robot.move_joints(start)
+        thin = Scene((Cylinder("post", *place, 0.01, -1.0, 1.0),))
+        room = float(thin.clearance(robot.kinematics, [goal])[0])
+        radius = 0.01 + room - thin.margin - 1e-6
+        robot.plan.scene = Scene((Cylinder("post", *place, radius, -1.0, 1.0),))
+        robot.move_joints(goal)
+        assert robot.plan.scene.clearance(robot.kinematics, [robot.state.positions])[0] < 5e-3
+        robot.move_joints(start)
+
+
+def test_the_jaws_are_where_they_are_known_to_be() -> None:
+    every = ARM.gripper.lower, ARM.gripper.upper
+    with Robot.simulated(ARM) as robot:
+        arm, scene = robot.plan.surroundings()
+        assert scene.widths == robot.gripper.widths == every
+        robot.gripper.enable()
+        told = robot.gripper.width
+        assert robot.plan.surroundings()[1].widths == (told, told) == (0.08, 0.08)
+        robot.gripper.move(0.05)
+        scene = robot.plan.surroundings()[1]
+        assert scene.widths == pytest.approx((0.05, 0.05), abs=1e-6)
+        assert robot.plan.surroundings() == (arm, scene)
+        assert robot.plan.surroundings()[1] is scene
+        robot.gripper.disable()
+        assert robot.plan.surroundings()[1].widths == every
+        # Whoever sets a scene need not know the width.
+        robot.plan.scene = replace(Scene(), margin=0.01)
+        robot.gripper.enable()
+        assert robot.plan.surroundings()[1].widths == pytest.approx((0.05, 0.05), abs=1e-6)
+        assert robot.plan.surroundings()[1].margin == 0.01
+
+
+def test_the_gripper_does_not_open_against_the_arm() -> None:
+    with Robot.simulated(ARM) as robot:
+        robot.gripper.move(0.05)  # not homed: there is nothing to check it by
+        robot.home()
+        robot.move_joints((BETWEEN[0], BETWEEN[1], 0.0, 0.0))
+        robot.move_joints(BETWEEN)
+        with pytest.raises(ZoneError, match=r"jaws comes too near to .* at the start") as refused:
+            robot.gripper.move(0.11)
+        assert refused.value.link == "jaws"
+        assert robot.gripper.width == pytest.approx(0.05, abs=1e-6)
+        robot.gripper.move(0.045)
+        robot.move_joints(CENTER)
+        robot.gripper.move(0.11)
+        with pytest.raises(ZoneError, match="jaws comes too near"):
+            robot.move_joints(BETWEEN)
+
+
+def given_up() -> None:
+    raise MotionCancelledError("given up")
+
+
+def test_a_width_that_was_given_up_counts_with_all_on_its_way() -> None:
+    with Robot.simulated(ARM) as robot:
+        robot.gripper.move(0.05)
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(robot.gripper, "_motion", given_up)
+            with pytest.raises(MotionCancelledError):
+                robot.gripper.move(0.09)
+        assert robot.gripper.widths == pytest.approx((0.05, 0.09), abs=1e-6)
+        robot.gripper.move(0.07)
+        assert robot.gripper.widths == pytest.approx((0.07, 0.07), abs=1e-6)
+        assert math.isfinite(robot.gripper.width)
