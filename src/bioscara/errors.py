@@ -143,7 +143,7 @@ class ZoneError(InvalidArgumentError):
             remedy = "plan another way or correct the scene"
         else:
             rule = f"that is {depth * 1e3:.1f} mm nearer than where the arm began, folded up"
-            remedy = "unfold the elbow alone first: j3 to 0, the other joints as they are"
+            remedy = "unfold the elbow alone first: unfold(), which is j3 to 0 and no other joint"
         super().__init__(f"{link} comes too near to {zone} {detail}; {rule}; {remedy}")
 
 

@@ -95,7 +95,7 @@ def test_a_refusal_speaks_of_what_a_person_sees() -> None:
     text = str(refused.value)
     assert "margin" not in text
     assert "-" not in text
-    assert "unfold the elbow alone first: j3 to 0, the other joints as they are" in text
+    assert "unfold the elbow alone first: unfold(), which is j3 to 0 and no other joint" in text
 
 
 @given(places, st.floats(2.3, 2.62), st.sampled_from((-1.0, 1.0)))
