@@ -99,18 +99,16 @@ class Oracle:
             name: _Body([each for each in (*solids(), *carried) if each.link == name])
             for name in (*LINKS, *(["load"] if carried else []))
         }
-        self._frames = [
-            places["link_4" if name == "load" else name] for name in self._bodies
-        ]
+        self._frames = [places["link_4" if name == "load" else name] for name in self._bodies]
         self._pairs = [
             (one, other)
             for one, other in (combinations(self._bodies, 2) if pairs is None else pairs)
             if frozenset((one, other)) not in JOINED
             and not (other == "load" and one in ("link_4", *HAND))
         ]
-        named = dict(j1=0, j2=1, j3=2, j4=3, gripper=4, left_jaw=5, right_jaw=6)
+        named = ("j1", "j2", "j3", "j4", "gripper", "left_jaw", "right_jaw")
         self._columns = np.empty(self._model.nq, dtype=np.intp)
-        for name, column in named.items():
+        for column, name in enumerate(named):
             self._columns[self._model.joints[self._model.getJointId(name)].idx_q] = column
 
     @property

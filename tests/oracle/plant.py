@@ -6,8 +6,8 @@ pulse at the simulated servo turns it to.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+import itertools
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -50,10 +50,13 @@ PLATE = ((0.060, -0.0427, -0.153), (0.178, 0.0427, -0.139))
 """A microplate between the fingers, corner to corner in the frame of the wrist [m]."""
 PLATE_WIDTH = 0.0855
 
-BARE = Oracle()
-CARRYING = Oracle(
-    [load([[x, y, z] for x in (0.060, 0.178) for y in (-0.0427, 0.0427) for z in (-0.153, -0.139)])]
-)
+_HELD = load([[x, y, z] for x, y, z in itertools.product(*zip(*PLATE, strict=True))])
+_NEAR = [(one, other) for one in LINKS[:2] for other in HAND]
+BARE, CARRYING = Oracle(), Oracle([_HELD])
+"""Judges of all links that could intersect."""
+BARE_HAND = Oracle(pairs=_NEAR)
+CARRYING_HAND = Oracle([_HELD], [*_NEAR, *((one, "load") for one in LINKS[:2])])
+"""Judges of what comes near to base and column; other links are near by their construction."""
 
 
 def scene(*, carrying: bool) -> Scene:
@@ -61,7 +64,7 @@ def scene(*, carrying: bool) -> Scene:
     return Scene().carrying(Prism.between(*PLATE)) if carrying else Scene()
 
 
-def oracle(*, carrying: bool) -> Oracle:
+def judge_of(*, carrying: bool) -> Oracle:
     """Return the judge of the same."""
     return CARRYING if carrying else BARE
 
@@ -86,23 +89,35 @@ def thinned(rows: Array) -> Array:
     return np.concatenate((kept, rows[-1:]))
 
 
-def require_clear(rows: Array, *, carrying: bool = False) -> list[str]:
-    """Return what intersects on a way, a line for each pair of links; nothing where it is clear.
+def too_near(rows: Array, *, carrying: bool = False, room: float = 0.0) -> list[str]:
+    """Return what comes too near on a way, a line for each pair of links.
 
     Args:
         rows: j1 to j4 and the width, shape (n, 5).
         carrying: Whether a plate is held.
+        room: How far hand and load must keep from base and column [m]; at 0 no links at all may
+            intersect.
     """
+    judge = judge_of(carrying=carrying)
+    if room > 0.0:
+        judge = CARRYING_HAND if carrying else BARE_HAND
     way = dense(thinned(rows))
     way = way[np.abs(way[:, 2]) > ELBOW]
     worst: dict[tuple[str, str], tuple[float, int]] = {}
-    for hit in oracle(carrying=carrying).hits(way[:, :4], way[:, 4]):
-        worst[hit.links] = min(worst.get(hit.links, (0.0, 0)), (hit.distance, hit.row))
+    for hit in judge.hits(way[:, :4], way[:, 4], room):
+        worst[hit.links] = min(worst.get(hit.links, (room, 0)), (hit.distance, hit.row))
     return [
-        f"{one} {-1e3 * depth:.1f} mm in {other} at {way[row, :4].round(4).tolist()}, "
+        f"{other} to {one} {1e3 * distance:.1f} mm at {way[row, :4].round(4).tolist()}, "
         f"width {1e3 * way[row, 4]:.0f} mm"
-        for (one, other), (depth, row) in worst.items()
+        for (one, other), (distance, row) in worst.items()
     ]
+
+
+def clearance(rows: Array, *, carrying: bool, within: float) -> float:
+    """Return how near hand and load come to base and column on a way, at most ``within`` [m]."""
+    judge = CARRYING_HAND if carrying else BARE_HAND
+    way = dense(thinned(rows))
+    return float(judge.clearances(way[:, :4], way[:, 4], within).min())
 
 
 class Watched:
@@ -243,26 +258,17 @@ class Watched:
 
 
 def random_pose(rng: np.random.Generator, width: float, *, carrying: bool, room: float) -> Array:
-    """Return a random pose at which no links are nearer to each other than ``room`` [m].
+    """Return a random pose at which hand and load are farther than ``room`` [m] from the arm.
 
     Every other one is folded up, where the hand is near base and column.
     """
-    judge = oracle(carrying=carrying)
+    judge = CARRYING_HAND if carrying else BARE_HAND
     folded = rng.random() < 0.5
     while True:
         poses = rng.uniform(LOWER, UPPER, (16, 4))
         if folded:
             poses[:, 2] = rng.choice((-1.0, 1.0)) * rng.uniform(1.8, UPPER[2], 16)
-        near = judge_clearances(judge, poses, width, room)
-        if (near >= room).any():
-            pose: Array = poses[int(np.argmax(near >= room))]
+        free = poses[judge.clearances(poses, width, room) >= room]
+        if len(free):
+            pose: Array = free[0]
             return pose
-
-
-def judge_clearances(judge: Oracle, poses: Array, width: float, within: float) -> Array:
-    """Return how far hand and load are from base and column, at most ``within`` [m]."""
-    found = np.full(len(poses), within)
-    for hit in judge.hits(poses, width, within):
-        if hit.links[0] in LINKS[:2] and hit.links[1] in (*HAND, "load"):
-            found[hit.row] = min(found[hit.row], hit.distance)
-    return found

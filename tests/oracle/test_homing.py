@@ -1,9 +1,9 @@
 """Homing folds the arm up: in which order, at which widths and from where that is free.
 
-Each joint goes alone to its end stop, so the ways are known without the plant; some are confirmed on
-it, with the compiled firmware. Before homing nothing is known of the arm. What is shown: from every
-start with an elbow that is not folded the hand meets nothing. Of the others some lead a jaw into the
-column while the wrist turns, whatever the order and the width.
+Each joint goes alone to its end stop, so the ways are known without the plant; some are confirmed
+on it, with the compiled firmware. Before homing nothing is known of the arm. What is shown: from
+every start with an elbow that is not folded the hand meets nothing. Of the others some lead a jaw
+into the column while the wrist turns, whatever the order and the width.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from bioscara.robot import Robot
 from bioscara.robot.homing_rules import BEFORE, FOLDED
 from bioscara.sim import FirmwareBus, SimulatedArm
 from oracle.oracle import HAND, JAWS, Hit, Oracle
-from oracle.plant import ELBOW, LOWER, NAMES, UPPER, Array, dense, require_clear
+from oracle.plant import ELBOW, LOWER, NAMES, UPPER, Array, dense, too_near
 
 STARTS = int(os.environ.get("BIOSCARA_HOMING_STARTS", "60"))
 """From how many random starts homing is looked at."""
@@ -69,7 +69,8 @@ def test_from_an_elbow_that_is_not_folded_homing_meets_nothing() -> None:
             # The wall: the wrist turns, beside a column that the elbow has led it to.
             assert {name for name, _ in found} == {"j4"}
             assert {hit.links for _, hit in found} <= {("link_1", jaw) for jaw in JAWS}
-    print(f"{collided} of {STARTS} collide, j3 from {nearest:.3f} rad on; {folded} begin folded")
+    told = f"{collided} of {STARTS} collide, j3 from {nearest:.3f} rad on; {folded} begin folded"
+    print(told)  # noqa: T201
 
 
 def test_the_limit_of_the_elbow_holds_at_its_edge() -> None:
@@ -94,8 +95,8 @@ def test_no_other_order_is_better_and_no_width_is_free() -> None:
         wide[:, 4] = width
         free = wide[~JUDGE.colliding(wide[:, :4], wide[:, 4])]
         by_width[round(width, 3)] = sum(bool(hits(begin, ARM.homing_order)) for begin in free)
-    print("by order, of", len(begins), counts)
-    print("by width, of", len(wide), by_width)
+    print("by order, of", len(begins), counts)  # noqa: T201
+    print("by width, of", len(wide), by_width)  # noqa: T201
     assert counts[ARM.homing_order] == min(counts.values())
     assert min(by_width.values()) > 0
 
@@ -128,7 +129,7 @@ def test_on_the_plant_homing_goes_the_same_way() -> None:
             standing.robot.home(standing.look)
             rows = standing.seen()
             assert rows[-1, :4] == pytest.approx(ENDS, abs=5e-3)
-            assert require_clear(rows) == []
+            assert too_near(rows) == []
 
 
 NEAR = (-3.0, 0.33, 2.58, 2.9)
@@ -161,7 +162,7 @@ def test_an_elbow_that_is_homed_alone_finds_the_wrist_at_its_end_stop(homed: Sta
     lose(homed, "j3")
     robot.home(homed.look)
     rows = homed.seen()
-    assert require_clear(rows) == []
+    assert too_near(rows) == []
     assert rows[-1, 2:4] == pytest.approx(ENDS[2:], abs=5e-3)
     assert "j4 is homed again, before j3" in robot.warnings[-1]
     # What the elbow alone would have done.

@@ -1,4 +1,4 @@
-"""The way out of a folded arm and into it: the elbow moves alone, the other joints while it is open.
+"""The way out of a folded arm and into it: the elbow alone, the others while it is open.
 
 Homing leaves the arm folded up, with the hand beside the column. From there a joint that turns
 together with the elbow can lead a jaw into the column, while the elbow alone leads the hand
