@@ -13,7 +13,8 @@ of a trajectory. For a path: ``curve``, ``joint_path``, ``path_limits``, ``tool_
 ``phase_plane``, ``stretched_ends``, ``path_refusals`` and the ``blending`` of corners;
 ``tool_speed`` for trajectories of any kind. For what is around: ``scene_file`` and ``zone_values``,
 ``bodies`` and ``shapes``, ``layout`` for one arm and what of it is ``nearby``, ``sweep`` of a
-trajectory, ``standing``, ``stopping`` and ``room`` of an arm in motion. For files: ``ros_yaml``,
+trajectory, ``standing``, ``stopping`` and ``room`` of an arm in motion, ``unfolding`` of an arm
+that is near to itself. For files: ``ros_yaml``,
 ``message_text`` and ``numbers``.
 
 Law: what ``check`` accepts stays within every limit at every instant.

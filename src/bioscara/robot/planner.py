@@ -158,7 +158,7 @@ class Planner:
         """Plan to open the elbow alone, j3 to 0: the way out of an arm that is folded up.
 
         From where homing leaves the arm this is free at every width of the gripper, and from there
-        every place that the arm can take is open, ``center`` for one.
+        every place with an open elbow can be gone to, ``center`` for one.
 
         Args:
             speed: Share of the speed limits to use, 0.001 to 1.
