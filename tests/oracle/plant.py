@@ -184,7 +184,12 @@ class Watched:
         return rows
 
     def equip(self, width: float, *, carrying: bool) -> None:
-        """Open the jaws so far, empty or with a plate, which has its own width."""
+        """Open the jaws so far, empty or with a plate, which has its own width; at home.
+
+        There every width is free.
+        """
+        if np.abs(np.subtract(self.robot.state.positions, self.home)).max() > 5e-3:
+            self.fold()
         self.robot.gripper.move(PLATE_WIDTH if carrying else width)
         self.carrying = carrying
         self.robot.plan.scene = scene(carrying=carrying)

@@ -16,7 +16,14 @@ from functools import partial
 import numpy as np
 import pytest
 
-from bioscara.errors import BioscaraError, TrajectoryError, UnreachableError, ZoneError
+from bioscara.errors import (
+    BioscaraError,
+    GoalRejectedError,
+    GripperError,
+    TrajectoryError,
+    UnreachableError,
+    ZoneError,
+)
 from bioscara.planning import Trajectory
 from bioscara.planning.jog import JointVelocity, ToolVelocity
 from oracle.plant import (
@@ -190,6 +197,26 @@ def lead_to_start(watched: Watched, number: int, rng: np.random.Generator) -> st
     j1, j2, _, j4 = watched.home
     watched.lead([(j1, j2, 0.0, j4), (*pose[:2], 0.0, pose[3]), pose])
     return "from anywhere"
+
+
+def test_the_jaws_of_the_plant(watched: Watched) -> None:
+    """Opened or closed beside the column the jaws meet it too, with joints that stand still."""
+    tally, rng = Tally(26), np.random.default_rng(26)
+    for number in range(max(COUNT // PLANT_SHARE, 4)):
+        watched.equip(rng.uniform(*WIDTHS), carrying=False)
+        pose = random_pose(rng, watched.width, carrying=False, room=ROOM)
+        pose[2] = np.copysign(max(abs(pose[2]), 1.8), pose[2])
+        if too_near(np.array([[*pose, watched.width]])):
+            continue
+        j1, j2, _, j4 = watched.home
+        watched.lead([(j1, j2, 0.0, j4), (*pose[:2], 0.0, pose[3]), pose])
+        watched.look()
+        try:
+            watched.robot.gripper.move(rng.uniform(*WIDTHS))
+        except (ZoneError, GripperError, GoalRejectedError):
+            tally.counts["jaws: refused"] += 1
+        tally.judge("jaws", number, watched.seen(), carrying=False)
+    tally.end()
 
 
 def velocities(
