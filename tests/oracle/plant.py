@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
+from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,7 @@ from bioscara.planning.shapes import Prism
 from bioscara.planning.zones import Scene
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
+from bioscara.robot.planner import Planner
 from bioscara.robot.records import never
 from bioscara.robot.stack import GRIPPER, HOLD
 from bioscara.sim import FirmwareBus
@@ -140,6 +142,7 @@ class Watched:
     def _connect(self) -> None:
         self._width = ARM.gripper.initial
         self.robot = Robot.simulated(ARM, seed=self._seed)
+        self._plan = copy(self.robot.plan)
         assert isinstance(self.robot.bus, FirmwareBus)
         self.arm = self.robot.bus.arm
         self.robot.__enter__()
@@ -158,6 +161,16 @@ class Watched:
         self._connect()
         self.robot.full_speed = full
         self.equip(width, carrying=carrying)
+
+    def planner(self, start: Sequence[float]) -> Planner:
+        """Return the robot's planner as of an arm that stands elsewhere, and always has.
+
+        The robot's own remembers how the arm came to where it is.
+        """
+        plan = copy(self._plan)
+        plan._measured = lambda: start
+        plan.scene, plan.full_speed = self.robot.plan.scene, self.robot.plan.full_speed
+        return plan
 
     @property
     def width(self) -> float:

@@ -15,7 +15,7 @@ from bioscara.hardware.axis import Axis
 
 FOLDED = 2.4
 """Angle of the elbow [rad] from which on the wrist cannot turn all the way: a jaw would meet the
-column, on the meshes of the arm from 2.45 rad on, with the lift up and at any width."""
+column, on the meshes of the arm from 2.44 rad on, with the lift up and the jaws wide open."""
 BEFORE: Mapping[str, Sequence[str]] = {"j4": ("j2",), "j3": ("j2", "j4")}
 """Joints that are at their end stops before this one goes to its own."""
 AT_STOP = {"rad": 0.1, "m": 0.05}

@@ -308,17 +308,17 @@ class Planner:
         places = by_open_elbow(here, goal)
         if len(places) == 2:
             return None
-        legs = [
-            point_to_point(self._names, begin, end, self._planned, speed=speed)
-            for begin, end in pairwise(places)
-        ]
-        if not self.full_speed:
-            legs = [reduced(leg, self.kinematics, here)[0] for leg in legs]
         note = "the elbow moves alone where the arm is folded up: together the hand would touch it"
         try:
+            legs = [
+                point_to_point(self._names, begin, end, self._planned, speed=speed)
+                for begin, end in pairwise(places)
+            ]
+            if not self.full_speed:
+                legs = [reduced(leg, self.kinematics, here)[0] for leg in legs]
             return self._free(joined(legs), here, (note,))
-        except ZoneError:
-            return None
+        except (TrajectoryError, ZoneError):
+            return None  # A joint that was pushed beyond its limit cannot stay there either.
 
     def _is_own(self, refused: ZoneError) -> bool:
         """Return whether it is the arm itself that would be touched."""
