@@ -30,6 +30,8 @@ class Mutant:
 
 
 HAZARDS = ("tests/firmware/test_hazards.py",)
+HOST = ("firmware/tests",)
+"""The core's own tests, compiled with it; not run by pytest."""
 DRIVERS = ("tests/drivers",)
 CONTROL = "src/bioscara/control"
 LOOP = ("tests/control/test_loop.py",)
@@ -38,6 +40,11 @@ TURN = ("tests/robot/test_turn.py",)
 LIFECYCLE = ("tests/hardware/test_lifecycle.py",)
 CLEARANCE = ("tests/control/test_clearance.py",)
 SUPERVISOR = ("tests/control/test_supervisor.py",)
+TOOL_SPEED = ("tests/control/test_tool_speed.py",)
+FLIGHT_RECORD = ("tests/control/test_flight_record.py",)
+TEACH_FILE = ("tests/robot/test_teach_table.py",)
+GREETING = ("tests/drivers/test_greeting.py",)
+SOCKET = ("tests/sim/test_socket_bus.py",)
 
 MUTANTS = (
     Mutant(
@@ -50,8 +57,8 @@ MUTANTS = (
     Mutant(
         "repeated sequence number",
         f"{CORE}/wire.cpp",
-        "if (counting_ && ahead == 0 && answered_ == code)",
-        "if (false && ahead == 0 && answered_ == code)",
+        "if (ahead == 0 && answered_ == code)",
+        "if (false && answered_ == code)",
         HAZARDS,
     ),
     Mutant(
@@ -130,6 +137,133 @@ MUTANTS = (
         "if (travel > kTravelMargin * configuration_.range_deg)",
         "if (false)",
         HAZARDS,
+    ),
+    Mutant(
+        "a motor that cannot back off from its first touch",
+        f"{CORE}/homing.cpp",
+        "if (moved < 0.5F * back_off_) return",
+        "if (false) return",
+        HOST,
+    ),
+    Mutant(
+        "a second touch far beyond the first",
+        f"{CORE}/homing.cpp",
+        "if (beyond > 2.0F * back_off_) return",
+        "if (false) return",
+        HOST,
+    ),
+    Mutant(
+        "time limit of homing",
+        f"{CORE}/homing.cpp",
+        "if (seconds > allowed) return",
+        "if (false) return",
+        HOST,
+    ),
+    Mutant(
+        "agreement with a known end stop",
+        f"{CORE}/joint_sequences.cpp",
+        "if (moved && !again) {",
+        "if (false) {",
+        HOST,
+    ),
+    Mutant(
+        "velocity limit of a setpoint",
+        f"{CORE}/wire.cpp",
+        "fits = fabsf(command.velocity) <= status_.max_velocity_rpm * 1.1F + 1.0F &&\n"
+        "             fabsf(",
+        "fits = fabsf(",
+        HOST,
+    ),
+    Mutant(
+        "a velocity limit lowered within the tick of a setpoint",
+        f"{CORE}/joint_commands.cpp",
+        "clamp(command.velocity * kStepsPerRpm, -max_velocity_, max_velocity_)",
+        "command.velocity * kStepsPerRpm",
+        HOST,
+    ),
+    Mutant(
+        "hard deceleration after a fault",
+        f"{CORE}/joint_sequences.cpp",
+        "stop(fault != Fault::SETPOINT_LOST);",
+        "stop(false);",
+        HOST,
+    ),
+    Mutant(
+        "the least deceleration after a fault",
+        f"{CORE}/joint_sequences.cpp",
+        "kBriskDeceleration);\n}\n\nvoid Joint::cut",
+        "0.0F);\n}\n\nvoid Joint::cut",
+        HOST,
+    ),
+    Mutant(
+        "the home is lost with the encoder",
+        f"{CORE}/joint.cpp",
+        "homed_ = checked_ = false;\n    latch",
+        "checked_ = false;\n    latch",
+        HOST,
+    ),
+    Mutant(
+        "the home is lost with a frozen encoder",
+        f"{CORE}/joint_sequences.cpp",
+        "enabled_ = homed_ = checked_",
+        "enabled_ = checked_",
+        HOST,
+    ),
+    Mutant(
+        "polls of version 1 feed no setpoint",
+        f"{CORE}/joint.cpp",
+        "(alone_ || stopping) && !wire_.armed()",
+        "!wire_.armed()",
+        HOST,
+    ),
+    Mutant(
+        "polls of an armed session feed nothing",
+        f"{CORE}/joint.cpp",
+        "(alone_ || stopping) && !wire_.armed()",
+        "(alone_ || stopping)",
+        HOST,
+    ),
+    Mutant(
+        "a command that meets a fault within its tick",
+        f"{CORE}/joint_commands.cpp",
+        "(!enabled_ || stalled_ || sequence())",
+        "(stalled_ || sequence())",
+        HOST,
+    ),
+    Mutant(
+        "SETUP that arrives while a stall is latched",
+        f"{CORE}/joint_commands.cpp",
+        " || (fault_ != Fault::NONE && wire_.armed())) return;",
+        ") return;",
+        HOST,
+    ),
+    Mutant(
+        "CLEARFAULT that meets another fault within its tick",
+        f"{CORE}/joint_commands.cpp",
+        "if (command.bytes[0] == static_cast<uint8_t>(fault_)) {",
+        "{",
+        HOST,
+    ),
+    Mutant(
+        "health bits of the encoder's answer",
+        f"{CORE}/tle5012b.cpp",
+        " || (words[1] & kSound) != kSound) return false;",
+        ") return false;",
+        HOST,
+    ),
+    Mutant(
+        "a joint that failed its check is checked with strokes",
+        f"{CORE}/joint_sequences.cpp",
+        "    checked_ = false;\n    cut(",
+        "    cut(",
+        HOST,
+    ),
+    Mutant(
+        "silence in a homing that pauses",
+        f"{CORE}/joint.cpp",
+        "creeping && !sequence();",
+        "creeping;",
+        HOST,
     ),
     Mutant(
         "position limit, on the host",
@@ -502,6 +636,118 @@ MUTANTS = (
         "limiter.stages = (self.tool_speed,)",
         ("tests/robot/test_pose_motions.py",),
     ),
+    Mutant(
+        "a tool whose speed is not known stands still",
+        f"{CONTROL}/tool_speed.py",
+        "        if speed <= self.limit * _ROUNDING:\n            return",
+        "        if not speed > self.limit * _ROUNDING:\n            return",
+        TOOL_SPEED,
+    ),
+    Mutant(
+        "no share of a speed that is no number",
+        f"{CONTROL}/tool_speed.py",
+        "share = self.limit / speed if speed == speed else 0.0",
+        "share = self.limit / speed",
+        TOOL_SPEED,
+    ),
+    Mutant(
+        "the boot of a joint that is given a new session",
+        "src/bioscara/drivers/session.py",
+        "if before is None or now is None or now.boot_id != before.boot_id:",
+        "if before is None or now is None:",
+        ("tests/drivers/test_doubt.py",),
+    ),
+    Mutant(
+        "a flight record is whole or does not exist",
+        f"{CONTROL}/flight_record.py",
+        "                return path, partial\n",
+        "                partial.unlink()\n                return path, path\n",
+        FLIGHT_RECORD,
+    ),
+    Mutant(
+        "a flight record is on the disk before it has its name",
+        f"{CONTROL}/flight_record.py",
+        "                os.fsync(file.fileno())\n",
+        "",
+        FLIGHT_RECORD,
+    ),
+    Mutant(
+        "a teach file is on the disk before it replaces another",
+        "src/bioscara/robot/teach_file.py",
+        "                os.fsync(file.fileno())\n",
+        "",
+        TEACH_FILE,
+    ),
+    Mutant(
+        "the name of a teach file is on the disk",
+        "src/bioscara/robot/teach_file.py",
+        "            os.fsync(folder)\n",
+        "            pass\n",
+        TEACH_FILE,
+    ),
+    Mutant(
+        "version 2 on this bus stays version 2",
+        "src/bioscara/drivers/greeting.py",
+        "if address in _version_2.get(bus, ()):",
+        "if False:",
+        GREETING,
+    ),
+    Mutant(
+        "one plain answer makes no version 1 joint",
+        "src/bioscara/drivers/greeting.py",
+        "_PLAIN_ANSWERS = 12",
+        "_PLAIN_ANSWERS = 1",
+        GREETING,
+    ),
+    Mutant(
+        "an answer of neither version makes no version 1 joint",
+        "src/bioscara/drivers/greeting.py",
+        "            if corrupt is None:\n",
+        "            if True:\n",
+        GREETING,
+    ),
+    Mutant(
+        "an intact PING between answers of version 1",
+        "src/bioscara/drivers/greeting.py",
+        "            _require_pong(bus, address)\n",
+        "",
+        GREETING,
+    ),
+    Mutant(
+        "one byte of an answer before the rest",
+        "src/bioscara/drivers/greeting.py",
+        "first = _MAGIC_FIRST if shown else",
+        "first = _MAGIC_FIRST if True else",
+        GREETING,
+    ),
+    Mutant(
+        "no reply of an interrupted transfer is left",
+        "src/bioscara/sim/socket_bus.py",
+        "            self._release()\n            raise\n",
+        "            raise\n",
+        SOCKET,
+    ),
+    Mutant(
+        "the number of a frame on the socket",
+        "src/bioscara/sim/framing.py",
+        "if (frame.kind, frame.sequence) != (kind, sequence):",
+        "if frame.kind != kind:",
+        SOCKET,
+    ),
+    Mutant(
+        "one host of the simulated arm at a time",
+        "src/bioscara/sim/server.py",
+        "            if not other.gone():\n",
+        "            if False:\n",
+        SOCKET,
+    ),
+    Mutant(
+        "the deadline of a frame on the socket",
+        "src/bioscara/sim/server.py",
+        "if client.deadline is not None and now > client.deadline:",
+        "if False:",
+        SOCKET,
+    ),
 )
 
 
@@ -528,6 +774,8 @@ def _noticed(mutant: Mutant) -> bool:
         if text.count(mutant.old) != 1:
             raise SystemExit(f"{mutant.guard}: {mutant.file} has changed; adapt this mutant")
         path.write_text(text.replace(mutant.old, mutant.new))
+        if mutant.tests == HOST:
+            return _noticed_on_the_host(mutant, tree)
         search = [str(tree / "src")]
         if mutant.file.startswith("firmware"):
             _build(tree, target)
@@ -544,6 +792,19 @@ def _noticed(mutant: Mutant) -> bool:
         if run.returncode not in {0, 1}:
             raise SystemExit(f"{mutant.guard}: the tests did not run\n{run.stdout}")
         return run.returncode == 1
+
+
+def _noticed_on_the_host(mutant: Mutant, tree: Path) -> bool:
+    run = subprocess.run(
+        [str(tree / "firmware/tests/run.sh"), "tests"],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        text=True,
+        check=False,
+    )
+    if not (tree / "build/firmware/tests").exists():
+        raise SystemExit(f"{mutant.guard}: the firmware did not compile\n{run.stdout}")
+    return run.returncode != 0
 
 
 def main() -> int:

@@ -4,7 +4,9 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <utility>
 
 #include "../joint/src/core/joint.h"
 #include "../sim/src/mechanics.h"
@@ -73,6 +75,13 @@ class Bench final : private bioscara::Hal {
     std::copy_n(answer, std::min(length, count), read);
   }
 
+  // A write of no bytes.
+  void probe() { joint_->on_receive(nullptr, 0); }
+
+  // Called once, at the next datagram by which a tick writes to the driver: a frame may arrive
+  // while a tick runs.
+  void interrupt(std::function<void()> handler) { handler_ = std::move(handler); }
+
   // Motor and joint as they really are [rad, rad/s of the motor; joint units].
   double rotor() const { return mechanics_.rotor_turns() * 6.283185307179586; }
   double field() const { return driver_.field() * kRadiansPerStep; }
@@ -101,6 +110,7 @@ class Bench final : private bioscara::Hal {
   void driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) override {
     ++(interrupt_ ? interrupt_exchanges_ : exchanges_);
     driver_.exchange(sent, received);
+    if (handler_ && (sent[0] & 0x80) != 0) std::exchange(handler_, nullptr)();
   }
   void encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) override {
     if (interrupt_) ++interrupt_exchanges_;
@@ -121,6 +131,7 @@ class Bench final : private bioscara::Hal {
   bioscara::sim::Tmc5130Chip driver_;
   bioscara::sim::Tle5012bChip encoder_;
   std::optional<Joint> joint_;
+  std::function<void()> handler_;
   std::uint32_t first_micros_;
   std::uint32_t random_ = 12345;
   std::uint16_t boot_id_ = 700;

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # The firmware's own checks: core and tests under sanitizers, the frame decoder fuzzed, and the
-# core compiled for the board's processor with its size.
+# core compiled for the board's processor with its size. `run.sh tests` runs the tests alone,
+# without sanitizers, for tests/mutants.py; `run.sh host` ends after the fuzzer.
 set -euo pipefail
 cd "$(dirname "$0")"
 build=../../build/firmware
@@ -10,9 +11,14 @@ core=(../joint/src/core/*.cpp)
 world=(../sim/src/*.cpp)
 host=(${CXX:-c++} -std=c++17 $warnings -O1 -g)
 
+tests=(main.cpp test_*.cpp "${core[@]}" "${world[@]}" -o "$build/tests")
+if [ "${1:-}" = tests ]; then
+  "${host[@]}" -Wno-error "${tests[@]}"
+  exec "$build/tests"
+fi
+
 echo "host tests under address and undefined-behaviour sanitizers"
-"${host[@]}" -fsanitize=address,undefined -fno-sanitize-recover=all \
-  main.cpp test_*.cpp "${core[@]}" "${world[@]}" -o "$build/tests"
+"${host[@]}" -fsanitize=address,undefined -fno-sanitize-recover=all "${tests[@]}"
 "$build/tests"
 
 echo "fuzzing the frame decoder"

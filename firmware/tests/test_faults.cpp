@@ -86,6 +86,259 @@ TEST(HZ04_silence_stops_a_version_1_session) {
   CHECK(host.fault() == Fault::SETPOINT_LOST);
 }
 
+TEST(HZ05_polls_of_version_1_feed_no_setpoint) {
+  for (Register code : {Register::SETRPM, Register::MOVETOANGLE, Register::RUNCONTINUOUS}) {
+    Bench bench(4);
+    bench.mechanics().remove_stops();
+    Host host(bench, 4);
+    host.enable_bare();
+    host.bare(code, code == Register::RUNCONTINUOUS ? Bytes{1} : packed(9000.0F));
+    bench.run(0.05);
+    CHECK(bench.field_speed() > 1.0);
+    for (int poll = 0; poll < 50; ++poll) {
+      host.bare(Register::ANGLEMOVED, {}, 4);
+      bench.run(0.01);
+    }
+    CHECK(bench.field_speed() == 0.0);
+    CHECK(host.fault() == Fault::SETPOINT_LOST);
+  }
+}
+
+TEST(HZ05_polls_of_an_armed_session_keep_no_motion_alive) {
+  for (const auto& [code, payload] :
+       {std::pair{Register::HOME, Bytes{1, 11, 30, 10}}, {Register::MOVETOEND, Bytes{1, 60, 30}},
+        {Register::CHECKORIENTATION, packed(10.0F)}, {Register::MOVESTEPS, packed(500000)}}) {
+    Bench bench(4);
+    bench.mechanics().remove_stops();
+    Host host(bench, 4);
+    host.arm_session();
+    host.enable();
+    host.send(code, payload);
+    for (int poll = 0; poll < 30; ++poll) {
+      host.state();
+      host.bare(Register::PING, {}, 1);
+      bench.run(0.01);
+    }
+    CHECK(host.fault() == Fault::SETPOINT_LOST);
+    CHECK(bench.field_speed() == 0.0);
+  }
+}
+
+TEST(HZ05_junk_keeps_no_motion_of_version_1_alive) {
+  Bench bench(4);
+  bench.mechanics().remove_stops();
+  Host host(bench, 4);
+  host.enable_bare();
+  host.bare(Register::HOME, {1, 11, 30, 10});
+  for (int time = 0; time < 50; ++time) {
+    host.exchange({0xAA, 1}, 1);
+    host.exchange({static_cast<std::uint8_t>(Register::HOME), 1}, 1);
+    bench.run(0.01);
+  }
+  CHECK(host.fault() == Fault::SETPOINT_LOST);
+}
+
+TEST(HZ05_settings_are_no_setpoints) {
+  Running run(4, 20.0);
+  for (int time = 0; time < 50; ++time) {
+    run.host.send(Register::SETMAXVELOCITY, packed(2000.0F));
+    run.host.send(Register::SETCONTROLTHRESHOLD, packed(20.0F));
+    run.bench.run(0.01);
+  }
+  CHECK(run.host.fault() == Fault::SETPOINT_LOST);
+}
+
+TEST(silence_ends_the_slowest_motion_and_a_sequence_that_pauses) {
+  const auto expect = [](const auto& start) {
+    Bench bench(4);
+    Host host(bench, 4);
+    host.arm_session();
+    host.enable();
+    host.send(Register::SETMAXVELOCITY, packed(6.0F));
+    start(host, static_cast<float>(host.degrees()));
+    bench.run(0.3);
+    CHECK(host.fault() == Fault::SETPOINT_LOST);
+    CHECK(has(host.flags(), Flags::NOTENABLED));
+  };
+  using H = Host<Bench>;
+  expect([](H& host, float) { host.send(Register::SETRPM, packed(1.0F)); });
+  expect([](H& host, float here) { host.send(Register::MOVETOANGLE, packed(here + 90.0F)); });
+  expect([](H& host, float here) {
+    for (int step = 0; step < 10; ++step) {
+      host.send(Register::TRACK, setpoint(here + 0.12F * static_cast<float>(step), 1.0F), 6);
+      host.world().run(0.02);
+    }
+  });
+  // A setpoint that the joint has not reached yet.
+  expect([](H& host, float here) {
+    host.send(Register::SETMAXVELOCITY, packed(360.0F));
+    host.send(Register::TRACK, setpoint(here + 4.0F, 0.0F), 6);
+    host.world().run(0.001);
+    host.send(Register::TRACK, setpoint(here + 35.0F, 0.0F), 6);
+  });
+  expect([](H& host, float) { host.home(true, 11, 30, 10); });
+}
+
+TEST(a_command_that_meets_a_fault_within_its_tick_does_not_undo_it) {
+  // The second bad sample is read in the tick that would execute the command.
+  for (const auto& [code, payload] :
+       {std::pair{Register::SETRPM, packed(100.0F)}, {Register::MOVESTEPS, packed(50000)},
+        {Register::CLEARFAULT, Bytes{0}}, {Register::SETUP, Bytes{20, 20, 0, 0}}}) {
+    Running run(4, 0.0);
+    run.host.send(Register::STOP, {0});
+    run.host.keep(0.2);
+    const double field = run.bench.field();
+    run.bench.encoder().corrupt(true);
+    run.bench.tick();
+    CHECK(!has(run.host.send(code, payload)[0], Flags::REFUSED));
+    run.bench.tick();
+    run.bench.encoder().corrupt(false);
+    CHECK(run.host.fault() == Fault::ENCODER);
+    run.bench.run(0.3);
+    CHECK(std::fabs(run.bench.field() - field) < 0.05);
+    CHECK(run.host.fault() == Fault::ENCODER);
+    CHECK(has(run.host.flags(), Flags::NOTENABLED));
+  }
+}
+
+TEST(a_command_that_arrives_while_a_tick_latches_a_stall_does_not_undo_it) {
+  for (Register code : {Register::SETRPM, Register::SETUP}) {
+    // The same run twice: the second time the command arrives in the tick that latched before.
+    long stalls = -1;
+    for (bool again : {false, true}) {
+      const long late = again ? stalls : -1;
+      Running run(4, 20.0);
+      run.bench.mechanics().add_obstacle(run.bench.position() + 0.3, 1.0);
+      bool arrived = false;
+      for (long tick = 0; tick < 2000 && !has(run.host.flags(), Flags::STALL); ++tick) {
+        if (tick % 20 == 0) run.host.turn(20.0);
+        if (tick == late)
+          run.bench.interrupt([&] {
+            const Bytes payload =
+                code == Register::SETUP ? Bytes{20, 20, 0, 0} : packed(200.0F);
+            arrived = !has(run.host.send(code, payload)[0], Flags::REFUSED);
+          });
+        run.bench.tick();
+        stalls = tick;
+        if (arrived) break;
+      }
+      if (!again) continue;
+      CHECK(arrived);
+      run.bench.tick();
+      CHECK(run.host.fault() == Fault::STALL);
+      CHECK(run.host.state().state == JointState::STOPPING);
+      CHECK(has(run.host.flags(), Flags::STALL));
+    }
+  }
+}
+
+TEST(a_stall_that_is_cleared_is_still_a_latched_fault) {
+  Running run(4, 20.0);
+  run.bench.mechanics().add_obstacle(run.bench.position() + 0.3, 1.0);
+  CHECK(time_to_fault(run.host, 2.0, true) > 0.0);
+  CHECK(has(run.host.turn(-5.0), Flags::REFUSED));
+  run.host.keep(0.5);
+  run.host.send(Register::CLEARSTALL, {0});
+  CHECK(has(run.host.turn(-5.0), Flags::REFUSED));
+  CHECK(run.host.report().refusal == Refusal::FAULT_LATCHED);
+  CHECK(has(run.host.send(Register::SETUP, {20, 20, 0, 0})[0], Flags::REFUSED));
+  CHECK(run.host.report().refusal == Refusal::FAULT_LATCHED);
+  // A later fault does not take its place.
+  run.bench.encoder().corrupt(true);
+  run.bench.run(0.1);
+  CHECK(run.host.fault() == Fault::STALL);
+  CHECK(has(run.host.flags(), Flags::NOTENABLED));
+}
+
+TEST(a_stalled_joint_of_version_1_says_why_it_refuses) {
+  Bench bench(4);
+  bench.mechanics().remove_stops();
+  Host host(bench, 4);
+  host.enable();
+  host.turn(20.0);
+  host.keep(0.3);
+  bench.mechanics().add_obstacle(bench.position() + 0.3, 1.0);
+  CHECK(time_to_fault(host, 2.0, true) > 0.0);
+  host.turn(-5.0);
+  CHECK(host.report().refusal == Refusal::STALLED);
+  CHECK(!has(host.send(Register::CLEARSTALL, {0})[0], Flags::STALL));
+}
+
+TEST(a_check_that_failed_is_made_again_with_strokes) {
+  // CHECKORIENTATION of a joint that was checked before.
+  Running run(4, 0.0);
+  run.host.send(Register::STOP, {0});
+  run.host.keep(0.3);
+  run.bench.encoder().freeze(true);
+  run.host.send(Register::CHECKORIENTATION, packed(2.0F));
+  run.host.wait_until_idle();
+  for (int time = 0; time < 2; ++time) {
+    expect_power_off(run.host, Fault::ORIENTATION);
+    run.host.clear_fault();
+    run.bench.run(0.05);
+    run.host.send(Register::SETUP, {20, 20, 0, 0});
+    run.host.wait_until_idle();
+  }
+}
+
+TEST(a_driver_that_restarted_is_checked_anew) {
+  Running run(4, 0.0);
+  run.host.send(Register::STOP, {0});
+  run.host.keep(0.3);
+  run.bench.driver().power_up();
+  CHECK(time_to_fault(run.host, 0.5, true) > 0.0);
+  CHECK(run.host.fault() == Fault::DRIVER_RESET);
+  run.host.clear_fault();
+  run.host.keep(0.3);
+  const double field = run.bench.field();
+  run.host.send(Register::SETUP, {20, 20, 0, 0});
+  double most = 0.0;
+  while (has(run.host.flags(), Flags::BUSY)) {
+    run.host.keep(0.02);
+    most = std::max(most, std::fabs(run.bench.field() - field));
+  }
+  CHECK(most > 1.5 / kDegrees);
+  CHECK(run.host.fault() == Fault::NONE);
+}
+
+TEST(a_supply_that_is_cut_while_the_joint_is_disabled_is_no_fault) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  bench.driver().set_motor_power(false);
+  bench.run(0.5);
+  CHECK(host.fault() == Fault::NONE);
+}
+
+TEST(a_stop_that_is_followed_by_a_disabling_stays_as_hard) {
+  Running run(4, 60.0);
+  run.host.send(Register::SETMAXDECELERATION, packed(static_cast<float>(50.0 * kDegrees)));
+  run.host.send(Register::STOP, {0});
+  run.bench.tick();
+  run.host.send(Register::SETCURRENT, {0});
+  run.host.keep(0.2);
+  CHECK(run.bench.field_speed() == 0.0);
+}
+
+TEST(SETUP_without_current_enables_nothing_and_any_SETUP_ends_stall_detection) {
+  Running run(4, 0.0);
+  run.host.send(Register::STOP, {0});
+  run.host.keep(0.3);
+  run.host.send(Register::SETUP, {20, 20, 0, 0});
+  run.host.keep(0.2);
+  run.host.turn(20.0);
+  run.bench.mechanics().add_obstacle(run.bench.position() + 0.3, 1.0);
+  CHECK(time_to_fault(run.host, 2.0, true) > 0.0);
+  CHECK(run.host.fault() == Fault::FOLLOWING);
+  CHECK(!has(run.host.flags(), Flags::STALL));
+  run.host.keep(0.5);
+  run.host.clear_fault();
+  run.bench.run(0.05);
+  run.host.send(Register::SETUP, {0, 20, 0, 0});
+  run.host.keep(0.2);
+  CHECK(has(run.host.flags(), Flags::NOTENABLED));
+}
+
 TEST(HZ05_the_same_setpoint_repeated_with_its_old_number_does_not_feed_it_either) {
   Bench bench(4);
   Host host(bench, 4);
@@ -129,6 +382,66 @@ TEST(silence_at_rest_latches_nothing) {
   CHECK(host.state().state == JointState::HOLDING);
 }
 
+TEST(a_fault_stops_with_the_hardest_deceleration_and_silence_with_the_configured_one) {
+  for (bool silent : {true, false}) {
+    Running run(4, 60.0);
+    run.host.send(Register::SETMAXDECELERATION, packed(static_cast<float>(50.0 * kDegrees)));
+    run.host.turn(60.0);
+    run.bench.run(0.02);
+    run.bench.encoder().corrupt(!silent);
+    while (!has(run.host.flags(), Flags::FAULT)) run.bench.tick();
+    const double begin = run.bench.now();
+    while (run.bench.field_speed() > 0.0) run.bench.tick();
+    // The driver's hardest is 365 rad/s^2.
+    const double time = run.bench.now() - begin;
+    CHECK(std::fabs(time - (silent ? 60.0 / 50.0 : 60.0 / 365.0)) < 0.02);
+  }
+}
+
+TEST(no_deceleration_limit_keeps_a_faulted_motor_turning) {
+  Running run(4, 20.0);
+  run.host.send(Register::SETMAXDECELERATION, packed(1.0F));
+  CHECK(time_to_fault(run.host, 0.5, false) > 0.0);
+  CHECK(run.host.fault() == Fault::SETPOINT_LOST);
+  run.host.keep(1.1);  // At 20 rad/s^2, also if the host is back; then the field goes to the rotor.
+  CHECK(std::fabs(run.bench.field_speed()) < 0.02);
+}
+
+TEST(an_encoder_fault_loses_the_home_and_the_check) {
+  enum class Broken { CRC, JUMP, FROZEN };
+  for (Broken how : {Broken::CRC, Broken::JUMP, Broken::FROZEN}) {
+    Bench bench(4);
+    Host host(bench, 4);
+    host.arm_session();
+    host.enable();
+    host.home(true, 11, 30, 10);
+    CHECK(!has(host.wait_until_idle(), Flags::NOTHOMED));
+    host.send(Register::ENABLESTALLGUARD, {6});
+    host.turn(-20.0);
+    host.keep(0.1);
+    if (how == Broken::CRC) bench.encoder().corrupt(true);
+    if (how == Broken::JUMP) bench.encoder().jump(0.2);
+    if (how == Broken::FROZEN) bench.encoder().freeze(true);
+    CHECK(time_to_fault(host, 1.0, true) > 0.0);
+    host.keep(0.6);
+    // One that stays frozen makes no sample that could be noticed later.
+    bench.encoder().corrupt(false);
+    bench.run(0.1);
+    CHECK(host.fault() == Fault::ENCODER);
+    CHECK(has(host.flags(), Flags::NOTHOMED));
+    host.clear_fault();
+    bench.run(0.05);
+    // Current flows still, but where the field stands to the rotor is checked anew.
+    CHECK(bench.stage_closed());
+    CHECK(has(host.send(Register::SETUP, {20, 20, 0, 0})[0], Flags::BUSY));
+    bench.run(0.01);
+    CHECK(host.state().state == JointState::ORIENTATION);
+    const std::uint8_t flags = host.wait_until_idle();
+    CHECK(has(flags, Flags::NOTHOMED));
+    CHECK(has(flags, Flags::NOTENABLED) == (how == Broken::FROZEN));
+  }
+}
+
 TEST(HZ12_the_first_fault_is_kept_with_its_number) {
   Running run(4, 20.0);
   run.bench.encoder().corrupt(true);
@@ -155,6 +468,13 @@ TEST(HZ14_a_motor_that_runs_the_wrong_way_is_switched_off) {
     if (fault == Fault::RUNAWAY) CHECK(!run.bench.stage_closed());
     run.bench.run(0.5);
     CHECK(std::fabs(run.bench.rotor() - before) < 2.0);
+    if (fault != Fault::RUNAWAY) continue;
+    // Enabled again it is checked first, with strokes.
+    run.host.clear_fault();
+    run.host.wait_until_idle(1.0);
+    run.host.send(Register::SETUP, {20, 20, 0, 0});
+    run.host.wait_until_idle();
+    expect_power_off(run.host, Fault::ORIENTATION);
   }
 }
 
@@ -170,6 +490,44 @@ TEST(HZ16_a_controller_that_restarts_in_motion_leaves_no_motion) {
   run.host.arm_session();
   run.host.enable();
   CHECK(run.host.fault() == Fault::NONE);
+}
+
+TEST(HZ16_the_ramp_of_an_earlier_boot_ends_at_once_and_does_not_come_back) {
+  Running run(4, 40.0);
+  run.host.send(Register::SETMAXACCELERATION, packed(100.0F));
+  run.host.turn(40.0);
+  run.bench.run(0.02);
+  run.bench.boot(ResetCause::WATCHDOG);
+  double least = 40.0;
+  for (int tick = 0; tick < 150; ++tick) {
+    run.bench.tick();
+    least = std::min(least, run.bench.field_speed());
+  }
+  CHECK(least == 0.0);
+  CHECK(run.bench.field_speed() == 0.0);
+}
+
+TEST(HZ16_a_controller_that_hangs_in_a_long_move_leaves_no_motion) {
+  Running run(4, 20.0);
+  run.host.send(Register::MOVETOANGLE, packed(static_cast<float>(run.host.degrees()) + 6000.0F));
+  run.bench.run(0.05);
+  const double field = run.bench.field();
+  run.bench.hang(true);
+  run.bench.run(3.0);
+  CHECK(run.bench.field_speed() == 0.0);
+  // 50 ms of the limit, 120 rad/s, and the braking distance from there.
+  CHECK(run.bench.field() - field < 0.05 * 120.0 + 120.0 * 120.0 / (2.0 * 336.0) + 0.1);
+}
+
+TEST(a_jump_of_the_encoder_is_not_taken_for_motion) {
+  Running run(4, 0.0);
+  run.host.send(Register::STOP, {0});
+  run.host.keep(0.3);
+  const double before = run.host.degrees();
+  run.bench.encoder().jump(0.2);
+  run.host.keep(0.1);
+  CHECK(run.host.fault() == Fault::ENCODER);
+  CHECK(std::fabs(run.host.degrees() - before) < 1.0);
 }
 
 TEST(no_stall_is_seen_in_the_hardest_accelerations_that_are_allowed) {
@@ -253,6 +611,7 @@ TEST(an_encoder_frozen_under_command_is_told_from_a_stall) {
       CHECK(time_to_fault(run.host, 4.0, true) > 0.0);
       run.host.keep(0.6);
       CHECK(run.host.fault() == Fault::ENCODER);
+      CHECK(!has(run.host.flags(), Flags::STALL));
       CHECK(has(run.host.flags(), Flags::NOTHOMED));
       CHECK(has(run.host.flags(), Flags::NOTENABLED));
       CHECK(run.bench.field_speed() == 0.0);
@@ -414,6 +773,19 @@ TEST(a_faulted_joint_that_is_pushed_away_does_not_come_back_by_itself) {
     CHECK(std::fabs(run.bench.field() - field) < 0.0629);
   }
   expect_recovery(run.host);
+}
+
+TEST(a_joint_that_a_fault_disabled_corrects_nothing) {
+  Running run(4, 20.0);
+  run.bench.run(1.0);
+  run.host.clear_fault();
+  run.host.keep(0.05);
+  CHECK(run.host.state().state == JointState::HOLDING);
+  const double field = run.bench.field();
+  run.bench.mechanics().push(0.03 * 12.0);
+  run.host.keep(1.0);
+  CHECK(run.host.fault() == Fault::NONE);
+  CHECK(run.bench.field() == field);
 }
 
 TEST(a_hold_current_engages_the_motor_where_it_stands) {

@@ -165,7 +165,13 @@ TEST(TRACK_refuses_a_setpoint_out_of_reach_and_moves_within_the_limits_to_one_in
   }
   bench.run(0.1);
   CHECK(std::fabs(bench.driver().field() - before) < 1.0);
-  CHECK(has(host.send(Register::TRACK, setpoint(start, 3000.0F), 6)[0], Flags::REFUSED));
+  // The limit is 573 rpm; a setpoint may ask for a tenth more.
+  const unsigned refusals = host.report().refusals;
+  for (float rpm : {640.0F, -640.0F, 3000.0F, -3000.0F}) {
+    CHECK(has(host.send(Register::TRACK, setpoint(start, rpm), 6)[0], Flags::REFUSED));
+    CHECK(host.report().refusal == Refusal::OUT_OF_RANGE);
+  }
+  CHECK(host.report().refusals == refusals + 4);
   // A step within reach: refused by no one, but never harder or faster than allowed.
   Meter meter(bench);
   for (int time = 0; time < 60; ++time) {
@@ -175,6 +181,61 @@ TEST(TRACK_refuses_a_setpoint_out_of_reach_and_moves_within_the_limits_to_one_in
   CHECK(meter.extremes.speed < 60.0 * 1.12);
   CHECK(meter.extremes.acceleration < 100.0 * 1.2);
   CHECK(std::fabs(host.degrees() - start - 0.9 * reach) < 0.3);
+}
+
+TEST(a_speed_limit_beyond_the_drivers_own_does_not_widen_the_reach_of_a_setpoint) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable();
+  host.send(Register::SETMAXVELOCITY, packed(1e30F));
+  bench.tick();
+  // The driver's own limit is 614 rad/s.
+  const float far = static_cast<float>(host.degrees()) + 3600.0F;
+  CHECK(has(host.send(Register::TRACK, setpoint(far, 0.0F), 6)[0], Flags::REFUSED));
+  CHECK(host.report().refusal == Refusal::OUT_OF_RANGE);
+}
+
+TEST(a_setpoint_that_a_lower_limit_meets_within_its_tick_obeys_that_limit) {
+  Bench bench(4);
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable();
+  const float start = static_cast<float>(host.degrees());
+  bench.tick();
+  host.send(Register::SETMAXVELOCITY, packed(static_cast<float>(10.0 * kDegrees)));
+  const Bytes answer =
+      host.send(Register::TRACK, setpoint(start, static_cast<float>(100.0 * kRpm)), 6);
+  CHECK(!has(answer.back(), Flags::REFUSED));
+  bench.run(0.05);
+  CHECK(bench.field_speed() < 11.1);
+  // The controller hangs: at 10 rad/s the motor comes to rest at once, at 100 after 13 rad.
+  const double field = bench.field();
+  bench.hang(true);
+  bench.run(3.0);
+  CHECK(bench.field_speed() == 0.0);
+  CHECK(std::fabs(bench.field() - field) < 1.0);
+}
+
+TEST(TRACK_does_not_catch_up_faster_than_its_limit_allows) {
+  Bench bench(4);
+  bench.mechanics().remove_stops();
+  Host host(bench, 4);
+  host.arm_session();
+  host.enable(20, 20.0, 336.0);
+  const float start = static_cast<float>(host.degrees());
+  Meter meter(bench);
+  for (int step = 1; step <= 20; ++step) {
+    // Places that need twice the limit.
+    const float place = start + static_cast<float>(step * 0.02 * 40.0 * kDegrees);
+    CHECK(!has(host.send(Register::TRACK, setpoint(place, static_cast<float>(20.0 * kRpm)), 6)
+                   .back(),
+               Flags::REFUSED));
+    meter.run(0.02);
+    if (host.fault() != Fault::NONE) break;
+  }
+  CHECK(meter.extremes.speed > 20.0);
+  CHECK(meter.extremes.speed < 20.0 * 1.12);
 }
 
 TEST(limits_hold_in_every_mode) {
@@ -212,6 +273,10 @@ TEST(accelerations_are_clamped_and_do_not_wrap) {
     host.turn(10.0);
     bench.run(0.035);  // 365 rad/s^2 need 27 ms.
     CHECK(bench.field_speed() > 9.9);
+    // Its braking distance is known: it comes to full speed.
+    host.turn(100.0);
+    host.keep(0.4);
+    CHECK(bench.field_speed() > 99.0);
   }
 }
 

@@ -136,7 +136,7 @@ def test_host3_a_run_after_a_killed_one_says_what_is_latched_and_moves_nothing(
     arm = tmp_path / "arm.sock"
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
     with subprocess.Popen(
-        [sys.executable, "-m", "tests.system.homed_arm", str(arm)],
+        [sys.executable, "-m", "tests.system.observed_arm", str(arm), "homed"],
         cwd=Path(__file__).parents[2],
         env=env,
         stdout=subprocess.PIPE,

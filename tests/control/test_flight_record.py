@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import csv
+import os
 import threading
+from collections.abc import Callable
 from pathlib import Path
 
+import pytest
 from tests.control.world import NAMES, World
 
-from bioscara.control.flight_record import SECONDS
+from bioscara.control.flight_record import SECONDS, Evidence
 
 
 def test_it_keeps_the_last_seconds_and_no_more() -> None:
@@ -72,3 +75,49 @@ def test_programs_that_want_the_same_name_at_once_each_keep_what_they_saw(tmp_pa
     }
     assert len({rest for _, rest in texts}) == 1
     assert sorted(tmp_path.iterdir()) == sorted(paths)
+
+
+class Watched(float):
+    """A number that has something done when it is written."""
+
+    act: Callable[[], None]
+
+    def __format__(self, form: str) -> str:
+        self.act()
+        return super().__format__(form)
+
+
+def test_until_a_record_is_whole_there_is_none(tmp_path: Path) -> None:
+    seen: list[list[Path]] = []
+    value = Watched(1.0)
+    value.act = lambda: seen.append(list(tmp_path.glob("*.csv")))
+    path = Evidence(("time",), ((0.0,), (value,), (2.0,))).write(tmp_path, "record", [])
+    assert seen == [[]]
+    assert path.read_text() == "time\n0\n1\n2\n"
+
+
+def test_a_record_that_is_interrupted_leaves_nothing(tmp_path: Path) -> None:
+    value = Watched(1.0)
+
+    def interrupt() -> None:
+        raise KeyboardInterrupt
+
+    value.act = interrupt
+    with pytest.raises(KeyboardInterrupt):
+        Evidence(("time",), ((0.0,), (value,))).write(tmp_path, "record", [])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_record_is_on_the_disk_before_it_has_its_name(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    synced: list[tuple[int, list[Path]]] = []
+    sync = os.fsync
+
+    def fsync(file: int) -> None:
+        synced.append((os.fstat(file).st_size, list(tmp_path.glob("*.csv"))))
+        sync(file)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    path = Evidence(("time",), ((0.0,), (1.0,))).write(tmp_path, "record", ["remark"])
+    assert synced == [(path.stat().st_size, [])]

@@ -74,3 +74,21 @@ def test_full_speed_is_not_touched() -> None:
     world, cap = capped(math.inf)
     assert max(tool_speeds(world, "position", FAR, 300)) > 0.3
     assert cap.interventions == 0
+
+
+@pytest.mark.parametrize("interface", ["position", "velocity"])
+def test_nothing_passes_while_the_speed_of_the_tool_is_not_known(interface: str) -> None:
+    world, cap = capped(0.25)
+    tool_speeds(world, interface, FAR if interface == "position" else (0.5, 0.01, 0.5, 0.5), 30)
+    guards, commands = world.manager.limiter.guards, world.hardware.commands
+    before = {name: guard.reference for name, guard in guards.items()}
+    asked = {name: commands[f"{name}/{interface}"].value for name in NAMES}
+    assert any(guard.speed for guard in guards.values())
+    cap.speed_of = lambda *_: math.nan
+    interventions = cap.interventions
+    world.manager.limiter.apply(world.loop.period)
+    assert cap.interventions == interventions + 1
+    for name, guard in guards.items():
+        still = before[name] if interface == "position" else 0.0
+        assert commands[f"{name}/{interface}"].value == pytest.approx(still, abs=1e-9), asked
+        assert guard.speed == 0.0

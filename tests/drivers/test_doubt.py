@@ -11,7 +11,12 @@ from hypothesis import strategies as st
 from bioscara.bus import Direction, FaultyBus, When
 from bioscara.drivers import Joint, JointSample, Quality, Setpoint, read_states, track
 from bioscara.drivers.plausibility import Plausibility
-from bioscara.errors import CorruptFrameError, RefusedError, WrongJointError
+from bioscara.errors import (
+    CorruptFrameError,
+    JointResetError,
+    RefusedError,
+    WrongJointError,
+)
 from bioscara.protocol import Flags, JointState, Register
 from drivers.world import ARM, World
 
@@ -66,6 +71,24 @@ def test_cycles_go_on_with_a_joint_that_missed_many(cycles: int) -> None:
     [sample] = read_states([joint])
     assert isinstance(sample, JointSample)
     assert sample.quality is Quality.FRESH
+
+
+@pytest.mark.parametrize("cycles", [125, 200])
+def test_a_joint_that_restarted_while_it_missed_many_frames_is_not_armed_again(cycles: int) -> None:
+    world = World(frequency=None)
+    (joint,) = world.ready("j1")
+    away = world.bus.off(When(address=ADDRESS))
+    for _ in range(cycles):
+        read_states([joint])
+    world.arm.reset("j1")
+    world.arm.run(0.2)
+    away.cancel()
+    world.tap.calls.clear()
+    with pytest.raises(JointResetError, match="reset cause BROWN_OUT"):
+        joint.read_state()
+    assert world.tap.count(Register.ARM) == 0
+    with pytest.raises(JointResetError):
+        joint.stop()
 
 
 @pytest.mark.parametrize("away", range(115, 128))
@@ -146,7 +169,8 @@ def test_a_version_2_joint_with_broken_answers_is_no_version_1_joint(seed: int) 
     with pytest.raises(CorruptFrameError, match="neither version's"):
         joint.init()
     assert joint.version == 0
-    assert {t.write[0] for call in world.tap.calls for t in call} == {Register.HELLO}
+    asked = {t.write[0] for call in world.tap.calls for t in call}
+    assert asked <= {Register.HELLO, Register.PING}
 
 
 @pytest.mark.parametrize("address", [0x11, 0x12])

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 
 import pytest
 
-from bioscara.bus import Direction, When
-from bioscara.drivers import JointSample, Quality
+from bioscara.bus import Direction, Transaction, When
+from bioscara.drivers import Joint, JointSample, Quality
 from bioscara.errors import (
     BusTimeoutError,
+    CommunicationError,
     CorruptFrameError,
     HomingError,
     IncorrectStateError,
@@ -591,3 +593,118 @@ def test_a_stall_that_was_cleared_stays_cleared_though_the_joint_is_still_presse
     assert not joint.get_flags() & Flags.FAULT
     joint.enable()
     assert joint.is_homed()
+
+
+SETPOINTS: list[Callable[[Joint], None]] = [
+    lambda joint: joint.set_position(-2.9),
+    lambda joint: joint.set_velocity(0.1),
+    lambda joint: joint.set_velocity(0.0),
+    lambda joint: joint.move_steps(STEPS),
+]
+
+
+@pytest.mark.parametrize("v1", [False, True])
+@pytest.mark.parametrize("command", [*SETPOINTS, lambda joint: joint.check_orientation()])
+def test_a_joint_that_is_not_ready_gets_no_setpoint(
+    command: Callable[[Joint], None], v1: bool
+) -> None:
+    world = World(v1=v1)
+    (joint,) = world.ready("j1")
+    joint.disable()
+    world.tap.calls.clear()
+    with pytest.raises(NotEnabledError):
+        command(joint)
+    assert world.tap.calls == []
+
+
+@pytest.mark.parametrize("v1", [False, True])
+@pytest.mark.parametrize("command", SETPOINTS)
+def test_a_joint_that_let_go_unseen_is_no_success(
+    command: Callable[[Joint], None], v1: bool
+) -> None:
+    world = World(v1=v1)
+    (joint,) = world.ready("j1")
+    if v1:
+        # Another host lets it go.
+        world.tap.transfer([Transaction(0x11, bytes((Register.SETCURRENT, 0)), 1)])
+    else:
+        world.arm.set_motor_power(False)
+    world.arm.run(0.05)
+    with pytest.raises(NotEnabledError if v1 else JointFaultError):
+        command(joint)
+
+
+def test_a_move_that_a_fault_ended_is_told_with_the_fault() -> None:
+    world = World()
+    (joint,) = world.ready("j1")
+    with pytest.raises(JointFaultError) as caught:
+        joint.move_steps(STEPS, progress=lambda _: world.arm.set_motor_power(False))
+    assert caught.value.fault not in {"", "NONE"}
+    assert not joint.is_enabled()
+
+
+def test_a_joint_that_restarts_between_greeting_and_arming_has_restarted() -> None:
+    world = World()
+    joint = world.joints[0]
+    transfer = world.tap.transfer
+
+    def restart_first(transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+        if transactions[0].write[0] == Register.ARM:
+            del world.tap.transfer
+            world.arm.reset("j1")
+            world.arm.run(0.2)
+        return transfer(transactions)
+
+    world.tap.transfer = restart_first  # type: ignore[method-assign]
+    with pytest.raises(JointResetError):
+        joint.init()
+    joint.init()
+    assert joint.version == 2
+
+
+@pytest.mark.parametrize("offset", [float("nan"), float("inf")])
+def test_an_offset_that_is_no_number_is_refused_by_the_joint_it_is_for(offset: float) -> None:
+    world = World()
+    world.joints[0].init()
+    with pytest.raises(InvalidArgumentError, match="j1 homing offset"):
+        world.joints[0].set_homing_offset(offset)
+
+
+@pytest.mark.parametrize(
+    ("command", "words"),
+    [
+        (lambda joint: joint.enable(drive_percent=0), "j1 drive current.*disable"),
+        (lambda joint: joint.enable(hold_percent=0), "j1 hold current.*disable"),
+        (lambda joint: joint.enable(drive_percent=101), "j1 drive current"),
+        (lambda joint: joint.check_orientation(math.radians(10.1)), "j1 orientation check angle"),
+    ],
+)
+def test_a_limit_is_told_with_joint_and_remedy_and_nothing_is_sent(
+    command: Callable[[Joint], None], words: str
+) -> None:
+    world = World()
+    (joint,) = world.ready("j1")
+    world.tap.calls.clear()
+    with pytest.raises(LimitError, match=words):
+        command(joint)
+    assert world.tap.calls == []
+
+
+def test_no_room_is_known_without_a_position() -> None:
+    world = World()
+    (joint,) = world.ready("j1")
+    sample = joint.read_state()._replace(position=None)
+    with pytest.raises(NotHomedError, match="j1: its position is not known"):
+        joint.require_room(0.1, sample, world.arm.now())
+
+
+def test_a_joint_that_let_go_unseen_is_told_so_also_where_there_is_no_room() -> None:
+    world = World(v1=True)
+    (joint,) = world.ready("j1")
+    fast = math.copysign(joint.parameters.max_velocity, joint.get_position())
+    with pytest.raises(LimitError):
+        joint.set_velocity(fast)
+    world.tap.transfer([Transaction(0x11, bytes((Register.SETCURRENT, 0)), 1)])
+    world.arm.run(0.05)
+    with pytest.raises(NotEnabledError):
+        joint.set_velocity(fast)

@@ -288,6 +288,26 @@ def test_who_reads_meanwhile_reads_the_old_table_whole(tmp_path: Path) -> None:
         assert reader.read() == before
 
 
+def test_a_table_is_on_the_disk_before_and_its_name_after_it_replaces_another(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "poses.yaml"
+    save_table(file, TeachTable(FINGERS))
+    old, synced, sync = file.read_bytes(), [], os.fsync
+
+    def fsync(number: int) -> None:
+        status = os.fstat(number)
+        folder = os.path.samestat(status, tmp_path.stat())
+        synced.append(("folder" if folder else status.st_size, file.read_bytes()))
+        sync(number)
+
+    monkeypatch.setattr(os, "fsync", fsync)
+    save_table(file, TABLE)
+    new = file.read_bytes()
+    assert old != new
+    assert synced == [(len(new), old), ("folder", new)]
+
+
 def test_saving_leaves_nothing_else_and_keeps_mode_and_link(tmp_path: Path) -> None:
     file, link = tmp_path / "poses.yaml", tmp_path / "link.yaml"
     save_table(file, TeachTable(FINGERS))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from tests.system.homed_arm import START
+from tests.system.observed_arm import START
 
 from bioscara.errors import BioscaraError
 from bioscara.robot import Robot

@@ -13,14 +13,14 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
+from tests.system.observed_arm import truth
 
-from bioscara.bus import Transaction
 from bioscara.clock import MonotonicClock
 from bioscara.control.faults import FaultKind
 from bioscara.drivers import Joint
 from bioscara.errors import FaultedError, JointFaultError, NotEnabledError
 from bioscara.model import load_parameters
-from bioscara.protocol import READ, Fault, JointState, Register
+from bioscara.protocol import Fault, JointState
 from bioscara.robot import Robot
 from bioscara.sim import SocketBus
 
@@ -29,50 +29,38 @@ SLACK = 0.25
 """What a busy machine may add: by so much does the server let its time lag behind [s]."""
 MOVING, RESTING = 0.3, 0.02
 """Speeds above and below which the joint surely moves and rests [rad/s]."""
-MOTOR_STEP_DEG = 1.8
 J4 = load_parameters().joints[3]
+MOTOR_STEP = math.radians(1.8) / abs(J4.reduction)
+"""A full step of the motor, at the joint [rad]."""
 HOST = Path(__file__).parent / "moving_host.py"
+ARM = Path(__file__).parent / "observed_arm.py"
 
 
 class Arm:
-    """The arm's process, and a client that only looks."""
+    """The arm's process, and what is really so."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.bus = SocketBus(path)
 
     def position(self) -> float:
-        """Position of the motor [degrees], without the joint's offset."""
-        return self._ask(Register.ANGLEMOVED)
+        """Position of the joint [rad]."""
+        return truth(self.path)[0][3]
 
     def speed(self) -> float:
         """Speed of the joint [rad/s]."""
-        rpm = self._ask(Register.GETENCODERRPM)
-        return abs(rpm * 2.0 * math.pi / 60.0 / J4.reduction)
-
-    def _ask(self, register: Register) -> float:
-        # A bare frame takes no part in the host's session, neither its sequence nor its watchdog.
-        message = READ[register]
-        request = Transaction(J4.address, message.encode_v1(), message.answer_size)
-        (answer,) = self.bus.transfer([request])
-        assert isinstance(answer, bytes), answer
-        return message.decode_v1(answer).values[0]
+        return abs(truth(self.path)[1][3])
 
 
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Arm]:
     path = tmp_path_factory.mktemp("simulate") / "arm.sock"
     with subprocess.Popen(
-        [sys.executable, "-u", "-m", "bioscara", "simulate", "--socket", str(path)],
-        stdout=subprocess.PIPE,
-        text=True,
+        [sys.executable, "-u", str(ARM), str(path)], stdout=subprocess.PIPE, text=True
     ) as process:
         assert process.stdout
-        assert str(path) in process.stdout.readline()
+        assert process.stdout.readline() == "listening\n"
         try:
-            served = Arm(path)
-            with served.bus:
-                yield served
+            yield Arm(path)
         finally:
             process.terminate()
             process.wait(10)
@@ -124,7 +112,7 @@ def test_the_joint_of_a_killed_host_stops_by_itself_and_the_next_host_learns_why
                 move()
         with pytest.raises(JointFaultError, match="SETPOINT_LOST"):
             joint.enable()
-        assert arm.position() == pytest.approx(rest, abs=MOTOR_STEP_DEG)
+        assert arm.position() == pytest.approx(rest, abs=MOTOR_STEP)
         assert not joint.is_enabled()
     with Robot.connect(f"sim:{arm.path}", evidence=tmp_path) as robot:
         assert [(fault.kind, fault.source) for fault in robot.faults] == [
@@ -135,4 +123,4 @@ def test_the_joint_of_a_killed_host_stops_by_itself_and_the_next_host_learns_why
         robot.acknowledge()
         robot.recover()
         assert not any(joint.is_enabled() for joint in robot.joints)
-    assert arm.position() == pytest.approx(rest, abs=MOTOR_STEP_DEG)
+    assert arm.position() == pytest.approx(rest, abs=MOTOR_STEP)

@@ -13,14 +13,12 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+from tests.system.observed_arm import truth
 
-from bioscara.bus import Transaction
 from bioscara.control.faults import FaultKind
 from bioscara.errors import FaultedError
 from bioscara.model import load_parameters
-from bioscara.protocol import READ, Register
 from bioscara.robot import Robot
-from bioscara.sim import SocketBus
 
 SILENCE = 0.060
 SLACK = 0.3
@@ -32,34 +30,25 @@ JOINTS = load_parameters().joints
 ROOT = Path(__file__).parents[2]
 
 
-def _ask(bus: SocketBus, register: Register) -> list[float]:
-    # An observer that asks on and on would take the bus from the host.
-    time.sleep(0.02)
-    # Bare frames take no part in the host's session, neither its sequence nor its watchdog.
-    message = READ[register]
-    requests = [
-        Transaction(joint.address, message.encode_v1(), message.answer_size) for joint in JOINTS
-    ]
-    answers = bus.transfer(requests)
-    return [message.decode_v1(answer).values[0] for answer in answers]  # type: ignore[arg-type]
-
-
-def speeds(bus: SocketBus) -> list[float]:
+def speeds(socket: Path) -> list[float]:
     """Speeds of the joints as shares of their highest."""
     return [
-        abs(rpm * math.tau / 60.0 / joint.reduction) / joint.max_velocity
-        for rpm, joint in zip(_ask(bus, Register.GETENCODERRPM), JOINTS, strict=True)
+        abs(speed) / joint.max_velocity
+        for speed, joint in zip(truth(socket)[1], JOINTS, strict=True)
     ]
 
 
-def positions(bus: SocketBus) -> list[float]:
-    """Positions of the motors [degrees]."""
-    return _ask(bus, Register.ANGLEMOVED)
+def turns(socket: Path) -> list[float]:
+    """Positions of the joints at their motors [degrees]."""
+    return [
+        math.degrees(position * joint.reduction)
+        for position, joint in zip(truth(socket)[0], JOINTS, strict=True)
+    ]
 
 
-def _start(folder: Path, script: str, socket: Path) -> subprocess.Popen[str]:
+def _start(folder: Path, script: str, *arguments: str) -> subprocess.Popen[str]:
     return subprocess.Popen(
-        [sys.executable, "-u", "-m", f"tests.system.{script}", str(socket)],
+        [sys.executable, "-u", "-m", f"tests.system.{script}", *arguments],
         stdout=subprocess.PIPE,
         text=True,
         cwd=folder,
@@ -80,7 +69,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def socket(folder: Path) -> Iterator[Path]:
     path = folder / "arm.sock"
-    with _start(folder, "homed_arm", path) as process:
+    with _start(folder, "observed_arm", str(path), "homed") as process:
         assert process.stdout
         assert process.stdout.readline() == "listening\n"
         try:
@@ -97,38 +86,37 @@ def test_host3_a_killed_robot_leaves_an_arm_at_rest_and_restarts_faulted_and_mot
 ) -> None:
     seed = random.randrange(2**32)
     print(f"seed {seed}, attempt {attempt}")  # noqa: T201 (pytest shows it when the test fails)
-    with SocketBus(socket) as bus:
-        with _start(folder, "moving_robot", socket) as host:
-            try:
-                assert host.stdout
-                assert host.stdout.readline() == "moving\n"
-                begin = time.monotonic()
-                phase = random.Random(seed).uniform(0.2, 1.2)
-                while max(speeds(bus)) < 0.2 or time.monotonic() - begin < phase:
-                    assert time.monotonic() - begin < 10.0, "the arm does not move"
-            finally:
-                host.kill()
-        assert host.returncode == -signal.SIGKILL
-        killed, fast = time.monotonic(), speeds(bus)
-        while max(speeds(bus)) > RESTING:
-            assert time.monotonic() - killed < 5.0, "the arm does not stop"
-        braking = max(
-            share * joint.max_velocity / joint.max_acceleration
-            for share, joint in zip(fast, JOINTS, strict=True)
-        )
-        assert time.monotonic() - killed < SILENCE + braking + SLACK
-        time.sleep(0.3)
-        rest = positions(bus)
-        with Robot.connect(f"sim:{socket}", evidence=folder / "again") as again:
-            assert [fault.kind for fault in again.faults] == [FaultKind.SETPOINT_LOST] * len(JOINTS)
-            assert [fault.source for fault in again.faults] == [joint.name for joint in JOINTS]
-            with pytest.raises(FaultedError, match="SETPOINT_LOST"):
-                again.enable()
-            assert all(joint.is_homed() for joint in again.joints)
-            assert positions(bus) == pytest.approx(rest, abs=MOTOR_STEP_DEG)
-            evidence = again.acknowledge()[0].evidence
-            assert evidence is not None
-            assert evidence.read_text().count("SETPOINT_LOST") >= len(JOINTS)
-            again.recover()
-            assert again.faults == ()
-        assert positions(bus) == pytest.approx(rest, abs=MOTOR_STEP_DEG)
+    with _start(folder, "moving_robot", str(socket)) as host:
+        try:
+            assert host.stdout
+            assert host.stdout.readline() == "moving\n"
+            begin = time.monotonic()
+            phase = random.Random(seed).uniform(0.2, 1.2)
+            while max(speeds(socket)) < 0.2 or time.monotonic() - begin < phase:
+                assert time.monotonic() - begin < 10.0, "the arm does not move"
+        finally:
+            host.kill()
+    assert host.returncode == -signal.SIGKILL
+    killed, fast = time.monotonic(), speeds(socket)
+    while max(speeds(socket)) > RESTING:
+        assert time.monotonic() - killed < 5.0, "the arm does not stop"
+    braking = max(
+        share * joint.max_velocity / joint.max_acceleration
+        for share, joint in zip(fast, JOINTS, strict=True)
+    )
+    assert time.monotonic() - killed < SILENCE + braking + SLACK
+    time.sleep(0.3)
+    rest = turns(socket)
+    with Robot.connect(f"sim:{socket}", evidence=folder / "again") as again:
+        assert [fault.kind for fault in again.faults] == [FaultKind.SETPOINT_LOST] * len(JOINTS)
+        assert [fault.source for fault in again.faults] == [joint.name for joint in JOINTS]
+        with pytest.raises(FaultedError, match="SETPOINT_LOST"):
+            again.enable()
+        assert all(joint.is_homed() for joint in again.joints)
+        assert turns(socket) == pytest.approx(rest, abs=MOTOR_STEP_DEG)
+        evidence = again.acknowledge()[0].evidence
+        assert evidence is not None
+        assert evidence.read_text().count("SETPOINT_LOST") >= len(JOINTS)
+        again.recover()
+        assert again.faults == ()
+    assert turns(socket) == pytest.approx(rest, abs=MOTOR_STEP_DEG)

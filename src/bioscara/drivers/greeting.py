@@ -1,6 +1,18 @@
-"""The first words to an address: who is there, and which version it speaks."""
+"""The first words to an address: who is there, and which version it speaks.
+
+A joint of version 1 answers HELLO, which it does not know, with its flags alone, and holds the
+clock of the whole bus low when more is read than it answers. So one byte is read first, and the
+rest only from a joint that showed the magic.
+
+A joint of version 2 answers its flags too when a request arrives so broken that it knows neither
+register nor trailer. Taken for version 1 it would be driven without check bytes, so that takes
+much: many such answers, each followed by an intact PING, no other answer among them, and no answer
+of version 2 on this bus before.
+"""
 
 from __future__ import annotations
+
+from weakref import WeakKeyDictionary
 
 from bioscara.bus import ADDRESSES, Bus, Transaction
 from bioscara.clock import Clock
@@ -11,61 +23,71 @@ from bioscara.errors import (
     NotSupportedError,
     WrongJointError,
 )
-from bioscara.protocol import MAGIC, PROTOCOL, READ, TRAILER, Register, crc8
+from bioscara.protocol import MAGIC, PROTOCOL, READ, TRAILER, Flags, Register
 
 LOOP = 25e-3
 """Existing firmware shows BUSY for an unknown register until its 10 ms loop came by, and forgets
 a command if another transaction comes first [s]."""
 
+_PLAIN_ANSWERS = 12
+"""Answers of version 1 to HELLO, with a PING after each, that make a joint one of version 1. Bits
+that flip in every request make a version 2 joint give such an answer in one of three cases."""
 _NEVER_V1 = 0xF0
 """Bits that version 1 never sets in the flags, which are all it answers to an unknown register."""
-_REFUSAL_SIZE = 3
-_MESSAGE = READ[Register.HELLO]
+_MAGIC_FIRST = MAGIC & 0xFF
+_MESSAGE, _PING = READ[Register.HELLO], READ[Register.PING]
+_WHOLE = _MESSAGE.answer_size + TRAILER
+_ACKNOWLEDGE = ord("O")
+
+_version_2: WeakKeyDictionary[Bus, set[int]] = WeakKeyDictionary()
+"""Addresses at which a joint answered as version 2, by bus; for the life of the bus object."""
 
 
 def greet(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> Hello | None:
-    """Return who answers at ``address``; None for somebody who does not know HELLO.
+    """Return who answers at ``address``; None for a joint of version 1.
 
-    HELLO is accepted with any sequence number, so nothing has to be known beforehand. A version 2
-    joint whose answers arrive broken must not pass for a version 1 joint, which is told apart
-    from it by its flags.
+    HELLO is accepted with any sequence number, so nothing has to be known beforehand.
 
     Args:
         bus: The bus.
         clock: Time of that bus.
         joint: Who should be there, for messages.
         address: 7-bit address.
-        tries: How often to ask.
+        tries: How many exchanges may fail.
 
     Raises:
-        CommunicationError: Nobody answers, or what is answered belongs to neither version.
-        WrongJointError: Each answer is sealed as that of another address.
+        CommunicationError: Nobody answers, or what is answered belongs to neither version, or to
+            version 1 where version 2 answered before.
+        WrongJointError: The joint takes only what is sealed for another address.
     """
-    request = Transaction(address, _MESSAGE.encode_v2(address, 0), _MESSAGE.answer_size + TRAILER)
-    problem: CommunicationError | None = None
-    strange: list[bytes] = []
-    plain = 0
-    for _ in range(tries):
-        result = bus.transfer((request,))[0]
-        if isinstance(result, CommunicationError):
-            problem = problem or result
-        elif (hello := _read(address, result)) is not None:
-            return hello
-        elif result and not result[0] & _NEVER_V1:
-            plain += 1
+    lost: CommunicationError | None = None
+    corrupt: CorruptFrameError | None = None
+    shown, plain, failures, refused = False, 0, 0, 0
+    while failures < tries:
+        try:
+            first = _MAGIC_FIRST if shown else _first_byte(bus, address, address)
+            if first == _MAGIC_FIRST:
+                shown = True
+                return _whole(bus, address, address)
+            refused += bool(first & Flags.REFUSED)
+            _require_plain(bus, address, first)
+            clock.sleep_until(clock.now() + LOOP)
+            _require_pong(bus, address)
+        except CorruptFrameError as error:
+            corrupt = error
+        except CommunicationError as error:
+            lost = lost or error
         else:
-            strange.append(result)
+            plain += 1
+            if plain < _PLAIN_ANSWERS:
+                continue
+            if corrupt is None:
+                return None
+        failures += 1
         clock.sleep_until(clock.now() + LOOP)
-    if plain and not strange:
-        return None
-    if len(strange) == tries > 1 and len(set(strange)) == 1:
-        _raise_if_foreign(joint, address, strange[0])
-    if strange:
-        raise CorruptFrameError(
-            f"answered {strange[-1].hex(' ')}, which is neither version's; check the wiring",
-            address,
-        )
-    raise problem or CorruptFrameError("no answer", address)
+    if refused == tries > 1:
+        _raise_if_foreign(bus, joint, address)
+    raise corrupt or lost or CorruptFrameError("no answer", address)
 
 
 def require_known(hello: Hello, joint: str, number: int, address: int) -> None:
@@ -89,20 +111,76 @@ def require_known(hello: Hello, joint: str, number: int, address: int) -> None:
         )
 
 
-def _read(address: int, result: bytes) -> Hello | None:
+def _exchange(bus: Bus, transaction: Transaction) -> bytes:
+    result = bus.transfer((transaction,))[0]
+    if isinstance(result, CommunicationError):
+        raise result
+    return result
+
+
+def _hello(address: int, sealed_for: int, read: int) -> Transaction:
+    return Transaction(address, _MESSAGE.encode_v2(sealed_for, 0), read)
+
+
+def _first_byte(bus: Bus, address: int, sealed_for: int) -> int:
+    answer = _exchange(bus, _hello(address, sealed_for, 1))
+    if len(answer) != 1:
+        raise _neither(address, answer)
+    return answer[0]
+
+
+def _whole(bus: Bus, address: int, sealed_for: int) -> Hello:
+    result = _exchange(bus, _hello(address, sealed_for, _WHOLE))
     try:
-        answer = _MESSAGE.decode_v2(address, 0, result)
-    except CorruptFrameError:
-        return None
-    return Hello.from_answer(answer) if answer.values and answer.values[0] == MAGIC else None
+        answer = _MESSAGE.decode_v2(sealed_for, 0, result)
+    except CorruptFrameError as error:
+        raise _neither(address, result) from error
+    if sealed_for == address:
+        _version_2.setdefault(bus, set()).add(address)
+    if not answer.values or answer.values[0] != MAGIC:
+        # The request arrived broken and was refused.
+        raise _neither(address, result)
+    return Hello.from_answer(answer)
 
 
-def _raise_if_foreign(joint: str, address: int, result: bytes) -> None:
+def _require_plain(bus: Bus, address: int, first: int) -> None:
+    if first & _NEVER_V1:
+        raise _neither(address, bytes((first,)))
+    if address in _version_2.get(bus, ()):
+        raise CorruptFrameError(
+            f"answered {first:02x} like a joint of version 1, but answered as version 2 before on "
+            "this bus; check the wiring, or end this program if the joint was exchanged",
+            address,
+        )
+
+
+def _require_pong(bus: Bus, address: int) -> None:
+    request = Transaction(address, _PING.encode_v1(), _PING.answer_size)
+    answer = _PING.decode_v1(_exchange(bus, request))
+    if answer.values[0] != _ACKNOWLEDGE:
+        raise CorruptFrameError(
+            f"answered PING with {int(answer.values[0]):#04x} instead of O; check the wiring",
+            address,
+        )
+
+
+def _neither(address: int, answer: bytes) -> CorruptFrameError:
+    return CorruptFrameError(
+        f"answered {answer.hex(' ')}, which is neither version's; check the wiring", address
+    )
+
+
+def _raise_if_foreign(bus: Bus, joint: str, address: int) -> None:
+    """Raise if the joint at ``address`` takes a HELLO that is sealed for another address."""
     for other in ADDRESSES:
-        seals = (result, result[:_REFUSAL_SIZE])
-        if other != address and any(crc8(seal, crc8((other << 1 | 1,))) == 0 for seal in seals):
-            raise WrongJointError(
-                f"{joint}: whoever answers at {address:#04x} is the joint of {other:#04x}; check "
-                "the wiring and the addresses",
-                joint,
-            )
+        try:
+            if other == address or _first_byte(bus, address, other) != _MAGIC_FIRST:
+                continue
+            _whole(bus, address, other)
+        except CommunicationError:
+            continue
+        raise WrongJointError(
+            f"{joint}: the joint that answers at {address:#04x} is the joint of {other:#04x}; "
+            "check the wiring and the addresses",
+            joint,
+        )

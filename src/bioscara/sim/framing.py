@@ -1,28 +1,156 @@
-"""The bytes between a simulated arm's process and its clients.
+"""The frames between a simulated arm's process and its hosts.
 
-A request is ``u16 count``, then per transaction ``u8 address, u8 size, u8 read`` and the bytes to
-write; the reply is ``u16 count``, then per transaction ``u8 outcome, u8 size`` and the bytes read.
+A frame is ``u16 size, u8 kind, u32 sequence`` and ``size`` bytes, little endian. A host sends HELLO
+with sequence 0 and gets WELCOME, then REQUESTs numbered from 1, each answered by the REPLY of the
+same number. REFUSAL carries a sentence and is the last frame of a connection.
+
+    HELLO    4s magic, u8 version, u32 process id, name of the program
+    WELCOME  nothing
+    REQUEST  u16 count, per transaction u8 address, u8 size, u8 read and the bytes to write
+    REPLY    u16 count, per transaction u8 outcome, u8 size and the bytes read
+    REFUSAL  text
+
 Everything is bounded: at most 64 transactions of at most 255 bytes each way.
 """
 
 from __future__ import annotations
 
-import socket
 import struct
 from collections.abc import Sequence
+from enum import IntEnum
+from typing import NamedTuple
 
 from bioscara.bus import Transaction
 from bioscara.errors import BusUnavailableError, InvalidArgumentError
 
 TRANSACTIONS_MAX = 64
 BYTES_MAX = 255
+NAME_MAX = 100
+TEXT_MAX = 1000
+_HEADER = struct.Struct("<HBI")
+_HELLO = struct.Struct("<4sBI")
+_MAGIC, _VERSION = b"BSIM", 1
 _COUNT = struct.Struct("<H")
 _HEAD = struct.Struct("<BBB")
 _RESULT = struct.Struct("<BB")
 
 
+class FrameKind(IntEnum):
+    """What a frame is."""
+
+    HELLO = 1
+    WELCOME = 2
+    REQUEST = 3
+    REPLY = 4
+    REFUSAL = 5
+
+
+_SIZE_MAX = {
+    FrameKind.HELLO: _HELLO.size + NAME_MAX,
+    FrameKind.WELCOME: 0,
+    FrameKind.REQUEST: _COUNT.size + TRANSACTIONS_MAX * (_HEAD.size + BYTES_MAX),
+    FrameKind.REPLY: _COUNT.size + TRANSACTIONS_MAX * (_RESULT.size + BYTES_MAX),
+    FrameKind.REFUSAL: TEXT_MAX,
+}
+
+
+class Frame(NamedTuple):
+    """One frame.
+
+    Attributes:
+        kind: What it is.
+        sequence: Its number; a reply has that of its request.
+        body: What it carries.
+    """
+
+    kind: FrameKind
+    sequence: int
+    body: bytes
+
+
+class Host(NamedTuple):
+    """A program that uses a simulated arm.
+
+    Attributes:
+        pid: Its process id.
+        name: Its name.
+    """
+
+    pid: int
+    name: str
+
+    def __str__(self) -> str:
+        return f"{self.name} (pid {self.pid})"
+
+
+def encode_frame(kind: FrameKind, sequence: int, body: bytes = b"") -> bytes:
+    """Return the bytes of a frame."""
+    return _HEADER.pack(len(body), kind, sequence) + body
+
+
+def next_frame(buffer: bytearray) -> Frame | None:
+    """Remove the first frame from ``buffer`` and return it; None while it is not complete.
+
+    Raises:
+        BusUnavailableError: The bytes are not the beginning of a frame.
+    """
+    if len(buffer) < _HEADER.size:
+        return None
+    size, kind, sequence = _HEADER.unpack_from(buffer)
+    if kind not in FrameKind.__members__.values():
+        raise BusUnavailableError(f"frames have a kind from 1 to {len(FrameKind)}, not {kind}")
+    if size > _SIZE_MAX[FrameKind(kind)]:
+        raise BusUnavailableError(
+            f"a {FrameKind(kind).name} of {size} bytes; it has at most {_SIZE_MAX[FrameKind(kind)]}"
+        )
+    end = _HEADER.size + size
+    if len(buffer) < end:
+        return None
+    body = bytes(buffer[_HEADER.size : end])
+    del buffer[:end]
+    return Frame(FrameKind(kind), sequence, body)
+
+
+def expect(frame: Frame, kind: FrameKind, sequence: int) -> bytes:
+    """Return the body of ``frame``.
+
+    Raises:
+        BusUnavailableError: It is of another kind or has another number.
+    """
+    if (frame.kind, frame.sequence) != (kind, sequence):
+        raise BusUnavailableError(
+            f"{frame.kind.name} number {frame.sequence} came where {kind.name} number {sequence} "
+            "was due"
+        )
+    return frame.body
+
+
+def encode_hello(host: Host) -> bytes:
+    """Return the body of a HELLO."""
+    name = host.name.encode(errors="replace")[:NAME_MAX]
+    return _HELLO.pack(_MAGIC, _VERSION, host.pid) + name
+
+
+def decode_hello(body: bytes) -> Host:
+    """Return who says HELLO.
+
+    Raises:
+        BusUnavailableError: It is no host, or one of another version.
+    """
+    if len(body) < _HELLO.size:
+        raise BusUnavailableError(f"a HELLO of {len(body)} bytes; it has at least {_HELLO.size}")
+    magic, version, pid = _HELLO.unpack_from(body)
+    if (magic, version) != (_MAGIC, _VERSION):
+        raise BusUnavailableError(
+            f"the host speaks {magic!r} version {version}, the simulated arm {_MAGIC!r} version "
+            f"{_VERSION}; use the same version of bioscara for both"
+        )
+    name = body[_HELLO.size :].decode(errors="replace")
+    return Host(pid, "".join(c if c.isprintable() else "?" for c in name) or "a program")
+
+
 def encode_request(transactions: Sequence[Transaction]) -> bytes:
-    """Return the request for ``transactions``.
+    """Return the body of the REQUEST for ``transactions``.
 
     Raises:
         InvalidArgumentError: More or larger transactions than a frame carries.
@@ -42,24 +170,28 @@ def encode_request(transactions: Sequence[Transaction]) -> bytes:
     return b"".join(parts)
 
 
-def receive_request(connection: socket.socket) -> list[Transaction]:
-    """Return the next request's transactions.
+def decode_request(body: bytes) -> list[Transaction]:
+    """Return the transactions of a REQUEST.
 
     Raises:
-        BusUnavailableError: The client went away or sent what is no request.
+        BusUnavailableError: It is not one.
     """
-    (count,) = _COUNT.unpack(receive(connection, _COUNT.size))
+    reader = _Reader(body)
+    (count,) = reader.unpack(_COUNT)
     if count > TRANSACTIONS_MAX:
-        raise BusUnavailableError(f"a client asked for {count} transactions at once")
+        raise BusUnavailableError(f"{count} transactions at once; at most {TRANSACTIONS_MAX}")
     transactions = []
     for _ in range(count):
-        address, size, read = _HEAD.unpack(receive(connection, _HEAD.size))
-        transactions.append(Transaction(address, receive(connection, size), read))
+        address, size, read = reader.unpack(_HEAD)
+        if address > 0x7F:
+            raise BusUnavailableError(f"address {address:#x}; an address is at most 0x7f")
+        transactions.append(Transaction(address, reader.take(size), read))
+    reader.end()
     return transactions
 
 
 def encode_reply(results: Sequence[bytes | int]) -> bytes:
-    """Return the reply that carries ``results``: bytes read, or an outcome number."""
+    """Return the body of the REPLY that carries ``results``: bytes read, or an outcome number."""
     parts = [_COUNT.pack(len(results))]
     for result in results:
         if isinstance(result, bytes):
@@ -69,34 +201,41 @@ def encode_reply(results: Sequence[bytes | int]) -> bytes:
     return b"".join(parts)
 
 
-def receive_reply(connection: socket.socket) -> list[bytes | int]:
-    """Return the next reply's results.
+def decode_reply(body: bytes, count: int) -> list[bytes | int]:
+    """Return the results of a REPLY to ``count`` transactions.
 
     Raises:
-        BusUnavailableError: The arm's process went away.
+        BusUnavailableError: It is not one.
     """
-    (count,) = _COUNT.unpack(receive(connection, _COUNT.size))
+    reader = _Reader(body)
+    (answered,) = reader.unpack(_COUNT)
+    if answered != count:
+        raise BusUnavailableError(f"{answered} results for {count} transactions")
     results: list[bytes | int] = []
     for _ in range(count):
-        outcome, size = _RESULT.unpack(receive(connection, _RESULT.size))
-        results.append(outcome or receive(connection, size))
+        outcome, size = reader.unpack(_RESULT)
+        read = reader.take(size)
+        results.append(outcome or read)
+    reader.end()
     return results
 
 
-def receive(connection: socket.socket, size: int) -> bytes:
-    """Return exactly ``size`` bytes.
+class _Reader:
+    """Takes a body apart from its beginning to its end."""
 
-    Raises:
-        BusUnavailableError: The other side went away before that.
-    """
-    parts = []
-    while size > 0:
-        try:
-            part = connection.recv(size)
-        except OSError as error:
-            raise BusUnavailableError(f"the connection broke: {error.strerror}") from error
-        if not part:
-            raise BusUnavailableError("the other side closed the connection")
-        parts.append(part)
-        size -= len(part)
-    return b"".join(parts)
+    def __init__(self, body: bytes) -> None:
+        self._body, self._at = body, 0
+
+    def take(self, size: int) -> bytes:
+        part = self._body[self._at : self._at + size]
+        if len(part) < size:
+            raise BusUnavailableError(f"a frame of {len(self._body)} bytes ends too early")
+        self._at += size
+        return part
+
+    def unpack(self, form: struct.Struct) -> tuple[int, ...]:
+        return form.unpack(self.take(form.size))
+
+    def end(self) -> None:
+        if self._at < len(self._body):
+            raise BusUnavailableError(f"a frame of {len(self._body)} bytes goes on after its end")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
-import selectors
+import select
 import socket
 import stat
 from collections.abc import Callable
@@ -13,13 +13,29 @@ from pathlib import Path
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.errors import BusUnavailableError
 from bioscara.sim.arm import SimulatedArm
-from bioscara.sim.framing import encode_reply, receive_request
+from bioscara.sim.framing import (
+    TEXT_MAX,
+    Frame,
+    FrameKind,
+    Host,
+    decode_hello,
+    decode_request,
+    encode_frame,
+    encode_reply,
+    expect,
+    next_frame,
+)
 
 _STEP = 0.002
 """How far simulated time may lag behind real time while nobody asks for anything [s]."""
 _LAG_MAX = 0.25
 """Lag that is made up for; after more, as when the machine slept, time is not caught up [s]."""
-_CLIENT_TIMEOUT = 1.0
+FRAME_TIMEOUT = 1.0
+"""Time that a client has for a whole frame, its HELLO included, and to take a reply [s]."""
+_CLIENTS_MAX = 16
+"""Connections at a time: the host, and those that have not said who they are."""
+_SEQUENCES = 2**32
+_RECEIVE = 2**16
 
 
 def serve(
@@ -31,8 +47,10 @@ def serve(
 ) -> None:
     """Let the arm live behind a Unix socket until ``cancelled``.
 
-    One client after another; the joints go on living when a client vanishes, which is the point.
-    The socket is its owner's alone.
+    One host at a time; the next is refused with the name and process id of the one that is there.
+    The joints go on living when a host vanishes, which is the point, and no client can hold their
+    time up: one that sends or takes too slowly, or what is no frame, is disconnected. The socket
+    is its owner's alone.
 
     Args:
         arm: The arm.
@@ -44,38 +62,205 @@ def serve(
     Raises:
         BusUnavailableError: The socket cannot be made, or somebody listens there.
     """
-    wall = MonotonicClock() if clock is None else clock
     path = str(path)
     listener = _listen(path)
+    server = _Server(arm, listener, MonotonicClock() if clock is None else clock)
     try:
         listening()
-        with selectors.DefaultSelector() as selector:
-            selector.register(listener, selectors.EVENT_READ)
-            lead = wall.now() - arm.now()
-            while not cancelled():
-                ready = selector.select(_STEP)
-                lead = _catch_up(arm, wall, lead)
-                for key, _ in ready:
-                    if key.fileobj is listener:
-                        _accept(listener, selector)
-                    else:
-                        _answer(arm, key.fileobj, selector, wall, lead)
-            for key in list(selector.get_map().values()):
-                _hang_up(key.fileobj)
+        while not cancelled():
+            server.step()
     finally:
+        server.close()
         listener.close()
         with contextlib.suppress(FileNotFoundError):
             os.unlink(path)
 
 
-def _catch_up(arm: SimulatedArm, wall: Clock, lead: float) -> float:
-    lag = wall.now() - lead - arm.now()
-    if lag > _LAG_MAX:
-        lead += lag - _STEP
-        lag = _STEP
-    if lag > 0.0:
-        arm.run(lag)
-    return lead
+class _Client:
+    """One connection; nothing here waits for the other side.
+
+    Attributes:
+        host: Who it is; None before its HELLO.
+        sequence: Number of the next frame from it.
+        deadline: When what is underway, either way, must be over [s]; None where nothing is.
+        due: When the reply may go [s].
+    """
+
+    def __init__(self, connection: socket.socket, now: float) -> None:
+        connection.setblocking(False)
+        self.connection = connection
+        self.host: Host | None = None
+        self.sequence = 0
+        self.deadline: float | None = now + FRAME_TIMEOUT
+        self.due = now
+        self._inbox, self._outbox = bytearray(), bytearray()
+
+    @property
+    def replying(self) -> bool:
+        """Whether a reply is underway; its next request is not looked at before."""
+        return bool(self._outbox)
+
+    def receive(self) -> None:
+        """Take what has arrived; at most so much as fits into one call.
+
+        Raises:
+            OSError: The client is gone.
+        """
+        try:
+            part = self.connection.recv(_RECEIVE)
+        except BlockingIOError:
+            return
+        if not part:
+            raise ConnectionAbortedError("closed by the client")
+        self._inbox += part
+
+    def next_frame(self, now: float) -> Frame | None:
+        """Return the next whole frame; a partial one gets a deadline with its first byte.
+
+        Raises:
+            BusUnavailableError: What arrived is no frame.
+        """
+        frame = next_frame(self._inbox)
+        if self.host is not None:
+            if frame is not None or not self._inbox:
+                self.deadline = None
+            elif self.deadline is None:
+                self.deadline = now + FRAME_TIMEOUT
+        return frame
+
+    def reply(self, frame: bytes, due: float) -> None:
+        """Send ``frame`` once it is ``due``."""
+        self._outbox += frame
+        self.due, self.deadline = due, due + FRAME_TIMEOUT
+
+    def send(self) -> None:
+        """Send as much of the reply as the client takes.
+
+        Raises:
+            OSError: The client is gone.
+        """
+        with contextlib.suppress(BlockingIOError):
+            del self._outbox[: self.connection.send(self._outbox)]
+        if not self._outbox:
+            self.deadline = None
+
+    def gone(self) -> bool:
+        """Return whether the other side has closed, whatever it sent before."""
+        poll = select.poll()
+        poll.register(self.connection, 0)
+        return bool(poll.poll(0))
+
+    def refuse(self, why: str) -> None:
+        """Send the reason as far as the client takes it."""
+        text = why.encode()[:TEXT_MAX]
+        with contextlib.suppress(OSError):
+            self.connection.send(encode_frame(FrameKind.REFUSAL, 0, text))
+
+
+class _Server:
+    """The arm in real time, and its clients."""
+
+    def __init__(self, arm: SimulatedArm, listener: socket.socket, wall: Clock) -> None:
+        self._arm, self._listener, self._wall = arm, listener, wall
+        listener.setblocking(False)
+        self._clients: list[_Client] = []
+        self._lead = wall.now() - arm.now()
+
+    def step(self) -> None:
+        """Wait a moment for clients, let the arm live, and serve who can be served."""
+        waiting = {client.connection: client for client in self._clients if not client.replying}
+        ready, _, _ = select.select([self._listener, *waiting], [], [], self._pause())
+        self._catch_up()
+        for socket_ in ready:
+            if socket_ is self._listener:
+                self._accept()
+            else:
+                self._attempt(waiting[socket_], self._hear)
+        for client in tuple(self._clients):
+            self._attempt(client, self._go_on)
+
+    def close(self) -> None:
+        """Hang up on everybody."""
+        for client in tuple(self._clients):
+            self._drop(client)
+
+    def _pause(self) -> float:
+        now = self._wall.now()
+        return min([_STEP, *(max(c.due - now, 0.0) for c in self._clients if c.replying)])
+
+    def _catch_up(self) -> None:
+        lag = self._wall.now() - self._lead - self._arm.now()
+        if lag > _LAG_MAX:
+            self._lead += lag - _STEP
+            lag = _STEP
+        if lag > 0.0:
+            self._arm.run(lag)
+
+    def _accept(self) -> None:
+        try:
+            connection, _ = self._listener.accept()
+        except OSError:
+            return  # Already gone again.
+        client = _Client(connection, self._wall.now())
+        self._clients.append(client)
+        if len(self._clients) > _CLIENTS_MAX:
+            client.refuse(f"it has {_CLIENTS_MAX} connections, and no more; end those programs")
+            self._drop(client)
+
+    def _attempt(self, client: _Client, step: Callable[[_Client], None]) -> None:
+        """Serve one client; who is gone or breaks the rules is disconnected."""
+        try:
+            step(client)
+        except OSError:
+            self._drop(client)
+        except BusUnavailableError as error:
+            client.refuse(str(error))
+            self._drop(client)
+
+    def _hear(self, client: _Client) -> None:
+        client.receive()
+        self._answer(client)
+
+    def _go_on(self, client: _Client) -> None:
+        """Send a reply that is due, and part with a client that exceeds its time."""
+        now = self._wall.now()
+        if client.replying and client.due <= now:
+            client.send()
+            if not client.replying:
+                self._answer(client)
+        if client.deadline is not None and now > client.deadline:
+            raise BusUnavailableError(f"it waits at most {FRAME_TIMEOUT:g} s for a whole frame")
+
+    def _answer(self, client: _Client) -> None:
+        frame = client.next_frame(self._wall.now())
+        if frame is None:
+            return
+        if client.host is None:
+            self._welcome(client, decode_hello(expect(frame, FrameKind.HELLO, 0)))
+        else:
+            request = decode_request(expect(frame, FrameKind.REQUEST, client.sequence))
+            body = encode_reply(self._arm.transfer(request))
+            # The bus took its time: a host that asks on and on must not make the arm live faster.
+            due = self._arm.now() + self._lead
+            client.reply(encode_frame(FrameKind.REPLY, client.sequence, body), due)
+        client.sequence = (client.sequence + 1) % _SEQUENCES
+
+    def _welcome(self, client: _Client, host: Host) -> None:
+        for other in tuple(self._clients):
+            if other.host is None:
+                continue
+            if not other.gone():
+                raise BusUnavailableError(
+                    f"it is used by {other.host}, and has one host at a time; end that one first"
+                )
+            self._drop(other)
+        client.host = host
+        client.reply(encode_frame(FrameKind.WELCOME, 0), self._wall.now())
+
+    def _drop(self, client: _Client) -> None:
+        if client in self._clients:
+            self._clients.remove(client)
+        client.connection.close()
 
 
 def _listen(path: str) -> socket.socket:
@@ -93,7 +278,7 @@ def _listen(path: str) -> socket.socket:
         ) from error
     finally:
         os.umask(mask)
-    listener.listen(1)
+    listener.listen(socket.SOMAXCONN)
     return listener
 
 
@@ -106,39 +291,12 @@ def _is_socket(path: str) -> bool:
 
 def _alive(path: str) -> bool:
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
+        # An arm whose process hangs accepts nobody, and is not to be waited for.
+        probe.setblocking(False)
         try:
             probe.connect(path)
+        except BlockingIOError:
+            return True
         except OSError:
             return False
     return True
-
-
-def _accept(listener: socket.socket, selector: selectors.BaseSelector) -> None:
-    connection, _ = listener.accept()
-    # A client that stops in the middle of a request must not stop the arm.
-    connection.settimeout(_CLIENT_TIMEOUT)
-    selector.register(connection, selectors.EVENT_READ)
-
-
-def _hang_up(connection: object) -> None:
-    if isinstance(connection, socket.socket):
-        connection.close()
-
-
-def _answer(
-    arm: SimulatedArm,
-    connection: object,
-    selector: selectors.BaseSelector,
-    wall: Clock,
-    lead: float,
-) -> None:
-    if not isinstance(connection, socket.socket):
-        return
-    try:
-        reply = encode_reply(arm.transfer(receive_request(connection)))
-        # The bus took its time: a client that asks on and on must not make the arm live faster.
-        wall.sleep_until(arm.now() + lead)
-        connection.sendall(reply)
-    except (OSError, BusUnavailableError):
-        selector.unregister(connection)
-        connection.close()

@@ -2,20 +2,41 @@
 
 from __future__ import annotations
 
+import os
 import socket
+import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from bioscara.bus import Bus, Transaction
 from bioscara.errors import BusUnavailableError, CommunicationError
 from bioscara.sim.firmware_bus import failure
-from bioscara.sim.framing import TRANSACTIONS_MAX, encode_request, receive_reply
+from bioscara.sim.framing import (
+    TRANSACTIONS_MAX,
+    FrameKind,
+    Host,
+    decode_reply,
+    encode_frame,
+    encode_hello,
+    encode_request,
+    expect,
+    next_frame,
+)
 
 _TIMEOUT = 2.0
+_SEQUENCES = 2**32
+_RECEIVE = 2**16
 
 
 class SocketBus(Bus):
     """Carries bytes to the arm behind a Unix socket; connects at the first transfer.
+
+    The arm has one host at a time: it is free for the next once this one is closed or its process
+    ended. A transfer that is interrupted, by Ctrl-C or anything else, closes the connection, since
+    its reply would answer the next request; whether it was carried out is then unknown. The next
+    transfer connects anew, so that what stops the joints still reaches them.
+
+    For one thread at a time.
 
     Args:
         path: The socket that ``bioscara simulate`` names.
@@ -24,33 +45,31 @@ class SocketBus(Bus):
     def __init__(self, path: str | Path) -> None:
         self._path = str(path)
         self._connection: socket.socket | None = None
+        self._received = bytearray()
+        self._sequence = 0
         self._closed = False
 
     def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
         """Carry out ``transactions`` in order.
 
         Raises:
-            BusUnavailableError: The bus is closed, or no arm answers behind the socket.
+            BusUnavailableError: The bus is closed, no arm answers behind the socket, or another
+                host uses the arm.
             InvalidArgumentError: A larger transaction than a frame carries.
         """
         if self._closed:
-            raise BusUnavailableError(f"the bus to {self._path} is closed")
-        requests = [
-            encode_request(transactions[begin : begin + TRANSACTIONS_MAX])
+            raise BusUnavailableError(f"the bus to {self._path} is closed; make a new one")
+        batches = [
+            transactions[begin : begin + TRANSACTIONS_MAX]
             for begin in range(0, len(transactions), TRANSACTIONS_MAX)
         ]
-        connection = self._connection or self._connect()
-        results: list[bytes | int] = []
+        requests = [(encode_request(batch), len(batch)) for batch in batches]
         try:
-            for request in requests:
-                connection.sendall(request)
-                results += receive_reply(connection)
-        except (OSError, BusUnavailableError) as error:
+            results = self._carry_out(requests)
+        except BaseException:
+            # Ctrl-C included: the reply that was not read would answer the next request.
             self._release()
-            raise BusUnavailableError(
-                f"the simulated arm behind {self._path} went away: {error}; "
-                f"start it with 'bioscara simulate --socket {self._path}'"
-            ) from error
+            raise
         return [
             result if isinstance(result, bytes) else failure(result, transaction.address)
             for result, transaction in zip(results, transactions, strict=True)
@@ -61,21 +80,56 @@ class SocketBus(Bus):
         self._closed = True
         self._release()
 
+    def _carry_out(self, requests: Sequence[tuple[bytes, int]]) -> list[bytes | int]:
+        connection = self._connection or self._connect()
+        results: list[bytes | int] = []
+        try:
+            for body, count in requests:
+                self._sequence = (self._sequence + 1) % _SEQUENCES
+                connection.sendall(encode_frame(FrameKind.REQUEST, self._sequence, body))
+                results += decode_reply(self._receive(connection, FrameKind.REPLY), count)
+        except OSError as error:
+            raise BusUnavailableError(
+                f"the simulated arm behind {self._path} went away or hangs: {error}; "
+                f"start it with 'bioscara simulate --socket {self._path}'"
+            ) from error
+        return results
+
     def _connect(self) -> socket.socket:
-        connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        connection = self._connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         connection.settimeout(_TIMEOUT)
         try:
             connection.connect(self._path)
+            self._sequence = 0
+            connection.sendall(encode_frame(FrameKind.HELLO, 0, encode_hello(_this_process())))
+            self._receive(connection, FrameKind.WELCOME)
         except OSError as error:
-            connection.close()
             raise BusUnavailableError(
                 f"no simulated arm behind {self._path} ({error.strerror or error}); "
                 f"start it with 'bioscara simulate --socket {self._path}'"
             ) from error
-        self._connection = connection
         return connection
 
+    def _receive(self, connection: socket.socket, kind: FrameKind) -> bytes:
+        while (frame := next_frame(self._received)) is None:
+            part = connection.recv(_RECEIVE)
+            if not part:
+                raise ConnectionAbortedError("the other side closed the connection")
+            self._received += part
+        if frame.kind is FrameKind.REFUSAL:
+            raise BusUnavailableError(
+                f"the simulated arm behind {self._path}: {frame.body.decode(errors='replace')}"
+            )
+        return expect(frame, kind, self._sequence)
+
     def _release(self) -> None:
-        connection, self._connection = self._connection, None
-        if connection is not None:
-            connection.close()
+        if self._connection is not None:
+            self._connection.close()
+        self._connection = None
+        self._received.clear()
+
+
+def _this_process() -> Host:
+    program = Path(sys.argv[0] if sys.argv else "")
+    name = program.parent.name if program.name == "__main__.py" else program.name
+    return Host(os.getpid(), name or "python")

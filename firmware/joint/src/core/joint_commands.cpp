@@ -229,7 +229,6 @@ void Joint::stop(bool hard) {
 
 void Joint::disable() {
   enabled_ = false;
-  if (!powered_) return;
   // Current goes off at standstill only: a motor without it does not brake.
   if (state_ != JointState::STOPPING) stop(false);
 }

@@ -55,8 +55,8 @@ void Wire::receive(const uint8_t* data, size_t size) {
     answer(frame);
   else
     refuse(data, size, frame, reason);
-  const bool intact = reason != Refusal::CRC && reason != Refusal::LENGTH &&
-                      reason != Refusal::UNKNOWN_REGISTER && reason != Refusal::OLD_SEQUENCE;
+  // What repeats or damages a frame leaves its answer in memory.
+  const bool intact = reason != Refusal::CRC && reason != Refusal::OLD_SEQUENCE;
   if (frame.checked && intact && frame.definition->code != Register::HELLO) {
     answered_ = frame.definition->code;
     memcpy(kept_, answer_, answer_size_);
@@ -114,7 +114,7 @@ Refusal Wire::order(const Frame& frame, bool& repeated) {
   const Register code = frame.definition->code;
   if (!frame.checked || code == Register::HELLO || code == Register::ARM) return Refusal::NONE;
   const auto ahead = static_cast<int8_t>(frame.sequence - sequence_);
-  if (counting_ && ahead == 0 && answered_ == code) {
+  if (ahead == 0 && answered_ == code) {
     repeated = true;
     return Refusal::NONE;
   }
@@ -238,7 +238,7 @@ Refusal Wire::decode(const Frame& frame, Command& command) const {
 }
 
 Refusal Wire::permitted(const Frame& frame, const Command& command) const {
-  const bool latched = status_.fault != Fault::NONE && (flags_ & mask(Flags::FAULT)) != 0;
+  const bool latched = (flags_ & mask(Flags::FAULT)) != 0;
   if (command.code == Register::SETUP && armed_ && latched) return Refusal::FAULT_LATCHED;
   if (command.code == Register::SETUP && (flags_ & mask(Flags::BUSY)) != 0) return Refusal::BUSY;
   if (!frame.definition->motion) return Refusal::NONE;

@@ -1,0 +1,115 @@
+// The two chips' drivers against answers that the simulated chips do not give.
+#include <cstdint>
+#include <map>
+
+#include "../joint/src/core/supervisor.h"
+#include "../joint/src/core/tle5012b.h"
+#include "testing.h"
+
+using namespace bioscara;
+
+namespace {
+
+// An encoder whose next answer the test writes.
+class Answers final : public Hal {
+ public:
+  std::uint16_t angle = 0;
+  std::uint16_t safety = 0x7000;
+  bool damaged = false;
+  // What the driver's registers were last set to.
+  std::map<int, std::uint32_t> written;
+
+  std::uint32_t micros() override { return 0; }
+  void driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&)[5]) override {
+    if ((sent[0] & 0x80) != 0)
+      written[sent[0] & 0x7F] = static_cast<std::uint32_t>(sent[1]) << 24 |
+                                static_cast<std::uint32_t>(sent[2]) << 16 |
+                                static_cast<std::uint32_t>(sent[3]) << 8 | sent[4];
+  }
+  void encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t) override {
+    const std::uint8_t bytes[] = {static_cast<std::uint8_t>(command >> 8),
+                                  static_cast<std::uint8_t>(command),
+                                  static_cast<std::uint8_t>(angle >> 8),
+                                  static_cast<std::uint8_t>(angle)};
+    std::uint8_t crc = 0xFF;
+    for (std::uint8_t byte : bytes) {
+      crc = static_cast<std::uint8_t>(crc ^ byte);
+      for (int bit = 0; bit < 8; ++bit)
+        crc = static_cast<std::uint8_t>(crc & 0x80 ? (crc << 1) ^ 0x1D : crc << 1);
+    }
+    words[0] = angle;
+    words[1] = static_cast<std::uint16_t>(safety | (static_cast<std::uint8_t>(~crc) ^ damaged));
+  }
+  void driver_enable(bool) override {}
+  ResetCause reset_cause() override { return ResetCause::POWER_ON; }
+  std::uint16_t boot_id() override { return 1; }
+  void feed_watchdog() override {}
+  void lock() override {}
+  void unlock() override {}
+};
+
+}  // namespace
+
+TEST(an_angle_counts_only_with_its_check_and_every_bit_of_health) {
+  Answers chip;
+  Tle5012b encoder(chip);
+  CHECK(encoder.setup(false));
+  chip.angle = 100;
+  CHECK(encoder.sample());
+  CHECK(encoder.counts() == 100);
+  chip.angle = 200;
+  // System error, interface error, angle not valid.
+  for (int bit : {14, 13, 12}) {
+    chip.safety = static_cast<std::uint16_t>(0x7000 & ~(1U << bit));
+    CHECK(!encoder.sample());
+  }
+  chip.safety = 0x7000;
+  chip.damaged = true;
+  CHECK(!encoder.sample());
+}
+
+TEST(every_bit_by_which_the_driver_reports_harm_is_a_fault) {
+  const auto fault = [](std::uint8_t gstat, std::uint32_t status) {
+    return driver_fault(gstat, status).fault;
+  };
+  CHECK(fault(0, 0) == Fault::NONE);
+  // Temperature warning, open loads, standstill and stall detection switch nothing off.
+  CHECK(fault(0, 1U << 26 | 3U << 29 | 1U << 31 | 1U << 24) == Fault::NONE);
+  CHECK(fault(0x01, 0) == Fault::DRIVER_RESET);
+  CHECK(fault(0x02, 0) == Fault::DRIVER);
+  CHECK(fault(0x04, 0) == Fault::DRIVER);
+  CHECK(fault(0, 1U << 25) == Fault::OVERTEMPERATURE);
+  CHECK(fault(0, 1U << 27) == Fault::DRIVER);
+  CHECK(fault(0, 1U << 28) == Fault::DRIVER);
+}
+
+TEST(what_the_driver_is_set_to_stays_within_its_registers) {
+  constexpr int kCurrents = 0x10, kAmax = 0x26, kVmax = 0x27, kDmax = 0x28;
+  Answers chip;
+  Tmc5130 driver(chip);
+  driver.setup();
+  // No current and no speed until a command asks for them.
+  CHECK(chip.written.at(kCurrents) == 0);
+  CHECK(chip.written.at(kVmax) == 0);
+  driver.set_acceleration(0.0F, 0.0F);
+  CHECK(chip.written.at(kAmax) == 1 && chip.written.at(kDmax) == 1);
+  driver.set_acceleration(1e30F, 1e30F);
+  CHECK(chip.written.at(kAmax) == 0xFFFE && chip.written.at(kDmax) == 0xFFFE);
+  driver.set_speed(1e30F);
+  CHECK(chip.written.at(kVmax) == 0x7FFE00);
+  driver.set_currents(255, 255);
+  CHECK(chip.written.at(kCurrents) == (31U << 8 | 31U));
+}
+
+TEST(the_load_is_bounded_and_a_field_lost_for_one_tick_is_no_stall) {
+  Answers chip;
+  const Motion motion(chip);
+  Supervisor supervisor;
+  supervisor.enable_stall(0);
+  CHECK(supervisor.load_percent(256.0F) == 50);
+  CHECK(supervisor.load_percent(-1e6F) == 255);
+  CHECK(supervisor.check(motion, 600.0F, 1).fault == Fault::NONE);
+  CHECK(supervisor.check(motion, 0.0F, 1).fault == Fault::NONE);
+  CHECK(supervisor.check(motion, 600.0F, 1).fault == Fault::NONE);
+  CHECK(supervisor.check(motion, -600.0F, 1).fault == Fault::STALL);
+}

@@ -1,0 +1,437 @@
+"""The simulated arm behind a socket: whose answer is whose, who gets in, and whose time goes on."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import random
+import select
+import signal
+import socket
+import stat
+import struct
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from types import FrameType
+
+import pytest
+
+from bioscara.bus import Transaction
+from bioscara.errors import BusUnavailableError, InvalidArgumentError, NoAcknowledgeError
+from bioscara.sim import SimulatedArm, SocketBus, framing, serve, server, socket_bus
+from bioscara.sim.framing import FrameKind, Host, encode_frame, encode_hello, encode_request
+
+PING, PONG = Transaction(0x11, b"\x0f", 2), b"O\x0c"
+FLAGS_ONLY, NO_PAYLOAD = Transaction(0x11, b"\x29\x00", 1), b"\x0c"
+LIMIT = 10.0
+"""Time after which a condition that is waited for counts as never met [s]."""
+SEEDS = range(int(os.environ.get("BIOSCARA_FAULT_SEEDS", "24")))
+
+
+class ManualClock:
+    """Real time as the test wants it."""
+
+    def __init__(self) -> None:
+        self.time = 100.0
+
+    def now(self) -> float:
+        return self.time
+
+    def sleep_until(self, deadline: float) -> None:
+        self.time = max(self.time, deadline)
+
+
+class HeldArm(SimulatedArm):
+    """Lets the test do something while a transfer is underway."""
+
+    during: Callable[[], None] = staticmethod(lambda: None)
+
+    def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | int]:
+        self.during()
+        return super().transfer(transactions)
+
+
+@contextlib.contextmanager
+def serving(path: Path, clock: ManualClock | None = None) -> Iterator[HeldArm]:
+    """An arm behind ``path``, served by a thread."""
+    arm, ended, listening = HeldArm(), threading.Event(), threading.Event()
+    thread = threading.Thread(
+        target=serve, args=(arm, path, ended.is_set, clock), kwargs={"listening": listening.set}
+    )
+    thread.start()
+    try:
+        assert listening.wait(LIMIT)
+        yield arm
+    finally:
+        ended.set()
+        thread.join(LIMIT)
+        assert not thread.is_alive()
+        assert not path.exists()
+
+
+def until(condition: Callable[[], bool], what: str) -> None:
+    """Wait for a condition."""
+    begin = time.monotonic()
+    while not condition():
+        assert time.monotonic() - begin < LIMIT, f"never: {what}"
+
+
+@contextlib.contextmanager
+def client(path: Path) -> Iterator[socket.socket]:
+    """A connection that says nothing by itself."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
+        connection.settimeout(LIMIT)
+        connection.connect(str(path))
+        yield connection
+
+
+def hung_up(connection: socket.socket) -> bool:
+    """Return whether the other side has closed."""
+    poll = select.poll()
+    poll.register(connection, 0)
+    return bool(poll.poll(0))
+
+
+def everything(connection: socket.socket) -> bytes:
+    """Return all that comes until the other side closes."""
+    parts = b""
+    # With unread bytes left, hanging up may come as a reset.
+    with contextlib.suppress(ConnectionResetError):
+        while part := connection.recv(1000):
+            parts += part
+    return parts
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    return tmp_path / "arm.sock"
+
+
+@pytest.fixture
+def arm(path: Path) -> Iterator[HeldArm]:
+    # Somebody died here and left this behind.
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as stale:
+        stale.bind(str(path))
+    with serving(path) as served:
+        yield served
+
+
+@pytest.mark.usefixtures("arm")
+def test_an_arm_behind_a_socket_answers_the_same_bytes(path: Path) -> None:
+    bus = SocketBus(path)
+    ok, nobody = bus.transfer([PING, Transaction(0x30, b"\x0f", 2)])
+    assert ok == PONG
+    assert isinstance(nobody, NoAcknowledgeError)
+    assert bus.transfer([PING] * 150) == [PONG] * 150
+    assert stat.S_IMODE(os.stat(path).st_mode) == 0o600
+    with pytest.raises(InvalidArgumentError, match="at most 255 bytes"):
+        bus.transfer([PING, PING._replace(write=bytes(256))])
+    assert bus.transfer([PING]) == [PONG]
+    bus.close()
+    with pytest.raises(BusUnavailableError, match="closed; make a new one"):
+        bus.transfer([PING])
+
+
+@pytest.mark.usefixtures("arm")
+def test_a_second_arm_cannot_take_the_socket(path: Path) -> None:
+    with pytest.raises(BusUnavailableError, match="cannot make the socket"):
+        serve(SimulatedArm(), path, lambda: True)
+    with SocketBus(path) as bus:
+        assert bus.transfer([PING]) == [PONG]
+
+
+def test_no_arm_behind_a_socket_names_the_command(path: Path) -> None:
+    with pytest.raises(BusUnavailableError, match="bioscara simulate --socket"):
+        SocketBus(path).transfer([PING])
+
+
+# Interruptions.
+
+
+def test_ctrl_c_inside_a_transfer_leaves_no_reply_behind(arm: HeldArm, path: Path) -> None:
+    caught, main = threading.Event(), threading.main_thread().ident
+    assert main is not None
+
+    def press_ctrl_c() -> None:
+        del arm.during
+        signal.pthread_kill(main, signal.SIGINT)
+        assert caught.wait(LIMIT)
+
+    with SocketBus(path) as bus:
+        assert bus.transfer([PING]) == [PONG]
+        arm.during = press_ctrl_c
+        with pytest.raises(KeyboardInterrupt):
+            bus.transfer([PING])
+        caught.set()
+        assert bus.transfer([FLAGS_ONLY]) == [NO_PAYLOAD]
+        assert bus.transfer([PING]) == [PONG]
+
+
+@pytest.mark.usefixtures("arm")
+def test_no_interruption_anywhere_in_a_transfer_spoils_the_next(path: Path) -> None:
+    files = {socket_bus.__file__, framing.__file__}
+    kept: list[BaseException] = []
+
+    def interrupted_at(line: int, bus: SocketBus) -> bool:
+        """Transfer; the given line of the bus's code raises. Return whether it was reached."""
+        count = 0
+
+        def trace(frame: FrameType, event: str, _: object) -> object:
+            nonlocal count
+            if frame.f_code.co_filename not in files:
+                return None
+            count += event == "line"
+            if event == "line" and count == line:
+                raise KeyboardInterrupt
+            return trace
+
+        before = sys.gettrace()
+        sys.settrace(trace)  # type: ignore[arg-type]
+        try:
+            bus.transfer([PING])
+        except KeyboardInterrupt as error:
+            # As an interactive interpreter keeps it, with all that its frames refer to.
+            kept.append(error)
+        finally:
+            sys.settrace(before)
+        return count >= line
+
+    for connected in (False, True):
+        line = 1
+        while True:
+            with SocketBus(path) as bus:
+                if connected:
+                    bus.transfer([PING])
+                if not interrupted_at(line, bus):
+                    break
+                assert bus.transfer([FLAGS_ONLY]) == [NO_PAYLOAD], f"line {line}"
+                assert bus.transfer([PING]) == [PONG], f"line {line}"
+            line += 1
+        assert line > 30
+    assert kept
+
+
+@contextlib.contextmanager
+def false_arm(path: Path, answer: bytes) -> Iterator[None]:
+    """Welcomes one host and gives this answer to its first request."""
+    with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as listener:
+        listener.bind(str(path))
+        listener.listen()
+
+        def act() -> None:
+            connection, _ = listener.accept()
+            with connection:
+                connection.recv(1000)
+                connection.sendall(encode_frame(FrameKind.WELCOME, 0))
+                connection.recv(1000)
+                connection.sendall(answer)
+                connection.recv(1000)
+
+        thread = threading.Thread(target=act)
+        thread.start()
+        yield
+        thread.join(LIMIT)
+        assert not thread.is_alive()
+
+
+@pytest.mark.parametrize(
+    ("answer", "words"),
+    [
+        (encode_frame(FrameKind.REPLY, 2, b"\1\0\0\2O\x0c"), "number 2 came where .* number 1"),
+        (encode_frame(FrameKind.WELCOME, 1), "WELCOME number 1 came where REPLY"),
+        (encode_frame(FrameKind.REPLY, 1, b"\2\0\0\0\0\0"), "2 results for 1"),
+        (encode_frame(FrameKind.REPLY, 1, b"\1\0\0\2O"), "ends too early"),
+        (encode_frame(FrameKind.REPLY, 1, b"\1\0\0\2O\x0c."), "goes on after its end"),
+        (struct.pack("<HBI", 0xFFFF, FrameKind.REPLY, 1), "at most"),
+        (b"\0\0\x77\0\0\0\0", "kind"),
+        (encode_frame(FrameKind.REFUSAL, 0, b"no more"), "no more"),
+        (b"\1", "went away or hangs"),
+    ],
+)
+def test_a_reply_that_belongs_to_another_request_or_none_is_refused(
+    path: Path, answer: bytes, words: str
+) -> None:
+    with false_arm(path, answer), SocketBus(path) as bus:
+        with pytest.raises(BusUnavailableError, match=words):
+            bus.transfer([PING])
+        # Nothing of that connection is left.
+        path.unlink()
+        with pytest.raises(BusUnavailableError, match="no simulated arm"):
+            bus.transfer([PING])
+
+
+# One host at a time.
+
+HOST = """
+import sys
+from bioscara.bus import Transaction
+from bioscara.sim import SocketBus
+with SocketBus(sys.argv[1]) as bus:
+    print(bus.transfer([Transaction(0x11, bytes((0x0f,)), 2)]), flush=True)
+    sys.stdin.read()
+"""
+
+
+@pytest.mark.usefixtures("arm")
+@pytest.mark.parametrize("end", ["close", "kill"])
+def test_a_second_host_is_refused_with_name_and_pid_of_the_first(
+    path: Path, tmp_path: Path, end: str
+) -> None:
+    script = tmp_path / "pipetting.py"
+    script.write_text(HOST)
+    with subprocess.Popen(
+        [sys.executable, str(script), str(path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as first:
+        try:
+            assert first.stdin
+            assert first.stdout
+            assert first.stdout.readline() == f"{[PONG]}\n"
+            with SocketBus(path) as second:
+                for _ in range(3):
+                    with pytest.raises(
+                        BusUnavailableError, match=rf"used by pipetting\.py \(pid {first.pid}\)"
+                    ):
+                        second.transfer([PING])
+                if end == "kill":
+                    first.kill()
+                else:
+                    first.stdin.close()
+                first.wait(LIMIT)
+                assert second.transfer([PING]) == [PONG]
+        finally:
+            first.kill()
+
+
+@pytest.mark.usefixtures("arm")
+def test_a_host_that_was_killed_with_a_request_underway_is_no_obstacle(path: Path) -> None:
+    for _ in range(20):
+        with client(path) as first:
+            first.sendall(encode_frame(FrameKind.HELLO, 0, encode_hello(Host(1, "first"))))
+            assert first.recv(100) == encode_frame(FrameKind.WELCOME, 0)
+            first.sendall(encode_frame(FrameKind.REQUEST, 1, encode_request([PING])))
+        with SocketBus(path) as second:
+            assert second.transfer([FLAGS_ONLY]) == [NO_PAYLOAD]
+
+
+# Slow, half-dead and talking nonsense.
+
+HELLO = encode_frame(FrameKind.HELLO, 0, encode_hello(Host(1, "slow")))
+REQUEST = encode_frame(FrameKind.REQUEST, 1, encode_request([PING] * 20))
+
+
+@pytest.mark.parametrize("host", [False, True])
+def test_a_client_that_sends_a_byte_at_a_time_holds_nothing_up(path: Path, host: bool) -> None:
+    clock = ManualClock()
+    step = server.FRAME_TIMEOUT / 10.0
+    with serving(path, clock) as arm, client(path) as slow:
+        if host:
+            slow.sendall(HELLO)
+            assert slow.recv(100) == encode_frame(FrameKind.WELCOME, 0)
+        dribble, begin, wall = REQUEST if host else HELLO, arm.now(), clock.time
+
+        def live() -> None:
+            clock.time += step
+            until(lambda: arm.now() >= begin + clock.time - wall - 1e-6, "the arm lives on")
+
+        for byte in dribble[:9]:
+            slow.sendall(bytes((byte,)))
+            live()
+        assert not hung_up(slow)
+        for _ in range(5):
+            live()
+        until(lambda: hung_up(slow), "who is too slow is parted with")
+        assert b"it waits at most 1 s for a whole frame" in everything(slow)
+
+
+def test_while_a_client_dribbles_a_host_is_served(path: Path, arm: HeldArm) -> None:
+    with client(path) as slow, SocketBus(path) as bus:
+        slow.sendall(HELLO[:5])
+        begin, served = arm.now(), 0
+        while not hung_up(slow):
+            assert bus.transfer([PING]) == [PONG]
+            served += 1
+        assert served > 10
+        assert arm.now() - begin > 0.5 * server.FRAME_TIMEOUT
+        assert bus.transfer([PING]) == [PONG]
+
+
+def test_a_host_that_takes_no_replies_is_parted_with(path: Path) -> None:
+    clock = ManualClock()
+    request = [Transaction(0x11, b"\x0f", 255)] * 64
+    with serving(path, clock) as arm, client(path) as deaf:
+        deaf.sendall(HELLO)
+        deaf.settimeout(0.05)
+        sequence, begin = 1, arm.now()
+        while not hung_up(deaf):
+            with contextlib.suppress(TimeoutError, OSError):
+                deaf.sendall(encode_frame(FrameKind.REQUEST, sequence, encode_request(request)))
+                sequence += 1
+            clock.time += 0.2
+            assert sequence < 1000
+        assert arm.now() > begin
+        with SocketBus(path) as bus:
+            clock.time += 10.0
+            bus_answers = threading.Thread(target=bus.transfer, args=([],))
+            bus_answers.start()
+            bus_answers.join(LIMIT)
+            assert not bus_answers.is_alive()
+
+
+@pytest.mark.parametrize(
+    ("junk", "words"),
+    [
+        (b"\xff\xff" + b"x" * 10, "kind"),
+        (b"GET / HTTP/1.1\r\n\r\n", "kind"),
+        (struct.pack("<HBI", 0xFFFF, FrameKind.HELLO, 0), "at most"),
+        (encode_frame(FrameKind.REQUEST, 1, b"\0\0"), "REQUEST number 1 came where HELLO"),
+        (encode_frame(FrameKind.HELLO, 0, b"BSIM"), "at least"),
+        (encode_frame(FrameKind.HELLO, 0, b"XSIM\1\0\0\0\0"), "same version"),
+        (HELLO + HELLO, "HELLO number 0 came where REQUEST number 1"),
+        (HELLO + encode_frame(FrameKind.REQUEST, 2, b"\0\0"), "number 2 came where"),
+        (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\xff\xff"), "65535 transactions"),
+        (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\2\0\x11\0\1"), "ends too early"),
+        (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\1\0\x91\0\1"), "address 0x91"),
+        (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\0\0\0"), "goes on after its end"),
+    ],
+)
+@pytest.mark.usefixtures("arm")
+def test_what_is_no_frame_is_refused_with_the_reason(path: Path, junk: bytes, words: str) -> None:
+    with client(path) as connection:
+        connection.sendall(junk)
+        assert words in everything(connection).decode(errors="replace")
+    with SocketBus(path) as bus:
+        assert bus.transfer([PING]) == [PONG]
+
+
+@pytest.mark.usefixtures("arm")
+@pytest.mark.parametrize("seed", SEEDS)
+def test_no_noise_keeps_a_host_from_its_arm(path: Path, seed: int) -> None:
+    chance = random.Random(seed)
+    frames = HELLO + REQUEST
+    with SocketBus(path) as bus:
+        assert bus.transfer([PING]) == [PONG]
+        for _ in range(10):
+            noise = bytearray(frames[: chance.randrange(len(frames) + 1)])
+            for _ in range(chance.randrange(4)):
+                noise[chance.randrange(len(noise) + 1) :] = chance.randbytes(chance.randrange(50))
+            with client(path) as connection:
+                with contextlib.suppress(OSError):
+                    connection.sendall(noise)
+                assert bus.transfer([FLAGS_ONLY, PING]) == [NO_PAYLOAD, PONG]
+
+
+@pytest.mark.usefixtures("arm")
+def test_many_connections_that_say_nothing_leave_the_arm_to_its_host(path: Path) -> None:
+    with SocketBus(path) as bus, contextlib.ExitStack() as stack:
+        assert bus.transfer([PING]) == [PONG]
+        crowd = [stack.enter_context(client(path)) for _ in range(40)]
+        assert bus.transfer([PING]) == [PONG]
+        assert b"connections" in everything(crowd[-1])
+        assert bus.transfer([PING]) == [PONG]

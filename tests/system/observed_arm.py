@@ -1,0 +1,66 @@
+"""An arm in a process of its own whose truth others see: ``observed_arm.py SOCKET [homed]``.
+
+The bus has one host at a time, and an observer on it would take time from that host. So the process
+writes where the joints really are, and how they really move, into a file beside the socket.
+"""
+
+from __future__ import annotations
+
+import mmap
+import os
+import signal
+import struct
+import sys
+import time
+from pathlib import Path
+
+from bioscara.model import load_parameters
+from bioscara.robot import Robot
+from bioscara.sim import FirmwareBus, SimulatedArm, serve
+from bioscara.sim.arm import JOINTS
+
+NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
+START = (-2.0, 0.25, 1.5, 1.5)
+_TRUTH = struct.Struct(f"<{2 * len(JOINTS)}d")
+
+
+def truth(socket: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
+    """Return positions and velocities of the joints of the arm behind ``socket``, now."""
+    # An observer that asks on and on would take the processor from the host.
+    time.sleep(0.005)
+    values = _TRUTH.unpack(_file(socket).read_bytes())
+    return values[: len(JOINTS)], values[len(JOINTS) :]
+
+
+def _file(socket: Path) -> Path:
+    return socket.with_suffix(".truth")
+
+
+def main() -> None:
+    ended: list[int] = []
+    signal.signal(signal.SIGTERM, lambda number, _: ended.append(number))
+    socket = Path(sys.argv[1])
+    if "homed" in sys.argv:
+        arm = SimulatedArm(positions=NEAR)
+        with Robot(FirmwareBus(arm), arm.clock, load_parameters(), "homing") as robot:
+            robot.home()
+            robot.move_joints(START)
+    else:
+        arm = SimulatedArm()
+    _file(socket).write_bytes(bytes(_TRUTH.size))
+    with _file(socket).open("r+b") as file, mmap.mmap(file.fileno(), _TRUTH.size) as shown:
+
+        def show() -> bool:
+            places = (arm.position(name) for name in JOINTS)
+            shown[:] = _TRUTH.pack(*places, *(arm.velocity(name) for name in JOINTS))
+            return bool(ended)
+
+        def listening() -> None:
+            os.write(sys.stdout.fileno(), b"listening\n")
+
+        show()
+        serve(arm, socket, show, listening=listening)
+
+
+if __name__ == "__main__":
+    main()
