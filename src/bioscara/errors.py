@@ -140,7 +140,11 @@ class ZoneError(InvalidArgumentError):
             remedy = "plan another way or correct the scene"
         elif margin > 0.0:
             rule = f"the margin of {margin * 1e3:.3g} mm is missed by {depth * 1e3:.1f} mm"
-            remedy = "plan another way or correct the scene"
+            remedy = (
+                "open the elbow first, by unfold(), or plan another way"
+                if zone in ("base_link", "link_1")
+                else "plan another way or correct the scene"
+            )
         else:
             rule = f"that is {depth * 1e3:.1f} mm nearer than where the arm began, folded up"
             remedy = "unfold the elbow alone first: unfold(), which is j3 to 0 and no other joint"

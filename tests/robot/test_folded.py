@@ -4,18 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
 import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from bioscara.errors import ZoneError
-from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
-from bioscara.planning import point_to_point
 from bioscara.planning.jog import JointVelocity
 from bioscara.planning.standing import STAND
-from bioscara.planning.unfolding import OPEN
 from bioscara.planning.zones import Cylinder, Scene
 from bioscara.robot import Robot
 from bioscara.robot.planner import Planner
@@ -212,29 +208,3 @@ def test_from_a_goal_that_was_free_the_arm_can_leave_again() -> None:
         robot.move_joints(goal)
         assert robot.plan.scene.clearance(robot.kinematics, [robot.state.positions])[0] < 5e-3
         robot.move_joints(start)
-
-
-def test_what_is_refused_at_once_goes_by_an_open_elbow() -> None:
-    folded = Folded()
-    folded.here = start = Joints(*HOMED)
-    goal = Joints(-3.04568, 0.33792, 2.13498786, -1.29199182)
-    direct = point_to_point([joint.name for joint in ARM.joints], start, goal, ARM.joints)
-    with pytest.raises(ZoneError):
-        folded.plan.scene.check(folded.plan.kinematics, direct, start, folded.clearance())
-    plan = folded.plan.joints(goal)
-    assert "the elbow moves alone" in plan.notes[-1]
-    rows = plan.trajectory.sample_many(np.linspace(0.0, plan.trajectory.duration, 400))[0]
-    closed = np.abs(rows[:, 2]) > OPEN
-    assert rows[-1] == pytest.approx(goal)
-    wrist = rows[closed][:, 3]
-    assert np.minimum(np.abs(wrist - start.j4), np.abs(wrist - goal.j4)).max() < 1e-9
-
-
-def test_unfold_is_the_elbow_alone_and_nothing_where_it_is_open() -> None:
-    folded = Folded()
-    way = folded.plan.unfold().trajectory
-    rows = way.sample_many(np.linspace(0.0, way.duration, 50))[0]
-    assert rows[-1, 2] == 0.0
-    assert np.ptp(rows[:, [0, 1, 3]], axis=0).max() == 0.0
-    folded.here = (*HOMED[:2], 0.0, HOMED[3])
-    assert folded.plan.unfold().trajectory.duration == 0.0
