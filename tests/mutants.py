@@ -553,6 +553,20 @@ MUTANTS = (
         ("tests/hardware/test_modes.py",),
     ),
     Mutant(
+        "a wrist is not turned beside a folded elbow",
+        "src/bioscara/robot/homing_rules.py",
+        "    _require_open_elbow(by_name, wanted)\n",
+        "",
+        ("tests/oracle/test_homing.py",),
+    ),
+    Mutant(
+        "the wrist is at its end stop before the elbow folds",
+        "src/bioscara/robot/homing_rules.py",
+        '"j3": ("j2", "j4")',
+        '"j3": ("j2",)',
+        ("tests/oracle/test_homing.py",),
+    ),
+    Mutant(
         "a joint that trails its commands",
         f"{CONTROL}/following.py",
         "if not error > limit:",

@@ -144,10 +144,12 @@ class ZoneError(InvalidArgumentError):
             if margin > 0.0
             else f"it may touch that, but this is {depth * 1e3:.1f} mm too deep"
         )
-        super().__init__(
-            f"{link} comes too near to {zone} {detail}; {rule}; plan another way or correct the "
-            "scene"
+        remedy = (
+            "open the elbow first, by unfold(), or plan another way"
+            if zone in ("base_link", "link_1")
+            else "plan another way or correct the scene"
         )
+        super().__init__(f"{link} comes too near to {zone} {detail}; {rule}; {remedy}")
 
 
 class GoalRejectedError(InvalidArgumentError):

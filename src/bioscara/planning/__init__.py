@@ -14,7 +14,8 @@ of a trajectory. For a path: ``curve``, ``joint_path``, ``path_limits``, ``tool_
 ``tool_speed`` for trajectories of any kind. For what is around: ``scene_file`` and ``zone_values``,
 ``bodies``, their ``shapes`` and a ``table`` of these, what of an arm is ``meeting``, ``layout`` for
 one arm and what of it is ``nearby``, ``sweep`` of a trajectory, ``standing``, ``stopping`` and
-``room`` of an arm in motion. For files: ``ros_yaml``, ``message_text`` and ``numbers``.
+``room`` of an arm in motion, ``unfolding`` of an arm that is near to itself. For files:
+``ros_yaml``, ``message_text`` and ``numbers``.
 
 Law: what ``check`` accepts stays within every limit at every instant.
 """

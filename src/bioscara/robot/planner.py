@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from itertools import pairwise
 from typing import NamedTuple
 
 from bioscara.arguments import flag, items, numbers, shown
-from bioscara.errors import InvalidArgumentError, TrajectoryError
+from bioscara.errors import InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check
@@ -19,6 +20,7 @@ from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.sequence import sequence
 from bioscara.planning.tool_limits import FULL, ToolLimits
 from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
+from bioscara.planning.unfolding import by_open_elbow, joined
 from bioscara.planning.waypoints import Waypoint
 from bioscara.planning.zones import Scene
 from bioscara.robot.poses import TeachTable
@@ -148,6 +150,8 @@ class Planner:
     def joints(self, goal: Sequence[float], speed: float = 1.0) -> Plan:
         """Plan to a place of the joints; they start and end together.
 
+        Where the arm would so come too near to itself, because it is folded up or shall be, the
+        elbow opens alone first and closes alone at last, if that way is free; a note says so.
         Joints that were pushed beyond a limit by hand are led back by it.
 
         Args:
@@ -165,7 +169,30 @@ class Planner:
         if len(goal) != len(self._names):
             raise TrajectoryError(f"{len(goal)} positions for {len(self._names)} joints")
         here = self.here()
-        return self._free(point_to_point(self._names, here, goal, self._planned, speed=speed), here)
+        direct = point_to_point(self._names, here, goal, self._planned, speed=speed)
+        try:
+            return self._free(direct, here)
+        except ZoneError as refused:
+            plan = self._by_open_elbow(here, goal, speed) if self._is_own(refused) else None
+            if plan is None:
+                raise
+            return plan
+
+    def unfold(self, speed: float = 1.0) -> Plan:
+        """Plan to open the elbow alone, j3 to 0: the way out of an arm that is folded up.
+
+        From where homing leaves the arm this is free at every width of the gripper, and from there
+        every place with an open elbow can be gone to, ``center`` for one.
+
+        Args:
+            speed: Share of the speed limits to use, 0.001 to 1.
+
+        Raises:
+            NotHomedError: A joint does not know where it is.
+            ZoneError: The way leads through something.
+        """
+        here = self.here()._replace(j3=0.0)
+        return self.joints(here, speed)
 
     def to(self, pose: Pose, speed: float = 1.0) -> Plan:
         """Plan to a pose by the joints' shortest way; the tool's path is not a line.
@@ -310,6 +337,27 @@ class Planner:
         if len(values) != len(self._names):
             raise TrajectoryError(f"{what}: {len(values)} positions for {len(self._names)} joints")
         return Joints(*values)
+
+    def _by_open_elbow(self, here: Joints, goal: Sequence[float], speed: float) -> Plan | None:
+        """Return a way whose elbow moves alone while it is not open; None where none is free."""
+        places = by_open_elbow(here, goal)
+        if len(places) == 2:
+            return None
+        note = "the elbow moves alone where the arm is folded up: together the hand would touch it"
+        try:
+            legs = [
+                point_to_point(self._names, begin, end, self._planned, speed=speed)
+                for begin, end in pairwise(places)
+            ]
+            if not self.full_speed:
+                legs = [reduced(leg, self.kinematics, here)[0] for leg in legs]
+            return self._free(joined(legs), here, (note,))
+        except (TrajectoryError, ZoneError):
+            return None  # A joint that was pushed beyond its limit cannot stay there either.
+
+    def _is_own(self, refused: ZoneError) -> bool:
+        """Return whether it is the arm itself that would be touched."""
+        return refused.zone not in {"table", *(zone.name for zone in self.scene.zones)}
 
     def _start(self) -> Joints:
         return self._inside(self.here())

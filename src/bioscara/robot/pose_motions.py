@@ -104,6 +104,19 @@ class PoseMotions(ABC):
         """
         self._carry_out(self.plan.named(name, speed))
 
+    @exclusive("unfold()")
+    def unfold(self, speed: float = 1.0) -> None:
+        """Open the elbow alone, j3 to 0: the way out of an arm that homing left folded up.
+
+        Args:
+            speed: Share of the speed limits to use, 0.001 to 1.
+
+        Raises:
+            NotHomedError: A joint does not know where it is.
+            ZoneError: The way leads through something; nothing moved.
+        """
+        self._carry_out(self.plan.unfold(speed))
+
     @exclusive("move_sequence()")
     def move_sequence(self, waypoints: Sequence[Waypoint]) -> None:
         """Move along waypoints with rounded corners; errors as :meth:`move_to`."""

@@ -16,6 +16,7 @@ from bioscara.planning import Trajectory
 from bioscara.planning.tool_speed import REDUCED_SPEED
 from bioscara.report import Phase
 from bioscara.robot.connection import Connection
+from bioscara.robot.homing_rules import joints_to_home
 from bioscara.robot.planner import Plan
 from bioscara.robot.pose_motions import PoseMotions, Velocity
 from bioscara.robot.records import Cancelled, Observe, ignore, never
@@ -54,6 +55,10 @@ class Robot(Connection, PoseMotions):
     ) -> None:
         """Home the joints that are not homed, in the order of the parameters.
 
+        A homed joint is homed again where the hand could else meet the arm: the lift before the
+        wrist, lift and wrist before the elbow; ``warnings`` say so. Nothing is known of the joints
+        that are not homed: the elbow must be open, and the gripper empty.
+
         Args:
             observe: Takes a record of all joints each cycle.
             cancelled: Asked each cycle; True ends the homing.
@@ -61,7 +66,8 @@ class Robot(Connection, PoseMotions):
 
         Raises:
             MotionCancelledError: It was asked to end; the arm is at rest.
-            HomingError: A joint found no home that can be trusted.
+            HomingError: A joint found no home that can be trusted; or the elbow is known to be
+                folded and the wrist is not homed, and nothing moved.
             BusyError: Another call is using the arm.
             BioscaraError: As the drivers.
         """
@@ -69,13 +75,10 @@ class Robot(Connection, PoseMotions):
         self._pace(self._pace_homing)
         motion = self._motion(observe, cancelled, timeout)
         self._engage()
-        directions = {
-            axis.name: axis.joint.parameters.homing.velocity
-            for axis in stack.arm.axes
-            if not axis.homed
-        }
+        directions, notes = joints_to_home(stack.arm.axes)
         if not directions:
             return
+        stack.supervisor.warnings.extend(notes)
         stack.use(HOMING, self.clock.now())
         goal = motion.pursue(lambda: stack.homing.send_goal(directions), Phase.HOMING)
         if goal.status is not Status.SUCCEEDED:

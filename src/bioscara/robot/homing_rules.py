@@ -1,0 +1,68 @@
+"""Which joints a homing homes, so that the hand does not sweep through the column meanwhile.
+
+In the order of the parameters, from the lift to the elbow, no joint leads the hand into the arm
+unless the elbow is folded when the wrist turns. That holds while each joint has come to its end
+stop before the next one begins, so where some joints are homed already, two things are looked at:
+whether these stand where homing would have left them, and whether the elbow is folded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from bioscara.errors import HomingError
+from bioscara.hardware.axis import Axis
+
+FOLDED = 2.4
+"""Angle of the elbow [rad] from which on the wrist cannot turn all the way: a jaw would meet the
+column, on the meshes of the arm from 2.44 rad on, with the lift up and the jaws wide open."""
+BEFORE: Mapping[str, Sequence[str]] = {"j4": ("j2",), "j3": ("j2", "j4")}
+"""Joints that are at their end stops before this one goes to its own."""
+AT_STOP = {"rad": 0.1, "m": 0.05}
+"""How far from its end stop a joint may be and count as there [rad or m]."""
+
+
+def joints_to_home(axes: Sequence[Axis]) -> tuple[dict[str, float], list[str]]:
+    """Return how to home an arm.
+
+    Args:
+        axes: All joints of the arm.
+
+    Returns:
+        The joints to home, each with a number whose sign is the direction; and a sentence for each
+        of them that is homed and has to be so again.
+
+    Raises:
+        HomingError: The elbow is known to be folded and the wrist is not known.
+    """
+    by_name = {axis.name: axis for axis in axes}
+    wanted = {axis.name for axis in axes if not axis.homed}
+    _require_open_elbow(by_name, wanted)
+    notes = []
+    for name in sorted(wanted):
+        for other in BEFORE.get(name, ()):
+            axis = by_name[other]
+            parameters = axis.joint.parameters
+            off = abs(axis.position.value - parameters.home_position)
+            if other not in wanted and not off <= AT_STOP[parameters.unit]:
+                wanted.add(other)
+                notes.append(
+                    f"{other} is homed again, before {name}: it is {off:.3g} {parameters.unit} "
+                    "from its end stop, where the hand could meet the arm"
+                )
+    directions = {
+        name: axis.joint.parameters.homing.velocity
+        for name, axis in by_name.items()
+        if name in wanted
+    }
+    return directions, notes
+
+
+def _require_open_elbow(axes: Mapping[str, Axis], wanted: set[str]) -> None:
+    elbow = axes["j3"]
+    if "j4" in wanted and "j3" not in wanted and not abs(elbow.position.value) <= FOLDED:
+        raise HomingError(
+            f"j4 is not homed and the elbow is folded, j3 at {elbow.position.value:.3f} rad: "
+            "turning, the hand could meet the column; disable() the arm, open the elbow by hand "
+            f"to less than {FOLDED:g} rad and home again"
+        )

@@ -1,0 +1,42 @@
+"""The way out of the arm that homing left folded up, and the planner that finds it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from bioscara.errors import ZoneError
+from bioscara.kinematics import Joints
+from bioscara.model import load_parameters
+from bioscara.planning import point_to_point
+from bioscara.planning.unfolding import OPEN
+from bioscara.robot.planner import Planner
+
+ARM = load_parameters()
+NAMES = [joint.name for joint in ARM.joints]
+HOMED = Joints(-3.04568, 0.33792, 2.62565, 3.00842)
+
+
+def planner(here: Joints = HOMED) -> Planner:
+    return Planner(ARM, lambda: here)
+
+
+def test_what_is_refused_at_once_goes_by_an_open_elbow() -> None:
+    plan, goal = planner(), Joints(-3.04568, 0.33792, 2.13498786, -1.29199182)
+    with pytest.raises(ZoneError, match=r"unfold\(\)"):
+        plan.trajectory(point_to_point(NAMES, HOMED, goal, ARM.joints), HOMED)
+    found = plan.joints(goal)
+    assert "the elbow moves alone" in found.notes[-1]
+    way = found.trajectory
+    rows = way.sample_many(np.linspace(0.0, way.duration, 400))[0]
+    assert rows[-1] == pytest.approx(goal)
+    wrist = rows[np.abs(rows[:, 2]) > OPEN][:, 3]
+    assert np.minimum(np.abs(wrist - HOMED.j4), np.abs(wrist - goal.j4)).max() < 1e-9
+
+
+def test_unfold_is_the_elbow_alone_and_nothing_where_it_is_open() -> None:
+    way = planner().unfold().trajectory
+    rows = way.sample_many(np.linspace(0.0, way.duration, 50))[0]
+    assert rows[-1, 2] == 0.0
+    assert np.ptp(rows[:, [0, 1, 3]], axis=0).max() == 0.0
+    assert planner(HOMED._replace(j3=0.0)).unfold().trajectory.duration == 0.0
