@@ -229,33 +229,30 @@ class Watched:
             # Whatever it was thrown to before, a joint that cannot follow has lost its reference.
             self.renew()
 
-    def stream(
-        self, interfaces: Sequence[str], commands: Callable[[], Sequence[Sequence[float]] | None]
-    ) -> None:
-        """Let forward controllers command all joints, raw, until there is no more; then hold.
+    def stream(self, interface: str, commands: Callable[[], Sequence[float] | None]) -> None:
+        """Let a forward controller command all joints, raw, until there is no more; then hold.
 
         Args:
-            interfaces: What they command.
-            commands: Returns for each of these a value for each joint, or None to end.
+            interface: Position or velocity.
+            commands: Returns a value for each joint, or None to end.
         """
         robot = self.robot
         robot.plan.here()
         robot._ready()
         stack = robot._running()
-        raw = [self._forward(interface) for interface in interfaces]
+        raw = self._forward(interface)
         leaving = [
             other.name
             for other in stack.manager.controllers
             if other.state is State.ACTIVE and other.command_interfaces and other.name != GRIPPER
         ]
-        stack.manager.switch(robot.clock.now(), [each.name for each in raw], leaving)
+        stack.manager.switch(robot.clock.now(), [raw.name], leaving)
 
         def done() -> bool:
             values = commands()
             if values is None:
                 return True
-            for each, some in zip(raw, values, strict=True):
-                each.command(some)
+            raw.command(values)
             return False
 
         motion = robot._motion(self.look, never)
