@@ -229,18 +229,17 @@ class Watched:
             # Whatever it was thrown to before, a joint that cannot follow has lost its reference.
             self.renew()
 
-    def stream(self, interface: str, commands: Callable[[], Sequence[float] | None]) -> None:
-        """Let a forward controller command all joints, raw, until there is no more; then hold.
+    def stream(self, commands: Callable[[], Sequence[float] | None]) -> None:
+        """Let a forward controller command positions, raw, until there is no more; then hold.
 
         Args:
-            interface: Position or velocity.
-            commands: Returns a value for each joint, or None to end.
+            commands: Returns a position for each joint, or None to end.
         """
         robot = self.robot
         robot.plan.here()
         robot._ready()
         stack = robot._running()
-        raw = self._forward(interface)
+        raw = self._forward()
         leaving = [
             other.name
             for other in stack.manager.controllers
@@ -261,10 +260,10 @@ class Watched:
         cycles = iter(range(40))
         motion.run(lambda: next(cycles, None) is None, Phase.STOPPING)
 
-    def _forward(self, interface: str) -> ForwardCommandController:
-        manager, name = self.robot._running().manager, f"raw {interface}"
+    def _forward(self) -> ForwardCommandController:
+        manager, name = self.robot._running().manager, "raw"
         if name not in {each.name for each in manager.controllers}:
-            values = {"joints": NAMES, "interface_name": interface}
+            values = {"joints": NAMES, "interface_name": "position"}
             manager.load(name, ForwardCommandController.TYPE, values)
             manager.configure(name)
         forward = manager.controller(name)

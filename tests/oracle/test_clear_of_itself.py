@@ -291,29 +291,22 @@ def test_jogs_of_the_plant(watched: Watched) -> None:
     tally.end()
 
 
-def setpoints(
-    start: Array, rng: np.random.Generator, interface: str
-) -> Callable[[], list[float] | None]:
-    """Return a source of setpoints for a second: positions or velocities."""
-    fastest = np.array([joint.max_velocity for joint in ARM.joints])
-    place = start
-    values, left = start.tolist() if interface == "position" else [0.0] * 4, 100
+def setpoints(start: Array, rng: np.random.Generator) -> Callable[[], list[float] | None]:
+    """Return a source of positions for a second."""
+    place, left = start, 100
 
     def ask() -> list[float] | None:
-        nonlocal place, values, left
+        nonlocal place, left
         if left % 25 == 0:
             some = rng.random(4) < rng.choice((0.3, 0.6, 1.0))
-            rates = fastest * rng.uniform(-1.0, 1.0, 4) * some
             place = np.where(some, goal_near(start, rng), place)
-            values = (place if interface == "position" else rates).tolist()
         left -= 1
-        return None if left < 0 else values
+        return None if left < 0 else place.tolist()
 
     return ask
 
 
-@pytest.mark.parametrize("interface", ["position", "velocity"])
-def test_raw_streams(watched: Watched, interface: str) -> None:
+def test_raw_streams(watched: Watched) -> None:
     tally, rng = Tally(25), np.random.default_rng(25)
     for number in blocks(watched, rng, COUNT // 2):
         # A stream from home, and others from wherever that ended.
@@ -322,8 +315,8 @@ def test_raw_streams(watched: Watched, interface: str) -> None:
             where = "from home"
             watched.fold()
         begin = np.array(watched.robot.state.positions)
-        ask = setpoints(begin, rng, interface)
-        rows = run(watched, tally, where, partial(watched.stream, interface, ask))
+        ask = setpoints(begin, rng)
+        rows = run(watched, tally, where, partial(watched.stream, ask))
         tally.judge(where, number, rows, carrying=watched.carrying)
     tally.end()
 
