@@ -169,7 +169,7 @@ def test_what_never_touches_never_does_and_what_may_is_checked(pin: Any, share: 
 
 
 def test_the_collision_bodies_are_what_is_seen() -> None:
-    for link in drawing(SHAPE.upper_arm, SHAPE.forearm):
+    for link in drawing(SHAPE):
         seen = [
             read_stl((DESCRIPTION / f"meshes/visual/{link.name}_{finish}.stl").read_bytes())
             for finish in FINISHES
@@ -193,7 +193,7 @@ def test_links_are_as_large_as_those_of_the_existing_arm() -> None:
         "left_jaw_link": ((-0.1509, -0.1391, -0.1466), (0.02, 0.026, -0.0606)),
         "right_jaw_link": ((-0.02, -0.1391, -0.1466), (0.1509, 0.026, -0.0606)),
     }
-    for link in drawing(SHAPE.upper_arm, SHAPE.forearm):
+    for link in drawing(SHAPE):
         points = np.concatenate([part.solid.triangles.reshape(-1, 3) for part in link.parts])
         lower, upper = boxes[link.name]
         assert points.min(axis=0) == pytest.approx(lower, abs=1e-4)

@@ -90,7 +90,7 @@ class GripperActionController(Controller[GripperActionParameters]):
 
     @property
     def proven(self) -> bool:
-        """True: the arm is kept clear as if its jaws were as wide as they can be."""
+        """True: a goal is looked at by who sends it, and the arm kept clear of all of its way."""
         return True
 
     def on_configure(self) -> None:

@@ -39,7 +39,7 @@ def read_stl(content: bytes) -> Array:
 
 def files(geometry: GeometryParameters) -> dict[str, bytes]:
     """Return every file that follows from the drawing, by its path in the description."""
-    links = drawing(geometry.upper_arm, geometry.forearm)
+    links = drawing(geometry)
     out = {"links.yaml": _properties(links).encode()}
     for link in links:
         for finish, printed in zip(FINISHES, (True, False), strict=True):

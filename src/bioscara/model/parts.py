@@ -7,7 +7,7 @@ person recognises the arm, and is no manufacturing data. Metres, in the frames o
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 from bioscara.model.solids import Moments, Solid, box, capsule, cylinder, filled, prism, shell
 
@@ -172,18 +172,29 @@ def _jaw(name: str, side: float, rack_at: float) -> Link:
     )
 
 
-def drawing(upper_arm: float, forearm: float) -> tuple[Link, ...]:
+class Lengths(Protocol):
+    """Lengths of an arm, by which its bars are drawn; parameters and kinematics have them."""
+
+    @property
+    def upper_arm(self) -> float:
+        """From the column's axis to the elbow's [m]."""
+
+    @property
+    def forearm(self) -> float:
+        """From the elbow's axis to the wrist's [m]."""
+
+
+def drawing(geometry: Lengths) -> tuple[Link, ...]:
     """Return the links that have a body, from the base to the jaws.
 
     Args:
-        upper_arm: From the column's axis to the elbow's [m].
-        forearm: From the elbow's axis to the wrist's [m].
+        geometry: Lengths of the arm; the arms are as long as it says.
     """
     return (
         _base(),
         _column(),
-        _upper_arm(upper_arm),
-        _forearm(forearm),
+        _upper_arm(geometry.upper_arm),
+        _forearm(geometry.forearm),
         _wrist(),
         *hand(),
     )

@@ -73,9 +73,9 @@ GRIPPER = tuple(
 
 
 @lru_cache(maxsize=4)
-def _links(upper_arm: float, forearm: float) -> tuple[Body, ...]:
+def _links(geometry: Geometry) -> tuple[Body, ...]:
     """Return the links of the arm from its base to the wrist."""
-    links = drawing(upper_arm, forearm)
+    links = drawing(geometry)
     return tuple(
         body for frame, link in enumerate(links[:5]) for body in _bodies(link, link.name, frame)
     )
@@ -95,7 +95,7 @@ def arm_of(
     """
     point = Prism(tool.x, tool.y, 0.0, 0.0, tool.z, tool.z)
     return (
-        *_links(geometry.upper_arm, geometry.forearm),
+        *_links(geometry),
         *(_placed(body, widths) for body in mounted),
         Body("tool", WRIST, (point,)),
     )
