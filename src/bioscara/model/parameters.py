@@ -53,6 +53,7 @@ class JointParameters:
             512 + 32 x this [microsteps of the motor]; 0 for no detection. Firmware of the
             existing arms takes 10 x this instead.
         homing: How it is homed.
+        belt_period: Period in which the load swings behind its belt [s]; 0 where it is rigid.
     """
 
     name: str
@@ -68,6 +69,7 @@ class JointParameters:
     hold_current_percent: int
     stall_threshold: int
     homing: HomingParameters
+    belt_period: float = 0.0
 
     @property
     def home_position(self) -> float:

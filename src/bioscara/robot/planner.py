@@ -10,6 +10,7 @@ from typing import NamedTuple
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters
+from bioscara.model.parameters import JERK_TIME
 from bioscara.planning import Trajectory, check
 from bioscara.planning.cartesian import circular, linear
 from bioscara.planning.jog import Jog
@@ -206,7 +207,14 @@ class Planner:
         start = self._inside(self._settled(start))
         speed = math.inf if self.full_speed else REDUCED_SPEED
         folded = self._folded(start)
-        return Jog(self.kinematics, self._planned, start, self.scene, speed, folded)
+        windows = self._windows()
+        return Jog(self.kinematics, self._planned, start, self.scene, speed, folded, windows)
+
+    def _windows(self) -> tuple[float, ...]:
+        """Return over how long commands are averaged, so that no belt swings [s]."""
+        if self.full_speed:
+            return (JERK_TIME,)
+        return tuple(sorted((each.belt_period for each in self._limits), reverse=True)[:2])
 
     def linear(self, pose: Pose, speed: float = 1.0) -> Plan:
         """Plan to a pose along a line.

@@ -1,0 +1,90 @@
+"""Commands that do not make the belts swing.
+
+A load behind a belt swings with a period of its own. What is averaged over one such period leaves
+nothing of that swing behind, however it changed: what the load then does is an average of what was
+commanded, so that it is nowhere faster. Averages of averages do so for several periods.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Sequence
+from operator import mul
+
+Values = tuple[float, ...]
+
+
+class Average:
+    """The average of some values over the last while.
+
+    Args:
+        window: How long that is [s]; above 0.
+        values: What they were until now.
+    """
+
+    def __init__(self, window: float, values: Sequence[float]) -> None:
+        self._window = window
+        self.fill(values)
+
+    def fill(self, values: Sequence[float]) -> None:
+        """Take it that the values have been these for long."""
+        self._parts = deque([(self._window, tuple(values))])
+
+    @property
+    def oldest(self) -> Values:
+        """What leaves the average next."""
+        return self._parts[0][1]
+
+    def see(self, seen: Callable[[Values], Sequence[float]]) -> None:
+        """Take it that the values have been what a function makes of them."""
+        known: dict[Values, Values] = {}
+        for _, values in self._parts:
+            if values not in known:
+                known[values] = tuple(seen(values))
+        self._parts = deque([(lasted, known[values]) for lasted, values in self._parts])
+
+    def step(self, values: Sequence[float], duration: float) -> Values:
+        """Return the average after the values have been these for a duration [s]."""
+        window, parts = self._window, self._parts
+        parts.append((duration, tuple(values)))
+        left = sum([lasted for lasted, _ in parts]) - window
+        while left >= parts[0][0]:
+            left -= parts.popleft()[0]
+        lasted, oldest = parts[0]
+        parts[0] = lasted - left, oldest
+        weights = [lasted / window for lasted, _ in parts]
+        columns = zip(*[each for _, each in parts], strict=True)
+        return tuple([sum(map(mul, weights, column)) for column in columns])
+
+
+class Smoothed:
+    """Averages of averages.
+
+    Args:
+        windows: Over how long each is taken [s].
+        values: What was averaged until now.
+    """
+
+    def __init__(self, windows: Sequence[float], values: Sequence[float]) -> None:
+        self._averages = [Average(window, values) for window in windows]
+
+    @property
+    def oldest(self) -> Values:
+        """What leaves the first average next; empty where there is none."""
+        return self._averages[0].oldest if self._averages else ()
+
+    def see(self, seen: Callable[[Values], Sequence[float]]) -> None:
+        """Take it that the values have been what a function makes of them."""
+        for average in self._averages:
+            average.see(seen)
+
+    def fill(self, values: Sequence[float]) -> None:
+        """Take it that the values have been these for long."""
+        for average in self._averages:
+            average.fill(values)
+
+    def step(self, values: Sequence[float], duration: float) -> Values:
+        """Return the average after the values have been these for a duration [s]."""
+        for average in self._averages:
+            values = average.step(values, duration)
+        return tuple(values)
