@@ -8,6 +8,7 @@ So it slows down towards a zone and rests at its border; leaving it is always po
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from operator import mul
@@ -36,6 +37,8 @@ _FOLLOWED = 0.8
 """Share of a joint's acceleration that what is asked for makes; the rest is for the way's bends."""
 _GENTLE = 0.4
 """Acceleration with which the tool gets faster where what is asked for is averaged [m/s^2]."""
+_EARLY = 0.2
+"""Share of its deceleration with which a joint then comes to its limits."""
 _MUCH = 0.8
 """Share of what was wanted below which the arm begins again from the speed that it has."""
 _SHARES = (0.97, 0.9, 0.8, 0.65, 0.5, 0.3, 0.1, 0.0)
@@ -124,6 +127,7 @@ class Jog:
         self._velocity: JointVelocity | ToolVelocity = JointVelocity()
         self._since, self._held_up = -math.inf, False
         self._windows = tuple(windows)
+        self._soon = (0.0, *itertools.accumulate(windows))
         self._smoothed = Smoothed(windows, _REST)
         self._kind: type[JointVelocity | ToolVelocity] = JointVelocity
         self._stops.check_start(self.positions)
@@ -219,13 +223,19 @@ class Jog:
 
     def _turn_to(self, kind: type[JointVelocity | ToolVelocity], ahead: Sequence[float]) -> None:
         """Go on with velocities of the other kind, as smoothly as they were asked for."""
-        self._kind, before = kind, self._kind
+        self._kind, known = kind, kind is ToolVelocity
+        if known:
+            self._smoothed.see(self._as_asked)
+            return
+        fastest = [limit.max_velocity for limit in self._limits]
         try:
-            if before is ToolVelocity:
-                self._smoothed.see(lambda values: self._arm.rates(ahead, values))
-            else:
-                self._smoothed.see(self._as_asked)
+            rates = self._arm.rates(ahead, self._smoothed.highest)
+            known = all(abs(a) <= b for a, b in zip(rates, fastest, strict=True))
         except UnreachableError:
+            known = False
+        if known:
+            self._smoothed.see(lambda values: self._arm.rates(ahead, values))
+        else:
             self._begin_again(self.velocities)
 
     def _asked(self, time: float, ahead: Sequence[float]) -> tuple[float, ...]:
@@ -235,10 +245,26 @@ class Jog:
         if not 0.0 <= time - self._since <= EXPIRY:
             self.reason = "expired"
             return _REST
-        if type(self._velocity) is not self._kind:
-            self._turn_to(type(self._velocity), ahead)
+        kind = type(self._velocity)
+        if kind is ToolVelocity:
+            try:
+                self._arm.rates(ahead, self._velocity)
+            except UnreachableError:
+                self.reason = "stretched"
+                kind = JointVelocity
+        if kind is not self._kind:
+            self._turn_to(kind, ahead)
+        if self.reason:
+            return _REST
         if self._kind is JointVelocity:
-            speed = self._arm.tool_speed(ahead, self._velocity)
+            # What is asked for now is gone at over all of the averages: the arm may be longer then.
+            speed = max(
+                self._arm.tool_speed(
+                    [p + v * soon for p, v in zip(ahead, self.velocities, strict=True)],
+                    self._velocity,
+                )
+                for soon in self._soon
+            )
         else:
             speed = math.hypot(*self._velocity[:3])
         if speed <= self.tool_speed:
@@ -297,7 +323,8 @@ class Jog:
         asked = self._smoothed.step(self._in_time(self._asked(time, ahead), ahead), period)
         if not any(asked):
             return _REST
-        bounds = self._stops.speeds(self.positions, self.velocities, self._ranges(), period)
+        share = _EARLY if self._windows else 1.0
+        bounds = self._stops.speeds(self.positions, self.velocities, self._ranges(), period, share)
         if self._kind is JointVelocity:
             wanted = self._clipped(asked, bounds)
         else:
@@ -344,4 +371,6 @@ class Jog:
                 limit, up = self._limits[index], value > 0.0
                 own = self._ranges()[int(up)][index] == (limit.upper if up else limit.lower)
                 self.reason = f"{limit.name} limit" if own else "stretched"
+        if share < _MUCH:
+            self._begin_again(self.velocities)
         return tuple(value * share for value in wanted)

@@ -31,6 +31,11 @@ class Average:
         self._parts = deque([(self._window, tuple(values))])
 
     @property
+    def values(self) -> list[Values]:
+        """All that is averaged, the oldest first."""
+        return [values for _, values in self._parts]
+
+    @property
     def oldest(self) -> Values:
         """What leaves the average next."""
         return self._parts[0][1]
@@ -72,6 +77,12 @@ class Smoothed:
     def oldest(self) -> Values:
         """What leaves the first average next; empty where there is none."""
         return self._averages[0].oldest if self._averages else ()
+
+    @property
+    def highest(self) -> Values:
+        """The highest of each value that is averaged, whatever its sign."""
+        columns = zip(*self._averages[0].values, strict=True)
+        return tuple([max(map(abs, column)) for column in columns])
 
     def see(self, seen: Callable[[Values], Sequence[float]]) -> None:
         """Take it that the values have been what a function makes of them."""
