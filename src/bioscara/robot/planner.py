@@ -12,6 +12,7 @@ from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters
 from bioscara.model.parameters import JERK_TIME
 from bioscara.planning import Trajectory, check
+from bioscara.planning.averaging import averaged, most_jerk
 from bioscara.planning.cartesian import circular, linear
 from bioscara.planning.jog import Jog
 from bioscara.planning.point_to_point import point_to_point
@@ -30,6 +31,8 @@ RESERVE = 0.8
 a step on the way could not catch up before it has to brake, and would overshoot."""
 _END_STOP = 1e-3
 """How far beyond its limit a joint may read that was pressed against its end stop [rad or m]."""
+_GENTLE = 2.0
+"""Share of its highest acceleration that a joint may build up per time without swinging [1/s]."""
 _REDUCED = replace(FULL, speed=REDUCED_SPEED)
 """What the tool may do on any way until full speed is asked for; lines and arcs keep to more."""
 
@@ -142,7 +145,8 @@ class Planner:
         if len(goal) != len(self._names):
             raise TrajectoryError(f"{len(goal)} positions for {len(self._names)} joints")
         here = self.here()
-        return self._free(point_to_point(self._names, here, goal, self._planned, speed=speed), here)
+        motion = point_to_point(self._names, here, goal, self._planned, speed=speed)
+        return self._free(self._gentle(motion, here), here)
 
     def to(self, pose: Pose, speed: float = 1.0) -> Plan:
         """Plan to a pose by the joints' shortest way; the tool's path is not a line.
@@ -229,7 +233,9 @@ class Planner:
         """
         here = self._start()
         tool = self._tool_limits()
-        trajectory = linear(self.kinematics, here, pose, self._planned, tool, speed=speed)
+        trajectory = linear(
+            self.kinematics, here, pose, self._planned, tool, speed=speed, window=self._windows()[0]
+        )
         return self._free(trajectory, here, tool=tool)
 
     def circular(self, via: Pose, pose: Pose, speed: float = 1.0) -> Plan:
@@ -246,7 +252,10 @@ class Planner:
         """
         here = self._start()
         tool = self._tool_limits()
-        trajectory = circular(self.kinematics, here, via, pose, self._planned, tool, speed=speed)
+        window, limits = self._windows()[0], self._planned
+        trajectory = circular(
+            self.kinematics, here, via, pose, limits, tool, speed=speed, window=window
+        )
         return self._free(trajectory, here, tool=tool)
 
     def sequence(self, waypoints: Sequence[Waypoint]) -> Plan:
@@ -261,16 +270,19 @@ class Planner:
         """
         here = self._start()
         trajectory, warnings = sequence(
-            self.kinematics, here, waypoints, self._planned, self._tool_limits()
+            self.kinematics, here, waypoints, self._planned, self._tool_limits(), self._windows()[0]
         )
         return self._free(trajectory, here, warnings)
 
-    def trajectory(self, trajectory: Trajectory, elsewhere: Sequence[float]) -> Plan:
-        """Check a trajectory that somebody else planned, and slow it down where need be.
+    def trajectory(
+        self, trajectory: Trajectory, elsewhere: Sequence[float], *, planned: bool = False
+    ) -> Plan:
+        """Check a trajectory, and slow it down and average it where need be.
 
         Args:
             trajectory: For some or all of the joints.
             elsewhere: Where the joints are that it does not name [rad, m, rad, rad].
+            planned: Whether it was planned here: then it is gentle, and its path stays as it is.
 
         Raises:
             TrajectoryError: It breaks a limit.
@@ -282,7 +294,25 @@ class Planner:
             for limit, at in zip(self._limits, self.here(), strict=True)
         ]
         notes = check(trajectory, limits)
-        return self._free(trajectory, Joints(*elsewhere), tuple(notes))
+        here = Joints(*elsewhere)
+        if not planned:
+            trajectory = self._gentle(trajectory, here)
+        return self._free(trajectory, here, tuple(notes))
+
+    def _gentle(self, trajectory: Trajectory, here: Joints) -> Trajectory:
+        """Return a motion of joints without jumps of acceleration while the tool's speed is reduced."""
+        if self.full_speed:
+            return trajectory
+        # Slowed down first: averaged twice it would be as if it had been gentle before.
+        trajectory, _ = reduced(trajectory, self.kinematics, here)
+        hardest = {limit.name: limit.max_acceleration for limit in self._limits}
+        jerks = most_jerk(trajectory).tolist()
+        if all(
+            jerk <= _GENTLE * hardest[name]
+            for name, jerk in zip(trajectory.joint_names, jerks, strict=True)
+        ):
+            return trajectory
+        return averaged(trajectory, self._windows()[0])
 
     def _start(self) -> Joints:
         return self._inside(self.here())

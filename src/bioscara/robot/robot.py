@@ -124,7 +124,7 @@ class Robot(Connection, PoseMotions):
             raise InvalidArgumentError(
                 f"execute() takes a Plan, not a {type(plan).__name__}; follow() takes a Trajectory"
             )
-        self._follow(self._checked(plan.trajectory), observe, cancelled, timeout)
+        self._follow(self._checked(plan.trajectory, planned=True), observe, cancelled, timeout)
 
     @exclusive("follow()")
     def follow(
@@ -212,9 +212,10 @@ class Robot(Connection, PoseMotions):
         self._running().supervisor.warnings.extend(plan.notes)
         self._follow(plan.trajectory, observe, cancelled, timeout)
 
-    def _checked(self, trajectory: Trajectory) -> Trajectory:
+    def _checked(self, trajectory: Trajectory, *, planned: bool = False) -> Trajectory:
         """Return a trajectory that may be followed with the tool, speed and scene there are."""
-        checked = self.plan.trajectory(trajectory, self._start_of(trajectory))
+        elsewhere = self._start_of(trajectory)
+        checked = self.plan.trajectory(trajectory, elsewhere, planned=planned)
         self._running().supervisor.warnings.extend(checked.notes)
         return checked.trajectory
 
