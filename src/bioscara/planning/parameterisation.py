@@ -48,6 +48,8 @@ _SUDDEN = 2.0
 _ASTRAY = 3e-7
 """How far the curve between two points may leave the path before its piece is cut [rad or m];
 a few parts in ten of a micrometre at the tool."""
+_TURNING, _BEFORE, _AFTER = 0.9, 0.1, 0.4
+"""Share of the highest speed near where a joint turns round, and from when to when that is [s]."""
 _APART = 1e-5
 """Breaks that come less than this apart [s] are one point of the grid."""
 _LOOKS = (0.25, 0.5, 0.75)
@@ -104,6 +106,7 @@ def parameterise(
     names = [limit.name for limit in limits]
     if window:
         seen, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
+        squares = _turning(grid, seen, squares, caps(seen, limits, tool))
         low = _lowered(grid, squares, window * highest)
         _, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares, low)
         points = _averaged(arm, path, side, limits, tool, (grid, squares), window * highest)
@@ -210,6 +213,20 @@ def _first_grid(path: Path, part: Between) -> Array:
 def _times(grid: Array, squares: Array) -> Array:
     rates = np.sqrt(squares)
     return np.concatenate(([0.0], np.cumsum(2.0 * np.diff(grid) / (rates[:-1] + rates[1:]))))
+
+
+def _turning(grid: Array, seen: Look, squares: Array, highest: Array) -> Array:
+    """Return squares of speed that are lower where a joint turns round on the way.
+
+    There its load sticks for a moment, breaks away and swings, however even the motion is.
+    """
+    times, lower = _times(grid, squares), squares.copy()
+    signs = np.sign(seen.joints.first)
+    for index in np.flatnonzero((signs[:-1] * signs[1:] < 0.0).any(axis=1)):
+        since = times - times[index]
+        near = (since > -_BEFORE) & (since < _AFTER)
+        lower[near] = np.minimum(lower[near], _TURNING**2 * highest[near])
+    return lower
 
 
 def _lowered(grid: Array, squares: Array, window: float) -> Array:

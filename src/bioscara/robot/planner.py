@@ -19,7 +19,7 @@ from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.sequence import sequence
 from bioscara.planning.standing import began
 from bioscara.planning.tool_limits import FULL, ToolLimits
-from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
+from bioscara.planning.tool_speed import COMMANDED_SPEED, REDUCED_SPEED, reduced
 from bioscara.planning.waypoints import Waypoint
 from bioscara.planning.zones import Scene
 from bioscara.robot.poses import TeachTable
@@ -33,7 +33,7 @@ _END_STOP = 1e-3
 """How far beyond its limit a joint may read that was pressed against its end stop [rad or m]."""
 _GENTLE = 2.0
 """Share of its highest acceleration that a joint may build up per time without swinging [1/s]."""
-_REDUCED = replace(FULL, speed=REDUCED_SPEED)
+_REDUCED = replace(FULL, speed=COMMANDED_SPEED)
 """What the tool may do on any way until full speed is asked for; lines and arcs keep to more."""
 
 
@@ -209,7 +209,7 @@ class Planner:
             ZoneError: The arm is too near to something.
         """
         start = self._inside(self._settled(start))
-        speed = math.inf if self.full_speed else REDUCED_SPEED
+        speed = math.inf if self.full_speed else COMMANDED_SPEED
         folded = self._folded(start)
         windows = self._windows()
         return Jog(self.kinematics, self._planned, start, self.scene, speed, folded, windows)
@@ -304,7 +304,7 @@ class Planner:
         if self.full_speed:
             return trajectory
         # Slowed down first: averaged twice it would be as if it had been gentle before.
-        trajectory, _ = reduced(trajectory, self.kinematics, here)
+        trajectory, _ = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
         hardest = {limit.name: limit.max_acceleration for limit in self._limits}
         jerks = most_jerk(trajectory).tolist()
         if all(
@@ -334,7 +334,7 @@ class Planner:
         return start
 
     def _tool_limits(self) -> ToolLimits:
-        return FULL if self.full_speed else ToolLimits()
+        return FULL if self.full_speed else ToolLimits(speed=COMMANDED_SPEED)
 
     def _free(
         self,
@@ -344,7 +344,7 @@ class Planner:
         tool: ToolLimits = _REDUCED,
     ) -> Plan:
         if not self.full_speed:
-            trajectory, factor = reduced(trajectory, self.kinematics, here)
+            trajectory, factor = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
             if round(factor, 2) > 1.0:
                 notes += (
                     f"takes {factor:.2f} times as long to keep the tool at "

@@ -12,7 +12,7 @@ from bioscara.errors import (
     TrajectoryError,
 )
 from bioscara.planning import Trajectory
-from bioscara.planning.tool_speed import REDUCED_SPEED
+from bioscara.planning.tool_speed import COMMANDED_SPEED
 from bioscara.report import Phase
 from bioscara.robot.connection import Connection
 from bioscara.robot.planner import Plan
@@ -224,7 +224,7 @@ class Robot(Connection, PoseMotions):
         self._pace(self._pace_motion)
         self._engage()
         cap = self._running().tool_speed
-        cap.limit = math.inf if self.full_speed else REDUCED_SPEED
+        cap.limit = math.inf if self.full_speed else COMMANDED_SPEED
         cap.speed_of = self.plan.kinematics.tool_speed
         self._cycle()
 

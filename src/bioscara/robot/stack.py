@@ -29,7 +29,7 @@ from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, 
 from bioscara.hardware.capacity import Capacity, highest_rate
 from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
-from bioscara.planning.tool_speed import REDUCED_SPEED
+from bioscara.planning.tool_speed import COMMANDED_SPEED
 from bioscara.planning.zones import Scene
 
 C = TypeVar("C")
@@ -100,7 +100,7 @@ class Stack:
         record = FlightRecord(arm.axes, hertz)
         limiter = Limiter((arm, gripper))
         self.tool_speed = ToolSpeedCap(
-            tuple(limiter.guards.values()), surroundings()[0].tool_speed, REDUCED_SPEED
+            tuple(limiter.guards.values()), surroundings()[0].tool_speed, COMMANDED_SPEED
         )
         self.manager = ControllerManager((arm, gripper), limiter, hertz)
         guards = [limiter.guards[axis.name] for axis in arm.axes]
