@@ -288,3 +288,18 @@ class ArmParameters:
     gripper: GripperParameters
     homing_order: tuple[str, ...]
     controllers: ControllersParameters
+
+    @property
+    def belt_periods(self) -> tuple[float, ...]:
+        """Periods of the belts, the longest first [s]; at least one, however short."""
+        periods = sorted((joint.belt_period for joint in self.joints), reverse=True)
+        return tuple(period for period in periods if period > JERK_TIME) or (JERK_TIME,)
+
+    @property
+    def stop_time(self) -> float:
+        """Least time of a stop that nothing forces to be shorter [s].
+
+        A steady deceleration over the longest period leaves no swing of that belt behind; over the
+        shortest one it builds up.
+        """
+        return self.belt_periods[0] + self.belt_periods[-1]

@@ -80,6 +80,7 @@ class Planner:
         self._turn = turn or Turn()
         self._full_speed = False
         self._limits, self._measured = parameters.joints, measured
+        self._periods = parameters.belt_periods
         self._planned = tuple(
             replace(limit, max_acceleration=RESERVE * limit.max_acceleration)
             for limit in parameters.joints
@@ -218,7 +219,7 @@ class Planner:
         """Return over how long commands are averaged, so that no belt swings [s]."""
         if self.full_speed:
             return (JERK_TIME,)
-        return tuple(sorted((each.belt_period for each in self._limits), reverse=True)[:2])
+        return self._periods[:2]
 
     def linear(self, pose: Pose, speed: float = 1.0) -> Plan:
         """Plan to a pose along a line.

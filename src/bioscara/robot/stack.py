@@ -222,6 +222,7 @@ def _following(parameters: ArmParameters, version: int) -> dict[str, Any]:
             "stopped_velocity_tolerance": limits.stopped_velocity_tolerance,
             "goal_time": limits.goal_time,
             "decelerate_on_cancel": True,
+            "least_time_on_cancel": parameters.stop_time,
             **{
                 joint.name: {
                     # What commands may fall behind, where they are bounded on their way.
