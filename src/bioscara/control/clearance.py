@@ -122,6 +122,10 @@ class Clearance:
             place + speed * (half + reaction)
             for place, speed, reaction in zip(here, speeds, reactions, strict=True)
         ]
+        ends = [
+            end if guard.follows_positions else end + guard.lag
+            for guard, end in zip(self._guards, ends, strict=True)
+        ]
         rest = [guard.within(end) for guard, end in zip(self._guards, ends, strict=True)]
         moving = {each for each, speed in zip(reactions, speeds, strict=True) if speed}
         try:

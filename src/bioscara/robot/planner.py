@@ -212,10 +212,11 @@ class Planner:
         start = self._inside(self._settled(start))
         speed = math.inf if self.full_speed else COMMANDED_SPEED
         folded = self._folded(start)
-        windows = self._windows()
+        windows = self.windows
         return Jog(self.kinematics, self._planned, start, self.scene, speed, folded, windows)
 
-    def _windows(self) -> tuple[float, ...]:
+    @property
+    def windows(self) -> tuple[float, ...]:
         """Return over how long commands are averaged, so that no belt swings [s]."""
         if self.full_speed:
             return (JERK_TIME,)
@@ -235,7 +236,7 @@ class Planner:
         here = self._start()
         tool = self._tool_limits()
         trajectory = linear(
-            self.kinematics, here, pose, self._planned, tool, speed=speed, window=self._windows()[0]
+            self.kinematics, here, pose, self._planned, tool, speed=speed, window=self.windows[0]
         )
         return self._free(trajectory, here, tool=tool)
 
@@ -253,7 +254,7 @@ class Planner:
         """
         here = self._start()
         tool = self._tool_limits()
-        window, limits = self._windows()[0], self._planned
+        window, limits = self.windows[0], self._planned
         trajectory = circular(
             self.kinematics, here, via, pose, limits, tool, speed=speed, window=window
         )
@@ -271,7 +272,7 @@ class Planner:
         """
         here = self._start()
         trajectory, warnings = sequence(
-            self.kinematics, here, waypoints, self._planned, self._tool_limits(), self._windows()[0]
+            self.kinematics, here, waypoints, self._planned, self._tool_limits(), self.windows[0]
         )
         return self._free(trajectory, here, warnings)
 
@@ -313,7 +314,7 @@ class Planner:
             for name, jerk in zip(trajectory.joint_names, jerks, strict=True)
         ):
             return trajectory
-        return averaged(trajectory, self._windows()[0])
+        return averaged(trajectory, self.windows[0])
 
     def _start(self) -> Joints:
         return self._inside(self.here())

@@ -226,6 +226,9 @@ class Robot(Connection, PoseMotions):
         cap = self._running().tool_speed
         cap.limit = math.inf if self.full_speed else COMMANDED_SPEED
         cap.speed_of = self.plan.kinematics.tool_speed
+        windows = self.plan.windows
+        self._running().smoothing.windows = windows
+        cap.soon = (sum(windows) / 2.0, sum(windows))
         self._cycle()
 
     def _follow(

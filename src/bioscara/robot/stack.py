@@ -22,6 +22,7 @@ from bioscara.control.loop import Loop
 from bioscara.control.manager import ControllerManager
 from bioscara.control.realtime import sharpen_timers
 from bioscara.control.schedule import require_rate
+from bioscara.control.smoothing import Smoothing
 from bioscara.control.supervisor import Supervisor
 from bioscara.control.tool_speed import ToolSpeedCap
 from bioscara.control.watchdog import Watchdog
@@ -70,6 +71,7 @@ class Stack:
         jog: Moves the joints by streamed velocities.
         tool_speed: Keeps the tool at or below a speed.
         clearance: Keeps the arm clear of its surroundings.
+        smoothing: Averages what nobody planned.
 
     Raises:
         ConfigurationError: The rate makes no sense, or the bus cannot carry it.
@@ -99,13 +101,17 @@ class Stack:
         arm.capacity.rate = hertz
         record = FlightRecord(arm.axes, hertz)
         limiter = Limiter((arm, gripper))
-        self.tool_speed = ToolSpeedCap(
-            tuple(limiter.guards.values()), surroundings()[0].tool_speed, COMMANDED_SPEED
-        )
         self.manager = ControllerManager((arm, gripper), limiter, hertz)
+        self.tool_speed = ToolSpeedCap(
+            tuple(limiter.guards.values()),
+            surroundings()[0].tool_speed,
+            COMMANDED_SPEED,
+            lambda: self.manager.driving,
+        )
         guards = [limiter.guards[axis.name] for axis in arm.axes]
         self.clearance = Clearance(guards, self.manager, surroundings)
-        limiter.stages = (self.tool_speed, self.clearance)
+        self.smoothing = Smoothing(guards, self.manager)
+        limiter.stages = (self.tool_speed, self.clearance, self.smoothing)
         for name, kind, values in _controllers(parameters, version):
             self.manager.load(name, kind, values)
             self.manager.configure(name)
