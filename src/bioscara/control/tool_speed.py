@@ -21,6 +21,7 @@ class ToolSpeedCap:
         driving: Returns who commands the joints.
 
     Attributes:
+        share: Of the limit that what is not proven may have.
         soon: Where the arm will be so much later the tool keeps to the limit too, for what is not
             proven is sent on average as late as that [s].
         speed_of: As given; changes with the tool.
@@ -36,7 +37,7 @@ class ToolSpeedCap:
         driving: Callable[[], Sequence[AnyController]] = tuple,
     ) -> None:
         self._guards, self.speed_of = tuple(guards), speed_of
-        self._driving = driving
+        self._driving, self.share = driving, 1.0
         self.soon: tuple[float, ...] = ()
         self.limit = limit
         self.interventions = 0
@@ -67,16 +68,17 @@ class ToolSpeedCap:
         if not any(speeds):
             return
         here = [guard.here for guard in guards]
-        speed = self.speed_of(here, speeds)
-        if self.soon and any([not each.proven for each in self._driving()]):
+        speed, limit = self.speed_of(here, speeds), self.limit
+        if self.soon and not all([each.proven for each in self._driving()]):
+            limit *= self.share
             for soon in self.soon:
                 there = [p + v * soon for p, v in zip(here, speeds, strict=True)]
                 later = self.speed_of(there, speeds)
                 speed = later if not later <= speed else speed
         # Not written as speed > limit: an unknown position must not let anything pass.
-        if speed <= self.limit * _ROUNDING:
+        if speed <= limit * _ROUNDING:
             return
-        share = self.limit / speed if speed == speed else 0.0  # noqa: PLR0124
+        share = limit / speed if speed == speed else 0.0  # noqa: PLR0124
         self.interventions += 1
         for guard in guards:
             if guard.commanded:

@@ -7,7 +7,7 @@ space of the joints: all brake together, so that the arm goes on in its directio
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -47,6 +47,7 @@ class Room:
         rest: Sequence[float],
         *,
         together: bool = True,
+        way: Callable[[], Array | None] = lambda: None,
     ) -> bool:
         """Make sure that the arm may go on to a state.
 
@@ -64,6 +65,8 @@ class Room:
             rest: Joints where the arm comes to rest from there.
             together: Whether the way to rest is straight; False where one joint may be at rest
                 before another, so that the joints may be anywhere between.
+            way: Returns the way that the joints go in place of that over ``here`` to ``rest``,
+                shape (n, 4); all of it is between these two.
 
         Returns:
             Whether anything was so near that it had to be looked at closely.
@@ -82,7 +85,10 @@ class Room:
                         )
                 view.look(before)
                 if not view.reaches(here, rest) < view.free:
-                    view.sweep(np.array((before, here, rest)), together=together)
+                    corners = way()
+                    if corners is None:
+                        corners = np.array((before, here, rest))
+                    view.sweep(corners, together=together)
                     near = True
         return near
 

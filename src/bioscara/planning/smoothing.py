@@ -11,6 +11,10 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from operator import mul
 
+import numpy as np
+
+from bioscara.planning.shapes import Array
+
 Values = tuple[float, ...]
 
 
@@ -34,6 +38,14 @@ class Average:
     def values(self) -> list[Values]:
         """All that is averaged, the oldest first."""
         return [values for _, values in self._parts]
+
+    def ahead(self, values: Array, period: float) -> Array:
+        """Return the averages after each of further values, one a period [s], shape (n, k)."""
+        counts = [max(round(lasted / period), 1) for lasted, _ in self._parts]
+        past = np.repeat(np.array(self.values), counts, axis=0)
+        sums = np.cumsum(np.concatenate((past, values)), axis=0)
+        averages: Array = (sums[len(past) :] - sums[: len(values)]) / len(past)
+        return averages
 
     @property
     def oldest(self) -> Values:
@@ -99,3 +111,9 @@ class Smoothed:
         for average in self._averages:
             values = average.step(values, duration)
         return tuple(values)
+
+    def ahead(self, values: Array, period: float) -> Array:
+        """Return the averages after each of further values, one a period [s], shape (n, k)."""
+        for average in self._averages:
+            values = average.ahead(values, period)
+        return values

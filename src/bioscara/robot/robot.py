@@ -12,7 +12,7 @@ from bioscara.errors import (
     TrajectoryError,
 )
 from bioscara.planning import Trajectory
-from bioscara.planning.tool_speed import COMMANDED_SPEED
+from bioscara.planning.tool_speed import COMMANDED_SPEED, UNPLANNED_SHARE
 from bioscara.report import Phase
 from bioscara.robot.connection import Connection
 from bioscara.robot.planner import Plan
@@ -228,6 +228,7 @@ class Robot(Connection, PoseMotions):
         cap.speed_of = self.plan.kinematics.tool_speed
         windows = self.plan.windows
         self._running().smoothing.windows = windows
+        cap.share = UNPLANNED_SHARE
         cap.soon = (sum(windows) / 2.0, sum(windows))
         self._cycle()
 

@@ -109,8 +109,8 @@ class Stack:
             lambda: self.manager.driving,
         )
         guards = [limiter.guards[axis.name] for axis in arm.axes]
-        self.clearance = Clearance(guards, self.manager, surroundings)
         self.smoothing = Smoothing(guards, self.manager)
+        self.clearance = Clearance(guards, self.manager, surroundings, self.smoothing)
         limiter.stages = (self.tool_speed, self.clearance, self.smoothing)
         for name, kind, values in _controllers(parameters, version):
             self.manager.load(name, kind, values)
