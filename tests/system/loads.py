@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -51,6 +51,7 @@ class Loads:
 
     def _run(self, duration: float) -> None:
         arm, seen = self.arm, self._seen
+        # Time is counted in ticks of the controllers: what is less than one never passes.
         if not self._looking:
             arm.run(duration)
             return
@@ -81,22 +82,10 @@ def speeds(seen: np.ndarray) -> np.ndarray:
     return batch.tool_speeds(KINEMATICS, seen[:, 1:5], seen[:, 5:])
 
 
-def stopped(seen: np.ndarray, since: float) -> tuple[float, float]:
-    """Return how far the tool went from a time on [m], and in which time [s].
-
-    The time is that until it is within 1 mm of where it ends.
-    """
+def carried_on(seen: np.ndarray, since: float) -> tuple[float, float]:
+    """Return how far the tool went on from a time [m], and until when it moved by 10 mm/s [s]."""
     tail = seen[seen[:, 0] >= since]
-    places = np.array([KINEMATICS.forward(Joints(*row))[:3] for row in tail[:, 1:5]])
-    path = float(np.linalg.norm(np.diff(places, axis=0), axis=1).sum())
-    off = np.linalg.norm(places - places[-1], axis=1) > 1e-3
-    time = float(tail[np.flatnonzero(off)[-1], 0] - since) if off.any() else 0.0
-    return (float(np.linalg.norm(places[-1] - places[0])) if path else 0.0), time
-
-
-def pose_near(joints: Sequence[float]) -> Joints:
-    """Return joints as such."""
-    return Joints(*(float(value) for value in joints))
-
-
-__all__ = ["KINEMATICS", "NAMES", "PARAMETERS", "Loads", "math", "pose_near", "speeds", "stopped"]
+    places = [KINEMATICS.forward(Joints(*row))[:3] for row in tail[:, 1:5].tolist()]
+    way = max(math.dist(each, places[0]) for each in places)
+    moving = np.flatnonzero(speeds(tail) > 0.01)
+    return way, float(tail[moving[-1], 0] - since) if len(moving) else 0.0
