@@ -1,8 +1,8 @@
 """Averages what nobody planned, so that it does not make the belts swing.
 
-Who plans or jogs commands gently by itself. What anybody else commands is bounded joint by joint and
-kept clear as it is; what is sent to the joints is its average over the periods of the belts. So it
-comes later by half of these, all joints alike.
+Planned motions and jogs are gentle by themselves. Any other command is bounded joint by joint and
+kept clear first; what is sent to the joints is its average over the periods of the belts. It comes
+later by half of these, all joints alike.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from bioscara.planning.smoothing import Smoothed
 
 
 class Smoothing:
-    """The last stage of the limiter; and, for it foresees with what was bounded, its first.
+    """The last stage of the limiter, whose look ahead comes first.
 
     Between cycles a guard has what was sent; while commands are bounded, what would be sent
     without this.

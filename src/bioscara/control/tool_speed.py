@@ -69,7 +69,7 @@ class ToolSpeedCap:
             return
         here = [guard.here for guard in guards]
         speed, limit = self.speed_of(here, speeds), self.limit
-        if self.soon and not all([each.proven for each in self._driving()]):
+        if self.soon and not all(each.proven for each in self._driving()):
             limit *= self.share
             for soon in self.soon:
                 there = [p + v * soon for p, v in zip(here, speeds, strict=True)]

@@ -37,6 +37,8 @@ _FOLLOWED = 0.8
 """Share of a joint's acceleration that what is asked for makes; the rest is for the way's bends."""
 _GENTLE = 0.4
 """Acceleration with which the tool gets faster where what is asked for is averaged [m/s^2]."""
+_ALIKE = 0.1
+"""Share of the fastest joint's velocity by which joints may differ from what was asked for."""
 _EARLY = 0.2
 """Share of its deceleration with which a joint then comes to its limits."""
 _MUCH = 0.8
@@ -129,6 +131,7 @@ class Jog:
         self._windows = tuple(windows)
         self._soon = (0.0, *itertools.accumulate(windows))
         self._smoothed = Smoothed(windows, _REST)
+        self._averaged: tuple[float, ...] = _REST
         self._kind: type[JointVelocity | ToolVelocity] = JointVelocity
         self._stops.check_start(self.positions)
 
@@ -223,20 +226,23 @@ class Jog:
 
     def _turn_to(self, kind: type[JointVelocity | ToolVelocity], ahead: Sequence[float]) -> None:
         """Go on with velocities of the other kind, as smoothly as they were asked for."""
-        self._kind, known = kind, kind is ToolVelocity
-        if known:
-            self._smoothed.see(self._as_asked)
-            return
-        fastest = [limit.max_velocity for limit in self._limits]
+        before, self._kind = self._kind, kind
+        # What held the arm up is in its velocities alone.
+        expected: Sequence[float] = self._averaged
         try:
-            rates = self._arm.rates(ahead, self._smoothed.highest)
-            known = all(abs(a) <= b for a, b in zip(rates, fastest, strict=True))
+            if before is ToolVelocity:
+                expected = self._arm.rates(ahead, self._averaged)
+            most = _ALIKE * max(map(abs, self.velocities))
+            pairs = zip(expected, self.velocities, strict=True)
+            if all(abs(a - b) <= most for a, b in pairs):
+                if before is ToolVelocity:
+                    self._smoothed.see(lambda values: self._arm.rates(ahead, values))
+                else:
+                    self._smoothed.see(self._as_asked)
+                return
         except UnreachableError:
-            known = False
-        if known:
-            self._smoothed.see(lambda values: self._arm.rates(ahead, values))
-        else:
-            self._begin_again(self.velocities)
+            pass
+        self._begin_again(self.velocities)
 
     def _asked(self, time: float, ahead: Sequence[float]) -> tuple[float, ...]:
         """Return what is asked for now, no faster than the tool may be."""
@@ -321,6 +327,7 @@ class Jog:
         self.reason = ""
         ahead = [p + v * period for p, v in zip(self.positions, self.velocities, strict=True)]
         asked = self._smoothed.step(self._in_time(self._asked(time, ahead), ahead), period)
+        self._averaged = asked
         if not any(asked):
             return _REST
         share = _EARLY if self._windows else 1.0

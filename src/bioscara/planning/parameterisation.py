@@ -109,7 +109,7 @@ def parameterise(
         squares = _turning(grid, seen, squares, caps(seen, limits, tool))
         low = _lowered(grid, squares, window * highest)
         _, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares, low)
-        points = _averaged(arm, path, side, limits, tool, (grid, squares), window * highest)
+        points = _averaged(arm, path, side, limits, (grid, squares), window * highest)
         trajectory = Trajectory(names, *points)
         check_turns(arm, path, side, seen, trajectory)
     for _ in range(0 if window else _REFINEMENTS + 1):
@@ -232,8 +232,8 @@ def _turning(grid: Array, seen: Look, squares: Array, highest: Array) -> Array:
 def _lowered(grid: Array, squares: Array, window: float) -> Array:
     """Return squares of speed whose average over a window is nowhere above those given.
 
-    Before its first summit and after its last one the motion comes from rest and goes to rest: there
-    an average is never above what it is of by more than the acceleration makes.
+    Before its first summit and after its last one the motion comes from rest or goes to rest. There
+    no speed is lowered: the average only has its ramps later and rounded.
     """
     times, squares = _times(grid, squares), squares.copy()
     tops = np.flatnonzero((squares[1:-1] >= squares[:-2]) & (squares[1:-1] >= squares[2:])) + 1
@@ -300,7 +300,6 @@ def _averaged(
     path: Path,
     side: Joints,
     limits: Sequence[JointLimits],
-    tool: ToolLimits,
     motion: tuple[Array, Array],
     window: float,
 ) -> tuple[Array, Array, Array]:

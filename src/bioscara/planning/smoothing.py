@@ -1,8 +1,8 @@
-"""Commands that do not make the belts swing.
+"""Averages over time, which do not make belts swing.
 
-A load behind a belt swings with a period of its own. What is averaged over one such period leaves
-nothing of that swing behind, however it changed: what the load then does is an average of what was
-commanded, so that it is nowhere faster. Averages of averages do so for several periods.
+A load behind a belt swings with a period of its own. An average over that period has nothing at its
+frequency: without damping the velocity of the load is itself an average of what was averaged, so
+that it is nowhere higher. Averages of averages do so for several periods.
 """
 
 from __future__ import annotations
@@ -89,12 +89,6 @@ class Smoothed:
     def oldest(self) -> Values:
         """What leaves the first average next; empty where there is none."""
         return self._averages[0].oldest if self._averages else ()
-
-    @property
-    def highest(self) -> Values:
-        """The highest of each value that is averaged, whatever its sign."""
-        columns = zip(*self._averages[0].values, strict=True)
-        return tuple([max(map(abs, column)) for column in columns])
 
     def see(self, seen: Callable[[Values], Sequence[float]]) -> None:
         """Take it that the values have been what a function makes of them."""

@@ -19,7 +19,12 @@ from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.sequence import sequence
 from bioscara.planning.standing import began
 from bioscara.planning.tool_limits import FULL, ToolLimits
-from bioscara.planning.tool_speed import COMMANDED_SPEED, REDUCED_SPEED, reduced
+from bioscara.planning.tool_speed import (
+    COMMANDED_SPEED,
+    REDUCED_SPEED,
+    UNPLANNED_SHARE,
+    reduced,
+)
 from bioscara.planning.waypoints import Waypoint
 from bioscara.planning.zones import Scene
 from bioscara.robot.poses import TeachTable
@@ -210,7 +215,7 @@ class Planner:
             ZoneError: The arm is too near to something.
         """
         start = self._inside(self._settled(start))
-        speed = math.inf if self.full_speed else COMMANDED_SPEED
+        speed = math.inf if self.full_speed else UNPLANNED_SHARE * COMMANDED_SPEED
         folded = self._folded(start)
         windows = self.windows
         return Jog(self.kinematics, self._planned, start, self.scene, speed, folded, windows)
@@ -302,7 +307,7 @@ class Planner:
         return self._free(trajectory, here, tuple(notes))
 
     def _gentle(self, trajectory: Trajectory, here: Joints) -> Trajectory:
-        """Return a motion of joints without jumps of acceleration while the tool's speed is reduced."""
+        """Return a motion of joints that is gentle as long as the tool's speed is reduced."""
         if self.full_speed:
             return trajectory
         # Slowed down first: averaged twice it would be as if it had been gentle before.
