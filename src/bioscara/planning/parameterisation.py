@@ -105,11 +105,9 @@ def parameterise(
     grid = _even_in_time(grid, squares, path.breaks, shares)
     names = [limit.name for limit in limits]
     if window:
-        seen, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
-        squares = _turning(grid, seen, squares, caps(seen, limits, tool))
-        low = _lowered(grid, squares, window * highest)
-        _, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares, low)
-        points = _averaged(arm, path, side, limits, (grid, squares), window * highest)
+        over = window * highest
+        seen, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares, over)
+        points = _averaged(arm, path, side, limits, (grid, squares), over)
         trajectory = Trajectory(names, *points)
         check_turns(arm, path, side, seen, trajectory)
     for _ in range(0 if window else _REFINEMENTS + 1):
@@ -182,22 +180,28 @@ def _look_and_solve(
     tool: ToolLimits,
     grid: Array,
     shares: Array,
-    low: Array | float = math.inf,
+    window: float = 0.0,
 ) -> tuple[Look, Array]:
-    """Return the path at the grid, and the squares of the largest speeds there, at most ``low``."""
+    """Return the path at the grid, and the squares of the largest speeds there.
+
+    With a window those whose average over it keeps the limits of speed.
+    """
     seen = look(arm, path, start, grid)
     check_places(arm, path, start, seen)
     share = shares[np.searchsorted(path.breaks, grid[:-1], side="right")] ** 2
     along, across = rows(seen, limits, tool)
     slowed = Rows(along / share[:, None], across / share[:, None])
     lower = np.minimum(np.append(share, 1.0), np.append(1.0, share))
-    squares, bound = fastest(
-        np.diff(grid), slowed, np.minimum(lower * caps(seen, limits, tool), low)
-    )
+    highest = lower * caps(seen, limits, tool)
+    squares, bound = fastest(np.diff(grid), slowed, highest)
     if (bound < share * SLOWEST**2).any():
         # The tool may be meant to be that slow: what the joints can do counts.
         alone = rows(seen, limits, FULL), caps(seen, limits, FULL)
         check_speeds(arm, path, start, seen, fastest(np.diff(grid), *alone)[1])
+    if window:
+        low = _lowered(grid, _turning(grid, seen, squares, highest), window)
+        if (low < squares).any():
+            squares, _ = fastest(np.diff(grid), slowed, np.minimum(highest, low))
     return seen, squares
 
 
@@ -305,7 +309,8 @@ def _averaged(
 ) -> tuple[Array, Array, Array]:
     """Return times, positions and velocities of the average of a motion over a window."""
     law = _Law(*motion, window)
-    times = np.linspace(0.0, law.duration, max(math.ceil(law.duration / _STEP), _FEWEST) + 1)
+    count = max(math.ceil(law.duration / _STEP), _FEWEST)
+    times = np.linspace(0.0, law.duration, count + 1)
     for _ in range(_REFINEMENTS + 1):
         places, rates = law.at(times)
         places[0], places[-1] = motion[0][0], motion[0][-1]
