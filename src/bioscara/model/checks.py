@@ -22,8 +22,6 @@ _MOTOR_VELOCITY = 343.0
 _MOTOR_ACCELERATION = 365.0
 """Highest acceleration of a motor [rad/s^2]: the register of its driver ends just above it. More is
 clamped; firmware of the existing arms takes a small share of it instead."""
-_SLOWEST_BELT = 1.0
-"""Longest period of a belt [s]: a load that swings slower is not one that can be positioned."""
 _HOMING_RPM = (1.0, 250.0)
 """Motor speeds that HOME can carry: the original host refuses the bounds themselves."""
 
@@ -159,7 +157,6 @@ def check_joint(name: str, section: Section, homing: Section) -> JointParameters
             current_percent=homing.whole("current_percent", 1, 100, "%"),
             acceleration=homing.number("acceleration", 1e-6, max_acceleration, f"{unit}/s^2"),
         ),
-        belt_period=section.number("belt_period", 0.0, _SLOWEST_BELT, "s"),
     )
 
 
