@@ -41,7 +41,8 @@ class Average:
 
     def ahead(self, values: Array, period: float) -> Array:
         """Return the averages after each of further values, one a period [s], shape (n, k)."""
-        counts = [max(round(lasted / period), 1) for lasted, _ in self._parts]
+        counts = [round(lasted / period) for lasted, _ in self._parts]
+        counts[-1] = max(counts[-1], 1)
         past = np.repeat(np.array(self.values), counts, axis=0)
         sums = np.cumsum(np.concatenate((past, values)), axis=0)
         averages: Array = (sums[len(past) :] - sums[: len(values)]) / len(past)

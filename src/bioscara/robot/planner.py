@@ -152,7 +152,8 @@ class Planner:
             raise TrajectoryError(f"{len(goal)} positions for {len(self._names)} joints")
         here = self.here()
         motion = point_to_point(self._names, here, goal, self._planned, speed=speed)
-        return self._free(self._gentle(motion, here), here)
+        gentle, slower = self._gentle(motion, here)
+        return self._free(gentle, here, slower=slower)
 
     def to(self, pose: Pose, speed: float = 1.0) -> Plan:
         """Plan to a pose by the joints' shortest way; the tool's path is not a line.
@@ -302,24 +303,28 @@ class Planner:
         ]
         notes = check(trajectory, limits)
         here = Joints(*elsewhere)
+        slower = 1.0
         if not planned:
-            trajectory = self._gentle(trajectory, here)
-        return self._free(trajectory, here, tuple(notes))
+            trajectory, slower = self._gentle(trajectory, here)
+        return self._free(trajectory, here, tuple(notes), slower=slower)
 
-    def _gentle(self, trajectory: Trajectory, here: Joints) -> Trajectory:
-        """Return a motion of joints that is gentle as long as the tool's speed is reduced."""
+    def _gentle(self, trajectory: Trajectory, here: Joints) -> tuple[Trajectory, float]:
+        """Return a motion of joints that is gentle as long as the tool's speed is reduced.
+
+        And the factor in time by which it was slowed down before it was averaged.
+        """
         if self.full_speed:
-            return trajectory
+            return trajectory, 1.0
         # Slowed down first: averaged twice it would be as if it had been gentle before.
-        trajectory, _ = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
+        trajectory, factor = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
         hardest = {limit.name: limit.max_acceleration for limit in self._limits}
         jerks = most_jerk(trajectory).tolist()
         if all(
             jerk <= _GENTLE * hardest[name]
             for name, jerk in zip(trajectory.joint_names, jerks, strict=True)
         ):
-            return trajectory
-        return averaged(trajectory, self.windows[0])
+            return trajectory, factor
+        return averaged(trajectory, self.windows[0]), factor
 
     def _start(self) -> Joints:
         return self._inside(self.here())
@@ -349,9 +354,11 @@ class Planner:
         here: Joints,
         notes: tuple[str, ...] = (),
         tool: ToolLimits = _REDUCED,
+        slower: float = 1.0,
     ) -> Plan:
         if not self.full_speed:
             trajectory, factor = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
+            factor *= slower
             if round(factor, 2) > 1.0:
                 notes += (
                     f"takes {factor:.2f} times as long to keep the tool at "

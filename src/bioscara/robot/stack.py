@@ -233,7 +233,9 @@ def _following(parameters: ArmParameters, version: int) -> dict[str, Any]:
                 joint.name: {
                     # What commands may fall behind, where they are bounded on their way.
                     "trajectory": tolerances.trajectory
-                    or allowed(joint, version, joint.max_velocity),
+                    or allowed(joint, version, joint.max_velocity)
+                    # What nobody planned is averaged, and so comes later.
+                    + joint.max_velocity * sum(parameters.belt_periods[:2]) / 2.0,
                     "goal": tolerances.goal,
                     "max_deceleration_on_cancel": limits.max_deceleration_on_cancel_share
                     * joint.max_acceleration,

@@ -111,13 +111,13 @@ class Braked:
 
     def _left(self, before: JointValues, after: JointValues, pace: float, slowest: float) -> float:
         """Return the pace at the end of a period, for the course where it begins and ends."""
-        left, rate = pace, -_STEEPEST
+        left, rate, falling = pace, -_STEEPEST, 0.0
         for _ in range(2):
             # A joint that speeds up on the course does so less when the pace has fallen.
             rate = max(rate, self._rate(before, left), self._rate(after, left))
-            rate = min(max(rate, self._even(pace)), -slowest)
-            left = max(pace + rate * self._period, 0.0)
-        self._last = rate
+            falling = min(max(rate, self._even(pace)), -slowest)
+            left = max(pace + falling * self._period, 0.0)
+        self._last = falling
         return left
 
     def _even(self, pace: float) -> float:
