@@ -197,8 +197,8 @@ MUTANTS = (
     Mutant(
         "commands that fall behind the plan",
         "src/bioscara/robot/stack.py",
-        "or allowed(joint, version, joint.max_velocity)\n",
-        "or 0.0\n",
+        "or allowed(joint, version, joint.max_velocity) + _late(joint, parameters),\n",
+        "or 0.0,\n",
         ("tests/robot/test_execution.py",),
     ),
     Mutant(

@@ -29,7 +29,7 @@ from bioscara.control.watchdog import Watchdog
 from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, Mode, State
 from bioscara.hardware.capacity import Capacity, highest_rate
 from bioscara.kinematics import Scara
-from bioscara.model import ArmParameters
+from bioscara.model import ArmParameters, JointParameters
 from bioscara.planning.tool_speed import COMMANDED_SPEED
 from bioscara.planning.zones import Scene
 
@@ -233,9 +233,7 @@ def _following(parameters: ArmParameters, version: int) -> dict[str, Any]:
                 joint.name: {
                     # What commands may fall behind, where they are bounded on their way.
                     "trajectory": tolerances.trajectory
-                    or allowed(joint, version, joint.max_velocity)
-                    # What nobody planned is averaged, and so comes later.
-                    + joint.max_velocity * sum(parameters.belt_periods[:2]) / 2.0,
+                    or allowed(joint, version, joint.max_velocity) + _late(joint, parameters),
                     "goal": tolerances.goal,
                     "max_deceleration_on_cancel": limits.max_deceleration_on_cancel_share
                     * joint.max_acceleration,
@@ -244,3 +242,13 @@ def _following(parameters: ArmParameters, version: int) -> dict[str, Any]:
             },
         },
     }
+
+
+def _late(joint: JointParameters, parameters: ArmParameters) -> float:
+    """Return how far a joint may trail because what nobody planned is averaged [rad or m].
+
+    That of joints with belts is within what is allowed: the tool's speed bounds theirs.
+    """
+    if joint.belt_period:
+        return 0.0
+    return joint.max_velocity * sum(parameters.belt_periods[:2]) / 2.0
