@@ -18,7 +18,6 @@ from bioscara.control.manager import ControllerManager
 from bioscara.planning.shapes import Array
 from bioscara.planning.smoothing import Smoothed
 
-
 _EACH = 3
 """Of so many cycles one is looked at."""
 
