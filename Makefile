@@ -81,11 +81,11 @@ bench: $(VENV)/.dev
 	@$(BIN)/python -m benchmarks
 
 laws: $(VENV)/.dev
-	@BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 BIOSCARA_OWN_MOVES=10000 BIOSCARA_HOMING_STARTS=1000 BIOSCARA_FAULT_SEEDS=200 BIOSCARA_FUZZ_SEEDS=200 $(BIN)/python -m pytest -o timeout=0 \
+	@BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 BIOSCARA_OWN_MOVES=10000 BIOSCARA_HOMING_STARTS=1000 BIOSCARA_FAULT_SEEDS=200 BIOSCARA_FUZZ_SEEDS=200 BIOSCARA_LOAD_SEEDS=200 $(BIN)/python -m pytest -o timeout=0 \
 	    tests/control/test_manager_at_speed.py tests/planning/test_zones.py tests/planning/test_jog.py \
 	    tests/planning/test_room.py tests/planning/test_bodies.py tests/control/test_clearance.py \
 	    tests/robot/test_beside_itself.py \
-	    tests/system/test_random_faults.py tests/robot/test_robot_fuzz.py \
+	    tests/system/test_random_faults.py tests/system/test_load_speed.py tests/robot/test_robot_fuzz.py \
 	    tests/drivers/test_greeting.py tests/sim/test_socket_bus.py tests/oracle
 
 mutants: $(VENV)/.dev

@@ -359,14 +359,14 @@ MUTANTS = (
     Mutant(
         "a plan is looked at again when it is executed",
         "src/bioscara/robot/robot.py",
-        "self._checked(plan.trajectory)",
+        "self._checked(plan.trajectory, planned=True)",
         "plan.trajectory",
         ("tests/robot/test_execution.py",),
     ),
     Mutant(
         "commands that fall behind the plan",
         "src/bioscara/robot/stack.py",
-        "or allowed(joint, version, joint.max_velocity),\n",
+        "or allowed(joint, version, joint.max_velocity) + _late(joint, parameters),\n",
         "or 0.0,\n",
         ("tests/robot/test_execution.py",),
     ),
@@ -667,8 +667,8 @@ MUTANTS = (
     Mutant(
         "the robot keeps raw setpoints clear",
         "src/bioscara/robot/stack.py",
-        "limiter.stages = (self.tool_speed, self.clearance)",
-        "limiter.stages = (self.tool_speed,)",
+        "limiter.stages = (self.tool_speed, self.clearance, self.smoothing)",
+        "limiter.stages = (self.tool_speed, self.smoothing)",
         ("tests/robot/test_pose_motions.py",),
     ),
     Mutant(
@@ -782,6 +782,18 @@ MUTANTS = (
         "if client.deadline is not None and now > client.deadline:",
         "if False:",
         SOCKET,
+        "raw commands do not make belts swing",
+        "src/bioscara/robot/stack.py",
+        "limiter.stages = (self.tool_speed, self.clearance, self.smoothing)",
+        "limiter.stages = (self.tool_speed, self.clearance)",
+        ("tests/system/test_load_speed.py",),
+    ),
+    Mutant(
+        "jogs do not make belts swing",
+        "src/bioscara/robot/planner.py",
+        "scene, speed, self.windows)",
+        "scene, speed)",
+        ("tests/system/test_load_speed.py",),
     ),
 )
 

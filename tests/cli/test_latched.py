@@ -153,7 +153,7 @@ def test_host3_a_run_after_a_killed_one_says_what_is_latched_and_moves_nothing(
             time.sleep(0.5)
             second = start("demo", "--out", str(tmp_path / "second"), *bus)
             out, err = second.communicate(timeout=60)
-            assert second.returncode == 2
+            assert second.returncode == 2, err
             assert "SETPOINT_LOST (j1" in err
             assert f"--bus sim:{arm} --acknowledge" in err
             assert "homing" not in out

@@ -11,7 +11,7 @@ from bioscara.errors import BioscaraError, InvalidArgumentError
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
 from bioscara.planning.tool_limits import FULL, ToolLimits
-from bioscara.planning.tool_speed import REDUCED_SPEED
+from bioscara.planning.tool_speed import COMMANDED_SPEED
 from bioscara.planning.trajectory import Trajectory
 from bioscara.robot.planner import Planner
 
@@ -55,8 +55,8 @@ def test_a_plan_says_what_the_tool_was_kept_to() -> None:
     planner = Planner(ARM, lambda: HERE)
     goal = planner.kinematics.forward(HERE)
     goal = goal._replace(x=goal.x + 0.05)
-    assert planner.linear(goal).tool == ToolLimits()
-    assert planner.to(goal).tool == ToolLimits(REDUCED_SPEED, math.inf, math.inf, math.inf)
+    assert planner.linear(goal).tool == ToolLimits(speed=COMMANDED_SPEED)
+    assert planner.to(goal).tool == ToolLimits(COMMANDED_SPEED, math.inf, math.inf, math.inf)
     planner.full_speed = True
     assert planner.linear(goal).tool == planner.to(goal).tool == FULL
 

@@ -28,6 +28,7 @@ from bioscara.errors import (
 )
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point
+from bioscara.planning.tool_speed import COMMANDED_SPEED
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
@@ -253,7 +254,7 @@ def test_the_tool_is_slow_unless_full_speed_is_asked_for(homed: Scene) -> None:
             if record.phase is Phase.TRAJECTORY
         )
 
-    assert fastest() == pytest.approx(0.25, rel=0.02)
+    assert fastest() == pytest.approx(COMMANDED_SPEED, rel=0.02)
     homed.robot.full_speed = True
     assert fastest() > 0.4
 

@@ -11,7 +11,7 @@ and ``execution`` (running what may fail). ``listing``, ``statistics``, ``diagno
 ``introspection`` tell of it, as ROS does.
 
 ``limiting`` is the last stage before the bus: ``guard`` bounds each joint by itself (``braking``),
-``tool_speed`` and ``clearance`` all of them together.
+``tool_speed`` and ``clearance`` all of them together, ``smoothing`` averages what nobody planned.
 
 ``loop`` runs the manager on time, with ``realtime`` and ``watchdog``. ``supervisor`` looks at each
 cycle and stops the arm: ``resting`` is how, ``following`` compares it with what it was told,

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 
 from bioscara.control.guard import Guard
 from bioscara.control.manager import ControllerManager
+from bioscara.control.smoothing import Smoothing
 from bioscara.errors import InvalidArgumentError, ZoneError
 from bioscara.kinematics import Scara
 from bioscara.planning.room import Room
@@ -31,6 +32,7 @@ class Clearance:
         guards: All joints of the arm, j1 to j4.
         manager: Knows who drives them.
         surroundings: Returns the arm with its tool, and what it must keep clear of.
+        smoothing: Averages what is sent after this.
 
     Attributes:
         interventions: In how many cycles it braked.
@@ -41,9 +43,10 @@ class Clearance:
         guards: Sequence[Guard],
         manager: ControllerManager,
         surroundings: Callable[[], tuple[Scara, Scene]],
+        smoothing: Smoothing | None = None,
     ) -> None:
         self._guards, self._manager = tuple(guards), manager
-        self._surroundings = surroundings
+        self._surroundings, self._smoothing = surroundings, smoothing
         self._room: Room | None = None
         self._stop: _Stop | None = None
         self._watching = self._leading = False
@@ -111,6 +114,8 @@ class Clearance:
     def _objection(self, period: float) -> str:
         """Return why the arm may not go on to the state that is commanded; empty if it may."""
         before, (here, speeds) = self._before[0], self._state()
+        smoothing = self._smoothing
+        averaged = smoothing is not None and smoothing.averages
         if here == before and not any(speeds):
             return ""
         arm, scene = self._surroundings()
@@ -122,12 +127,26 @@ class Clearance:
             place + speed * (half + reaction)
             for place, speed, reaction in zip(here, speeds, reactions, strict=True)
         ]
+        ends = [
+            end if guard.follows_positions else end + guard.lag
+            for guard, end in zip(self._guards, ends, strict=True)
+        ]
         rest = [guard.within(end) for guard, end in zip(self._guards, ends, strict=True)]
         moving = {each for each, speed in zip(reactions, speeds, strict=True) if speed}
+        together = rest == ends and len(moving) <= 1
         try:
-            looked = self._room.check(
-                before, here, rest, together=rest == ends and len(moving) <= 1
-            )
+            if smoothing is not None and averaged:
+                # What is sent comes later, and rounds the corners of what was bounded.
+                lows, highs = smoothing.within()
+                looked = self._room.check(
+                    [at - guard.lag for at, guard in zip(before, self._guards, strict=True)],
+                    list(map(min, lows, here, rest)),
+                    list(map(max, highs, here, rest)),
+                    together=together,
+                    way=lambda: smoothing.way(speeds, 2.0 * half, period),
+                )
+            else:
+                looked = self._room.check(before, here, rest, together=together)
         except ZoneError as error:
             return (
                 f"{error.link} would come nearer to {error.zone} than the margin of "

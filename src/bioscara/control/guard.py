@@ -16,6 +16,8 @@ from bioscara.model import JointParameters
 
 _ROUNDING = 1e-6
 """Share by which a command may pass what it is bounded by: it is a difference of samples."""
+_NOTHING = 1e-12
+"""What rounding leaves of a way that was gone [rad or m]."""
 _REACTION = 2.0 * SILENCE
 """Time that a joint under velocity control may go on before it brakes [s]: it stops by itself
 when it hears nothing for its watchdog time, and its driver asks for room for that."""
@@ -44,11 +46,12 @@ class Guard:
         reference: Position that was commanded last [rad or m]; NaN before the first.
         speed: Velocity that was commanded last [rad/s or m/s].
         interventions: In how many cycles a command was changed.
+        lag: How far what is sent is behind what was bounded [rad or m]; it goes there still.
     """
 
     __slots__ = (
         "_before", "_lower", "_position", "_position_command", "_raw", "_raw_speed", "_upper",
-        "_velocity", "_velocity_command", "acceleration", "fastest", "interventions", "name",
+        "_velocity", "_velocity_command", "acceleration", "fastest", "interventions", "lag", "name",
         "reference", "speed",
     )  # fmt: skip
 
@@ -65,7 +68,7 @@ class Guard:
         self.fastest, self.acceleration = limits.max_velocity, limits.max_acceleration
         self._position_command, self._velocity_command = position_command, velocity_command
         self._position, self._velocity = position, velocity
-        self.interventions = 0
+        self.interventions, self.lag = 0, 0.0
         self.reference = self._raw = math.nan
         self.speed = self._raw_speed = 0.0
         self._before = 0.0
@@ -79,6 +82,11 @@ class Guard:
     def here(self) -> float:
         """Position that was commanded last or, where none was, measured [rad or m]."""
         return self.reference if self.commanded else self._position.value
+
+    @property
+    def follows_positions(self) -> bool:
+        """Whether somebody claimed its position."""
+        return bool(self._position_command.owner)
 
     def within(self, place: float) -> float:
         """Return the position nearest to ``place`` that the joint may go to [rad or m].
@@ -168,13 +176,60 @@ class Guard:
         if self._velocity_command.owner:
             self._velocity_command.value = velocity
 
+    def lead(self, way: float) -> None:
+        """Take it that what was bounded is ahead of what was sent [rad or m]."""
+        if self._position_command.owner and math.isfinite(self.reference):
+            place = self.within(self.reference + way)
+            self.lag = place - self.reference
+            self.reference = self._raw = place
+        elif self._velocity_command.owner:
+            self.lag = way
+
+    def go_on(self, place: float, speed: float) -> None:
+        """Go on from what was bounded last, in place of what was sent.
+
+        Args:
+            place: Position [rad or m].
+            speed: Velocity [rad/s or m/s].
+        """
+        if not self.commanded:
+            return
+        if self._position_command.owner and self._position_command.value == self.reference:
+            # Nobody commanded anew: what is asked for is what was.
+            self._position_command.value = place
+        self.reference, self.speed = place, speed
+
+    def keep(self) -> None:
+        """Go on from what was sent: what was bounded does not come after it any more."""
+        self.lag = 0.0
+        self._raw, self._raw_speed = self.reference, self.speed
+
+    def send(self, speed: float, period: float) -> None:
+        """Send another velocity than what was bounded, and the position that follows from it.
+
+        Args:
+            speed: Of this cycle [rad/s or m/s].
+            period: Time since the last cycle [s].
+        """
+        if not self.commanded or not math.isfinite(self.reference):
+            return
+        self.lag += (self.speed - speed) * period
+        if abs(self.lag) < _NOTHING and not speed:
+            self.lag = 0.0
+        if self._position_command.owner:
+            self.reference -= self.lag
+            self._position_command.value = self.reference
+        if self._velocity_command.owner:
+            self._velocity_command.value = speed
+        self.speed = speed
+
     def begin(self) -> None:
         """Start from what is measured: nobody commanded the joint before."""
         measured, speed = self._position.value, self._velocity.value
         self.reference = self._raw = measured
         speed = speed if math.isfinite(speed) else 0.0
         self.speed = self._raw_speed = min(max(speed, -self.fastest), self.fastest)
-        self._before = 0.0
+        self._before = self.lag = 0.0
 
     def resume(self) -> None:
         """Let a controller go on from there: its commands are what was commanded last."""
@@ -283,7 +338,7 @@ class Guard:
 
     def _in_reserve(self, speed: float, period: float) -> float:
         """Return what a velocity may be with the way to brake within the limits in reserve."""
-        here, reaction = self._position.value, self.reaction(period)
+        here, reaction = self._position.value + self.lag, self.reaction(period)
         creep = _CREEP * self.fastest * reaction
         down = speed_within(here - self._lower - creep, self.acceleration, reaction)
         up = speed_within(self._upper - here - creep, self.acceleration, reaction)

@@ -80,7 +80,7 @@ class Limiter:
         Args:
             period: Time since the last cycle [s].
         """
-        for stage in self.stages:
+        for stage in reversed(self.stages):
             stage.foresee(period)
         for guard in self._all:
             guard.apply(period)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
+from bioscara.control.controller import AnyController
 from bioscara.control.guard import Guard
 
 _ROUNDING = 1.0 + 1e-3
@@ -17,8 +18,12 @@ class ToolSpeedCap:
         guards: All joints of the arm, in the order that ``speed_of`` takes them.
         speed_of: Returns the tool's speed [m/s] from joint positions and velocities.
         limit: Highest speed of the tool [m/s].
+        driving: Returns who commands the joints.
 
     Attributes:
+        share: Of the limit that what is not proven may have.
+        soon: Where the arm will be so much later the tool keeps to the limit too, for what is not
+            proven is sent on average as late as that [s].
         speed_of: As given; changes with the tool.
         limit: As given; may be changed at any time.
         interventions: In how many cycles the joints were slowed down.
@@ -29,8 +34,11 @@ class ToolSpeedCap:
         guards: Sequence[Guard],
         speed_of: Callable[[Sequence[float], Sequence[float]], float],
         limit: float,
+        driving: Callable[[], Sequence[AnyController]] = tuple,
     ) -> None:
         self._guards, self.speed_of = tuple(guards), speed_of
+        self._driving, self.share = driving, 1.0
+        self.soon: tuple[float, ...] = ()
         self.limit = limit
         self.interventions = 0
 
@@ -59,11 +67,18 @@ class ToolSpeedCap:
         speeds = [guard.speed if guard.commanded else 0.0 for guard in guards]
         if not any(speeds):
             return
-        speed = self.speed_of([guard.here for guard in guards], speeds)
+        here = [guard.here for guard in guards]
+        speed, limit = self.speed_of(here, speeds), self.limit
+        if self.soon and not all(each.proven for each in self._driving()):
+            limit *= self.share
+            for soon in self.soon:
+                there = [p + v * soon for p, v in zip(here, speeds, strict=True)]
+                later = self.speed_of(there, speeds)
+                speed = later if not later <= speed else speed
         # Not written as speed > limit: an unknown position must not let anything pass.
-        if speed <= self.limit * _ROUNDING:
+        if speed <= limit * _ROUNDING:
             return
-        share = self.limit / speed if speed == speed else 0.0  # noqa: PLR0124
+        share = limit / speed if speed == speed else 0.0  # noqa: PLR0124
         self.interventions += 1
         for guard in guards:
             if guard.commanded:

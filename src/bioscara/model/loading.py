@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from bioscara.model.checks import JOINTS, UNITS, check_addresses, check_jaws, check_joint, told_of
@@ -32,13 +33,18 @@ _CARRIAGE = 0.16
 """Shortest upper arm [m]: the lift's carriage reaches so far, and the elbow is beyond it."""
 _BRAKING_SHARE = (0.01, 1.0)
 
+_SLOWEST_BELT = 1.0
+"""Longest period of a belt [s]: a load that swings slower is not one that can be positioned."""
+
 
 def _joint(name: str, section: YamlSection) -> JointParameters:
     section.refuse_unknown(key for key in JointParameters.__slots__ if key not in _IMPLIED)
     homing = section.section("homing")
     homing.refuse_unknown(HomingParameters.__slots__)
     section.text("unit", (UNITS[name],))
-    return check_joint(name, section, homing)
+    # Not in a description, which says what the hardware is: the belts are for who plans.
+    period = section.number("belt_period", 0.0, _SLOWEST_BELT, "s")
+    return replace(check_joint(name, section, homing), belt_period=period)
 
 
 def _gripper(section: YamlSection) -> GripperParameters:

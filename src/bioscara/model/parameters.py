@@ -53,6 +53,7 @@ class JointParameters:
             512 + 32 x this [microsteps of the motor]; 0 for no detection. Firmware of the
             existing arms takes 10 x this instead.
         homing: How it is homed.
+        belt_period: Period in which the load swings behind its belt [s]; 0 where it is rigid.
     """
 
     name: str
@@ -68,6 +69,7 @@ class JointParameters:
     hold_current_percent: int
     stall_threshold: int
     homing: HomingParameters
+    belt_period: float = 0.0
 
     @property
     def home_position(self) -> float:
@@ -286,3 +288,18 @@ class ArmParameters:
     gripper: GripperParameters
     homing_order: tuple[str, ...]
     controllers: ControllersParameters
+
+    @property
+    def belt_periods(self) -> tuple[float, ...]:
+        """Periods of the belts, the longest first [s]; at least one, however short."""
+        periods = sorted((joint.belt_period for joint in self.joints), reverse=True)
+        return tuple(period for period in periods if period > JERK_TIME) or (JERK_TIME,)
+
+    @property
+    def stop_time(self) -> float:
+        """Least time of a stop that nothing forces to be shorter [s].
+
+        A steady deceleration over the longest period leaves no swing of that belt behind; over the
+        shortest one it builds up.
+        """
+        return self.belt_periods[0] + self.belt_periods[-1]

@@ -11,7 +11,8 @@ under the same rule.
 Below these, for one joint: ``limits``, ``double_s``, ``profile`` and ``longest_ways``; ``extrema``
 of a trajectory. For a path: ``curve``, ``joint_path``, ``path_limits``, ``tool_limits``,
 ``phase_plane``, ``stretched_ends``, ``path_refusals`` and the ``blending`` of corners;
-``tool_speed`` for trajectories of any kind. For what is around: ``scene_file`` and ``zone_values``,
+``tool_speed`` for trajectories of any kind. Against the swing of belts: ``smoothing`` of streamed
+values, ``averaging`` of trajectories. For what is around: ``scene_file`` and ``zone_values``,
 ``bodies``, their ``shapes`` and a ``table`` of these, what of an arm is ``meeting``, ``layout`` for
 one arm and what of it is ``nearby``, ``sweep`` of a trajectory, ``standing``, ``stopping`` and
 ``room`` of an arm in motion, ``unfolding`` of an arm that is near to itself. For files:

@@ -21,6 +21,7 @@ def linear(
     tool: ToolLimits | None = None,
     *,
     speed: float = 1.0,
+    window: float = 0.0,
 ) -> Trajectory:
     """Return the fastest motion of the tool on a straight line, turning evenly on the way.
 
@@ -31,6 +32,7 @@ def linear(
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
         speed: Share of that speed, 0.001 to 1.
+        window: Over how long the speed along the path is averaged [s]; 0 for not at all.
 
     Raises:
         InvalidArgumentError: A value is not finite, or the goal is where the tool is.
@@ -39,7 +41,7 @@ def linear(
     goal = require_pose("the goal", goal)
     arm.solve(goal, start)
     path = Line(arm.forward(start), goal)
-    return parameterise(arm, path, start, limits, tool, speed=speed)
+    return parameterise(arm, path, start, limits, tool, speed=speed, window=window)
 
 
 def circular(
@@ -51,6 +53,7 @@ def circular(
     tool: ToolLimits | None = None,
     *,
     speed: float = 1.0,
+    window: float = 0.0,
 ) -> Trajectory:
     """Return the fastest motion of the tool on an arc, turning evenly on the way.
 
@@ -62,6 +65,7 @@ def circular(
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
         speed: Share of that speed, 0.001 to 1.
+        window: Over how long the speed along the path is averaged [s]; 0 for not at all.
 
     Raises:
         InvalidArgumentError: A value is not finite, or the points are on one line.
@@ -70,4 +74,4 @@ def circular(
     goal = require_pose("the goal", goal)
     arm.solve(goal, start)
     path = Arc.through(arm.forward(start), via, goal)
-    return parameterise(arm, path, start, limits, tool, speed=speed)
+    return parameterise(arm, path, start, limits, tool, speed=speed, window=window)

@@ -8,8 +8,10 @@ So it slows down towards a zone and rests at its border; leaving it is always po
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
+from operator import mul
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +21,7 @@ from bioscara.errors import InvalidArgumentError, LimitError, UnreachableError
 from bioscara.kinematics import Joints, Scara
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.shapes import Array
+from bioscara.planning.smoothing import Smoothed
 from bioscara.planning.stopping import Bounds, Ranges, Stops
 from bioscara.planning.tool_speed import REDUCED_SPEED
 from bioscara.planning.zones import Scene
@@ -30,6 +33,17 @@ _FASTEST = 1.0
 _STRETCHED = 0.02
 """Elbow angle that tool velocities do not pass [rad]: beyond it the arm would flip over."""
 _ROUNDING = 1e-12
+_REST = (0.0,) * 4
+_FOLLOWED = 0.8
+"""Share of a joint's acceleration that what is asked for makes; the rest is for the way's bends."""
+_GENTLE = 0.4
+"""Acceleration with which the tool gets faster where what is asked for is averaged [m/s^2]."""
+_ALIKE = 0.1
+"""Share of the fastest joint's velocity by which joints may differ from what was asked for."""
+_EARLY = 0.2
+"""Share of its deceleration with which a joint then comes to its limits."""
+_MUCH = 0.8
+"""Share of what was wanted below which the arm begins again from the speed that it has."""
 _SHARES = (0.97, 0.9, 0.8, 0.65, 0.5, 0.3, 0.1, 0.0)
 """What is tried when all of what is asked for is too much."""
 
@@ -75,6 +89,7 @@ class Jog:
         start: Where the joints are, at rest [rad, m, rad, rad].
         scene: What to keep clear of; None for nothing.
         tool_speed: Highest speed of the tool [m/s].
+        windows: Over how long what is asked for is averaged, once for each [s].
 
     Attributes:
         tool_speed: As given; may be changed at any time.
@@ -96,6 +111,7 @@ class Jog:
         start: Sequence[float],
         scene: Scene | None = None,
         tool_speed: float = REDUCED_SPEED,
+        windows: Sequence[float] = (),
     ) -> None:
         start = Joints(*numbers("the start of the jog", start))
         for limit, value in zip(limits, start, strict=True):
@@ -113,6 +129,11 @@ class Jog:
         self.reason = ""
         self._velocity: JointVelocity | ToolVelocity = JointVelocity()
         self._since, self._held_up = -math.inf, False
+        self._windows = tuple(windows)
+        self._soon = (0.0, *itertools.accumulate(windows))
+        self._smoothed = Smoothed(windows, _REST)
+        self._averaged: tuple[float, ...] = _REST
+        self._kind: type[JointVelocity | ToolVelocity] = JointVelocity
         self._stops.check_start(self.positions)
 
     def command(
@@ -170,7 +191,7 @@ class Jog:
             raise InvalidArgumentError(f"jog: a step of {period:g} s is not above 0")
         target = np.array(self._target(time, period))
         here, moving = np.array(self.positions), np.array(self.velocities)
-        ranges, straight = self._ranges(), isinstance(self._velocity, ToolVelocity)
+        ranges, straight = self._ranges(), self._kind is ToolVelocity
         # Who was held up mostly still is: then all shares are looked at together.
         for shares in ((1.0, *_SHARES),) if self._held_up else ((1.0,), _SHARES):
             next_ = self._stops.approach(moving, np.outer(shares, target), period, straight)
@@ -182,8 +203,11 @@ class Jog:
             if self._held_up:
                 self.reason = hindrance or self.reason
             if first is not None:
+                if shares[first] < _MUCH:
+                    self._begin_again(next_[first].tolist())
                 return self._go(there[first], next_[first])
         positions, velocities = self._stops.brake(here, moving, period)
+        self._begin_again(velocities.tolist())
         return self._go(positions, velocities)
 
     def _go(self, positions: Array, velocities: Array) -> tuple[Joints, Joints]:
@@ -191,25 +215,133 @@ class Jog:
         self.velocities = Joints(*velocities.tolist())
         return self.positions, self.velocities
 
+    def _begin_again(self, velocities: Sequence[float]) -> None:
+        """Average from how the arm moves now on: what hindered it may be gone in an instant."""
+        self._smoothed.fill(self._as_asked(velocities))
+
+    def _as_asked(self, velocities: Sequence[float]) -> Sequence[float]:
+        """Return velocities of the joints as what is asked for: theirs, or the tool's."""
+        if self._kind is JointVelocity:
+            return velocities
+        return [sum(map(mul, row, velocities)) for row in self._arm.jacobian(self.positions)]
+
+    def _turn_to(self, kind: type[JointVelocity | ToolVelocity], ahead: Sequence[float]) -> None:
+        """Go on with velocities of the other kind, as smoothly as they were asked for."""
+        before, self._kind = self._kind, kind
+        # What held the arm up is in its velocities alone.
+        expected: Sequence[float] = self._averaged
+        try:
+            if before is ToolVelocity:
+                expected = self._arm.rates(ahead, self._averaged)
+            most = _ALIKE * max(map(abs, self.velocities))
+            pairs = zip(expected, self.velocities, strict=True)
+            if all(abs(a - b) <= most for a, b in pairs):
+                if before is ToolVelocity:
+                    self._smoothed.see(lambda values: self._arm.rates(ahead, values))
+                else:
+                    self._smoothed.see(self._as_asked)
+                return
+        except UnreachableError:
+            pass
+        self._begin_again(self.velocities)
+
+    def _asked(self, time: float, ahead: Sequence[float]) -> tuple[float, ...]:
+        """Return what is asked for now, no faster than the tool may be."""
+        if not any(self._velocity):
+            return _REST
+        if not 0.0 <= time - self._since <= EXPIRY:
+            self.reason = "expired"
+            return _REST
+        kind = type(self._velocity)
+        if kind is ToolVelocity:
+            try:
+                self._arm.rates(ahead, self._velocity)
+            except UnreachableError:
+                self.reason = "stretched"
+                kind = JointVelocity
+        if kind is not self._kind:
+            self._turn_to(kind, ahead)
+        if self.reason:
+            return _REST
+        if self._kind is JointVelocity:
+            # What is asked for now is gone at over all of the averages: the arm may be longer then.
+            speed = max(
+                self._arm.tool_speed(
+                    [p + v * soon for p, v in zip(ahead, self.velocities, strict=True)],
+                    self._velocity,
+                )
+                for soon in self._soon
+            )
+        else:
+            speed = math.hypot(*self._velocity[:3])
+        if speed <= self.tool_speed:
+            return tuple(self._velocity)
+        self.reason = "tool speed"
+        return tuple([value * self.tool_speed / speed for value in self._velocity])
+
+    def _in_time(self, asked: Sequence[float], ahead: Sequence[float]) -> Sequence[float]:
+        """Return what is asked for, no farther from how it was than the joints can follow.
+
+        What gets less does so as fast as they can. What gets more does so gently, and what turns
+        round rests between: a load that breaks away from its friction swings.
+        """
+        if not self._windows:
+            return asked
+        oldest = self._smoothed.oldest
+        less, more = [0.0] * 4, [0.0] * 4
+        for index, (before, after) in enumerate(zip(oldest, asked, strict=True)):
+            aim = after if before * after >= 0.0 else 0.0
+            (less if abs(aim) < abs(before) else more)[index] = aim - before
+        less, more = self._followed(less, ahead), self._followed(more, ahead, _GENTLE)
+        return [a + b + c for a, b, c in zip(oldest, less, more, strict=True)]
+
+    def _followed(
+        self, change: list[float], ahead: Sequence[float], gentle: float = math.inf
+    ) -> list[float]:
+        """Return the share of a change that joints and tool can make in the first average.
+
+        Args:
+            change: Of what is asked for.
+            ahead: Where the joints are.
+            gentle: Acceleration of the tool [m/s^2].
+        """
+        if not any(change):
+            return change
+        rates: Sequence[float] = change
+        if self._kind is ToolVelocity:
+            try:
+                rates = self._arm.rates(ahead, change)
+            except UnreachableError:
+                return change
+        window = self._windows[0]
+        share = max(
+            self._arm.tool_speed(ahead, rates) / (gentle * window),
+            *[
+                abs(rate) / (_FOLLOWED * limit.max_acceleration * window)
+                for rate, limit in zip(rates, self._limits, strict=True)
+            ],
+        )
+        return change if share <= 1.0 else [each / share for each in change]
+
     def _target(self, time: float, period: float) -> tuple[float, ...]:
         """Return the joint velocities to go for, within limits of joints and tool."""
         self.reason = ""
-        rest = (0.0,) * 4
-        if not any(self._velocity):
-            return rest
-        if not 0.0 <= time - self._since <= EXPIRY:
-            self.reason = "expired"
-            return rest
         ahead = [p + v * period for p, v in zip(self.positions, self.velocities, strict=True)]
-        bounds = self._stops.speeds(self.positions, self.velocities, self._ranges(), period)
-        if isinstance(self._velocity, JointVelocity):
-            wanted = self._clipped(self._velocity, bounds)
+        asked = self._smoothed.step(self._in_time(self._asked(time, ahead), ahead), period)
+        self._averaged = asked
+        if not any(asked):
+            return _REST
+        share = _EARLY if self._windows else 1.0
+        bounds = self._stops.speeds(self.positions, self.velocities, self._ranges(), period, share)
+        if self._kind is JointVelocity:
+            wanted = self._clipped(asked, bounds)
         else:
             try:
-                rates = self._arm.rates(ahead, self._velocity)
+                rates = self._arm.rates(ahead, asked)
             except UnreachableError:
                 self.reason = "stretched"
-                return rest
+                self._begin_again(self.velocities)
+                return _REST
             wanted = self._scaled(rates, bounds)
         speed = self._arm.tool_speed(ahead, wanted)
         if speed <= self.tool_speed:
@@ -221,7 +353,7 @@ class Jog:
         """Return where the joints may be; tool velocities keep the elbow on its side."""
         lower = [limit.lower for limit in self._limits]
         upper = [limit.upper for limit in self._limits]
-        if isinstance(self._velocity, ToolVelocity):
+        if self._kind is ToolVelocity:
             elbow = self.positions.j3
             # Half turns: at each the arm is stretched or folded.
             side = math.pi * math.floor(elbow / math.pi)
@@ -247,4 +379,6 @@ class Jog:
                 limit, up = self._limits[index], value > 0.0
                 own = self._ranges()[int(up)][index] == (limit.upper if up else limit.lower)
                 self.reason = f"{limit.name} limit" if own else "stretched"
+        if share < _MUCH:
+            self._begin_again(self.velocities)
         return tuple(value * share for value in wanted)

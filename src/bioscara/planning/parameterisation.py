@@ -48,6 +48,8 @@ _SUDDEN = 2.0
 _ASTRAY = 3e-7
 """How far the curve between two points may leave the path before its piece is cut [rad or m];
 a few parts in ten of a micrometre at the tool."""
+_TURNING, _BEFORE, _AFTER = 0.9, 0.1, 0.4
+"""Share of the highest speed near where a joint turns round, and from when to when that is [s]."""
 _APART = 1e-5
 """Breaks that come less than this apart [s] are one point of the grid."""
 _LOOKS = (0.25, 0.5, 0.75)
@@ -64,8 +66,13 @@ def parameterise(
     tool: ToolLimits | None = None,
     *,
     speed: float | Sequence[float] = 1.0,
+    window: float = 0.0,
 ) -> Trajectory:
     """Return the fastest motion of the tool along a path, from rest to rest.
+
+    With a window, its speed along the path is the average over that time of the fastest motion's:
+    then accelerations do not jump. The motion takes that much longer, and a little more where the
+    speed has to change on the way.
 
     Args:
         arm: The arm.
@@ -75,6 +82,7 @@ def parameterise(
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
         speed: Share of the speed to use, 0.001 to 1: the same in 1/speed of the time.
             One share, or one for each piece of the path between its breaks.
+        window: Over how long speeds along the path are averaged [s]; 0 for not at all.
 
     Returns:
         A trajectory of cubics on which no limit of a joint or the tool is exceeded by more than
@@ -96,7 +104,13 @@ def parameterise(
     _, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
     grid = _even_in_time(grid, squares, path.breaks, shares)
     names = [limit.name for limit in limits]
-    for _ in range(_REFINEMENTS + 1):
+    if window:
+        over = window * highest
+        seen, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares, over)
+        points = _averaged(arm, path, side, limits, (grid, squares), over)
+        trajectory = Trajectory(names, *points)
+        check_turns(arm, path, side, seen, trajectory)
+    for _ in range(0 if window else _REFINEMENTS + 1):
         seen, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
         velocities = seen.joints.first * np.sqrt(squares)[:, None]
         points = _times(grid, squares), seen.joints.joints, velocities
@@ -107,12 +121,15 @@ def parameterise(
         if parts.max() < 2:
             break
         grid = _cut(grid, parts)
-    check_turns(arm, path, side, seen, trajectory)
-    left = np.diff(seen.grid) / np.diff(trajectory.times) / factors
-    check_speeds(arm, path, side, seen, np.where(factors > _SUDDEN, left**2, np.inf))
+    if not window:
+        check_turns(arm, path, side, seen, trajectory)
+        left = np.diff(seen.grid) / np.diff(trajectory.times) / factors
+        check_speeds(arm, path, side, seen, np.where(factors > _SUDDEN, left**2, np.inf))
     if (part.begin, part.end) != (0.0, path.length):
         points = with_ends(arm, path, part, start, points, limits, tool)
         trajectory = Trajectory(names, *points)
+        factors = _factors_of_pieces(trajectory, arm, limits, tool)
+    if window:
         factors = _factors_of_pieces(trajectory, arm, limits, tool)
     factor = max(1.0, (1.0 + _BETWEEN) * float(factors.max()))
     return stretched(trajectory, factor / highest)
@@ -163,19 +180,28 @@ def _look_and_solve(
     tool: ToolLimits,
     grid: Array,
     shares: Array,
+    window: float = 0.0,
 ) -> tuple[Look, Array]:
-    """Return the path at the grid, and the squares of the largest speeds there."""
+    """Return the path at the grid, and the squares of the largest speeds there.
+
+    With a window those whose average over it keeps the limits of speed.
+    """
     seen = look(arm, path, start, grid)
     check_places(arm, path, start, seen)
     share = shares[np.searchsorted(path.breaks, grid[:-1], side="right")] ** 2
     along, across = rows(seen, limits, tool)
     slowed = Rows(along / share[:, None], across / share[:, None])
     lower = np.minimum(np.append(share, 1.0), np.append(1.0, share))
-    squares, bound = fastest(np.diff(grid), slowed, lower * caps(seen, limits, tool))
+    highest = lower * caps(seen, limits, tool)
+    squares, bound = fastest(np.diff(grid), slowed, highest)
     if (bound < share * SLOWEST**2).any():
         # The tool may be meant to be that slow: what the joints can do counts.
         alone = rows(seen, limits, FULL), caps(seen, limits, FULL)
         check_speeds(arm, path, start, seen, fastest(np.diff(grid), *alone)[1])
+    if window:
+        low = _lowered(grid, _turning(grid, seen, squares, highest), window)
+        if (low < squares).any():
+            squares, _ = fastest(np.diff(grid), slowed, np.minimum(highest, low))
     return seen, squares
 
 
@@ -191,6 +217,118 @@ def _first_grid(path: Path, part: Between) -> Array:
 def _times(grid: Array, squares: Array) -> Array:
     rates = np.sqrt(squares)
     return np.concatenate(([0.0], np.cumsum(2.0 * np.diff(grid) / (rates[:-1] + rates[1:]))))
+
+
+def _turning(grid: Array, seen: Look, squares: Array, highest: Array) -> Array:
+    """Return squares of speed that are lower where a joint turns round on the way.
+
+    There its load sticks for a moment, breaks away and swings, however even the motion is.
+    """
+    times, lower = _times(grid, squares), squares.copy()
+    signs = np.sign(seen.joints.first)
+    for index in np.flatnonzero((signs[:-1] * signs[1:] < 0.0).any(axis=1)):
+        since = times - times[index]
+        near = (since > -_BEFORE) & (since < _AFTER)
+        lower[near] = np.minimum(lower[near], _TURNING**2 * highest[near])
+    return lower
+
+
+def _lowered(grid: Array, squares: Array, window: float) -> Array:
+    """Return squares of speed whose average over a window is nowhere above those given.
+
+    Before its first summit and after its last one the motion comes from rest or goes to rest. There
+    no speed is lowered: the average only has its ramps later and rounded.
+    """
+    times, squares = _times(grid, squares), squares.copy()
+    tops = np.flatnonzero((squares[1:-1] >= squares[:-2]) & (squares[1:-1] >= squares[2:])) + 1
+    if not len(tops):
+        return np.full(len(grid), np.inf)
+    squares[: tops[0]], squares[tops[-1] + 1 :] = squares[tops[0]], squares[tops[-1]]
+    begins = np.searchsorted(times, times - window / 2.0)
+    ends = np.searchsorted(times, times + window / 2.0, side="right")
+    # The least between two points, from the least of runs whose lengths are powers of two.
+    runs = [squares]
+    while 2 ** len(runs) <= len(squares):
+        half = 2 ** (len(runs) - 1)
+        runs.append(np.minimum(runs[-1][:-half], runs[-1][half:]))
+    rank = np.log2(ends - begins).astype(np.intp)
+    return np.array(
+        [min(runs[r][b], runs[r][e - 2**r]) for r, b, e in zip(rank, begins, ends, strict=True)]
+    )
+
+
+class _Law:
+    """When the tool is where on its path: the average of a motion over a window.
+
+    Args:
+        grid: Path parameters [m].
+        squares: Squares of the speed there.
+        window: Over how long it is averaged [s].
+    """
+
+    def __init__(self, grid: Array, squares: Array, window: float) -> None:
+        self._grid, self._rates = grid, np.sqrt(squares)
+        self._times, self.window = _times(grid, squares), window
+        steps = np.diff(self._times)
+        self._rises = np.diff(self._rates) / steps
+        areas = steps * (grid[:-1] + steps * (self._rates[:-1] / 2.0 + steps * self._rises / 6.0))
+        self._areas = np.concatenate(([0.0], np.cumsum(areas)))
+        self.duration = float(self._times[-1]) + window
+
+    def at(self, times: Array) -> tuple[Array, Array]:
+        """Return path parameters and speeds at some times."""
+        (here, area), (before, less) = self._sums(times), self._sums(times - self.window)
+        return (area - less) / self.window, (here - before) / self.window
+
+    def _sums(self, times: Array) -> tuple[Array, Array]:
+        """Return the path parameter of what is averaged, and its integral."""
+        end = self._times[-1]
+        inside = np.clip(times, 0.0, end)
+        piece = np.clip(
+            np.searchsorted(self._times, inside, side="right") - 1, 0, len(self._rises) - 1
+        )
+        t, at, rate, rise = (
+            inside - self._times[piece],
+            self._grid[piece],
+            self._rates[piece],
+            self._rises[piece],
+        )
+        here = at + t * (rate + t * rise / 2.0)
+        area = self._areas[piece] + t * (at + t * (rate / 2.0 + t * rise / 6.0))
+        outside = times - inside
+        return here, area + outside * np.where(outside < 0.0, self._grid[0], self._grid[-1])
+
+
+def _averaged(
+    arm: Scara,
+    path: Path,
+    side: Joints,
+    limits: Sequence[JointLimits],
+    motion: tuple[Array, Array],
+    window: float,
+) -> tuple[Array, Array, Array]:
+    """Return times, positions and velocities of the average of a motion over a window."""
+    law = _Law(*motion, window)
+    count = max(math.ceil(law.duration / _STEP), _FEWEST)
+    times = np.linspace(0.0, law.duration, count + 1)
+    for _ in range(_REFINEMENTS + 1):
+        places, rates = law.at(times)
+        places[0], places[-1] = motion[0][0], motion[0][-1]
+        seen = along(arm, path.sample(places), side)
+        positions, velocities = seen.joints, seen.first * rates[:, None]
+        velocities[[0, -1]] = 0.0
+        curve = Trajectory([limit.name for limit in limits], times, positions, velocities)
+        t = np.diff(times)
+        halves, _ = law.at(times[:-1] + 0.5 * t)
+        there, c = along(arm, path.sample(halves), side).joints, curve.coefficients
+        half = 0.5 * t[:, None]
+        here = c[..., 0] + half * (c[..., 1] + half * (c[..., 2] + half * c[..., 3]))
+        off = np.abs(here - there).max(axis=1)
+        parts = _parts(np.ones(len(t)), np.where(np.isnan(off), math.inf, off), t)
+        if parts.max() < 2:
+            break
+        times = _cut(times, parts)
+    return times, positions, velocities
 
 
 def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...], shares: Array) -> Array:

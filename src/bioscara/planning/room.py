@@ -7,7 +7,7 @@ space of the joints: all brake together, so that the arm goes on in its directio
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -47,6 +47,7 @@ class Room:
         rest: Sequence[float],
         *,
         together: bool = True,
+        way: Callable[[], Array | None] = lambda: None,
     ) -> bool:
         """Make sure that the arm may go on to a state.
 
@@ -64,6 +65,8 @@ class Room:
             rest: Joints where the arm comes to rest from there.
             together: Whether the way to rest is straight; False where one joint may be at rest
                 before another, so that the joints may be anywhere between.
+            way: Returns the way that the joints go in place of that over ``here`` to ``rest``,
+                shape (n, 4); all of it is between these two.
 
         Returns:
             Whether anything was so near that it had to be looked at closely.
@@ -78,10 +81,12 @@ class Room:
         for joint in (*before, *here, *rest):
             if not math.isfinite(joint):
                 raise InvalidArgumentError(f"a joint is at {joint}: zones need finite positions")
-        corners = np.array((before, here, rest))
-        view.look(corners)
+        view.look(np.array((before, here, rest)))
         if view.reaches(here, rest) < view.free:
             return False
+        corners = way()
+        if corners is None:
+            corners = np.array((before, here, rest))
         view.sweep(corners, together=together)
         return True
 

@@ -47,6 +47,7 @@ def sequence(
     waypoints: Sequence[Waypoint],
     limits: Sequence[JointLimits],
     tool: ToolLimits | None = None,
+    window: float = 0.0,
 ) -> Sequenced:
     """Return one trajectory through all waypoints.
 
@@ -56,6 +57,7 @@ def sequence(
         waypoints: Where the tool goes; errors and warnings count them from 0.
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; the defaults of :class:`ToolLimits` unless given.
+        window: Over how long speeds are averaged, so that accelerations do not jump [s].
 
     Raises:
         InvalidArgumentError: A value is not usable, a waypoint is where the one before it is, an
@@ -76,8 +78,9 @@ def sequence(
             path = rounded(pieces, [waypoint.blend for waypoint in run[:-1]])
             warnings.extend(_shrunk(first, run, path))
             with about(first, path.corners):
+                speeds = _speeds(run, path)
                 motion = parameterise(
-                    arm, path.path, joints, limits, tool, speed=_speeds(run, path)
+                    arm, path.path, joints, limits, tool, speed=speeds, window=window
                 )
         trajectories.append(motion)
         joints = Joints(*motion.positions[-1].tolist())

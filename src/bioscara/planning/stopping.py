@@ -92,17 +92,28 @@ class Stops:
         velocities: Sequence[float],
         ranges: Ranges,
         period: float,
+        share: float = 1.0,
     ) -> Bounds:
-        """Return between which velocities after a period each joint can stop within a range."""
+        """Return between which velocities after a period each joint can stop within a range.
+
+        Args:
+            positions: Of the joints.
+            velocities: Of the joints.
+            ranges: Where they may be.
+            period: [s].
+            share: Of its deceleration that each uses.
+        """
         low, high = [], []
         lower, upper = ranges
         for joint, (here, moving) in enumerate(zip(positions, velocities, strict=True)):
             up, down = float(upper[joint]) - here, here - float(lower[joint])
-            high.append(self._speed_within(joint, up, moving, period))
-            low.append(-self._speed_within(joint, down, -moving, period))
+            high.append(self._speed_within(joint, up, moving, period, share))
+            low.append(-self._speed_within(joint, down, -moving, period, share))
         return tuple(low), tuple(high)
 
-    def _speed_within(self, joint: int, room: float, moving: float, period: float) -> float:
+    def _speed_within(
+        self, joint: int, room: float, moving: float, period: float, share: float
+    ) -> float:
         """Return how fast a joint may be after a period so that it can still stop.
 
         Args:
@@ -110,9 +121,10 @@ class Stops:
             room: How far it may go on [rad or m].
             moving: How fast it goes there now [rad/s or m/s].
             period: [s].
+            share: Of its deceleration that it uses.
         """
         # (moving + v) / 2 period + v^2 / (2 a) = room, for v.
-        a = float(self._braking[joint])
+        a = share * float(self._braking[joint])
         square = period * period / 4.0 + (2.0 * room - moving * period) / a
         if square <= 0.0:
             return 0.0

@@ -12,14 +12,21 @@ from bioscara.arguments import flag, items, numbers, shown
 from bioscara.errors import InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters
+from bioscara.model.parameters import JERK_TIME
 from bioscara.planning import Trajectory, check
+from bioscara.planning.averaging import averaged, most_jerk
 from bioscara.planning.cartesian import circular, linear
 from bioscara.planning.jog import Jog
 from bioscara.planning.limits import check_share
 from bioscara.planning.point_to_point import point_to_point
 from bioscara.planning.sequence import sequence
 from bioscara.planning.tool_limits import FULL, ToolLimits
-from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
+from bioscara.planning.tool_speed import (
+    COMMANDED_SPEED,
+    REDUCED_SPEED,
+    UNPLANNED_SHARE,
+    reduced,
+)
 from bioscara.planning.unfolding import by_open_elbow, joined
 from bioscara.planning.waypoints import Waypoint
 from bioscara.planning.zones import Scene
@@ -32,7 +39,9 @@ RESERVE = 0.8
 a step on the way could not catch up before it has to brake, and would overshoot."""
 _END_STOP = 1e-3
 """How far beyond its limit a joint may read that was pressed against its end stop [rad or m]."""
-_REDUCED = replace(FULL, speed=REDUCED_SPEED)
+_GENTLE = 2.0
+"""Share of its highest acceleration that a joint may build up per time without swinging [1/s]."""
+_REDUCED = replace(FULL, speed=COMMANDED_SPEED)
 """What the tool may do on any way until full speed is asked for; lines and arcs keep to more."""
 
 
@@ -84,6 +93,7 @@ class Planner:
         self._turn = turn or Turn()
         self._full_speed = False
         self._limits, self._measured = parameters.joints, measured
+        self._periods = parameters.belt_periods
         self._planned = tuple(
             replace(limit, max_acceleration=RESERVE * limit.max_acceleration)
             for limit in parameters.joints
@@ -171,7 +181,8 @@ class Planner:
         here = self.here()
         direct = point_to_point(self._names, here, goal, self._planned, speed=speed)
         try:
-            return self._free(direct, here)
+            gentle, slower = self._gentle(direct, here)
+            return self._free(gentle, here, slower=slower)
         except ZoneError as refused:
             plan = self._by_open_elbow(here, goal, speed) if self._is_own(refused) else None
             if plan is None:
@@ -255,9 +266,16 @@ class Planner:
             ZoneError: The arm is too near to something.
         """
         start = self._inside(self._settled(self._plain("the start", start)))
-        speed = math.inf if self.full_speed else REDUCED_SPEED
+        speed = math.inf if self.full_speed else UNPLANNED_SHARE * COMMANDED_SPEED
         arm, scene = self.surroundings()
-        return Jog(arm, self._planned, start, scene, speed)
+        return Jog(arm, self._planned, start, scene, speed, self.windows)
+
+    @property
+    def windows(self) -> tuple[float, ...]:
+        """Return over how long commands are averaged, so that no belt swings [s]."""
+        if self.full_speed:
+            return (JERK_TIME,)
+        return self._periods[:2]
 
     def linear(self, pose: Pose, speed: float = 1.0) -> Plan:
         """Plan to a pose along a line.
@@ -272,8 +290,10 @@ class Planner:
         """
         here = self._start()
         tool = self._tool_limits()
-        speed = check_share(speed)
-        trajectory = linear(self.kinematics, here, pose, self._planned, tool, speed=speed)
+        speed, window = check_share(speed), self.windows[0]
+        trajectory = linear(
+            self.kinematics, here, pose, self._planned, tool, speed=speed, window=window
+        )
         return self._free(trajectory, here, tool=tool)
 
     def circular(self, via: Pose, pose: Pose, speed: float = 1.0) -> Plan:
@@ -290,8 +310,10 @@ class Planner:
         """
         here = self._start()
         tool = self._tool_limits()
-        speed = check_share(speed)
-        trajectory = circular(self.kinematics, here, via, pose, self._planned, tool, speed=speed)
+        speed, window, limits = check_share(speed), self.windows[0], self._planned
+        trajectory = circular(
+            self.kinematics, here, via, pose, limits, tool, speed=speed, window=window
+        )
         return self._free(trajectory, here, tool=tool)
 
     def sequence(self, waypoints: Sequence[Waypoint]) -> Plan:
@@ -306,16 +328,19 @@ class Planner:
         """
         here = self._start()
         trajectory, warnings = sequence(
-            self.kinematics, here, waypoints, self._planned, self._tool_limits()
+            self.kinematics, here, waypoints, self._planned, self._tool_limits(), self.windows[0]
         )
         return self._free(trajectory, here, warnings)
 
-    def trajectory(self, trajectory: Trajectory, elsewhere: Sequence[float]) -> Plan:
-        """Check a trajectory that somebody else planned, and slow it down where need be.
+    def trajectory(
+        self, trajectory: Trajectory, elsewhere: Sequence[float], *, planned: bool = False
+    ) -> Plan:
+        """Check a trajectory, and slow it down and average it where need be.
 
         Args:
             trajectory: For some or all of the joints.
             elsewhere: Where the joints are that it does not name [rad, m, rad, rad].
+            planned: Whether it was planned here: then it is gentle, and its path stays as it is.
 
         Raises:
             TrajectoryError: It breaks a limit.
@@ -330,7 +355,29 @@ class Planner:
             for limit, at in zip(self._limits, self.here(), strict=True)
         ]
         notes = check(trajectory, limits)
-        return self._free(trajectory, Joints(*elsewhere), tuple(notes))
+        here = Joints(*elsewhere)
+        slower = 1.0
+        if not planned:
+            trajectory, slower = self._gentle(trajectory, here)
+        return self._free(trajectory, here, tuple(notes), slower=slower)
+
+    def _gentle(self, trajectory: Trajectory, here: Joints) -> tuple[Trajectory, float]:
+        """Return a motion of joints that is gentle as long as the tool's speed is reduced.
+
+        And the factor in time by which it was slowed down before it was averaged.
+        """
+        if self.full_speed:
+            return trajectory, 1.0
+        # Slowed down first: averaged twice it would be as if it had been gentle before.
+        trajectory, factor = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
+        hardest = {limit.name: limit.max_acceleration for limit in self._limits}
+        jerks = most_jerk(trajectory).tolist()
+        if all(
+            jerk <= _GENTLE * hardest[name]
+            for name, jerk in zip(trajectory.joint_names, jerks, strict=True)
+        ):
+            return trajectory, factor
+        return averaged(trajectory, self.windows[0]), factor
 
     def _plain(self, what: str, joints: Sequence[float]) -> Joints:
         values = numbers(what, joints, "give one for each joint", error=TrajectoryError)
@@ -345,12 +392,11 @@ class Planner:
             return None
         note = "the elbow moves alone where the arm is folded up: together the hand would touch it"
         try:
-            legs = [
+            motions = [
                 point_to_point(self._names, begin, end, self._planned, speed=speed)
                 for begin, end in pairwise(places)
             ]
-            if not self.full_speed:
-                legs = [reduced(leg, self.kinematics, here)[0] for leg in legs]
+            legs = [self._gentle(motion, here)[0] for motion in motions]
             return self._free(joined(legs), here, (note,))
         except (TrajectoryError, ZoneError):
             return None  # A joint that was pushed beyond its limit cannot stay there either.
@@ -379,7 +425,7 @@ class Planner:
         return start
 
     def _tool_limits(self) -> ToolLimits:
-        return FULL if self.full_speed else ToolLimits()
+        return FULL if self.full_speed else ToolLimits(speed=COMMANDED_SPEED)
 
     def _free(
         self,
@@ -387,9 +433,11 @@ class Planner:
         here: Joints,
         notes: tuple[str, ...] = (),
         tool: ToolLimits = _REDUCED,
+        slower: float = 1.0,
     ) -> Plan:
         if not self.full_speed:
-            trajectory, factor = reduced(trajectory, self.kinematics, here)
+            trajectory, factor = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
+            factor *= slower
             if round(factor, 2) > 1.0:
                 notes += (
                     f"takes {factor:.2f} times as long to keep the tool at "

@@ -13,7 +13,7 @@ from bioscara.errors import (
     TrajectoryError,
 )
 from bioscara.planning import Trajectory
-from bioscara.planning.tool_speed import REDUCED_SPEED
+from bioscara.planning.tool_speed import COMMANDED_SPEED, UNPLANNED_SHARE
 from bioscara.report import Phase
 from bioscara.robot.connection import Connection
 from bioscara.robot.homing_rules import joints_to_home
@@ -128,7 +128,7 @@ class Robot(Connection, PoseMotions):
             raise InvalidArgumentError(
                 f"execute() takes a Plan, not a {type(plan).__name__}; follow() takes a Trajectory"
             )
-        self._follow(self._checked(plan.trajectory), observe, cancelled, timeout)
+        self._follow(self._checked(plan.trajectory, planned=True), observe, cancelled, timeout)
 
     @exclusive("follow()")
     def follow(
@@ -217,9 +217,10 @@ class Robot(Connection, PoseMotions):
         self._running().supervisor.warnings.extend(plan.notes)
         self._follow(plan.trajectory, observe, cancelled, timeout)
 
-    def _checked(self, trajectory: Trajectory) -> Trajectory:
+    def _checked(self, trajectory: Trajectory, *, planned: bool = False) -> Trajectory:
         """Return a trajectory that may be followed with the tool, speed and scene there are."""
-        checked = self.plan.trajectory(trajectory, self._start_of(trajectory))
+        elsewhere = self._start_of(trajectory)
+        checked = self.plan.trajectory(trajectory, elsewhere, planned=planned)
         self._running().supervisor.warnings.extend(checked.notes)
         return checked.trajectory
 
@@ -228,8 +229,12 @@ class Robot(Connection, PoseMotions):
         self._pace(self._pace_motion)
         self._engage()
         cap = self._running().tool_speed
-        cap.limit = math.inf if self.full_speed else REDUCED_SPEED
+        cap.limit = math.inf if self.full_speed else COMMANDED_SPEED
         cap.speed_of = self.plan.kinematics.tool_speed
+        windows = self.plan.windows
+        self._running().smoothing.windows = windows
+        cap.share = UNPLANNED_SHARE
+        cap.soon = (sum(windows) / 2.0, sum(windows))
         self._cycle()
 
     def _follow(

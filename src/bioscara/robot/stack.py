@@ -21,14 +21,15 @@ from bioscara.control.limiting import Limiter
 from bioscara.control.loop import Loop
 from bioscara.control.manager import ControllerManager
 from bioscara.control.realtime import sharpen_timers
+from bioscara.control.smoothing import Smoothing
 from bioscara.control.supervisor import Supervisor
 from bioscara.control.tool_speed import ToolSpeedCap
 from bioscara.control.watchdog import Watchdog
 from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, Mode, State
 from bioscara.hardware.capacity import Capacity, highest_rate
 from bioscara.kinematics import Scara
-from bioscara.model import ArmParameters
-from bioscara.planning.tool_speed import REDUCED_SPEED
+from bioscara.model import ArmParameters, JointParameters
+from bioscara.planning.tool_speed import COMMANDED_SPEED
 from bioscara.planning.zones import Scene
 
 C = TypeVar("C")
@@ -69,6 +70,7 @@ class Stack:
         jog: Moves the joints by streamed velocities.
         tool_speed: Keeps the tool at or below a speed.
         clearance: Keeps the arm clear of its surroundings.
+        smoothing: Averages what nobody planned.
 
     Raises:
         ConfigurationError: The rate makes no sense, or the bus cannot carry it.
@@ -96,13 +98,17 @@ class Stack:
         arm.capacity.rate = hertz
         record = FlightRecord(arm.axes, hertz)
         limiter = Limiter((arm, gripper))
-        self.tool_speed = ToolSpeedCap(
-            tuple(limiter.guards.values()), surroundings()[0].tool_speed, REDUCED_SPEED
-        )
         self.manager = ControllerManager((arm, gripper), limiter, hertz)
+        self.tool_speed = ToolSpeedCap(
+            tuple(limiter.guards.values()),
+            surroundings()[0].tool_speed,
+            COMMANDED_SPEED,
+            lambda: self.manager.driving,
+        )
         guards = [limiter.guards[axis.name] for axis in arm.axes]
-        self.clearance = Clearance(guards, self.manager, surroundings)
-        limiter.stages = (self.tool_speed, self.clearance)
+        self.smoothing = Smoothing(guards, self.manager)
+        self.clearance = Clearance(guards, self.manager, surroundings, self.smoothing)
+        limiter.stages = (self.tool_speed, self.clearance, self.smoothing)
         for name, kind, values in _controllers(parameters, version):
             self.manager.load(name, kind, values)
             self.manager.configure(name)
@@ -219,11 +225,12 @@ def _following(parameters: ArmParameters, version: int) -> dict[str, Any]:
             "stopped_velocity_tolerance": limits.stopped_velocity_tolerance,
             "goal_time": limits.goal_time,
             "decelerate_on_cancel": True,
+            "least_time_on_cancel": parameters.stop_time,
             **{
                 joint.name: {
                     # What commands may fall behind, where they are bounded on their way.
                     "trajectory": tolerances.trajectory
-                    or allowed(joint, version, joint.max_velocity),
+                    or allowed(joint, version, joint.max_velocity) + _late(joint, parameters),
                     "goal": tolerances.goal,
                     "max_deceleration_on_cancel": limits.max_deceleration_on_cancel_share
                     * joint.max_acceleration,
@@ -232,3 +239,13 @@ def _following(parameters: ArmParameters, version: int) -> dict[str, Any]:
             },
         },
     }
+
+
+def _late(joint: JointParameters, parameters: ArmParameters) -> float:
+    """Return how far a joint may trail because what nobody planned is averaged [rad or m].
+
+    That of joints with belts is within what is allowed: the tool's speed bounds theirs.
+    """
+    if joint.belt_period:
+        return 0.0
+    return joint.max_velocity * sum(parameters.belt_periods[:2]) / 2.0

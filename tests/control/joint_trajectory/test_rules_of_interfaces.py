@@ -63,7 +63,8 @@ def test_rule_36_legal_interfaces_move_the_arm(
         (
             {"constraints": {"j1": 1.0}},
             "unknown parameter constraints.j1; it has stopped_velocity_tolerance, goal_time, "
-            "decelerate_on_cancel, and a section for each joint",
+            "decelerate_on_cancel, "
+            "least_time_on_cancel, and a section for each joint",
         ),
         (
             {"constraints": {"j1": {"trajektory": 1.0}}},

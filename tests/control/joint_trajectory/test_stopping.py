@@ -116,3 +116,13 @@ def test_an_interrupted_beginning_of_it_can_be_begun_again(line: int, *, swept: 
     gains = np.abs(np.diff(rows, 2, axis=0)) / PERIOD**2
     assert (gains <= np.array(MOST) * 1.001).all()
     assert player.at_rest
+
+
+def test_where_it_takes_a_least_time_the_pace_bends_gradually() -> None:
+    move = point_to_point(NAMES, (-0.5, 0.2, 0.3, 0.0), (0.5, 0.2, 0.3, 0.0), PLANNED, speed=0.3)
+    course, cruise, least = Course(JointTrajectory.of(move).points), move.duration / 2.0, 0.27
+    ramp = Braked(course, cruise, 1.0, MOST, PERIOD, least)
+    assert ramp.duration == pytest.approx(least, abs=3 * PERIOD)
+    speeds = [ramp.sample(t).values.velocities[0] for t in np.arange(0.0, 0.4, PERIOD)]
+    changes = np.diff(speeds) / PERIOD
+    assert np.abs(np.diff(changes)).max() < 0.35 * np.abs(changes).max()

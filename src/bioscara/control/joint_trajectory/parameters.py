@@ -35,6 +35,8 @@ class Constraints(Section):
         stopped_velocity_tolerance: Speed of every joint that counts as standing [rad/s or m/s].
         goal_time: How much later than planned the goal may be reached [s]; 0 waits for ever.
         decelerate_on_cancel: Whether a cancelled goal ends on a ramp.
+        least_time_on_cancel: Time that the ramp of a swept trajectory takes at least [s]. Where
+            that is above 0, scaling bends gradually too.
     """
 
     PER_JOINT = True
@@ -44,6 +46,7 @@ class Constraints(Section):
     stopped_velocity_tolerance: NotNegative = 0.01
     goal_time: NotNegative = 0.0
     decelerate_on_cancel: bool = False
+    least_time_on_cancel: NotNegative = 0.0
 
     @property
     def joints(self) -> tuple[str, ...]:

@@ -49,6 +49,7 @@ class Player:
         self._period, self._now = period, time
         self.scaling = self._wanted_scaling = parameters.speed_scaling.initial_scaling_factor
         self.share, self.swept = 1.0, True
+        self._least, self._rate = parameters.constraints.least_time_on_cancel, 0.0
         self.waiting: Request | None = None
         self.hold(positions, time)
 
@@ -86,13 +87,28 @@ class Player:
         """
         # Where nothing moves a step of the factor is none of velocity, and motion starts at it.
         at_rest = self.holding or self.time > self.course.duration
-        change = math.inf if at_rest else _SCALING_RATE * period
-        self.scaling += min(max(self._wanted_scaling * self.share - self.scaling, -change), change)
+        self._scale(self._wanted_scaling * self.share, math.inf if at_rest else period)
         self.time += (time - self._now) * self.pace
         self._now = time
         if self.waiting is not None:
             self._take(self.waiting, measured)
         return self.course.sample(self.time)
+
+    def _scale(self, wanted: float, period: float) -> None:
+        """Go over to a scaling [s]; where a stop takes a least time, without a bend."""
+        left, least = wanted - self.scaling, self._least
+        if not least or math.isinf(period):
+            change = _SCALING_RATE * period
+            self.scaling += min(max(left, -change), change)
+            self._rate = 0.0
+            return
+        bend = _SCALING_RATE / least
+        rate = math.copysign(min(_SCALING_RATE, math.sqrt(2.0 * bend * abs(left))), left)
+        self._rate += min(max(rate - self._rate, -bend * period), bend * period)
+        change = self._rate * period
+        if abs(left) <= max(abs(change), bend * period * period):
+            change = left
+        self.scaling += change
 
     def ahead(self) -> JointValues:
         """Return where the joints should be one cycle from now: what is commanded now."""
@@ -125,7 +141,7 @@ class Player:
         pace, (course, at) = self._commanded_pace, self._commanded_at
         way: Course | Braked
         if self.swept and course is self.course and isinstance(course, Course):
-            way = Braked(course, at, pace, limits, self._period)
+            way = Braked(course, at, pace, limits, self._period, self._least)
         else:
             speeds = tuple([velocity * pace for velocity in self._commanded.velocities])
             way = deceleration(self._commanded._replace(velocities=speeds), limits)

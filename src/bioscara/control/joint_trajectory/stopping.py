@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 from bioscara.control.joint_trajectory.course import Course, Place
@@ -9,6 +10,8 @@ from bioscara.control.joint_trajectory.messages import JointValues, Point
 
 _SLOWEST = 0.2
 """The pace falls at least so fast [1/s], even where the course itself uses all deceleration."""
+_ROUND = 0.16
+"""Share of a stop over which its deceleration builds up, and again over which it ends."""
 _STEEPEST = 1e3
 """And at most so fast [1/s]: at the ends of a course nothing moves."""
 
@@ -48,6 +51,8 @@ class Braked:
         pace: Time on the course per time there.
         limits: Deceleration of each joint [rad/s^2 or m/s^2], above zero.
         period: Time from cycle to cycle [s].
+        least: Time that it takes at least, evenly but for a rounded begin and end [s]; 0 for as
+            fast as the joints can.
 
     Attributes:
         end: Where the joints come to rest [rad or m].
@@ -59,9 +64,20 @@ class Braked:
     continuable = True
 
     def __init__(
-        self, course: Course, time: float, pace: float, limits: Sequence[float], period: float
+        self,
+        course: Course,
+        time: float,
+        pace: float,
+        limits: Sequence[float],
+        period: float,
+        least: float = 0.0,
     ) -> None:
         self._course, self._period, self.begins = course, period, 0.0
+        self._steepest, self._bend = _STEEPEST, math.inf
+        if least:
+            self._bend = pace / (_ROUND * (1.0 - _ROUND) * least**2)
+            self._steepest = self._bend * _ROUND * least
+        self._last = 0.0
         self._limits = tuple(limits)
         self._steps = [(time, pace)]
         before = course.sample(time).values
@@ -95,12 +111,21 @@ class Braked:
 
     def _left(self, before: JointValues, after: JointValues, pace: float, slowest: float) -> float:
         """Return the pace at the end of a period, for the course where it begins and ends."""
-        left, rate = pace, -_STEEPEST
+        left, rate, falling = pace, -_STEEPEST, 0.0
         for _ in range(2):
             # A joint that speeds up on the course does so less when the pace has fallen.
             rate = max(rate, self._rate(before, left), self._rate(after, left))
-            left = max(pace + min(rate, -slowest) * self._period, 0.0)
+            falling = min(max(rate, self._even(pace)), -slowest)
+            left = max(pace + falling * self._period, 0.0)
+        self._last = falling
         return left
+
+    def _even(self, pace: float) -> float:
+        """Return how fast the pace may fall where it bends gradually [1/s], below zero."""
+        if math.isinf(self._bend):
+            return -_STEEPEST
+        ending = -math.sqrt(2.0 * self._bend * pace)
+        return max(self._last - self._bend * self._period, -self._steepest, ending)
 
     def _rate(self, values: JointValues, pace: float) -> float:
         """Return how fast the pace can fall at most [1/s], as a number below zero."""

@@ -1,0 +1,91 @@
+"""How fast the tool of the simulated arm really is: its loads, looked at each millisecond."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from bioscara.clock import SimulatedClock
+from bioscara.kinematics import Joints, batch
+from bioscara.model import load_parameters
+from bioscara.robot import Robot, kinematics_of
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+PARAMETERS = load_parameters()
+NAMES = tuple(joint.name for joint in PARAMETERS.joints)
+KINEMATICS = kinematics_of(PARAMETERS)
+NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
+"""Close to the end stops that homing seeks."""
+_STEP = 1e-3
+
+
+class Loads:
+    """A homed robot, and the loads at the far ends of its belts.
+
+    Args:
+        evidence: Folder for evidence of faults.
+
+    Attributes:
+        arm: The simulated arm.
+        robot: The robot on it.
+    """
+
+    def __init__(self, evidence: Path) -> None:
+        # Transactions pass unseen: 2 ms of a cycle of 10.
+        self.arm = SimulatedArm(seed=1, positions=NEAR, frequency=400e3)
+        clock = SimulatedClock(self.arm.now, self._run)
+        self.robot = Robot(FirmwareBus(self.arm), clock, PARAMETERS, "loads", evidence=evidence)
+        self._seen: list[tuple[float, ...]] = []
+        self._looking = False
+
+    def __enter__(self) -> Loads:
+        self.robot.__enter__()
+        self.robot.home()
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        self.robot.__exit__(None, None, None)
+
+    def _run(self, duration: float) -> None:
+        arm, seen = self.arm, self._seen
+        # Time is counted in ticks of the controllers: what is less than one never passes.
+        if not self._looking:
+            arm.run(duration)
+            return
+        end = arm.now() + duration
+        while (left := end - arm.now()) > 1e-6:
+            arm.run(min(left, _STEP))
+            seen.append(
+                (
+                    arm.now(),
+                    *[arm.position(name) for name in NAMES],
+                    *[arm.velocity(name) for name in NAMES],
+                )
+            )
+
+    def watch(self, motion: Callable[[], object]) -> np.ndarray:
+        """Return time, places and velocities of the loads while something moves, shape (n, 9)."""
+        self._seen.clear()
+        self._looking = True
+        try:
+            motion()
+        finally:
+            self._looking = False
+        return np.array(self._seen)
+
+
+def speeds(seen: np.ndarray) -> np.ndarray:
+    """Return how fast the tool of the loads was [m/s]."""
+    return batch.tool_speeds(KINEMATICS, seen[:, 1:5], seen[:, 5:])
+
+
+def carried_on(seen: np.ndarray, since: float) -> tuple[float, float]:
+    """Return how far the tool went on from a time [m], and until when it moved by 10 mm/s [s]."""
+    tail = seen[seen[:, 0] >= since]
+    places = [KINEMATICS.forward(Joints(*row))[:3] for row in tail[:, 1:5].tolist()]
+    way = max(math.dist(each, places[0]) for each in places)
+    moving = np.flatnonzero(speeds(tail) > 0.01)
+    return way, float(tail[moving[-1], 0] - since) if len(moving) else 0.0

@@ -1,0 +1,271 @@
+"""The tool of the simulated arm's loads keeps to the reduced speed, whatever moves it."""
+
+from __future__ import annotations
+
+import os
+import random
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+
+import numpy as np
+import pytest
+
+from bioscara.control.forward_command_controller import ForwardCommandController
+from bioscara.errors import BioscaraError, MotionCancelledError
+from bioscara.kinematics import Joints, Pose
+from bioscara.planning import Trajectory, Waypoint
+from bioscara.planning.jog import JointVelocity, ToolVelocity
+from bioscara.robot.planner import Plan
+from bioscara.robot.stack import HOLD
+from system.loads import NAMES, PARAMETERS, Loads, carried_on, speeds
+
+COUNT = int(os.environ.get("BIOSCARA_LOAD_SEEDS", "2"))
+HIGHEST = 0.255
+"""What the tool of the loads keeps below at the reduced speed of 250 mm/s [m/s]."""
+PERIOD = 0.01
+
+Velocity = JointVelocity | ToolVelocity
+
+
+@pytest.fixture(scope="module")
+def loads(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Loads]:
+    with Loads(tmp_path_factory.mktemp("evidence")) as made:
+        yield made
+
+
+def note(text: str) -> None:
+    """Print what a failed test is to be understood by."""
+    print(text)  # noqa: T201
+
+
+def place(rng: random.Random) -> Joints:
+    elbow = rng.uniform(0.2, 1.8) * rng.choice((-1.0, 1.0))
+    return Joints(rng.uniform(-2.0, 2.0), rng.uniform(0.1, 0.3), elbow, rng.uniform(-1.5, 1.5))
+
+
+def starts(loads: Loads, kind: str) -> Iterator[random.Random]:
+    """Bring the arm to random places that it can go to; yield the chance from there on."""
+    done = number = 0
+    while done < COUNT:
+        rng = random.Random(f"{kind}{number}")
+        number += 1
+        try:
+            loads.robot.move_joints(place(rng))
+        except BioscaraError:
+            continue
+        note(f"seed {kind}{number - 1}")
+        yield rng
+        done += 1
+
+
+def jogged(loads: Loads, parts: Sequence[tuple[Velocity, float]]) -> None:
+    """Jog with velocities that each hold for a time [s]."""
+    clock = loads.robot.clock
+    ends, end = [], clock.now()
+    for velocity, lasts in parts:
+        end += lasts
+        ends.append((end, velocity))
+
+    def wanted() -> Velocity | None:
+        now = clock.now()
+        return next((velocity for until, velocity in ends if now < until), None)
+
+    loads.robot.jog(wanted)
+
+
+def some_velocity(rng: random.Random) -> Velocity:
+    if rng.random() < 0.5:
+        turns = rng.choice((0, 1)) * rng.uniform(-10.0, 10.0)
+        return JointVelocity(
+            rng.uniform(-1.0, 1.0), rng.uniform(-0.03, 0.03), rng.uniform(-5.0, 5.0), turns
+        )
+    if rng.random() < 0.3:
+        return JointVelocity()
+    x, y, z = rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3), rng.uniform(-0.03, 0.03)
+    return ToolVelocity(x, y, z, rng.choice((0, 1)) * rng.uniform(-2.0, 2.0))
+
+
+def near(rng: random.Random, pose: Pose, reach: float) -> Pose:
+    x, y = pose.x + rng.uniform(-reach, reach), pose.y + rng.uniform(-reach, reach)
+    return Pose(x, y, pose.z + rng.uniform(-0.02, 0.02), pose.yaw + rng.uniform(-1.0, 1.0))
+
+
+def planned(loads: Loads, make: Callable[[Pose], Plan]) -> Plan:
+    """Return the first of random plans that the arm can carry out."""
+    plan, robot = loads.robot.plan, loads.robot
+    here = robot.plan.kinematics.forward(plan.here())
+    for _ in range(200):
+        with suppress(BioscaraError):
+            return make(here)
+    raise AssertionError("nothing of what was tried can be planned")
+
+
+def assert_slow(loads: Loads, motion: Callable[[], object]) -> np.ndarray:
+    seen = loads.watch(motion)
+    fastest = float(speeds(seen).max())
+    assert fastest < HIGHEST, f"{1e3 * fastest:.1f} mm/s at the load"
+    return seen
+
+
+@pytest.mark.parametrize("speed", [5.0, 0.6])
+def test_an_elbow_that_is_jogged_to_and_fro(loads: Loads, speed: float) -> None:
+    loads.robot.move_joints((0.3, 0.2, 0.3, 0.2))
+    assert_slow(
+        loads, lambda: jogged(loads, [(JointVelocity(j3=s * speed), 0.4) for s in (1, -1) * 3])
+    )
+
+
+def test_random_jogs(loads: Loads) -> None:
+    for rng in starts(loads, "jogs"):
+        parts = [(some_velocity(rng), rng.uniform(0.05, 0.8)) for _ in range(8)]
+        assert_slow(loads, lambda parts=parts: jogged(loads, parts))
+
+
+def test_point_to_point(loads: Loads) -> None:
+    for rng in starts(loads, "ptp"):
+        share = rng.choice((0.05, 0.1, 0.3, 1.0))
+
+        def make(_: Pose, rng: random.Random = rng, share: float = share) -> Plan:
+            here = loads.robot.plan.here()
+            ways = [share * rng.choice((0, 1, 1)) * rng.uniform(-1.5, 1.5) for _ in here]
+            ways[1] *= 0.05
+            return loads.robot.plan.joints([a + b for a, b in zip(here, ways, strict=True)])
+
+        plan = planned(loads, make)
+        assert_slow(loads, lambda plan=plan: loads.robot.execute(plan))
+
+
+@pytest.mark.parametrize("kind", ["lines", "arcs", "sequences"])
+def test_paths_of_the_tool(loads: Loads, kind: str) -> None:
+    for rng in starts(loads, kind):
+
+        def make(here: Pose, rng: random.Random = rng) -> Plan:
+            plan = loads.robot.plan
+            if kind == "lines":
+                return plan.linear(near(rng, here, 0.35))
+            if kind == "arcs":
+                return plan.circular(near(rng, here, 0.2), near(rng, here, 0.2))
+            blends = [rng.choice((0.0, 0.005, 0.01, 0.02, 0.04)) for _ in range(4)]
+            ways = [Waypoint(near(rng, here, 0.15), blend=blend) for blend in (*blends, 0.0)]
+            return plan.sequence(ways)
+
+        plan = planned(loads, make)
+        assert_slow(loads, lambda plan=plan: loads.robot.execute(plan))
+
+
+def test_trapezoids_of_somebody_else(loads: Loads) -> None:
+    for rng in starts(loads, "trapezoids"):
+        here = np.array(loads.robot.plan.here())
+        way = np.array([rng.uniform(-1.0, 1.0) for _ in here]) * (0.5, 0.02, 0.8, 0.8)
+        takes = max(1.0, 1.2 * float(np.abs(way / (0.4, 0.02, 1.0, 1.0)).max()))
+        # A quarter of the time each to speed up and to slow down, with jumps of acceleration.
+        times, shares = np.array((0.0, 0.25, 0.75, 1.0)) * takes, (0.0, 1 / 6, 5 / 6, 1.0)
+        velocity = way * 4.0 / (3.0 * takes)
+        rest = np.zeros(4)
+        points = [here + share * way for share in shares]
+        trajectory = Trajectory(NAMES, times, points, [rest, velocity, velocity, rest])
+        with suppress(BioscaraError):
+            loads.robot.plan.trajectory(trajectory, here)
+            assert_slow(loads, lambda trajectory=trajectory: loads.robot.follow(trajectory))
+
+
+def test_a_stop_on_the_way_and_a_jog_at_once_after_it(loads: Loads) -> None:
+    robot = loads.robot
+    for rng in starts(loads, "stops"):
+        plan = planned(loads, lambda here, rng=rng: robot.plan.linear(near(rng, here, 0.35)))
+        at = robot.clock.now() + rng.uniform(0.3, max(plan.trajectory.duration - 0.2, 0.4))
+        since: list[float] = []
+
+        def cancelled(at: float = at, since: list[float] = since) -> bool:
+            if robot.clock.now() >= at:
+                since.append(robot.clock.now())
+            return bool(since)
+
+        def go(
+            plan: Plan = plan,
+            cancelled: Callable[[], bool] = cancelled,
+            velocity: Velocity = ToolVelocity(rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3)),  # noqa: B008
+        ) -> None:
+            with suppress(MotionCancelledError):
+                robot.execute(plan, cancelled=cancelled)
+            jogged(loads, [(velocity, 0.6)])
+
+        assert_slow(loads, go)
+
+
+def test_from_its_highest_speed_it_stops_within_34_mm(loads: Loads) -> None:
+    robot = loads.robot
+    robot.move_joints((-0.6, 0.2, 0.3, 0.2))
+    plan = robot.plan.joints((0.6, 0.2, 0.3, 0.2))
+    at = robot.clock.now() + plan.trajectory.duration / 2.0
+    asked: list[float] = []
+
+    def cancelled() -> bool:
+        if robot.clock.now() >= at:
+            asked.append(robot.clock.now())
+        return bool(asked)
+
+    def go() -> None:
+        with suppress(MotionCancelledError):
+            robot.execute(plan, cancelled=cancelled)
+
+    way, time = carried_on(assert_slow(loads, go), asked[0])
+    note(f"{1e3 * way:.1f} mm in {time:.2f} s")
+    assert way < 0.034
+
+
+def test_pauses_and_overrides(loads: Loads) -> None:
+    robot = loads.robot
+    for rng in starts(loads, "pauses"):
+        plan = planned(loads, lambda here, rng=rng: robot.plan.linear(near(rng, here, 0.35)))
+        at = robot.clock.now() + rng.uniform(0.3, max(plan.trajectory.duration - 0.2, 0.4))
+
+        def hesitate(_: object, at: float = at, rng: random.Random = rng) -> None:
+            paused = 0.0 <= robot.clock.now() - at < 0.7
+            robot.speed = rng.choice((0.0, 0.0, 0.2, 0.5)) if paused else 1.0
+
+        assert_slow(loads, lambda plan=plan, each=hesitate: robot.execute(plan, each))
+        robot.speed = 1.0
+
+
+@pytest.mark.parametrize("kind", ["steps", "lines", "velocities"])
+def test_raw_streams(loads: Loads, kind: str) -> None:
+    robot, stack = loads.robot, loads.robot._running()
+    name = f"raw {kind}"
+    manager = stack.manager
+    interface = "velocity" if kind == "velocities" else "position"
+    values = {"joints": NAMES, "interface_name": interface}
+    stream = manager.load(name, ForwardCommandController.TYPE, values)
+    manager.configure(name)
+    assert isinstance(stream, ForwardCommandController)
+    spans = [(j.lower, j.upper, 0.05 * (j.upper - j.lower)) for j in PARAMETERS.joints]
+
+    def inside(places: Sequence[float]) -> list[float]:
+        return [
+            min(max(at, low + edge), high - edge)
+            for at, (low, high, edge) in zip(places, spans, strict=True)
+        ]
+
+    for rng in starts(loads, name):
+        robot._ready()
+        stack.use(name, robot.clock.now())
+        here = robot.plan.here()
+
+        def go(rng: random.Random = rng, here: Joints = here) -> None:
+            asked, rates = list(here), [0.0] * 4
+            for cycle in range(250):
+                if cycle % rng.randrange(15, 60) == 0:
+                    most = (1.0, 0.03, 3.0, 5.0) if kind == "velocities" else (0.5, 0.03, 1.0, 1.0)
+                    rates = [rng.uniform(-high, high) for high in most]
+                    if kind == "steps":
+                        asked = inside([a + b for a, b in zip(here, rates, strict=True)])
+                if kind == "lines":
+                    asked = inside([a + b * PERIOD for a, b in zip(asked, rates, strict=True)])
+                stream.command(rates if kind == "velocities" else asked)
+                stack.loop.step()
+            stack.use(HOLD, robot.clock.now())
+            for _ in range(60):
+                stack.loop.step()
+            assert not stack.supervisor.faults
+
+        assert_slow(loads, go)
