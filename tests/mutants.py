@@ -782,6 +782,8 @@ MUTANTS = (
         "if client.deadline is not None and now > client.deadline:",
         "if False:",
         SOCKET,
+    ),
+    Mutant(
         "raw commands do not make belts swing",
         "src/bioscara/robot/stack.py",
         "limiter.stages = (self.tool_speed, self.clearance, self.smoothing)",
