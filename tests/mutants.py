@@ -324,8 +324,8 @@ MUTANTS = (
     Mutant(
         "jaws on the way to another width",
         "src/bioscara/robot/gripper.py",
-        "                self._check(width)\n",
-        "                pass\n",
+        "            self._check(width)\n",
+        "            pass\n",
         ("tests/robot/test_beside_itself.py",),
     ),
     Mutant(
@@ -674,15 +674,15 @@ MUTANTS = (
     Mutant(
         "a tool whose speed is not known stands still",
         f"{CONTROL}/tool_speed.py",
-        "        if speed <= self.limit * _ROUNDING:\n            return",
-        "        if not speed > self.limit * _ROUNDING:\n            return",
+        "        if speed <= limit * _ROUNDING:\n            return",
+        "        if not speed > limit * _ROUNDING:\n            return",
         TOOL_SPEED,
     ),
     Mutant(
         "no share of a speed that is no number",
         f"{CONTROL}/tool_speed.py",
-        "share = self.limit / speed if speed == speed else 0.0",
-        "share = self.limit / speed",
+        "share = limit / speed if speed == speed else 0.0",
+        "share = limit / speed",
         TOOL_SPEED,
     ),
     Mutant(

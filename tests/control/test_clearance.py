@@ -11,6 +11,7 @@ import numpy.typing as npt
 import pytest
 
 from bioscara.control.clearance import Clearance
+from bioscara.control.controller import Controller
 from bioscara.control.forward_command_controller import ForwardCommandController
 from bioscara.control.jog_controller import JogController
 from bioscara.control.joint_trajectory import (
@@ -21,11 +22,13 @@ from bioscara.control.joint_trajectory import (
     Point,
     Status,
 )
+from bioscara.control.registry import TYPES
 from bioscara.control.tool_speed import ToolSpeedCap
 from bioscara.planning.jog import Jog, JointVelocity, ToolVelocity
 from bioscara.planning.sweep import SLACK
 from bioscara.planning.zones import Box, Scene
 from bioscara.robot import kinematics_of
+from control.wild import WildParameters
 from control.world import BOTH, NAMES, PARAMETERS, World
 from planning.inside import touched
 from planning.scenes import COUNT, random_joints, random_scene
@@ -42,9 +45,31 @@ WALL = Scene((Box("wall", (-0.2, 0.62, 0.0), (0.6, 0.9, 0.6)),))
 KINDS: Mapping[str, tuple[tuple[str, Sequence[str]], ...]] = {
     "position": (("position", NAMES),),
     "velocity": (("velocity", NAMES),),
-    "both": (("position", NAMES), ("velocity", NAMES)),
+    "both": (("both", NAMES),),
     "mixed": (("position", NAMES[:2]), ("velocity", NAMES[2:])),
 }
+
+
+class Raw(Controller[WildParameters]):
+    """Commands positions and velocities of all joints together, raw."""
+
+    TYPE = "test/Raw"
+    PARAMETERS = WildParameters
+    values: Sequence[float] = ()
+
+    @property
+    def command_interfaces(self) -> tuple[str, ...]:
+        return tuple(f"{name}/{kind}" for kind in BOTH for name in NAMES)
+
+    def on_activate(self, time: float) -> None:
+        self.values = [handle.value for handle in self.command_handles]
+
+    def update(self, time: float, period: float) -> None:
+        for handle, value in zip(self.command_handles, self.values, strict=True):
+            handle.value = value
+
+
+TYPES[Raw.TYPE] = Raw
 
 
 class Guarded:
@@ -148,11 +173,30 @@ def require_gentle(rows: Array) -> None:
         assert rows[:, joint].max() <= limit.upper + 1e-9
 
 
+def raw_values(forward: Raw | ForwardCommandController, rng: np.random.Generator) -> list[float]:
+    """Return random setpoints for what a controller commands."""
+    goal = dict(zip(NAMES, random_joints(rng), strict=True))
+    if isinstance(forward, Raw):
+        share = rng.uniform(-1.0, 1.0)
+        return [*goal.values(), *(share * joint.max_velocity for joint in JOINTS)]
+    joints = [JOINTS[NAMES.index(name)] for name in forward.parameters.joints]
+    if forward.parameters.interface_name == "position":
+        return [goal[joint.name] for joint in joints]
+    return [rng.uniform(-1.0, 1.0) * joint.max_velocity for joint in joints]
+
+
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_sample_of_a_random_stream_is_inside_the_margin(kind: str) -> None:
     rng = np.random.default_rng(17)
     guarded, tried, per_scene = Guarded(Scene()), 0, 6
-    forwards = [guarded.forward(interface, joints) for interface, joints in KINDS[kind]]
+    forwards: list[Raw | ForwardCommandController] = []
+    for interface, joints in KINDS[kind]:
+        if interface == "both":
+            both = guarded.world.load("both", Raw.TYPE)
+            assert isinstance(both, Raw)
+            forwards.append(both)
+        else:
+            forwards.append(guarded.forward(interface, joints))
     names = tuple(each.name for each in forwards)
     while tried < COUNT // 3:
         scene = random_scene(rng)
@@ -164,16 +208,11 @@ def test_no_sample_of_a_random_stream_is_inside_the_margin(kind: str) -> None:
         for _ in range(per_scene):
             tried += 1
             for forward in forwards:
-                joints = [JOINTS[NAMES.index(name)] for name in forward.parameters.joints]
-                goal = dict(zip(NAMES, random_joints(rng), strict=True))
-                share = rng.uniform(-1.0, 1.0) * (forward.name != names[0])
-                forward.command(
-                    [goal[joint.name] for joint in joints]
-                    if forward.parameters.interface_name == "position"
-                    else [rng.uniform(-1.0, 1.0) * joint.max_velocity for joint in joints]
-                    if len(forwards) != 2
-                    else [share * joint.max_velocity for joint in joints]
-                )
+                values = raw_values(forward, rng)
+                if isinstance(forward, Raw):
+                    forward.values = values
+                else:
+                    forward.command(values)
             rows = guarded.run(int(rng.integers(5, 50)))
             assert scene.clearance(ARM, dense(rows)).min() >= scene.margin - 1e-9
             assert not touched(ARM, scene.zones, guarded.here)

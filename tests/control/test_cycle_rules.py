@@ -89,7 +89,7 @@ def test_rates_that_no_cycle_has_are_refused(world: World, rate: int) -> None:
     with pytest.raises(ConfigurationError, match="update_rate"):
         world.manager.load("x", "test/Wild", {"update_rate": rate})
     for period in (0.0, -0.01, math.nan):
-        with pytest.raises(InvalidArgumentError, match="a cycle takes time"):
+        with pytest.raises(InvalidArgumentError, match=r"a cycle takes time|not a finite number"):
             world.manager.cycle(world.clock.now(), period)
 
 

@@ -100,11 +100,13 @@ def late(world: World) -> LateClock:
 @pytest.mark.parametrize(
     ("rate", "why"),
     [
-        *((rate, "outside 20 .. 10000 Hz") for rate in (0, -50, True, 19, 10_001, 1_000_000)),
-        *((rate, "whole number") for rate in (33.3, 50.0, math.nan, math.inf, "50")),
+        *((rate, "outside 20 .. 10000 Hz") for rate in (0, -50, 19, 10_001, 1_000_000)),
+        (33.3, "which is not a whole number"),
+        *((rate, "which is not a finite number") for rate in (math.nan, math.inf)),
+        *((rate, "give a number") for rate in (True, "50")),
     ],
 )
-def test_a_rate_that_makes_no_sense_is_refused_by_everybody_in_the_same_words(
+def test_a_rate_that_makes_no_sense_is_refused_everywhere_in_the_same_words(
     rate: Any, why: str
 ) -> None:
     world = World(home=False)
@@ -114,12 +116,12 @@ def test_a_rate_that_makes_no_sense_is_refused_by_everybody_in_the_same_words(
     for take in (
         lambda: Loop(world.manager, world.supervisor, world.record, world.clock, rate),
         lambda: ControllerManager(hardware, Limiter(hardware), rate),
-        Robot(FirmwareBus(arm), arm.clock, PARAMETERS, "rates", rate=rate).__enter__,
+        lambda: Robot(FirmwareBus(arm), arm.clock, PARAMETERS, "rates", rate=rate),
     ):
         with pytest.raises(ConfigurationError) as caught:
             take()
         said.append(str(caught.value))
-    assert said[0].startswith(f"rate {rate} Hz")
+    assert said[0].startswith(("rate ", "the rate in Hz "))
     assert why in said[0]
     assert len(set(said)) == 1
 

@@ -24,8 +24,7 @@ SINCE_HOME = (-2.9065, 0.3267, 2.4011, 1.1802)
 
 
 def test_the_meshes_come_apart_into_the_convex_parts_of_the_drawing() -> None:
-    shape = load_parameters().geometry
-    drawn = {link.name: link for link in drawing(shape.upper_arm, shape.forearm)}
+    drawn = {link.name: link for link in drawing(load_parameters().geometry)}
     assert {part.link for part in solids()} == set(LINKS) == set(drawn)
     for name, link in drawn.items():
         surfaces = [

@@ -109,6 +109,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
             {"via": via, "pose": there, "speed": 1.0},
         ),
         "Robot.move_named": (robot.move_named, {"name": "center", "speed": 1.0}),
+        "Robot.unfold": (robot.unfold, {"speed": 1.0}),
         "Robot.move_sequence": (robot.move_sequence, {"waypoints": [waypoint]}),
         "Robot.jog": (
             robot.jog,
@@ -122,6 +123,8 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "Planner.joints": (plan.joints, {"goal": HALF, "speed": 1.0}),
         "Planner.to": (plan.to, {"pose": there, "speed": 1.0}),
         "Planner.named": (plan.named, {"name": "center", "speed": 1.0}),
+        "Planner.unfold": (plan.unfold, {"speed": 1.0}),
+        "Planner.check_width": (plan.check_width, {"width": 0.06}),
         "Planner.linear": (plan.linear, {"pose": there, "speed": 1.0}),
         "Planner.circular": (plan.circular, {"via": via, "pose": there, "speed": 1.0}),
         "Planner.sequence": (plan.sequence, {"waypoints": [waypoint]}),
@@ -130,7 +133,10 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
             lambda waypoint: plan.sequence([waypoint]),
             {"waypoint": Waypoint(there, Motion.CIRC, via=via)},
         ),
-        "Planner.trajectory": (plan.trajectory, {"trajectory": REST, "elsewhere": HALF}),
+        "Planner.trajectory": (
+            plan.trajectory,
+            {"trajectory": REST, "elsewhere": HALF, "planned": False},
+        ),
         "Planner.jog": (plan.jog, {"start": HALF}),
         "Planner.use_tool": (plan.use_tool, {"name": FINGERS}),
         "Planner.scene": (setting(lambda r: r.plan, "scene")(robot), {"value": Scene()}),

@@ -77,7 +77,7 @@ class Loop:
         bus_time: float = 0.0,
         watchdog: Watchdog | None = None,
     ) -> None:
-        require_rate(rate)
+        rate = require_rate(rate)
         highest = highest_rate(bus_time)
         if rate > highest:
             raise ConfigurationError(

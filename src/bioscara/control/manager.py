@@ -57,7 +57,7 @@ class ControllerManager:
     def __init__(
         self, components: Sequence[HardwareComponent], limiter: Limiter, rate: int
     ) -> None:
-        require_rate(rate)
+        rate = require_rate(rate)
         self.claims = Claims(components)
         self.limiter, self.rate = limiter, rate
         self._between: list[Failure] = []

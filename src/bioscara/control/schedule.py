@@ -43,7 +43,7 @@ class Schedule:
     __slots__ = ("_elapsed", "_first", "_nominal", "_soonest", "rate")
 
     def __init__(self, cycle_rate: int, rate: int) -> None:
-        require_rate(cycle_rate)
+        cycle_rate = require_rate(cycle_rate)
         if rate < 0:
             raise ConfigurationError(f"update rate {rate} Hz is negative; 0 is every cycle")
         factor = max(round(cycle_rate / rate), 1) if rate else 1

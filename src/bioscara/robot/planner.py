@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import NamedTuple
 
-from bioscara.arguments import flag, items, numbers, shown
+from bioscara.arguments import flag, items, number, numbers, shown
 from bioscara.errors import InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters
@@ -141,9 +141,11 @@ class Planner:
             width: Between the jaws [m].
 
         Raises:
+            InvalidArgumentError: The width is no finite number.
             ZoneError: A jaw would come too near to something.
             NotHomedError: A joint does not know where it is.
         """
+        width = number("the width", width)
         arm, scene = self.surroundings()
         low, high = scene.widths
         swept = replace(scene, widths=(min(low, width), max(high, width)))
@@ -357,7 +359,7 @@ class Planner:
         notes = check(trajectory, limits)
         here = Joints(*elsewhere)
         slower = 1.0
-        if not planned:
+        if not flag("planned", planned):
             trajectory, slower = self._gentle(trajectory, here)
         return self._free(trajectory, here, tuple(notes), slower=slower)
 
