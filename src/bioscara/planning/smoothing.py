@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Callable, Sequence
-from operator import mul
+from itertools import accumulate
+from operator import add
 
 import numpy as np
 
@@ -33,18 +34,27 @@ class Average:
     def fill(self, values: Sequence[float]) -> None:
         """Take it that the values have been these for long."""
         self._parts = deque([(self._window, tuple(values))])
+        self._gone = 0.0
+        self._add_up()
 
-    @property
-    def values(self) -> list[Values]:
-        """All that is averaged, the oldest first."""
-        return [values for _, values in self._parts]
+    def _add_up(self) -> None:
+        """Sum up all parts anew, so that no difference of sums is ever kept.
+
+        The sums are those of the parts that were there, from each to the youngest of them; what
+        came since has a sum of its own.
+        """
+        rows = [(lasted, *[lasted * value for value in each]) for lasted, each in self._parts]
+        rows.reverse()
+        self._sums = list(accumulate(rows, lambda one, other: tuple(map(add, one, other))))
+        self._since, self._lasted = [0.0] * (len(rows[0]) - 1), 0.0
 
     def ahead(self, values: Array, period: float) -> Array:
         """Return the averages after each of further values, one a period [s], shape (n, k)."""
         counts = [round(lasted / period) for lasted, _ in self._parts]
+        counts[0] = round((self._parts[0][0] - self._gone) / period)
         counts[-1] = max(counts[-1], 1)
-        past = np.repeat(np.array(self.values), counts, axis=0)
-        sums = np.cumsum(np.concatenate((past, values)), axis=0)
+        past = np.repeat(np.array([each for _, each in self._parts]), counts, axis=0)
+        sums = np.concatenate((past, values)).cumsum(axis=0)
         averages: Array = (sums[len(past) :] - sums[: len(values)]) / len(past)
         return averages
 
@@ -60,19 +70,26 @@ class Average:
             if values not in known:
                 known[values] = tuple(seen(values))
         self._parts = deque([(lasted, known[values]) for lasted, values in self._parts])
+        self._add_up()
 
     def step(self, values: Sequence[float], duration: float) -> Values:
         """Return the average after the values have been these for a duration [s]."""
-        window, parts = self._window, self._parts
+        window, parts, sums = self._window, self._parts, self._sums
         parts.append((duration, tuple(values)))
-        left = sum([lasted for lasted, _ in parts]) - window
-        while left >= parts[0][0]:
-            left -= parts.popleft()[0]
-        lasted, oldest = parts[0]
-        parts[0] = lasted - left, oldest
-        weights = [lasted / window for lasted, _ in parts]
-        columns = zip(*[each for _, each in parts], strict=True)
-        return tuple([sum(map(mul, weights, column)) for column in columns])
+        self._lasted += duration
+        since = [a + duration * b for a, b in zip(self._since, values, strict=True)]
+        self._since = since
+        gone = sums[-1][0] + self._lasted - window
+        while gone >= parts[0][0]:
+            parts.popleft()
+            sums.pop()
+            if not sums:
+                self._add_up()
+                sums, since = self._sums, self._since
+            gone = sums[-1][0] + self._lasted - window
+        self._gone = gone
+        columns = zip(sums[-1][1:], since, parts[0][1], strict=True)
+        return tuple([(a + b - gone * c) / window for a, b, c in columns])
 
 
 class Smoothed:
