@@ -141,14 +141,18 @@ class Layout:
         """
         at, count = frames(arm, joints[None]), len(self._ends)
         clearances = np.empty((len(self.pairs), 1))
-        self._fill(at, clearances, far)
-        rows, nearest = np.flatnonzero(clearances[:, 0] < far), float(clearances.min())
-        if not len(rows):
-            return None, nearest
+        self._bound(at, clearances)
+        rows = np.flatnonzero(clearances[:, 0] < far)
         looked, low = rows[rows < count], rows[rows >= count]
         owners, parts = self._parts_of(looked)
-        some = self._of_parts(at, looked[owners], parts, 0 * owners) < far
-        owners, parts = owners[some], parts[some]
+        values = self._of_parts(at, looked[owners], parts, 0 * owners)
+        clearances[looked] = np.inf
+        nearest = float(min(clearances.min(), values.min(initial=np.inf)))
+        some = values < far
+        kept, owners = np.unique(owners[some], return_inverse=True)
+        looked, parts = looked[kept], parts[some]
+        if not len(looked) + len(low):
+            return None, nearest
         alone = len(parts) <= _FEW_PARTS * len(looked)
         if alone:
             looked, owners = looked[owners], np.arange(len(parts))
