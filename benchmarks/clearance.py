@@ -1,4 +1,4 @@
-"""Keeping the arm clear of its surroundings: what the last stage costs in each cycle."""
+"""Keeping the arm clear of its surroundings: what the last stages cost in each cycle."""
 
 from __future__ import annotations
 
@@ -41,24 +41,25 @@ def _proven(stack: Stack) -> float:
 
 
 def _streamed(stack: Stack, swing: Sequence[float]) -> list[float]:
-    """Return what the stage costs in each cycle of a stream that swings to and fro, sorted [s]."""
+    """Return what each cycle of a stream that swings to and fro costs, averages too, sorted [s]."""
     forward = stack.manager.controller("stream")
     if not isinstance(forward, ForwardCommandController):
         raise TypeError(type(forward).__name__)
-    stage, costs = stack.clearance, []
-    foresee, apply = stage.foresee, stage.apply
+    clearance, smoothing, costs = stack.clearance, stack.smoothing, []
     begin = 0.0
 
     class Timed:
         def foresee(self, period: float) -> None:
             nonlocal begin
             start = perf_counter()
-            foresee(period)
+            smoothing.foresee(period)
+            clearance.foresee(period)
             begin = perf_counter() - start
 
         def apply(self, period: float) -> None:
             start = perf_counter()
-            apply(period)
+            clearance.apply(period)
+            smoothing.apply(period)
             costs.append(begin + perf_counter() - start)
 
     limiter = stack.manager.limiter
@@ -78,6 +79,7 @@ def rows() -> list[Row]:
     surroundings: list[tuple[Scara, Scene]] = [(kinematics_of(load_parameters()), Scene())]
     stack, clock = homed_stack(100, lambda arm: arm.clock, lambda: surroundings[-1])
     stack.tool_speed.limit = REDUCED_SPEED
+    stack.smoothing.windows = load_parameters().belt_periods[:2]
     names, zero = tuple(axis.name for axis in stack.arm.axes), (0.0,) * 4
     goal = Goal(JointTrajectory(names, (Point(8.0, _START, zero, zero),)), swept=True)
     stack.trajectory.send_goal(goal, clock.now())

@@ -639,8 +639,15 @@ MUTANTS = (
     Mutant(
         "the way to rest is looked at",
         f"{CONTROL}/clearance.py",
-        "place + speed * (half + reaction)",
-        "place",
+        "guard.within(guard.after(half + more))",
+        "guard.after(0.0)",
+        CLEARANCE,
+    ),
+    Mutant(
+        "a path is looked at again when it has changed by as much as there was room",
+        f"{CONTROL}/clearance.py",
+        "self._spare -= self._strays(path, period)",
+        "self._strays(path, period)",
         CLEARANCE,
     ),
     Mutant(

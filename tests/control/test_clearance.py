@@ -23,6 +23,7 @@ from bioscara.control.joint_trajectory import (
     Status,
 )
 from bioscara.control.registry import TYPES
+from bioscara.control.smoothing import Smoothing
 from bioscara.control.tool_speed import ToolSpeedCap
 from bioscara.planning.jog import Jog, JointVelocity, ToolVelocity
 from bioscara.planning.sweep import SLACK
@@ -83,14 +84,17 @@ class Guarded:
         guarded: bool = True,
         home: bool = True,
         speed: float = math.inf,
+        windows: tuple[float, ...] = (),
     ) -> None:
         place = None if at is None else dict(zip(NAMES, at, strict=True))
         self.world, self.scene = World(at=place, joints=JOINTS, home=home), scene
         manager = self.world.manager
         self.guards = tuple(manager.limiter.guards.values())
         cap = ToolSpeedCap(self.guards, ARM.tool_speed, speed)
-        self.clearance = Clearance(self.guards, manager, lambda: (ARM, self.scene))
-        manager.limiter.stages = (cap, self.clearance) if guarded else (cap,)
+        smoothing = Smoothing(self.guards, manager)
+        smoothing.windows = windows
+        self.clearance = Clearance(self.guards, manager, lambda: (ARM, self.scene), smoothing)
+        manager.limiter.stages = (cap, self.clearance, smoothing) if guarded else (cap,)
 
     @property
     def here(self) -> list[float]:
@@ -185,10 +189,18 @@ def raw_values(forward: Raw | ForwardCommandController, rng: np.random.Generator
     return [rng.uniform(-1.0, 1.0) * joint.max_velocity for joint in joints]
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_no_sample_of_a_random_stream_is_inside_the_margin(kind: str) -> None:
+@pytest.mark.parametrize(
+    ("kind", "windows"),
+    [
+        *((kind, ()) for kind in KINDS),
+        *((kind, (0.23, 0.107)) for kind in ("position", "both", "mixed")),
+    ],
+)
+def test_no_sample_of_a_random_stream_is_inside_the_margin(
+    kind: str, windows: tuple[float, ...]
+) -> None:
     rng = np.random.default_rng(17)
-    guarded, tried, per_scene = Guarded(Scene()), 0, 6
+    guarded, tried, per_scene = Guarded(Scene(), windows=windows), 0, 6
     forwards: list[Raw | ForwardCommandController] = []
     for interface, joints in KINDS[kind]:
         if interface == "both":

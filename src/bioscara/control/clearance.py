@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
 
 from bioscara.control.guard import Guard
 from bioscara.control.manager import ControllerManager
@@ -16,7 +17,11 @@ from bioscara.control.smoothing import Smoothing
 from bioscara.errors import InvalidArgumentError, ZoneError
 from bioscara.kinematics import Scara
 from bioscara.planning.room import Room
+from bioscara.planning.shapes import Array
+from bioscara.planning.sweep import COARSE
 from bioscara.planning.zones import Scene
+
+Values = tuple[float, ...]
 
 _QUIET = 1.0
 """Time without braking after which braking for the same reason is news [s]."""
@@ -50,8 +55,10 @@ class Clearance:
         self._room: Room | None = None
         self._stop: _Stop | None = None
         self._watching = self._leading = False
-        self._before: tuple[list[float], list[float]] = ([], [])
+        self._before: tuple[Values, Values] = ((), ())
         self._left: list[float | None] = []
+        self._path: _Path | None = None
+        self._spare = 0.0
         self._told, self._since = "", math.inf
         self.interventions = 0
 
@@ -85,6 +92,7 @@ class Clearance:
         if self._stop is None:
             reason = self._objection(period)
             if reason:
+                self._path = None
                 self._stop, self._leading = _Stop(self._guards, *self._before), True
                 self._tell(reason, self._stop.rest)
         if self._stop is not None:
@@ -97,15 +105,12 @@ class Clearance:
         elif all(each.proven for each in self._manager.driving) and not any(self._state()[1]):
             # What is clear moves the arm from now on, and may leave it anywhere.
             self._watching = self._leading = False
-            self._room = None
+            self._room = self._path = None
 
-    def _state(self) -> tuple[list[float], list[float]]:
+    def _state(self) -> tuple[Values, Values]:
         """Return positions and velocities that are commanded; others are measured, at rest."""
-        guards = self._guards
-        return (
-            [guard.here for guard in guards],
-            [guard.speed if guard.commanded else 0.0 for guard in guards],
-        )
+        here, speeds = zip(*[guard.state for guard in self._guards], strict=True)
+        return here, speeds
 
     def _commanded(self) -> list[float | None]:
         """Return where each joint is commanded to be, None for those that nobody commands."""
@@ -114,39 +119,36 @@ class Clearance:
     def _objection(self, period: float) -> str:
         """Return why the arm may not go on to the state that is commanded; empty if it may."""
         before, (here, speeds) = self._before[0], self._state()
-        smoothing = self._smoothing
-        averaged = smoothing is not None and smoothing.averages
         if here == before and not any(speeds):
             return ""
         arm, scene = self._surroundings()
-        if self._room is None or self._room.arm is not arm or self._room.scene is not scene:
-            self._room = Room(arm, scene)
-        half = _braking(self._guards, speeds) / 2.0
-        reactions = [guard.reaction(period) for guard in self._guards]
-        ends = [
-            place + speed * (half + reaction)
-            for place, speed, reaction in zip(here, speeds, reactions, strict=True)
-        ]
-        ends = [
-            end if guard.follows_positions else end + guard.lag
-            for guard, end in zip(self._guards, ends, strict=True)
-        ]
-        rest = [guard.within(end) for guard, end in zip(self._guards, ends, strict=True)]
-        moving = {each for each, speed in zip(reactions, speeds, strict=True) if speed}
-        together = rest == ends and len(moving) <= 1
+        room, guards, smoothing = self._room, self._guards, self._smoothing
+        if room is None or room.arm is not arm or room.scene is not scene:
+            room = self._room = Room(arm, scene)
+            self._path = None
+        duration = _braking(guards, speeds)
+        half = duration / 2.0
+        reactions, together = (0.0,) * len(guards), True
+        for guard in guards:
+            if not guard.stops_inside(half):
+                reactions = tuple([guard.reaction(period) for guard in guards])
+                together = self._inside(half, reactions) and _at_once(reactions, speeds)
+                break
+        averaged = smoothing is not None and smoothing.averages
+        path = _Path(here, speeds, duration, max(reactions), averaged, together)
+        self._spare -= self._strays(path, period)
+        self._path = path
+        if self._spare > 0.0:
+            return ""
+        rest = self._rest(half, reactions)
+        corners: Sequence[Sequence[float]] | Array = [before, here, rest]
+        states = [here, rest]
+        if smoothing is not None and smoothing.averages:
+            # What is sent comes later, and rounds the corners of what was bounded.
+            corners = smoothing.way(speeds, duration, period, rest)
+            states += smoothing.within()
         try:
-            if smoothing is not None and averaged:
-                # What is sent comes later, and rounds the corners of what was bounded.
-                lows, highs = smoothing.within()
-                looked = self._room.check(
-                    [at - guard.lag for at, guard in zip(before, self._guards, strict=True)],
-                    list(map(min, lows, here, rest)),
-                    list(map(max, highs, here, rest)),
-                    together=together,
-                    way=lambda: smoothing.way(speeds, 2.0 * half, period),
-                )
-            else:
-                looked = self._room.check(before, here, rest, together=together)
+            self._spare = room.check(corners, states, together=together)
         except ZoneError as error:
             return (
                 f"{error.link} would come nearer to {error.zone} than the margin of "
@@ -155,8 +157,52 @@ class Clearance:
         except InvalidArgumentError:
             unknown = [guard.name for guard in self._guards if not math.isfinite(guard.here)]
             return f"the position of {', '.join(unknown)} is unknown; home it first"
-        self._leading = self._leading and looked
+        self._leading = self._leading and self._spare < COARSE
         return ""
+
+    def _inside(self, half: float, reactions: Values) -> bool:
+        """Return whether all joints come to rest where none has to stop before the others."""
+        ends = [
+            guard.after(half + more) for guard, more in zip(self._guards, reactions, strict=True)
+        ]
+        return self._rest(half, reactions) == ends
+
+    def _rest(self, half: float, reactions: Values) -> list[float]:
+        """Return where the joints come to rest [rad or m].
+
+        Args:
+            half: Half of the time that they brake [s].
+            reactions: How long each goes on before [s].
+        """
+        return [
+            guard.within(guard.after(half + more))
+            for guard, more in zip(self._guards, reactions, strict=True)
+        ]
+
+    def _strays(self, path: _Path, period: float) -> float:
+        """Return how far any point of the arm may be from the path of the last cycle [m].
+
+        Both paths are compared at the same times: braking from before this cycle, and after it. An
+        average of them differs by no more than they do.
+        """
+        last, room = self._path, self._room
+        if (
+            last is None
+            or room is None
+            or self._before != (last.here, last.speeds)
+            or last[4:] != path[4:]
+        ):
+            return math.inf
+        longer = abs(path.duration - last.duration) / 2.0 + abs(path.reaction - last.reaction)
+        later = period + max(path.duration, last.duration) / 2.0 + path.reaction
+        far = 0.0
+        for reach, before, here, slow, speed in zip(
+            room.reach, last.here, path.here, last.speeds, path.speeds, strict=True
+        ):
+            jump = abs(here - before - speed * period)
+            own = abs(slow) * (period + longer) + abs(speed - slow) * later
+            far += reach * (jump + own)
+        return far
 
     def _lead(self, period: float) -> None:
         """Lead the joints to what is asked for together: what is away from here is so at once.
@@ -191,6 +237,26 @@ class Clearance:
         self._told = text
         for controller in hindered:
             controller.on_hindered(text, rest)
+
+
+class _Path(NamedTuple):
+    """How the arm would come to rest from a state.
+
+    Attributes:
+        here: Where the joints are [rad or m].
+        speeds: How they move [rad/s or m/s].
+        duration: How long they brake [s].
+        reaction: How long they go on before, at most [s].
+        averaged: Whether an average of this is sent.
+        together: Whether they brake together.
+    """
+
+    here: Values
+    speeds: Values
+    duration: float
+    reaction: float
+    averaged: bool
+    together: bool
 
 
 class _Stop:
@@ -232,9 +298,16 @@ def _ramp(time: float, duration: float) -> float:
     return at - at * at / (2.0 * duration) if duration else 0.0
 
 
+def _at_once(reactions: Sequence[float], speeds: Sequence[float]) -> bool:
+    """Return whether all joints that move begin to brake at the same time."""
+    return len({each for each, speed in zip(reactions, speeds, strict=True) if speed}) <= 1
+
+
 def _braking(guards: Sequence[Guard], speeds: Sequence[float]) -> float:
     """Return how long the joints take to come to rest together [s]."""
-    return max(abs(speed) / guard.acceleration for guard, speed in zip(guards, speeds, strict=True))
+    return max(
+        [abs(speed) / guard.acceleration for guard, speed in zip(guards, speeds, strict=True)]
+    )
 
 
 def _arrival(guard: Guard, gap: float) -> float:

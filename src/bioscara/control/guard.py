@@ -79,20 +79,43 @@ class Guard:
         return bool(self._position_command.owner or self._velocity_command.owner)
 
     @property
-    def here(self) -> float:
-        """Position that was commanded last or, where none was, measured [rad or m]."""
-        return self.reference if self.commanded else self._position.value
+    def state(self) -> tuple[float, float]:
+        """Position and velocity that are commanded; else measured, at rest."""
+        if self._position_command.owner or self._velocity_command.owner:
+            return self.reference, self.speed
+        return self._position.value, 0.0
 
     @property
-    def follows_positions(self) -> bool:
-        """Whether somebody claimed its position."""
-        return bool(self._position_command.owner)
+    def here(self) -> float:
+        """Position that was commanded last or, where none was, measured [rad or m]."""
+        if self._position_command.owner or self._velocity_command.owner:
+            return self.reference
+        return self._position.value
+
+    @property
+    def sent(self) -> float:
+        """Position that was sent last, or measured where none is sent [rad or m]."""
+        return self.reference - self.lag if self._position_command.owner else self.here
+
+    def stops_inside(self, time: float) -> bool:
+        """Return whether the joint is inside its limits when it has gone on so long.
+
+        Not for sure so where its velocity alone is commanded.
+
+        Args:
+            time: At the velocity that is commanded [s].
+        """
+        if self._position_command.owner:
+            return self._lower <= self.reference + self.speed * time <= self._upper
+        return not self._velocity_command.owner
 
     def within(self, place: float) -> float:
         """Return the position nearest to ``place`` that the joint may go to [rad or m].
 
         Beyond a limit, where a joint can only have been pushed, it may stay.
         """
+        if self._lower <= place <= self._upper:
+            return place
         here = self.here
         return min(max(place, min(self._lower, here)), max(self._upper, here))
 
@@ -115,6 +138,18 @@ class Guard:
             self._position_command.value = self.reference + velocity * period
         if self._velocity_command.owner:
             self._velocity_command.value = velocity
+
+    def after(self, time: float) -> float:
+        """Return where the joint is when it has gone on so long [rad or m].
+
+        Args:
+            time: At the velocity that is commanded, after what was bounded was sent [s].
+        """
+        if self._position_command.owner:
+            return self.reference + self.speed * time
+        if self._velocity_command.owner:
+            return self.reference + self.speed * time + self.lag
+        return self._position.value
 
     def reaction(self, period: float) -> float:
         """Return how long the joint may go on as it was told before it brakes [s].
@@ -211,17 +246,18 @@ class Guard:
             speed: Of this cycle [rad/s or m/s].
             period: Time since the last cycle [s].
         """
-        if not self.commanded or not math.isfinite(self.reference):
+        place, velocity = self._position_command, self._velocity_command
+        if not (place.owner or velocity.owner) or not math.isfinite(self.reference):
             return
-        self.lag += (self.speed - speed) * period
-        if abs(self.lag) < _NOTHING and not speed:
-            self.lag = 0.0
-        if self._position_command.owner:
-            self.reference -= self.lag
-            self._position_command.value = self.reference
-        if self._velocity_command.owner:
-            self._velocity_command.value = speed
-        self.speed = speed
+        lag = self.lag + (self.speed - speed) * period
+        if not speed and abs(lag) < _NOTHING:
+            lag = 0.0
+        self.lag, self.speed = lag, speed
+        if place.owner:
+            self.reference -= lag
+            place.value = self.reference
+        if velocity.owner:
+            velocity.value = speed
 
     def begin(self) -> None:
         """Start from what is measured: nobody commanded the joint before."""

@@ -34,6 +34,7 @@ class Smoothing:
 
     Attributes:
         windows: Over how long is averaged, once for each [s]; may be changed at rest.
+        sent: Where the joints were sent to in the cycle before [rad or m].
     """
 
     def __init__(self, guards: Sequence[Guard], manager: ControllerManager) -> None:
@@ -41,6 +42,7 @@ class Smoothing:
         self.windows: tuple[float, ...] = ()
         self._average: Smoothed | None = None
         self._asked: list[tuple[float, float]] = []
+        self.sent: list[float] = []
 
     def foresee(self, period: float) -> None:
         """Go on from what was bounded last, not from what was sent.
@@ -64,8 +66,7 @@ class Smoothing:
             return
         for guard, (place, speed) in zip(self._guards, self._asked, strict=True):
             guard.go_on(place, speed)
-        self._places.append([guard.here - guard.lag for guard in self._guards])
-        self._places.append([guard.here for guard in self._guards])
+        self._note()
 
     def apply(self, period: float) -> None:
         """Send the average; to be called when everything was bounded.
@@ -76,37 +77,41 @@ class Smoothing:
         if self._average is None:
             return
         guards = self._guards
-        asked = [guard.speed if guard.commanded else 0.0 for guard in guards]
+        asked = [guard.state[1] for guard in guards]
         self._asked = [(guard.reference, guard.speed) for guard in guards]
         for guard, speed in zip(guards, self._average.step(asked, period), strict=True):
             guard.send(speed, period)
 
-    def way(self, speeds: Sequence[float], duration: float, period: float) -> Array | None:
-        """Return what is sent from now on if all joints brake together; None for no average.
+    def way(
+        self, speeds: Sequence[float], duration: float, period: float, rest: Sequence[float]
+    ) -> Array:
+        """Return what is sent from now on if all joints brake together.
 
         Args:
-            speeds: From which they brake [rad/s or m/s].
+            speeds: From which they brake, after this cycle [rad/s or m/s].
             duration: Until they stand, if they were not averaged [s].
             period: Time from cycle to cycle [s].
+            rest: Where they come to rest [rad or m].
 
         Returns:
-            The joints from where they are sent to now on, shape (n, joints).
+            The joints from where they were sent to before this cycle on, shape (n, joints).
+
+        Raises:
+            RuntimeError: Nothing is averaged now.
         """
         if self._average is None:
-            return None
+            raise RuntimeError("nothing is averaged")
         count = math.ceil((duration + sum(self.windows)) / period) + 2
-        left = np.clip(1.0 - (np.arange(count) + 0.5) * period / max(duration, period), 0.0, None)
-        left[0] = 1.0
-        sent = self._average.ahead(np.outer(left, speeds), period)
-        here = np.array([guard.here - guard.lag for guard in self._guards])
-        way = here + np.cumsum(sent, axis=0) * period
+        left = np.clip((0.5 - np.arange(count)) * (period / max(duration, period)) + 1.0, 0.0, 1.0)
+        sent = self._average.ahead(left[:, None] * speeds, period)
         # An average bends so little that between its thirds it is straight to 0.2 mm.
-        return np.vstack((here, way[_EACH - 1 :: _EACH], way[-1]))
+        way = self.sent + sent.cumsum(axis=0) * period
+        return np.vstack((self.sent, way[_EACH - 1 :: _EACH], rest))
 
-    def within(self) -> tuple[list[float], list[float]]:
-        """Return between which positions the joints were asked to be of late [rad or m]."""
-        columns = list(zip(*self._places, strict=True))
-        return [min(column) for column in columns], [max(column) for column in columns]
+    def within(self) -> list[list[float]]:
+        """Return between which states the joints were sent and asked to be of late [rad or m]."""
+        columns = list(zip(*self._recent, strict=True))
+        return [[min(column) for column in columns], [max(column) for column in columns]]
 
     @property
     def averages(self) -> bool:
@@ -119,7 +124,11 @@ class Smoothing:
         self._average = Smoothed(self.windows, speeds)
         for guard, speed in zip(self._guards, speeds, strict=True):
             guard.lead(speed * sum(self.windows) / 2.0)
-        count = 2 * (math.ceil(sum(self.windows) * self._manager.rate) + 2)
-        self._places: deque[list[float]] = deque(maxlen=count)
-        self._places.append([guard.here - guard.lag for guard in self._guards])
-        self._places.append([guard.here for guard in self._guards])
+        count = math.ceil(sum(self.windows) * self._manager.rate) + 2
+        self._recent: deque[list[float]] = deque(maxlen=2 * count)
+        self._note()
+
+    def _note(self) -> None:
+        """Remember where the joints were sent to and asked to be."""
+        self.sent = [guard.sent for guard in self._guards]
+        self._recent += self.sent, [guard.here for guard in self._guards]

@@ -11,7 +11,7 @@ from bioscara.planning.layout import Layout
 from bioscara.planning.shapes import Array
 
 _AHEAD = 0.03
-"""How much farther than it must a look at all pairs goes, to be good for the next ways, too [m]."""
+"""How far ahead a look goes for ways that are short and looked at in every cycle [m]."""
 
 
 class Nearby:
@@ -24,21 +24,29 @@ class Nearby:
         arm: The arm.
         layout: The pairs.
         margin: What is at least so far apart does not matter [m].
+        ahead: How much farther than it must a look at all pairs goes, to be good for the next ways,
+            too [m].
 
     Attributes:
         reach: As that of the layout.
     """
 
-    def __init__(self, arm: Scara, layout: Layout, margin: float) -> None:
+    def __init__(self, arm: Scara, layout: Layout, margin: float, ahead: float = _AHEAD) -> None:
         self._arm, self._layout, self._margin = arm, layout, margin
+        self._ahead = ahead
         self.reach = layout.reach
         self._place = np.full(len(layout.reach), math.nan)
         self._range = -math.inf
         self._near: Layout | None = None
 
-    def free(self, here: Array) -> float:
-        """Return how far a point of the arm may go until :meth:`on` has to look again [m]."""
-        return self._range - float(np.abs(here - self._place) @ self.reach)
+    def free(self, here: Array) -> Array:
+        """Return how far a point of the arm may go until :meth:`on` has to look again [m].
+
+        Args:
+            here: Where from [rad, m, rad, rad], shape (..., 4).
+        """
+        free: Array = self._range - np.abs(here - self._place) @ self.reach
+        return free
 
     def on(self, here: Array, way: float) -> Layout | None:
         """Return pairs among which are all that may be nearer than the margin on some ways.
@@ -51,7 +59,7 @@ class Nearby:
             The pairs, with those of their parts that may be so near; None where there are none.
         """
         if self._layout.pairs and not way <= self.free(here):
-            self._look(here, way + _AHEAD)
+            self._look(here, way + self._ahead)
         return self._near
 
     def _look(self, here: Array, way: float) -> None:
