@@ -14,6 +14,7 @@ from pathlib import Path
 
 import pytest
 from tests.cli.test_job import start, wait_for
+from tests.system.observed_arm import truth
 
 import bioscara.sim
 from bioscara.bus import Bus, Transaction
@@ -148,6 +149,8 @@ def test_host3_a_run_after_a_killed_one_says_what_is_latched_and_moves_nothing(
             bus = ("--bus", f"sim:{arm}")
             first = start("demo", "--out", str(tmp_path / "first"), *bus)
             wait_for(first, "  approach")
+            while abs(truth(arm)[1][0]) < 0.05:
+                assert first.poll() is None
             first.kill()
             first.communicate()
             time.sleep(0.5)

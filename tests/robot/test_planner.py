@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 
 import numpy as np
 import pytest
 
-from bioscara.errors import BioscaraError, InvalidArgumentError
+from bioscara.errors import BioscaraError, InvalidArgumentError, ZoneError
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
+from bioscara.planning import check
 from bioscara.planning.tool_limits import FULL, ToolLimits
 from bioscara.planning.tool_speed import COMMANDED_SPEED
 from bioscara.planning.trajectory import Trajectory
@@ -35,6 +37,27 @@ def test_a_line_that_keeps_to_its_speed_has_no_note_of_stretching() -> None:
         planned += 1
         assert not plan.notes
     assert planned > 20
+
+
+@pytest.mark.parametrize("full_speed", [False, True])
+def test_what_is_planned_keeps_every_limit(full_speed: bool) -> None:
+    rng = np.random.default_rng(11)
+    planned = 0
+    for number in range(120):
+        here, goal = (
+            Joints(*(rng.uniform(limit.lower, limit.upper) for limit in ARM.joints)) for _ in "hg"
+        )
+        if number % 2:
+            # The lift's speed is the limit, not that of the tool.
+            goal = here._replace(j2=goal.j2, j4=0.9 * here.j4)
+        planner = Planner(ARM, lambda here=here: here)
+        planner.full_speed = full_speed
+        for plan in (planner.joints, planner.unfold):
+            with contextlib.suppress(ZoneError):
+                trajectory = (plan(goal) if plan == planner.joints else plan()).trajectory
+                check(trajectory, ARM.joints)
+                planned += 1
+    assert planned > 120
 
 
 @pytest.mark.parametrize(

@@ -152,6 +152,15 @@ def test_no_arm_behind_a_socket_names_the_command(path: Path) -> None:
 # Interruptions.
 
 
+@pytest.fixture
+def interruptible() -> Iterator[None]:
+    """Let SIGINT interrupt: a shell starts what runs in the background with it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("interruptible")
 def test_ctrl_c_inside_a_transfer_leaves_no_reply_behind(arm: HeldArm, path: Path) -> None:
     caught, main = threading.Event(), threading.main_thread().ident
     assert main is not None

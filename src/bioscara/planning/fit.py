@@ -29,18 +29,12 @@ def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
     )
 
 
-def fit(trajectory: Trajectory, limits: Sequence[JointLimits]) -> tuple[Trajectory, float]:
-    """Return the trajectory stretched in time by the least factor that meets every limit.
+def stretch_factor(trajectory: Trajectory, limits: Sequence[JointLimits]) -> float:
+    """Return in how many times the time velocities and accelerations meet every limit, at least 1.
 
     Args:
-        trajectory: What to fit.
-        limits: Of all joints of the arm.
-
-    Returns:
-        The trajectory and the factor, 1.0 where it fits as it is.
-
-    Raises:
-        TrajectoryError: It cannot be made to fit: an unknown joint, or a position limit.
+        trajectory: What to look at.
+        limits: Of the joints; those of others are passed over.
     """
     by_name = {limit.name: limit for limit in limits}
     factor = 1.0
@@ -55,6 +49,23 @@ def fit(trajectory: Trajectory, limits: Sequence[JointLimits]) -> tuple[Trajecto
             fastest / limit.max_velocity,
             math.sqrt(hardest / limit.max_acceleration),
         )
+    return factor
+
+
+def fit(trajectory: Trajectory, limits: Sequence[JointLimits]) -> tuple[Trajectory, float]:
+    """Return the trajectory stretched in time by the least factor that meets every limit.
+
+    Args:
+        trajectory: What to fit.
+        limits: Of all joints of the arm.
+
+    Returns:
+        The trajectory and the factor, 1.0 where it fits as it is.
+
+    Raises:
+        TrajectoryError: It cannot be made to fit: an unknown joint, or a position limit.
+    """
+    factor = stretch_factor(trajectory, limits)
     if not math.isfinite(factor):
         raise TrajectoryError("the trajectory cannot be fitted: a limit is zero")
     result = trajectory if factor == 1.0 else stretched(trajectory, factor)

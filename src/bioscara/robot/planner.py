@@ -16,6 +16,7 @@ from bioscara.model.parameters import JERK_TIME
 from bioscara.planning import Trajectory, check
 from bioscara.planning.averaging import averaged, most_jerk
 from bioscara.planning.cartesian import circular, linear
+from bioscara.planning.fit import stretch_factor, stretched
 from bioscara.planning.jog import Jog
 from bioscara.planning.limits import check_share
 from bioscara.planning.point_to_point import point_to_point
@@ -379,7 +380,9 @@ class Planner:
             for name, jerk in zip(trajectory.joint_names, jerks, strict=True)
         ):
             return trajectory, factor
-        return averaged(trajectory, self.windows[0]), factor
+        gentle = averaged(trajectory, self.windows[0])
+        # Between its points the curve of an average may pass a limit by a thousandth.
+        return stretched(gentle, stretch_factor(gentle, self._limits)), factor
 
     def _plain(self, what: str, joints: Sequence[float]) -> Joints:
         values = numbers(what, joints, "give one for each joint", error=TrajectoryError)

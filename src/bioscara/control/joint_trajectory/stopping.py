@@ -124,8 +124,10 @@ class Braked:
         """Return how fast the pace may fall where it bends gradually [1/s], below zero."""
         if math.isinf(self._bend):
             return -_STEEPEST
-        ending = -math.sqrt(2.0 * self._bend * pace)
-        return max(self._last - self._bend * self._period, -self._steepest, ending)
+        step = self._bend * self._period
+        # By what is left at the end of the period, so that the last of it makes no step.
+        ending = step - math.sqrt(step * step + 2.0 * self._bend * pace)
+        return max(self._last - step, -self._steepest, ending)
 
     def _rate(self, values: JointValues, pace: float) -> float:
         """Return how fast the pace can fall at most [1/s], as a number below zero."""

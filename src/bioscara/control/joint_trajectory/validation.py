@@ -25,6 +25,9 @@ _LARGEST = 1e6
 every curve that a cycle draws to the first point."""
 _ROUGHNESS = 1e-5
 """What rounding makes of the accelerations of planned points [rad/s^2 or m/s^2]."""
+_SETTLING = {"rad": 6e-3, "m": 5e-4}
+"""How far a joint beyond a limit may have moved since its way back was planned [rad or m]: engaging
+it takes the twist out of its belt. The limiter lets it no farther out than it is."""
 _UNIT_HINTS = {"rad": "angles are in rad, not in degrees", "m": "lengths are in m, not in mm"}
 _PLAIN = frozenset({float})
 _FIELDS = ("positions", "velocities", "accelerations")
@@ -261,6 +264,8 @@ def _check_limits(
     """Check one joint; if it was pushed beyond a limit, or reads a hair more, it may go back."""
     unit, speed, change = limits.unit, limits.max_velocity, limits.max_acceleration
     low, high = min(limits.lower, *here), max(limits.upper, *here)
+    low -= _SETTLING[unit] * (low < limits.lower)
+    high += _SETTLING[unit] * (high > limits.upper)
     for field, lower, upper, room, per in (
         ("positions", low, high, TOLERANCE * (limits.upper - limits.lower), ""),
         ("velocities", -speed, speed, TOLERANCE * speed, "/s"),
