@@ -121,6 +121,15 @@ def test_random_jogs(loads: Loads) -> None:
         assert_slow(loads, lambda parts=parts: jogged(loads, parts))
 
 
+def test_between_jogs_of_joints_and_of_the_tool_the_arm_rests(loads: Loads) -> None:
+    # Even for the tool, the change from the one to the other was a jerk for j1: 264 mm/s.
+    rng = random.Random("jogs24")
+    loads.robot.move_joints(place(rng))
+    parts = [(some_velocity(rng), rng.uniform(0.05, 0.8)) for _ in range(8)]
+    assert len({type(velocity) for velocity, _ in parts}) == 2
+    assert_slow(loads, lambda: jogged(loads, parts))
+
+
 def test_point_to_point(loads: Loads) -> None:
     for rng in starts(loads, "ptp"):
         share = rng.choice((0.05, 0.1, 0.3, 1.0))

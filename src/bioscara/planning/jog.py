@@ -38,8 +38,6 @@ _FOLLOWED = 0.8
 """Share of a joint's acceleration that what is asked for makes; the rest is for the way's bends."""
 _GENTLE = 0.4
 """Acceleration with which the tool gets faster where what is asked for is averaged [m/s^2]."""
-_ALIKE = 0.1
-"""Share of the fastest joint's velocity by which joints may differ from what was asked for."""
 _EARLY = 0.2
 """Share of its deceleration with which a joint then comes to its limits."""
 _MUCH = 0.8
@@ -96,8 +94,9 @@ class Jog:
         positions: Where the joints are commanded to be [rad, m, rad, rad].
         velocities: How they are commanded to move [rad/s, m/s, rad/s, rad/s].
         reason: Why the arm does not do all that is asked: ``"expired"``, ``"stretched"``,
-            ``"tool speed"``, ``"j1 limit"``, the name of a zone, ``"table"`` or a link of the arm;
-            ``""`` where it does.
+            ``"resting"`` between velocities of joints and of the tool, ``"tool speed"``,
+            ``"j1 limit"``, the name of a zone, ``"table"`` or a link of the arm; ``""`` where it
+            does.
 
     Raises:
         LimitError: The start is outside a joint's limits, or the tool speed is not above zero.
@@ -132,7 +131,6 @@ class Jog:
         self._windows = tuple(windows)
         self._soon = (0.0, *itertools.accumulate(windows))
         self._smoothed = Smoothed(windows, _REST)
-        self._averaged: tuple[float, ...] = _REST
         self._kind: type[JointVelocity | ToolVelocity] = JointVelocity
         self._stops.check_start(self.positions)
 
@@ -225,26 +223,6 @@ class Jog:
             return velocities
         return [sum(map(mul, row, velocities)) for row in self._arm.jacobian(self.positions)]
 
-    def _turn_to(self, kind: type[JointVelocity | ToolVelocity], ahead: Sequence[float]) -> None:
-        """Go on with velocities of the other kind, as smoothly as they were asked for."""
-        before, self._kind = self._kind, kind
-        # What held the arm up is in its velocities alone.
-        expected: Sequence[float] = self._averaged
-        try:
-            if before is ToolVelocity:
-                expected = self._arm.rates(ahead, self._averaged)
-            most = _ALIKE * max(map(abs, self.velocities))
-            pairs = zip(expected, self.velocities, strict=True)
-            if all(abs(a - b) <= most for a, b in pairs):
-                if before is ToolVelocity:
-                    self._smoothed.see(lambda values: self._arm.rates(ahead, values))
-                else:
-                    self._smoothed.see(self._as_asked)
-                return
-        except UnreachableError:
-            pass
-        self._begin_again(self.velocities)
-
     def _asked(self, time: float, ahead: Sequence[float]) -> tuple[float, ...]:
         """Return what is asked for now, no faster than the tool may be."""
         if not any(self._velocity):
@@ -260,7 +238,12 @@ class Jog:
                 self.reason = "stretched"
                 kind = JointVelocity
         if kind is not self._kind:
-            self._turn_to(kind, ahead)
+            if self._windows and any(self.velocities) and not self.reason:
+                # What is even for the tool is not for the joints, and the other way round.
+                self.reason = "resting"
+                return _REST
+            self._kind = kind
+            self._begin_again(self.velocities)
         if self.reason:
             return _REST
         if self._kind is JointVelocity:
@@ -328,7 +311,6 @@ class Jog:
         self.reason = ""
         ahead = [p + v * period for p, v in zip(self.positions, self.velocities, strict=True)]
         asked = self._smoothed.step(self._in_time(self._asked(time, ahead), ahead), period)
-        self._averaged = asked
         if not any(asked):
             return _REST
         share = _EARLY if self._windows else 1.0

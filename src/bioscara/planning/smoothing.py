@@ -8,7 +8,7 @@ that it is nowhere higher. Averages of averages do so for several periods.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import accumulate
 from operator import add
 
@@ -63,15 +63,6 @@ class Average:
         """What leaves the average next."""
         return self._parts[0][1]
 
-    def see(self, seen: Callable[[Values], Sequence[float]]) -> None:
-        """Take it that the values have been what a function makes of them."""
-        known: dict[Values, Values] = {}
-        for _, values in self._parts:
-            if values not in known:
-                known[values] = tuple(seen(values))
-        self._parts = deque([(lasted, known[values]) for lasted, values in self._parts])
-        self._add_up()
-
     def step(self, values: Sequence[float], duration: float) -> Values:
         """Return the average after the values have been these for a duration [s]."""
         window, parts, sums = self._window, self._parts, self._sums
@@ -107,11 +98,6 @@ class Smoothed:
     def oldest(self) -> Values:
         """What leaves the first average next; empty where there is none."""
         return self._averages[0].oldest if self._averages else ()
-
-    def see(self, seen: Callable[[Values], Sequence[float]]) -> None:
-        """Take it that the values have been what a function makes of them."""
-        for average in self._averages:
-            average.see(seen)
 
     def fill(self, values: Sequence[float]) -> None:
         """Take it that the values have been these for long."""
