@@ -93,7 +93,8 @@ def check_turns(arm: Scara, path: Path, start: Joints, look: Look, trajectory: T
     v0, a0 = c[..., 1], 2.0 * c[..., 2]
     v1 = v0 + t * (a0 + 3.0 * t * c[..., 3])
     turning = v0 * v1 < 0.0
-    root = np.sqrt(np.where(turning, a0 * a0 - 12.0 * c[..., 3] * v0, 1.0))
+    # Where a joint turns back there is a root; rounding may put its square a hair below zero.
+    root = np.sqrt(np.maximum(np.where(turning, a0 * a0 - 12.0 * c[..., 3] * v0, 1.0), 0.0))
     at = np.where(turning, -2.0 * v0 / np.where(turning, a0 + np.sign(v1) * root, 1.0), 0.0)
     turns = c[..., 0] + at * (v0 + at * (c[..., 2] + at * c[..., 3]))
     _check_ranges(arm, path, start, look, turns)
