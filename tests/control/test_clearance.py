@@ -368,6 +368,21 @@ def test_a_stop_ends_where_joints_are_let_go_of() -> None:
     assert abs(arm.guards[3].speed) < 0.2
 
 
+def test_a_joint_that_was_let_go_of_and_is_taken_again_stays_where_it_is() -> None:
+    arm = Guarded(Scene(), windows=(0.23, 0.107))
+    # This one stays active: what is sent is an average all the time.
+    arm.world.switch(arm.forward("position", NAMES[:1]).name)
+    turning = arm.forward("velocity", NAMES[2:])
+    arm.world.switch(turning.name)
+    turning.command((0.8, 0.0))
+    arm.run(100)
+    arm.world.switch(off=(turning.name,))
+    arm.run(100)
+    came_to_rest = arm.measured()[2]
+    arm.world.switch(arm.forward("position", NAMES[2:]).name)
+    assert np.abs(arm.run(20)[:, 2] - came_to_rest).max() < 1e-3
+
+
 def test_what_pushes_on_is_told_once() -> None:
     arm = Guarded(WALL)
     forward = arm.stream("position", BEYOND)

@@ -18,6 +18,12 @@ from planning.scenes import ARM
 
 PERIOD, WINDOW = 0.01, 0.23
 START = Joints(-0.6, 0.2, 1.2, -0.6)
+REST = (0.0, 0.0, 0.0, 0.0)
+
+
+def for_all(value: float) -> tuple[float, float, float, float]:
+    """Return different values for the joints, of which the third is the one looked at."""
+    return -value, 2.0 * value, value, 0.5 * value
 
 
 def swung(velocities: np.ndarray, period: float) -> np.ndarray:
@@ -39,10 +45,10 @@ def swung(velocities: np.ndarray, period: float) -> np.ndarray:
 
 @given(st.lists(st.tuples(st.floats(-1.0, 1.0), st.integers(1, 60)), min_size=1, max_size=8))
 def test_a_load_is_nowhere_faster_than_what_was_averaged(parts: list[tuple[float, int]]) -> None:
-    average, sent = Smoothed((0.2,), (0.0,)), [0.0]
+    average, sent = Smoothed((0.2,), REST), [0.0]
     for value, count in parts:
-        sent += [average.step((value,), PERIOD)[0] for _ in range(count)]
-    sent += [average.step((parts[-1][0],), PERIOD)[0] for _ in range(30)]
+        sent += [average.step(for_all(value), PERIOD)[2] for _ in range(count)]
+    sent += [average.step(for_all(parts[-1][0]), PERIOD)[2] for _ in range(30)]
     highest = max(abs(value) for value, _ in parts)
     assert np.abs(swung(np.array(sent), 0.2)).max() <= highest * 1.01 + 1e-6
     assert sent[-1] == pytest.approx(parts[-1][0])
@@ -53,24 +59,24 @@ def test_a_load_is_nowhere_faster_than_what_was_averaged(parts: list[tuple[float
     st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=40),
 )
 def test_what_lies_ahead_is_what_comes(before: list[float], after: list[float]) -> None:
-    average = Smoothed((WINDOW, 0.11), (0.0,))
+    average = Smoothed((WINDOW, 0.11), REST)
     for value in before:
-        average.step((value,), PERIOD)
-    ahead = average.ahead(np.array(after)[:, None], PERIOD)[:, 0]
-    come = [average.step((value,), PERIOD)[0] for value in after]
+        average.step(for_all(value), PERIOD)
+    ahead = average.ahead(np.array([for_all(value) for value in after]), PERIOD)[:, 2]
+    come = [average.step(for_all(value), PERIOD)[2] for value in after]
     assert ahead == pytest.approx(come, abs=1e-9)
 
 
 def test_it_goes_as_far_as_what_is_averaged_also_when_periods_differ() -> None:
     rng = np.random.default_rng(3)
-    average, asked, sent = Smoothed((WINDOW, 0.107), (0.0,)), 0.0, 0.0
+    average, asked, sent = Smoothed((WINDOW, 0.107), REST), 0.0, 0.0
     for cycle in range(400):
         period = float(rng.uniform(0.008, 0.012))
         value = float(rng.uniform(-1.0, 1.0)) if cycle < 300 else 0.0
         asked += value * period
-        sent += average.step((value,), period)[0] * period
+        sent += average.step(for_all(value), period)[2] * period
     assert sent == pytest.approx(asked, abs=5e-3)
-    assert average.step((0.0,), PERIOD) == (0.0,)
+    assert average.step(REST, PERIOD) == REST
 
 
 def test_a_line_that_is_averaged_stays_on_its_path_within_all_limits() -> None:

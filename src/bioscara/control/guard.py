@@ -50,9 +50,9 @@ class Guard:
     """
 
     __slots__ = (
-        "_before", "_lower", "_position", "_position_command", "_raw", "_raw_speed", "_upper",
-        "_velocity", "_velocity_command", "acceleration", "fastest", "interventions", "lag", "name",
-        "reference", "speed",
+        "_before", "_bounded", "_lower", "_position", "_position_command", "_raw", "_raw_speed",
+        "_upper", "_velocity", "_velocity_command", "acceleration", "fastest", "interventions",
+        "lag", "name", "reference", "speed",
     )  # fmt: skip
 
     def __init__(
@@ -71,7 +71,7 @@ class Guard:
         self.interventions, self.lag = 0, 0.0
         self.reference = self._raw = math.nan
         self.speed = self._raw_speed = 0.0
-        self._before = 0.0
+        self._before, self._bounded = 0.0, (math.nan, 0.0)
 
     @property
     def commanded(self) -> bool:
@@ -220,18 +220,15 @@ class Guard:
         elif self._velocity_command.owner:
             self.lag = way
 
-    def go_on(self, place: float, speed: float) -> None:
-        """Go on from what was bounded last, in place of what was sent.
-
-        Args:
-            place: Position [rad or m].
-            speed: Velocity [rad/s or m/s].
-        """
-        if not self.commanded:
+    def go_on(self) -> None:
+        """Go on from what was bounded last, in place of what was sent."""
+        command = self._position_command
+        if not (command.owner or self._velocity_command.owner):
             return
-        if self._position_command.owner and self._position_command.value == self.reference:
+        place, speed = self._bounded
+        if command.owner and command.value == self.reference:
             # Nobody commanded anew: what is asked for is what was.
-            self._position_command.value = place
+            command.value = place
         self.reference, self.speed = place, speed
 
     def keep(self) -> None:
@@ -249,6 +246,7 @@ class Guard:
         place, velocity = self._position_command, self._velocity_command
         if not (place.owner or velocity.owner) or not math.isfinite(self.reference):
             return
+        self._bounded = self.reference, self.speed
         lag = self.lag + (self.speed - speed) * period
         if not speed and abs(lag) < _NOTHING:
             lag = 0.0
@@ -265,6 +263,7 @@ class Guard:
         self.reference = self._raw = measured
         speed = speed if math.isfinite(speed) else 0.0
         self.speed = self._raw_speed = min(max(speed, -self.fastest), self.fastest)
+        self._bounded = self.reference, self.speed
         self._before = self.lag = 0.0
 
     def resume(self) -> None:

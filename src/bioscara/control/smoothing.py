@@ -41,7 +41,6 @@ class Smoothing:
         self._guards, self._manager = tuple(guards), manager
         self.windows: tuple[float, ...] = ()
         self._average: Smoothed | None = None
-        self._asked: list[tuple[float, float]] = []
         self.sent: list[float] = []
 
     def foresee(self, period: float) -> None:
@@ -64,8 +63,8 @@ class Smoothing:
         if self._average is None:
             self._begin()
             return
-        for guard, (place, speed) in zip(self._guards, self._asked, strict=True):
-            guard.go_on(place, speed)
+        for guard in self._guards:
+            guard.go_on()
         self._note()
 
     def apply(self, period: float) -> None:
@@ -76,11 +75,13 @@ class Smoothing:
         """
         if self._average is None:
             return
-        guards = self._guards
-        asked = [guard.state[1] for guard in guards]
-        self._asked = [(guard.reference, guard.speed) for guard in guards]
-        for guard, speed in zip(guards, self._average.step(asked, period), strict=True):
-            guard.send(speed, period)
+        one, two, three, four = self._guards
+        asked = one.state[1], two.state[1], three.state[1], four.state[1]
+        a, b, c, d = self._average.step(asked, period)
+        one.send(a, period)
+        two.send(b, period)
+        three.send(c, period)
+        four.send(d, period)
 
     def way(
         self, speeds: Sequence[float], duration: float, period: float, rest: Sequence[float]

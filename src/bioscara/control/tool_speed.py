@@ -68,7 +68,11 @@ class ToolSpeedCap:
         if not any(speeds):
             return
         here = [guard.here for guard in guards]
-        speed, limit = self.speed_of(here, speeds), self.limit
+        # These velocities are means over the cycle: they belong to the place in its middle. At its
+        # end the tool of a motion exactly at the limit would be taken for too fast.
+        half = 0.5 * period
+        amid = [p - v * half for p, v in zip(here, speeds, strict=True)]
+        speed, limit = self.speed_of(amid, speeds), self.limit
         if self.soon and not all(each.proven for each in self._driving()):
             limit *= self.share
             for soon in self.soon:

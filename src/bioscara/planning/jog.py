@@ -310,7 +310,8 @@ class Jog:
         """Return the joint velocities to go for, within limits of joints and tool."""
         self.reason = ""
         ahead = [p + v * period for p, v in zip(self.positions, self.velocities, strict=True)]
-        asked = self._smoothed.step(self._in_time(self._asked(time, ahead), ahead), period)
+        a, b, c, d = self._in_time(self._asked(time, ahead), ahead)
+        asked = self._smoothed.step((a, b, c, d), period)
         if not any(asked):
             return _REST
         share = _EARLY if self._windows else 1.0

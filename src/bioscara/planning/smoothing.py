@@ -9,18 +9,21 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from itertools import accumulate
-from operator import add
 
 import numpy as np
 
 from bioscara.planning.shapes import Array
 
-Values = tuple[float, ...]
+Values = tuple[float, float, float, float]
+"""One for each joint, or for each velocity of the tool."""
 
 
 class Average:
-    """The average of some values over the last while.
+    """The average of four values over the last while.
+
+    It is the difference of two integrals, each of which is the sum of the same numbers in the same
+    order: its rounding does not grow. Four values are written out, for a stream of commands is
+    averaged in every cycle.
 
     Args:
         window: How long that is [s]; above 0.
@@ -33,27 +36,19 @@ class Average:
 
     def fill(self, values: Sequence[float]) -> None:
         """Take it that the values have been these for long."""
-        self._parts = deque([(self._window, tuple(values))])
+        a, b, c, d = values
+        window, zero = self._window, (0.0, 0.0, 0.0, 0.0)
+        # Each part: how long it lasted, its values, and their integrals up to its beginning.
+        self._parts: deque[tuple[float, Values, Values]] = deque([(window, (a, b, c, d), zero)])
+        self._integrals = (window * a, window * b, window * c, window * d)
         self._gone = 0.0
-        self._add_up()
-
-    def _add_up(self) -> None:
-        """Sum up all parts anew, so that no difference of sums is ever kept.
-
-        The sums are those of the parts that were there, from each to the youngest of them; what
-        came since has a sum of its own.
-        """
-        rows = [(lasted, *[lasted * value for value in each]) for lasted, each in self._parts]
-        rows.reverse()
-        self._sums = list(accumulate(rows, lambda one, other: tuple(map(add, one, other))))
-        self._since, self._lasted = [0.0] * (len(rows[0]) - 1), 0.0
 
     def ahead(self, values: Array, period: float) -> Array:
-        """Return the averages after each of further values, one a period [s], shape (n, k)."""
-        counts = [round(lasted / period) for lasted, _ in self._parts]
+        """Return the averages after each of further values, one a period [s], shape (n, 4)."""
+        counts = [round(lasted / period) for lasted, _, _ in self._parts]
         counts[0] = round((self._parts[0][0] - self._gone) / period)
         counts[-1] = max(counts[-1], 1)
-        past = np.repeat(np.array([each for _, each in self._parts]), counts, axis=0)
+        past = np.repeat(np.array([each for _, each, _ in self._parts]), counts, axis=0)
         sums = np.concatenate((past, values)).cumsum(axis=0)
         averages: Array = (sums[len(past) :] - sums[: len(values)]) / len(past)
         return averages
@@ -63,24 +58,25 @@ class Average:
         """What leaves the average next."""
         return self._parts[0][1]
 
-    def step(self, values: Sequence[float], duration: float) -> Values:
+    def step(self, values: Values, duration: float) -> Values:
         """Return the average after the values have been these for a duration [s]."""
-        window, parts, sums = self._window, self._parts, self._sums
-        parts.append((duration, tuple(values)))
-        self._lasted += duration
-        since = [a + duration * b for a, b in zip(self._since, values, strict=True)]
-        self._since = since
-        gone = sums[-1][0] + self._lasted - window
+        parts, window, before = self._parts, self._window, self._integrals
+        parts.append((duration, values, before))
+        p, q, r, s = values
+        a, b, c, d = before
+        a, b, c, d = a + duration * p, b + duration * q, c + duration * r, d + duration * s
+        self._integrals = a, b, c, d
+        gone = self._gone + duration
         while gone >= parts[0][0]:
-            parts.popleft()
-            sums.pop()
-            if not sums:
-                self._add_up()
-                sums, since = self._sums, self._since
-            gone = sums[-1][0] + self._lasted - window
+            gone -= parts.popleft()[0]
         self._gone = gone
-        columns = zip(sums[-1][1:], since, parts[0][1], strict=True)
-        return tuple([(a + b - gone * c) / window for a, b, c in columns])
+        _, (p, q, r, s), (w, x, y, z) = parts[0]
+        return (
+            (a - w - gone * p) / window,
+            (b - x - gone * q) / window,
+            (c - y - gone * r) / window,
+            (d - z - gone * s) / window,
+        )
 
 
 class Smoothed:
@@ -95,7 +91,7 @@ class Smoothed:
         self._averages = [Average(window, values) for window in windows]
 
     @property
-    def oldest(self) -> Values:
+    def oldest(self) -> Sequence[float]:
         """What leaves the first average next; empty where there is none."""
         return self._averages[0].oldest if self._averages else ()
 
@@ -104,14 +100,14 @@ class Smoothed:
         for average in self._averages:
             average.fill(values)
 
-    def step(self, values: Sequence[float], duration: float) -> Values:
+    def step(self, values: Values, duration: float) -> Values:
         """Return the average after the values have been these for a duration [s]."""
         for average in self._averages:
             values = average.step(values, duration)
-        return tuple(values)
+        return values
 
     def ahead(self, values: Array, period: float) -> Array:
-        """Return the averages after each of further values, one a period [s], shape (n, k)."""
+        """Return the averages after each of further values, one a period [s], shape (n, 4)."""
         for average in self._averages:
             values = average.ahead(values, period)
         return values
