@@ -94,7 +94,7 @@ def planned(loads: Loads, make: Callable[[Pose], Plan]) -> Plan:
     """Return the first of random plans that the arm can carry out."""
     plan, robot = loads.robot.plan, loads.robot
     here = robot.plan.kinematics.forward(plan.here())
-    for _ in range(200):
+    for _ in range(2000):
         with suppress(BioscaraError):
             return make(here)
     raise AssertionError("nothing of what was tried can be planned")

@@ -20,7 +20,7 @@ COMMANDED_SPEED = 0.92 * REDUCED_SPEED
 """Highest commanded speed while the tool is to keep to that [m/s]. A load that turns round sticks
 for a moment by its dry friction, breaks away and swings, however gently its motor is led: on the
 simulated arm by up to 8 % of the tool's speed on planned paths."""
-UNPLANNED_SHARE = 0.85
+UNPLANNED_SHARE = 0.83
 """Share of that for jogs and raw commands: there joints turn round at any acceleration, and a load
 swings by up to a quarter of the tool's speed."""
 _STEP, _TURN, _LEAST = 1e-3, 0.02, 100
