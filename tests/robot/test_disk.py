@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import gc
 import json
 import os
 import sys
@@ -82,6 +83,7 @@ def transfers() -> int:
 @pytest.fixture
 def cycles(monkeypatch: pytest.MonkeyPatch) -> list[Asked]:
     WATCH.cycles.clear()
+    gc.collect()  # Temporary folders of earlier tests would be removed in a cycle.
     for name in ("fsync", "fdatasync", "sync", "stat", "lstat", "access", "replace"):
         monkeypatch.setattr(os, name, WATCH.seen(name, getattr(os, name)))
     original = Loop.step
