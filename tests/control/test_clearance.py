@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -328,6 +329,23 @@ def test_hold_takes_over_from_a_stream_where_that_had_room_to_stop() -> None:
         assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin
         assert np.array_equal(rows[-1], rows[-20])
         require_gentle(rows)
+
+
+@pytest.mark.parametrize("windows", [(0.23, 0.107), (0.025,)])
+def test_a_stream_that_goes_on_before_the_hold_after_it_rests(windows: tuple[float, ...]) -> None:
+    # Its average goes on for half the windows: begun in motion, it ended inside the margin.
+    for cycles, held in itertools.product(range(30, 150, 20), (1, 4, 12)):
+        arm = Guarded(WALL, windows=windows)
+        arm.stream("position", BEYOND)
+        arm.run(cycles)
+        arm.world.switch("hold", off=("position of 4",))
+        rows = [arm.run(held)]
+        arm.world.switch("position of 4", off=("hold",))
+        arm.forward("position").command(BEYOND)
+        rows.append(arm.run(200))
+        assert WALL.clearance(ARM, dense(np.concatenate(rows))).min() >= WALL.margin, (cycles, held)
+        arm.forward("position").command(START)
+        assert np.allclose(arm.run(400)[-1], START)
 
 
 def test_jog_takes_over_from_a_stream_that_runs_at_a_wall() -> None:

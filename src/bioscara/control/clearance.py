@@ -95,6 +95,8 @@ class Clearance:
                 self._path = None
                 self._stop, self._leading = _Stop(self._guards, *self._before), True
                 self._tell(reason, self._stop.rest)
+            elif self._smoothing is not None and self._smoothing.waits:
+                self._stop = _Stop(self._guards, *self._before)
         if self._stop is not None:
             self.interventions += 1
             self._since = 0.0
@@ -283,13 +285,13 @@ class _Stop:
             self._ramps.append((guard, place, speed, duration))
 
     def go_on(self, period: float) -> bool:
-        """Command one cycle more; return whether it is the last."""
+        """Command one cycle more; return whether it is the last: one in which the arm stands."""
         before, self._elapsed = self._elapsed, self._elapsed + period
         for guard, place, speed, duration in self._ramps:
             start, end = _ramp(before, duration), _ramp(self._elapsed, duration)
             left = max(1.0 - self._elapsed / duration, 0.0) if duration else 0.0
             guard.put(place + speed * end, speed * (end - start) / period, speed * left, period)
-        return self._elapsed >= self._duration
+        return before >= self._duration
 
 
 def _ramp(time: float, duration: float) -> float:

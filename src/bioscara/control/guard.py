@@ -211,15 +211,6 @@ class Guard:
         if self._velocity_command.owner:
             self._velocity_command.value = velocity
 
-    def lead(self, way: float) -> None:
-        """Take it that what was bounded is ahead of what was sent [rad or m]."""
-        if self._position_command.owner and math.isfinite(self.reference):
-            place = self.within(self.reference + way)
-            self.lag = place - self.reference
-            self.reference = self._raw = place
-        elif self._velocity_command.owner:
-            self.lag = way
-
     def go_on(self) -> None:
         """Go on from what was bounded last, in place of what was sent."""
         command = self._position_command

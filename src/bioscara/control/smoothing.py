@@ -2,7 +2,8 @@
 
 Planned motions and jogs are gentle by themselves. Any other command is bounded joint by joint and
 kept clear first; what is sent to the joints is its average over the periods of the belts. It comes
-later by half of these, all joints alike.
+later by half of these, all joints alike. So it begins at rest: in motion the arm would go on for
+that time first.
 """
 
 from __future__ import annotations
@@ -34,12 +35,14 @@ class Smoothing:
 
     Attributes:
         windows: Over how long is averaged, once for each [s]; may be changed at rest.
+        waits: Whether what nobody planned has taken over in motion: the arm has to rest first.
         sent: Where the joints were sent to in the cycle before [rad or m].
     """
 
     def __init__(self, guards: Sequence[Guard], manager: ControllerManager) -> None:
         self._guards, self._manager = tuple(guards), manager
         self.windows: tuple[float, ...] = ()
+        self.waits = False
         self._average: Smoothed | None = None
         self.sent: list[float] = []
 
@@ -54,6 +57,7 @@ class Smoothing:
             if not controller.proven:
                 gentle = False
                 break
+        self.waits = False
         if gentle or not self.windows:
             if self._average is not None:
                 self._average = None
@@ -61,7 +65,9 @@ class Smoothing:
                     guard.keep()
             return
         if self._average is None:
-            self._begin()
+            self.waits = any(guard.state[1] for guard in self._guards)
+            if not self.waits:
+                self._begin()
             return
         for guard in self._guards:
             guard.go_on()
@@ -120,11 +126,8 @@ class Smoothing:
         return self._average is not None
 
     def _begin(self) -> None:
-        """Take it that the joints have long moved as they do."""
-        speeds = [guard.speed if guard.commanded else 0.0 for guard in self._guards]
-        self._average = Smoothed(self.windows, speeds)
-        for guard, speed in zip(self._guards, speeds, strict=True):
-            guard.lead(speed * sum(self.windows) / 2.0)
+        """Take it that the joints have long been at rest."""
+        self._average = Smoothed(self.windows, (0.0,) * len(self._guards))
         count = math.ceil(sum(self.windows) * self._manager.rate) + 2
         self._recent: deque[list[float]] = deque(maxlen=2 * count)
         self._note()
