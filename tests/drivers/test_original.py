@@ -75,9 +75,9 @@ class Timed:
     def require_quiet(self) -> None:
         """Fail if an original joint was not left alone for 25 ms after a deferred command."""
         alone: dict[int, tuple[float, Register]] = {}
-        originals = {j.parameters.address for j in self.world.joints if j.version != 2}
+        ours = {t.address for _, _, t in self.frames if t.write[0] == R.ARM}
         for begin, end, (address, write, _) in self.frames:
-            if address not in originals:
+            if address in ours:
                 continue
             until, command = alone.get(address, (-math.inf, R.NONE))
             assert begin >= until - 1e-9, f"{R(write[0]).name} too soon after {command.name}"
