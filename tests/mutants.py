@@ -766,8 +766,8 @@ MUTANTS = (
     Mutant(
         "quiet time after a command that an original joint's loop takes",
         "src/bioscara/drivers/session.py",
-        "        self._clock.sleep_until(self.caution.alone_until)\n        try:\n            return",
-        "        try:\n            return",
+        "sleep_until(self.caution.alone_until)\n        try:\n            return",
+        "sleep_until(0.0)\n        try:\n            return",
         ORIGINAL,
     ),
     Mutant(
@@ -780,8 +780,8 @@ MUTANTS = (
     Mutant(
         "quiet time before a greeting",
         "src/bioscara/drivers/session.py",
-        "        self._clock.sleep_until(self.caution.alone_until)\n        try:\n            self.hello",
-        "        try:\n            self.hello",
+        "sleep_until(self.caution.alone_until)\n        try:\n            self.hello",
+        "sleep_until(0.0)\n        try:\n            self.hello",
         ORIGINAL,
     ),
     Mutant(

@@ -135,7 +135,8 @@ after a repeated start, a read. Numbers are little endian, angles are degrees of
 A write is answered with the flags alone, a read with the payload and the flags. Bits 4 to 7 of
 the flags are zero. The flags tell the joint's state, not the fate of the command just sent: a
 command is executed after the transaction. A blocking command shows BUSY at once; the host polls
-until it clears.
+until it clears. What the original firmware does beside that, and what it takes of the host, is
+[a table of its own](drivers.md#joint-firmware-original-and-ours).
 
 ## Version 2
 
@@ -153,7 +154,7 @@ length of a register equals its version 2 length.
 - `HELLO` is accepted with any sequence number. `ARM` with the joint's boot id and a session
   number that is new to this boot opens a session: sequence numbers count from its own, and
   motion commands without trailer are refused until the joint restarts.
-- Silence stops motion. A moving joint that receives no newer setpoint for the watchdog time (60
+- Silence stops motion, with our firmware. A moving joint that receives no newer setpoint for the watchdog time (60
   ms unless set) ramps down, disables itself and latches SETPOINT_LOST. Setpoints are the
   registers marked below; polls never count. A command that runs by itself (HOME, MOVESTEPS and
   their like) is kept alive by writing WATCHDOG. A version 1 session has no such register, so
