@@ -205,6 +205,8 @@ class JointMotion(JointSettings):
         self._check_limit("steps", steps, -_STEPS_MAX, _STEPS_MAX, "microsteps")
         distance = self.transmission.microsteps_to_distance(steps)
         position = self.read_state().position
+        # A version 1 joint would move although it stalled or was disabled since it was heard last.
+        self.require_ready(homed=False)
         if position is not None:
             self.check_position(position + distance)
         target_deg = self.encoder_deg + steps * DEG_PER_MICROSTEP
