@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -15,6 +16,17 @@ from bioscara.sim import FirmwareBus, SimulatedArm
 ARM = load_parameters()
 NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 """Close to the end stops that homing seeks."""
+
+
+def home_error(joint: str, *, v1: bool) -> float:
+    """Return how far a homed joint's position may be from the truth [rad or m].
+
+    Ours backs off and measures at rest, within 3 degrees of the motor. An original joint sets its
+    zero in the moment in which the rotor snaps back against the stop: an electrical period of 7.2
+    degrees and what the belt gives.
+    """
+    parameters = next(row for row in ARM.joints if row.name == joint)
+    return math.radians(15.0 if v1 else 3.0) / abs(parameters.reduction)
 
 
 class Tap(Bus):

@@ -60,7 +60,7 @@ void Board::set_power(bool on) {
 
 void Board::set_motor_power(bool on) {
   driver_.set_motor_power(on);
-  // The chip forgets its settings, which the original firmware writes at its start only.
+  // The supply is the chip's own: without it, it neither answers nor remembers.
   if (firmware_ == Firmware::ORIGINAL) driver_.power_up();
 }
 
@@ -133,7 +133,10 @@ double Board::load_angle() const {
 std::uint32_t Board::micros() { return static_cast<std::uint32_t>(now_ / 10); }
 
 void Board::driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) {
-  driver_.exchange(sent, received);
+  if (firmware_ == Firmware::ORIGINAL && !driver_.has_motor_power())
+    std::fill_n(received, 5, std::uint8_t{0});
+  else
+    driver_.exchange(sent, received);
 }
 
 void Board::encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) {

@@ -29,6 +29,7 @@ class Tmc5130Chip {
   bool standing() const { return velocity_ == 0.0; }
 
   void set_motor_power(bool on);
+  bool has_motor_power() const { return motor_power_; }
   void raise_overtemperature(bool on) { overtemperature_ = on; }
   // Reverses one coil: the field turns against the counter.
   void reverse_coil(bool on) { direction_ = on ? -1.0 : 1.0; }
