@@ -637,6 +637,7 @@ def test_a_joint_that_lost_its_power_is_left_alone_when_it_comes_back() -> None:
         read_states([joint])
     world.arm.set_power("j1", on=True)
     bus.on_since[0x11] = bus.now()
+    world.arm.run(0.1)
     joint.init()
     assert bus.too_soon == []
     assert joint.get_flags() & Flags.NOTENABLED

@@ -49,9 +49,9 @@ class JointMotion(JointSettings):
         """Engage the motor where it stands, with stall detection and the configured limits.
 
         Original firmware (version 1) turns and checks nothing here: it compares motor and encoder
-        at power-up, and engages a motor that has no supply. A version 2 joint checks by a movement of at most 3 degrees of the motor that motor and
-        encoder agree: the first time after it booted, and where friction held the rotor opposite
-        to its field.
+        at power-up, and engages a motor that has no supply. A version 2 joint checks by a movement
+        of at most 3 degrees of the motor that motor and encoder agree: the first time after it
+        booted, and where friction held the rotor opposite to its field.
 
         Args:
             drive_percent: Motor current in motion; None for the configured one.
@@ -172,7 +172,9 @@ class JointMotion(JointSettings):
 
         Without a newer one a version 2 joint stops after 60 ms. Original firmware stops, and
         disables itself, 50 to 60 ms after the last exchange of any kind: polling alone keeps it
-        moving. The joint itself knows no position limits, so each call asks where it is. Towards a limit
+        moving.
+
+        The joint itself knows no position limits, so each call asks where it is. Towards a limit
         it must be able to stop before it, if this setpoint were the last.
 
         Args:

@@ -154,7 +154,7 @@ length of a register equals its version 2 length.
 - `HELLO` is accepted with any sequence number. `ARM` with the joint's boot id and a session
   number that is new to this boot opens a session: sequence numbers count from its own, and
   motion commands without trailer are refused until the joint restarts.
-- Silence stops motion, with our firmware. A moving joint that receives no newer setpoint for the watchdog time (60
+- Silence stops motion. A moving joint that receives no newer setpoint for the watchdog time (60
   ms unless set) ramps down, disables itself and latches SETPOINT_LOST. Setpoints are the
   registers marked below; polls never count. A command that runs by itself (HOME, MOVESTEPS and
   their like) is kept alive by writing WATCHDOG. A version 1 session has no such register, so
