@@ -126,13 +126,16 @@ class Joint(JointMotion):
         """Start homing and return; keep it alive, then call :meth:`post_homing`.
 
         A version 2 joint needs a write of WATCHDOG at least every 60 ms meanwhile (``keep_alive``),
-        a version 1 joint any exchange every 250 ms.
+        our firmware in version 1 any exchange every 250 ms. Original firmware goes on to the end
+        stop whether anybody asks or not; only :meth:`stop` ends that. It takes the command within
+        25 ms, and is left alone for so long.
 
         Args:
             velocity: As in :meth:`home`.
 
         Raises:
-            LimitError: The motor speed is not between 1 and 250 rpm.
+            LimitError: The motor speed is not between 1 and 250 rpm, or the configured acceleration
+                of homing is none that original firmware takes.
             IncorrectStateError: A blocking command is running.
         """
         homing = self.parameters.homing

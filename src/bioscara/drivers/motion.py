@@ -48,9 +48,10 @@ class JointMotion(JointSettings):
     def enable(self, drive_percent: int | None = None, hold_percent: int | None = None) -> None:
         """Engage the motor where it stands, with stall detection and the configured limits.
 
-        A version 2 joint checks by a movement of at most 3 degrees of the motor that motor and
-        encoder agree: the first time after it booted, and where friction held the rotor opposite
-        to its field.
+        Original firmware (version 1) turns and checks nothing here: it compares motor and encoder
+        at power-up, and engages a motor that has no supply. A version 2 joint checks by a movement
+        of at most 3 degrees of the motor that motor and encoder agree: the first time after it
+        booted, and where friction held the rotor opposite to its field.
 
         Args:
             drive_percent: Motor current in motion; None for the configured one.
@@ -113,8 +114,12 @@ class JointMotion(JointSettings):
     def stop(self, *, hard: bool = False) -> None:
         """Ramp down and hold; ends a blocking command. Never refused for the joint's state.
 
+        A version 1 joint that has not yet taken a blocking command or a move in steps takes it
+        first: the call then waits for up to 25 ms.
+
         Args:
-            hard: True for the hardest deceleration instead of the configured one.
+            hard: True for the hardest deceleration instead of the configured one; original
+                firmware (version 1) ignores it and takes the configured one.
         """
         self._blocking = Register.NONE
         flag(f"{self.name} hard", hard)
@@ -147,7 +152,8 @@ class JointMotion(JointSettings):
     def set_position(self, position: float) -> None:
         """Start to move to a position with the joint's own speed and acceleration limits.
 
-        The joint stops when it hears no newer setpoint for 60 ms: repeat it until it is there.
+        A version 2 joint stops when it hears no newer setpoint for 60 ms: repeat it until it is
+        there. Original firmware (version 1) goes on to the position, also when the host dies.
 
         Args:
             position: Within the joint's limits [rad or m].
@@ -162,7 +168,11 @@ class JointMotion(JointSettings):
         self.require_ready()
 
     def set_velocity(self, velocity: float) -> None:
-        """Accelerate to a velocity and keep it for as long as it is repeated, see above.
+        """Accelerate to a velocity and keep it for as long as it is repeated.
+
+        Without a newer one a version 2 joint stops after 60 ms. Original firmware stops, and
+        disables itself, 50 to 60 ms after the last exchange of any kind: polling alone keeps it
+        moving.
 
         The joint itself knows no position limits, so each call asks where it is. Towards a limit
         it must be able to stop before it, if this setpoint were the last.
@@ -187,7 +197,8 @@ class JointMotion(JointSettings):
         """Move by so many microsteps of the motor (1/256 step) and wait for the end.
 
         Needs no home; with one, the end is checked against the limits. A version 1 frame is
-        never repeated: if its answer is lost, it may have been executed.
+        never repeated: if its answer is lost, it may have been executed. Original firmware goes on
+        to the target when the host dies; here it counts as there when its encoder says so.
 
         Args:
             steps: Microsteps; their sign is the motor's, not the joint's.
@@ -197,6 +208,7 @@ class JointMotion(JointSettings):
         Raises:
             InvalidArgumentError: The number is not whole.
             LimitError: It would end outside the limits.
+            IncorrectStateError: It did not get there in twice the time that it should take.
             MotionCancelledError: ``cancel`` said so.
         """
         self.require_ready(homed=False)
@@ -205,8 +217,9 @@ class JointMotion(JointSettings):
         self._check_limit("steps", steps, -_STEPS_MAX, _STEPS_MAX, "microsteps")
         distance = self.transmission.microsteps_to_distance(steps)
         position = self.read_state().position
-        # A version 1 joint would move although it stalled or was disabled since it was heard last.
-        self.require_ready(homed=False)
+        if self.version == 1:
+            # It would move although it stalled or was disabled since it was heard last.
+            self.require_ready(homed=False)
         if position is not None:
             self.check_position(position + distance)
         target_deg = self.encoder_deg + steps * DEG_PER_MICROSTEP

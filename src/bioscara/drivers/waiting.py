@@ -34,7 +34,7 @@ _FAILED = int(Flags.STALL | Flags.NOTENABLED)
 
 _INTERVAL = {1: 0.05, 2: 0.02}
 """Time between two signs of life [s]: a third of what the joint allows in version 2 (60 ms), a
-fifth in version 1 (250 ms), where original firmware also needs 10 ms to take a command."""
+fifth of what our firmware allows in version 1 (250 ms). Original firmware needs none."""
 _REST_MARGIN = 1.0
 """Time that a joint may take to rest beyond that of its ramp [s]."""
 
@@ -63,7 +63,8 @@ def wait_for(
     Raises:
         IncorrectStateError: ``timeout`` [s] passed; the joint is not stopped.
         MotionCancelledError: ``cancel`` said so; the joint is not stopped.
-        CommunicationError: The joint stopped answering; a version 2 joint then stops by itself.
+        CommunicationError: The joint stopped answering; a version 2 joint then stops by itself,
+            one with its original firmware goes on to its target or end stop.
     """
     interval = _INTERVAL[joint.version]
     due = joint.clock.now()
