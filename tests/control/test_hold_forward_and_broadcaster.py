@@ -17,6 +17,7 @@ from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.hardware import State
 from control.wild import Box
 from control.world import LIMITS, NAMES, World
+from drivers.world import home_error
 
 HOLD = HoldController.TYPE
 FORWARD = ForwardCommandController.TYPE
