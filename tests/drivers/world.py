@@ -8,7 +8,7 @@ from dataclasses import replace
 
 from bioscara.bus import Bus, FaultyBus, Transaction
 from bioscara.drivers import Joint
-from bioscara.errors import CommunicationError
+from bioscara.errors import BusTimeoutError, CommunicationError
 from bioscara.model import JointParameters, load_parameters
 from bioscara.protocol import Register
 from bioscara.sim import FirmwareBus, SimulatedArm
@@ -27,6 +27,16 @@ def home_error(joint: str, *, v1: bool) -> float:
     """
     parameters = next(row for row in ARM.joints if row.name == joint)
     return math.radians(15.0 if v1 else 3.0) / abs(parameters.reduction)
+
+
+def clock_is_held(arm: SimulatedArm) -> bool:
+    """Return whether a joint holds the clock, so that no transfer ends until its power is cycled.
+
+    An original joint does so when more is read than it answers, which a bit that flips on the way
+    to it is enough for.
+    """
+    (answer,) = FirmwareBus(arm).transfer((Transaction(0x11, bytes((Register.PING,)), 0),))
+    return isinstance(answer, BusTimeoutError)
 
 
 class Tap(Bus):

@@ -59,6 +59,7 @@ void Board::set_power(bool on) {
 }
 
 void Board::set_motor_power(bool on) {
+  if (on == driver_.has_motor_power()) return;
   driver_.set_motor_power(on);
   // The supply is the chip's own: without it, it neither answers nor remembers.
   if (firmware_ == Firmware::ORIGINAL) driver_.power_up();
