@@ -899,7 +899,7 @@ MUTANTS = (
     Mutant(
         "a frame without a read before the first question",
         "src/bioscara/drivers/greeting.py",
-        "                _wake(bus, clock, address)\n",
+        "                wake(bus, clock, address)\n",
         "                pass\n",
         ORIGINAL,
     ),
@@ -922,6 +922,27 @@ MUTANTS = (
         "src/bioscara/drivers/session.py",
         "                note_silence(self._bus, self._address)\n",
         "                pass\n",
+        ORIGINAL,
+    ),
+    Mutant(
+        "a version 1 joint that does not acknowledge is lost at once",
+        "src/bioscara/drivers/cycle.py",
+        "if self.bad_cycles >= LOST_AFTER or joint.session.caution.silent:",
+        "if self.bad_cycles >= LOST_AFTER:",
+        ORIGINAL,
+    ),
+    Mutant(
+        "no cycle asks a joint that may be starting",
+        "src/bioscara/drivers/group.py",
+        "if frames[index] and joint.session.caution.silent:",
+        "if False:",
+        ORIGINAL,
+    ),
+    Mutant(
+        "a second before a joint that fell silent is asked again",
+        "src/bioscara/drivers/session.py",
+        "                    wake(self._bus, self._clock, self._address)\n",
+        "                    pass\n",
         ORIGINAL,
     ),
     Mutant(

@@ -26,6 +26,7 @@ from bioscara.errors import (
     BusTimeoutError,
     CommunicationError,
     IncorrectStateError,
+    JointLostError,
     LimitError,
     MotionCancelledError,
     NoAcknowledgeError,
@@ -641,6 +642,47 @@ def test_a_joint_that_lost_its_power_is_left_alone_when_it_comes_back() -> None:
     joint.init()
     assert bus.too_soon == []
     assert joint.get_flags() & Flags.NOTENABLED
+
+
+def test_a_joint_that_does_not_acknowledge_is_lost_at_once_and_not_asked_again() -> None:
+    world = World(v1=True)
+    joints = world.joints[2:]
+    for joint in joints:
+        joint.init()
+    read_states(joints)
+    away = world.bus.off(When(address=0x14))
+    there, lost = read_states(joints, retry=True)
+    assert isinstance(there, JointSample)
+    assert isinstance(lost, JointLostError)
+    away.cancel()
+    world.tap.calls.clear()
+    there, lost = read_states(joints, retry=True)
+    assert isinstance(there, JointSample)
+    assert isinstance(lost, JointLostError)
+    assert {t.address for call in world.tap.calls for t in call} == {0x13}
+    # One exchange with it alone, after its second, and the cycles have it again.
+    begin = world.arm.now()
+    joints[1].get_flags()
+    assert world.arm.now() - begin > 1.0
+    there, back = read_states(joints)
+    assert isinstance(back, JointSample)
+    assert back.quality is Quality.FRESH
+
+
+def test_one_frame_that_is_not_acknowledged_is_coasted_over() -> None:
+    world = World(v1=True)
+    joint = world.joints[3]
+    joint.init()
+    read_states([joint])
+    world.bus.off(When(address=0x14, count=1))
+    [sample] = read_states([joint])
+    assert isinstance(sample, JointSample)
+    assert sample.quality is Quality.STALE
+    world.bus.off(When(address=0x14, count=1))
+    begin = world.arm.now()
+    joint.get_flags()
+    assert world.arm.now() - begin < 5e-3
+    assert joint.session.retries == 1
 
 
 def test_joints_that_answer_are_not_waited_for() -> None:

@@ -8,9 +8,9 @@ import pytest
 
 from bioscara.bus import Transaction
 from bioscara.drivers import Quality
-from bioscara.errors import NoAcknowledgeError
+from bioscara.errors import JointLostError, NoAcknowledgeError
 from bioscara.hardware import ArmHardware, State
-from bioscara.protocol import Register
+from bioscara.protocol import Register, ResetCause
 from bioscara.robot import Robot
 from control.world import PARAMETERS
 from drivers.test_original import Timed
@@ -60,6 +60,27 @@ def test_connecting_waits_where_joints_are_silent_and_says_so(
         "nobody acknowledges at the address of j3; waiting 1 s, in case the arm was just switched "
         "on"
     ]
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.004, 0.009, 0.013, 0.018])
+def test_a_joint_that_restarts_under_way_does_not_take_the_bus_with_it(delay: float) -> None:
+    world = World(v1=True)
+    arm = ArmHardware("arm", world.bus, world.arm.clock, PARAMETERS.joints)
+    arm.set_state(State.ACTIVE)
+    problems = []
+    for count in range(80):
+        start = world.arm.now()
+        if count == 5:
+            world.arm.run(delay)
+            world.arm.reset("j1", ResetCause.BROWN_OUT)
+        arm.read(start, 0.02)
+        arm.write(start, 0.02)
+        problems += arm.problems
+        world.arm.clock.sleep_until(start + 0.02)
+    assert [type(problem) for problem in problems] == [JointLostError]
+    assert [axis.sample.quality for axis in arm.axes[1:]] == [Quality.FRESH] * 3
+    arm.deactivate()
+    assert not any(world.arm.has_torque(joint.name) for joint in PARAMETERS.joints)
 
 
 def test_an_arm_of_both_kinds_homes_and_moves() -> None:

@@ -16,7 +16,7 @@ from bioscara.errors import (
     CorruptFrameError,
     JointLostError,
 )
-from bioscara.protocol import READ, WRITE, Flags, Message, Register
+from bioscara.protocol import READ, WRITE, Answer, Flags, Message, Register
 
 LOST_AFTER = 3
 """Bad cycles in a row after which a joint counts as lost."""
@@ -142,14 +142,18 @@ class Cycle:
 
         That is the last sample, marked STALE; after :data:`LOST_AFTER` bad cycles in a row a
         :class:`~bioscara.errors.JointLostError`; without any sample, the problem itself.
+
+        A version 1 joint that does not acknowledge is lost at once: it may be starting anew, and
+        its original firmware would hold the whole bus if it was asked in the next cycle.
         """
         self.bad_cycles += 1
         self.failures += 1
         joint = self._joint
-        if self.bad_cycles >= LOST_AFTER:
+        if self.bad_cycles >= LOST_AFTER or joint.session.caution.silent:
+            plural = "s" * (self.bad_cycles > 1)
             return JointLostError(
                 f"{joint.name} ({joint.parameters.address:#04x}) is lost: {self.bad_cycles} bad "
-                f"cycles in a row, {self.failures} in all; the last one: {problem}; check its "
+                f"cycle{plural} in a row, {self.failures} in all; the last one: {problem}; check its "
                 "power and its wiring",
                 joint.parameters.address,
                 joint.name,
@@ -188,10 +192,17 @@ class Cycle:
     def _pair(self, results: Sequence[Result], stamp: float) -> JointSample:
         joint, session = self._joint, self._joint.session
         before = session.flags
-        first, second = (
-            session.take(message, result)
-            for (message, _), result in zip(self._frames, results, strict=True)
-        )
+        answers: list[Answer] = []
+        problem: CommunicationError | None = None
+        for (message, _), result in zip(self._frames, results, strict=True):
+            try:
+                answers.append(session.take(message, result))
+            except CommunicationError as error:
+                # The other one still tells whether the joint is there.
+                problem = problem or error
+        if problem is not None:
+            raise problem
+        first, second = answers
         flags = second.flags
         told = 0.0
         if self._frames[0][0] is _MOVE:

@@ -70,7 +70,7 @@ def greet(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> Hello
     while failures < tries:
         try:
             if not awake:
-                _wake(bus, clock, address)
+                wake(bus, clock, address)
                 awake = True
             first = _instead_of_magic(bus, clock, address, 1 if known else _SHOWN)
             if first is None:
@@ -136,6 +136,25 @@ def await_power_up(
         forget_silence(bus, address)
 
 
+def wake(bus: Bus, clock: Clock, address: int) -> None:
+    """Return when a joint may be read from that may just have been switched on.
+
+    Args:
+        bus: The bus.
+        clock: Time of that bus.
+        address: 7-bit address.
+
+    Raises:
+        NoAcknowledgeError: Nobody acknowledges.
+        CommunicationError: The bus does not work.
+    """
+    if not _acknowledges(bus, address):
+        raise NoAcknowledgeError("nobody acknowledged", address)
+    if was_silent(bus, address):
+        clock.sleep_until(clock.now() + START_UP)
+        forget_silence(bus, address)
+
+
 def require_known(hello: Hello, joint: str, number: int, address: int) -> None:
     """Raise unless ``hello`` is what joint ``number`` of this project says.
 
@@ -173,15 +192,6 @@ def _acknowledges(bus: Bus, address: int) -> bool:
         note_silence(bus, address)
         return False
     return True
-
-
-def _wake(bus: Bus, clock: Clock, address: int) -> None:
-    """Return when a joint may be read from that may just have been switched on."""
-    if not _acknowledges(bus, address):
-        raise NoAcknowledgeError("nobody acknowledged", address)
-    if was_silent(bus, address):
-        clock.sleep_until(clock.now() + START_UP)
-        forget_silence(bus, address)
 
 
 def _hello(address: int, sealed_for: int, read: int) -> Transaction:

@@ -48,13 +48,15 @@ class Caution:
     Attributes:
         alone_until: No frame before this time [s]; always past for version 2.
         positioning: Whether the last command that counts put the joint into position mode.
+        silent: Whether it did not acknowledge its address when it was asked last.
     """
 
-    __slots__ = ("alone_until", "positioning")
+    __slots__ = ("alone_until", "positioning", "silent")
 
     def __init__(self) -> None:
         self.alone_until = -math.inf
         self.positioning = False
+        self.silent = False
 
     def sending(self, message: Message) -> None:
         """Know that a frame is about to leave, whether or not it will arrive."""

@@ -7,8 +7,8 @@ from contextlib import suppress
 
 from bioscara.bus import Bus, Transaction
 from bioscara.clock import Clock
-from bioscara.drivers.greeting import greet, require_known
-from bioscara.drivers.original import Caution, note_silence
+from bioscara.drivers.greeting import greet, require_known, wake
+from bioscara.drivers.original import Caution, forget_silence, note_silence
 from bioscara.drivers.refusal import exchange_failed, named_error, refused_error
 from bioscara.drivers.reports import FaultReport, Hello
 from bioscara.errors import (
@@ -122,8 +122,8 @@ class Session:
     def close(self) -> None:
         """Forget the joint; nothing is sent."""
         self.version, self.hello, self._restarted = 0, None, None
-        # Until when the joint is left alone outlives the session, its mode does not.
-        self.caution.positioning = False
+        # Until when the joint is left alone outlives the session, the rest does not.
+        self.caution.positioning = self.caution.silent = False
         self.flags, self._armed = int(_POWER_UP), False
 
     def require_open(self) -> None:
@@ -178,8 +178,13 @@ class Session:
         tries = TRIES if repeat or self.version == 2 else 1
         transaction: Transaction | None = None
         unanswered = False
+        # Two tries of one exchange are too close for a joint to be switched on in between.
+        asleep = self.caution.silent
         for remaining in reversed(range(tries)):
             try:
+                if asleep:
+                    wake(self._bus, self._clock, self._address)
+                    asleep = False
                 if transaction is None:
                     # Not between two tries of one frame: it would be executed under two numbers.
                     if self._unanswered >= _OUT_OF_STEP:
@@ -230,9 +235,13 @@ class Session:
         if isinstance(result, CommunicationError):
             if self.version == 1 and isinstance(result, NoAcknowledgeError):
                 # It may have lost its power, and get it back.
+                self.caution.silent = True
                 note_silence(self._bus, self._address)
             raise result
         if self.version == 1:
+            if self.caution.silent:
+                self.caution.silent = False
+                forget_silence(self._bus, self._address)
             answer = message.decode_v1(result)
             self.caution.answered(message, answer.flags)
         else:
