@@ -946,6 +946,13 @@ MUTANTS = (
         ORIGINAL,
     ),
     Mutant(
+        "an original joint that was lost while homing is stopped",
+        "src/bioscara/hardware/arm.py",
+        "                    axis.homing.stop_lost()\n",
+        "                    pass\n",
+        ("tests/control/test_homing_controller.py",),
+    ),
+    Mutant(
         "frames of the size that a joint takes",
         "src/bioscara/bus/linux.py",
         "if not 0 <= count <= MESSAGE_MAX:",
