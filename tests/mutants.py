@@ -899,7 +899,7 @@ MUTANTS = (
     Mutant(
         "a frame without a read before the first question",
         "src/bioscara/drivers/greeting.py",
-        "                wake(bus, clock, address)\n",
+        "                _wake(bus, clock, address)\n",
         "                pass\n",
         ORIGINAL,
     ),
@@ -941,8 +941,8 @@ MUTANTS = (
     Mutant(
         "a second before a joint that fell silent is asked again",
         "src/bioscara/drivers/session.py",
-        "                    wake(self._bus, self._clock, self._address)\n",
-        "                    pass\n",
+        "            self.caution.alone_until = self._clock.now() + START_UP\n",
+        "            pass\n",
         ORIGINAL,
     ),
     Mutant(

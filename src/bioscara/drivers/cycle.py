@@ -153,8 +153,8 @@ class Cycle:
             plural = "s" * (self.bad_cycles > 1)
             return JointLostError(
                 f"{joint.name} ({joint.parameters.address:#04x}) is lost: {self.bad_cycles} bad "
-                f"cycle{plural} in a row, {self.failures} in all; the last one: {problem}; check its "
-                "power and its wiring",
+                f"cycle{plural} in a row, {self.failures} in all; the last one: {problem}; check "
+                "its power and its wiring",
                 joint.parameters.address,
                 joint.name,
                 self.bad_cycles,

@@ -70,7 +70,7 @@ def greet(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> Hello
     while failures < tries:
         try:
             if not awake:
-                wake(bus, clock, address)
+                _wake(bus, clock, address)
                 awake = True
             first = _instead_of_magic(bus, clock, address, 1 if known else _SHOWN)
             if first is None:
@@ -120,7 +120,7 @@ def await_power_up(
     silent = {
         name: address
         for name, address in joints.items()
-        if address not in known and not _acknowledges(bus, address)
+        if address not in known and not acknowledges(bus, address)
     }
     if not silent:
         return
@@ -129,30 +129,30 @@ def await_power_up(
         "case the arm was just switched on"
     )
     clock.sleep_until(clock.now() + START_UP)
-    woken = [address for address in silent.values() if _acknowledges(bus, address)]
+    woken = [address for address in silent.values() if acknowledges(bus, address)]
     if woken:
         clock.sleep_until(clock.now() + START_UP)
     for address in woken:
         forget_silence(bus, address)
 
 
-def wake(bus: Bus, clock: Clock, address: int) -> None:
-    """Return when a joint may be read from that may just have been switched on.
+def acknowledges(bus: Bus, address: int) -> bool:
+    """Return whether somebody acknowledges a frame that asks for no answer; notes who does not.
 
     Args:
         bus: The bus.
-        clock: Time of that bus.
         address: 7-bit address.
 
     Raises:
-        NoAcknowledgeError: Nobody acknowledges.
         CommunicationError: The bus does not work.
     """
-    if not _acknowledges(bus, address):
-        raise NoAcknowledgeError("nobody acknowledged", address)
-    if was_silent(bus, address):
-        clock.sleep_until(clock.now() + START_UP)
-        forget_silence(bus, address)
+    # Received without being executed, by either version; nothing is read, so nothing can hang.
+    try:
+        _exchange(bus, Transaction(address, _PING.encode_v1(), 0))
+    except NoAcknowledgeError:
+        note_silence(bus, address)
+        return False
+    return True
 
 
 def require_known(hello: Hello, joint: str, number: int, address: int) -> None:
@@ -183,15 +183,13 @@ def _exchange(bus: Bus, transaction: Transaction) -> bytes:
     return result
 
 
-def _acknowledges(bus: Bus, address: int) -> bool:
-    """Return whether somebody acknowledges a frame that asks for no answer."""
-    # Received without being executed, by either version; nothing is read, so nothing can hang.
-    try:
-        _exchange(bus, Transaction(address, _PING.encode_v1(), 0))
-    except NoAcknowledgeError:
-        note_silence(bus, address)
-        return False
-    return True
+def _wake(bus: Bus, clock: Clock, address: int) -> None:
+    """Return when a joint may be read from that may just have been switched on."""
+    if not acknowledges(bus, address):
+        raise NoAcknowledgeError("nobody acknowledged", address)
+    if was_silent(bus, address):
+        clock.sleep_until(clock.now() + START_UP)
+        forget_silence(bus, address)
 
 
 def _hello(address: int, sealed_for: int, read: int) -> Transaction:

@@ -7,8 +7,8 @@ from contextlib import suppress
 
 from bioscara.bus import Bus, Transaction
 from bioscara.clock import Clock
-from bioscara.drivers.greeting import greet, require_known, wake
-from bioscara.drivers.original import Caution, forget_silence, note_silence
+from bioscara.drivers.greeting import acknowledges, greet, require_known
+from bioscara.drivers.original import START_UP, Caution, forget_silence, note_silence
 from bioscara.drivers.refusal import exchange_failed, named_error, refused_error
 from bioscara.drivers.reports import FaultReport, Hello
 from bioscara.errors import (
@@ -183,7 +183,7 @@ class Session:
         for remaining in reversed(range(tries)):
             try:
                 if asleep:
-                    wake(self._bus, self._clock, self._address)
+                    self.listens()
                     asleep = False
                 if transaction is None:
                     # Not between two tries of one frame: it would be executed under two numbers.
@@ -270,6 +270,24 @@ class Session:
     def alone(self) -> bool:
         """Whether the joint must be left alone now; an exchange would wait for the end of that."""
         return self._clock.now() < self.caution.alone_until
+
+    def listens(self) -> bool:
+        """Return whether an exchange would not wait.
+
+        A version 1 joint that did not acknowledge may have been switched on since. It is asked
+        for no more than that, and left alone for a second once it does.
+
+        Raises:
+            NoAcknowledgeError: It still does not.
+            CommunicationError: The bus does not work.
+        """
+        if self.caution.silent:
+            if not acknowledges(self._bus, self._address):
+                raise NoAcknowledgeError("nobody acknowledged", self._address)
+            self.caution.silent = False
+            forget_silence(self._bus, self._address)
+            self.caution.alone_until = self._clock.now() + START_UP
+        return not self.alone
 
     def stop(self, mode: int) -> None:
         """Write STOP; raises as :meth:`exchange`.

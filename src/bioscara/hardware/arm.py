@@ -223,6 +223,8 @@ class ArmHardware(HardwareComponent):
         for axis in self.axes:
             mode = axis.mode
             if axis.halted is not None:
+                if axis.homing.running:
+                    axis.homing.stop_lost()
                 continue
             if mode is Mode.HOME or axis.homing.running:
                 self._home(axis)

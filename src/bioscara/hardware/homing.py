@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 from bioscara.clock import Clock
 from bioscara.drivers import Joint
-from bioscara.errors import HomingError, InvalidArgumentError
+from bioscara.errors import BioscaraError, HomingError, InvalidArgumentError
 from bioscara.protocol import Flags
 
 
@@ -70,6 +71,15 @@ class Homing:
         self.running = False
         self._joint.post_homing()
         return False
+
+    def stop_lost(self) -> None:
+        """Try to end it on a joint that was lost under way; the cycle does not wait for it.
+
+        One with its original firmware goes on to its end stop, whether anybody asks or not.
+        """
+        with suppress(BioscaraError):
+            if self._joint.session.listens():
+                self.stop()
 
     def stop(self) -> None:
         """End it; the joint ramps down and is not homed.
