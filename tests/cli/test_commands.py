@@ -78,7 +78,7 @@ def test_joints_of_version_1_are_listed_with_what_they_cannot_tell(
     assert main(["joints", "--v1"]) == 0
     out, err = capsys.readouterr()
     assert err == ""
-    assert "protocol version 1" in out
+    assert "joints with their original firmware" in out
     for name in LIMITS:
         assert re.search(r"protocol 1 +NOTHOMED NOTENABLED +no", line(out, name))
         assert line(out, name).count("not told") == 3

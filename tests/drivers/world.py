@@ -61,8 +61,10 @@ class Tap(Bus):
 class World:
     """An arm near its end stops, its bus with faults, and four drivers that nobody has used."""
 
-    def __init__(self, *, v1: bool = False, frequency: float | None = 400e3) -> None:
-        self.arm = SimulatedArm(seed=1, v1=v1, frequency=frequency)
+    def __init__(
+        self, *, v1: bool = False, v1_frames: bool = False, frequency: float | None = 400e3
+    ) -> None:
+        self.arm = SimulatedArm(seed=1, v1=v1, v1_frames=v1_frames, frequency=frequency)
         for name, position in NEAR.items():
             self.arm.set_position(name, position)
             self.arm.reset(name)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from bioscara.arguments import flag, number, whole
+from bioscara.arguments import flag, number, shown, whole
 from bioscara.bus import Transaction
 from bioscara.clock import SimulatedClock
 from bioscara.errors import BioscaraError, InvalidArgumentError
@@ -220,11 +220,11 @@ class SimulatedArm:
 
 
 def _originals(v1: bool | Collection[str]) -> frozenset[str]:
-    if isinstance(v1, str) or not isinstance(v1, Collection):
+    if isinstance(v1, bool) or type(v1) not in (tuple, list, set, frozenset):
         return frozenset(JOINTS if flag("v1", v1) else ())
     for name in v1:
-        if name not in JOINTS:
-            raise InvalidArgumentError(f"v1: no joint {name!r}; the arm has {', '.join(JOINTS)}")
+        if type(name) is not str or name not in JOINTS:
+            raise InvalidArgumentError(f"v1: no joint {shown(name)}; it has {', '.join(JOINTS)}")
     return frozenset(v1)
 
 
