@@ -65,8 +65,9 @@ def test_making_a_bus_opens_nothing_and_closing_it_is_idempotent() -> None:
         (Transaction(0x78, b"\x0f", 2), "0x78 is outside"),
         (Transaction(-1, b"\x0f", 2), "is outside"),
         (Transaction(0x11, b"\x0f", -1), "-1 bytes"),
-        (Transaction(0x11, b"", 8193), "8193 bytes is outside 0 .. 8192"),
-        (Transaction(0x11, bytes(8193), 0), "8193 bytes is outside 0 .. 8192"),
+        (Transaction(0x11, b"", 33), "33 bytes is outside 0 .. 32"),
+        (Transaction(0x11, bytes(33), 0), "33 bytes is outside 0 .. 32"),
+        (Transaction(0x11, bytes(255), 1), "255 bytes is outside 0 .. 32"),
         (Transaction(0x11, b"", 0), "neither written nor read"),
     ],
 )

@@ -21,6 +21,7 @@ from bioscara.errors import CommunicationError
 from bioscara.model import load_parameters
 from bioscara.planning import read
 from bioscara.protocol import Register
+from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 DATA = Path(__file__).parents[1] / "data"
@@ -77,10 +78,25 @@ def test_joints_of_version_1_are_listed_with_what_they_cannot_tell(
     assert main(["joints", "--v1"]) == 0
     out, err = capsys.readouterr()
     assert err == ""
-    assert "protocol version 1" in out
+    assert "joints with their original firmware" in out
     for name in LIMITS:
         assert re.search(r"protocol 1 +NOTHOMED NOTENABLED +no", line(out, name))
         assert line(out, name).count("not told") == 3
+
+
+def test_joints_waits_where_nobody_acknowledges_and_says_so(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    robot = Robot.simulated(v1=True)
+    assert isinstance(robot.bus, FirmwareBus)
+    robot.bus.arm.set_power("j2", on=False)
+    monkeypatch.setattr("bioscara.cli.joints.open_arm", lambda *_: robot)
+    begin = robot.clock.now()
+    assert main(["joints"]) == 1
+    assert robot.clock.now() - begin > 1.0
+    told = capsys.readouterr()
+    assert "nobody acknowledges at the address of j2; waiting 1 s" in told.err
+    assert "missing" in told.out
 
 
 @pytest.mark.parametrize("words", [["joints"], ["joints", "--v1"]])
@@ -96,9 +112,10 @@ def test_a_missing_joint_is_named_and_hides_no_other(
     out, err = capsys.readouterr()
     assert "missing" in line(out, "j3")
     assert out.count("missing") == 1
-    assert len(err.splitlines()) == 1
-    assert "j3" in err
-    assert "0x13" in err
+    waited, missing = err.splitlines()
+    assert "address of j3; waiting 1 s" in waited
+    assert "j3" in missing
+    assert "0x13" in missing
 
 
 def test_a_run_with_a_missing_joint_is_refused_before_anything_moves(

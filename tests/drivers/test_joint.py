@@ -29,7 +29,7 @@ from bioscara.errors import (
     WrongJointError,
 )
 from bioscara.protocol import BrakeMode, Flags, JointState, Register, ResetCause
-from drivers.world import ARM, World
+from drivers.world import ARM, World, home_error
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 STEPS = 12800
@@ -110,11 +110,12 @@ def test_home_and_what_is_left_of_it(v1: bool, index: int, home: tuple[str, floa
     assert any(sample.flags & Flags.BUSY for sample in seen)
     assert all(sample.position is None for sample in seen if sample.flags & Flags.NOTHOMED)
     assert joint.get_homing_offset() == pytest.approx(position, rel=1e-6)
-    # Within 3 degrees of the motor of where the joint really is, and clear of the end stop.
-    degree = math.radians(1.0) / abs(joint.parameters.reduction)
-    assert joint.get_position() == pytest.approx(world.arm.position(name), abs=3.0 * degree)
-    assert degree < abs(joint.get_position() - position) < 3.0 * degree + 5e-5
-    assert joint.parameters.lower < joint.get_position() < joint.parameters.upper
+    error = home_error(name, v1=v1)
+    assert joint.get_position() == pytest.approx(world.arm.position(name), abs=error)
+    assert abs(joint.get_position() - position) < error + 5e-5
+    if not v1:  # An original joint stays where it met the end stop.
+        assert abs(joint.get_position() - position) > error / 3.0
+        assert joint.parameters.lower < joint.get_position() < joint.parameters.upper
     joint.disable()
     assert not joint.is_enabled()
     world.arm.run(0.2 if v1 else 0.0)
@@ -160,7 +161,7 @@ def test_position_and_velocity_are_followed(v1: bool) -> None:
         joint.set_position(target)
         world.arm.run(0.02)
     assert joint.get_position() == pytest.approx(target, abs=2e-3)
-    assert world.arm.position("j4") == pytest.approx(target, abs=1e-2)
+    assert world.arm.position("j4") == pytest.approx(target, abs=5e-3 + home_error("j4", v1=v1))
     for _ in range(40):
         joint.set_velocity(-0.5)
         world.arm.run(0.02)
@@ -423,7 +424,7 @@ def test_an_interrupted_homing_stops(v1: bool) -> None:
     joint.init()
 
     def interrupt(sample: JointSample) -> None:
-        if abs(sample.velocity) > 0.1:
+        if abs(sample.velocity) > 0.02:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):

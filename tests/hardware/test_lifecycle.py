@@ -27,7 +27,7 @@ from bioscara.protocol import Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
 from control.world import NAMES, NEAR, PARAMETERS
 from control.world import World as Stack
-from drivers.world import Tap, World
+from drivers.world import Tap, World, home_error
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 PERIOD = 0.01
@@ -157,11 +157,9 @@ class Heater(Tap):
         return super().transfer(transactions)
 
 
-@BOTH
-def test_rule_63_a_joint_that_drops_out_while_others_are_engaged_fails_the_activation(
-    v1: bool,
-) -> None:
-    world = World(v1=v1)
+def test_rule_63_a_joint_that_drops_out_while_others_are_engaged_fails_the_activation() -> None:
+    # Version 2 only: an original joint does not look at its temperature, nor at its supply.
+    world = World()
     arm = ArmHardware("arm", Heater(world), world.arm.clock, PARAMETERS.joints)
     arm.configure()
     with pytest.raises(JointError, match="j1"):
@@ -240,7 +238,8 @@ def test_activation_reads_once_and_the_commands_are_what_was_measured(v1: bool) 
     world.ready()
     arm.set_state(State.ACTIVE)
     for axis in arm.axes:
-        assert axis.position.value == pytest.approx(world.arm.position(axis.name), abs=3e-3)
+        error = 2e-3 + home_error(axis.name, v1=v1)
+        assert axis.position.value == pytest.approx(world.arm.position(axis.name), abs=error)
         assert axis.position_command.value == axis.position.value
         assert axis.velocity_command.value == axis.home_command.value == 0.0
         assert axis.home.value == 1.0
@@ -340,12 +339,18 @@ def test_usr3_a_joint_pushed_beyond_its_limit_is_held_there_and_only_moves_back(
     world.run(0.1)
     found = world.axis("j1").position.value
     assert found < -3.07 < PARAMETERS.joints[0].lower
-    assert found == pytest.approx(world.arm.position("j1"), abs=3e-3)
+    error = found - world.arm.position("j1")
+    assert abs(error) < 2e-3 + home_error("j1", v1=v1)
+
+    def where() -> float:
+        """Return the position as the joint counts it."""
+        return world.arm.position("j1") + error
+
     world.hardware.activate()
     world.loop.restart()
     world.switch("hold")
     world.run(0.5)
-    assert world.arm.position("j1") == pytest.approx(found, abs=4e-3)
+    assert where() == pytest.approx(found, abs=4e-3)
     go = world.load(
         "go",
         "forward_command_controller/ForwardCommandController",
@@ -355,18 +360,18 @@ def test_usr3_a_joint_pushed_beyond_its_limit_is_held_there_and_only_moves_back(
     world.switch("go", off=("hold",))
     go.command([-4.0, *(NEAR[name] for name in NAMES[1:])])
     world.run(0.5)
-    assert world.arm.position("j1") >= found - 4e-3
+    assert where() >= found - 4e-3
     go.command([-2.9, *(NEAR[name] for name in NAMES[1:])])
     outermost = []
     for _ in range(300):
         world.loop.step()
-        outermost.append(world.arm.position("j1"))
+        outermost.append(where())
     assert outermost[-1] == pytest.approx(-2.9, abs=5e-3)
     assert all(b >= a - 4e-3 for a, b in pairwise(outermost))
     assert not world.supervisor.faults
     go.command([-4.0, *(NEAR[name] for name in NAMES[1:])])
     world.run(3.0)
-    assert world.arm.position("j1") >= PARAMETERS.joints[0].lower - 4e-3
+    assert where() >= PARAMETERS.joints[0].lower - 4e-3
 
 
 def test_a_joint_that_drops_out_at_rest_is_noticed_in_the_next_cycle() -> None:

@@ -30,14 +30,6 @@ def test_the_same_seed_gives_the_same_bytes() -> None:
     assert story(5) != story(6)
 
 
-def test_a_version_1_arm_shows_no_magic() -> None:
-    bus = FirmwareBus(SimulatedArm(v1=True))
-    (answer,) = bus.transfer([Transaction(0x11, b"\xc0\x01\x02", 13)])
-    assert isinstance(answer, bytes)
-    assert answer[1:] == b"\xff" * 12
-    assert answer[0] & 2
-
-
 def test_nobody_answers_elsewhere_or_without_power() -> None:
     arm = SimulatedArm()
     bus = FirmwareBus(arm)

@@ -33,6 +33,7 @@ from bioscara.model import load_parameters
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
+from drivers.world import home_error
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
@@ -100,6 +101,8 @@ SWING = 0.25
 
 
 EITHER = pytest.mark.parametrize("scene", [False, True], ids=["v2", "v1"], indirect=True)
+
+ORIGINAL = pytest.mark.parametrize("scene", [True], ids=["v1"], indirect=True)
 
 
 @pytest.fixture
@@ -238,8 +241,13 @@ def hung(scene: Scene) -> None:
     scene.arm.hang("j1")
 
 
-@EITHER
-@pytest.mark.parametrize("strike", [slow, hung])
+# A hung original joint follows: it takes positions in its interrupt.
+@pytest.mark.parametrize(
+    ("scene", "strike"),
+    [(False, slow), (False, hung), (True, slow)],
+    ids=["v2-slow", "v2-hung", "v1-slow"],
+    indirect=["scene"],
+)
 def test_mec2_a_joint_that_answers_well_but_trails_its_commands_is_noticed_by_the_host(
     scene: Scene, strike: Callable[[Scene], None]
 ) -> None:
@@ -270,7 +278,6 @@ def test_mec2_a_joint_that_answers_well_but_trails_its_commands_is_noticed_by_th
     recover(scene)
 
 
-@EITHER
 def test_usr1_an_emergency_stop_is_named_within_two_cycles_and_targets_are_dropped(
     scene: Scene,
 ) -> None:
@@ -290,7 +297,6 @@ def test_usr1_an_emergency_stop_is_named_within_two_cycles_and_targets_are_dropp
     ]
 
 
-@EITHER
 def test_usr1_an_emergency_stop_at_rest_is_named_when_somebody_looks(scene: Scene) -> None:
     scene.robot.move_joints(START)
     scene.arm.run(1.0)
@@ -300,7 +306,54 @@ def test_usr1_an_emergency_stop_at_rest_is_named_when_somebody_looks(scene: Scen
     assert scene.robot.faults[0].kind is FaultKind.POWER_LOST
 
 
-@EITHER
+@ORIGINAL
+def test_usr1_an_emergency_stop_at_rest_is_nothing_that_original_joints_report(
+    scene: Scene,
+) -> None:
+    scene.robot.move_joints(START)
+    scene.arm.run(1.0)
+    scene.arm.set_motor_power(False)
+    scene.arm.run(1.0)
+    error = 5e-3 + home_error("j1", v1=True)
+    assert scene.robot.state.positions[0] == pytest.approx(scene.arm.position("j1"), abs=error)
+    assert scene.robot.faults == ()
+
+
+@ORIGINAL
+def test_usr2_original_joints_that_lost_the_motor_supply_need_their_own_power_cycled(
+    scene: Scene,
+) -> None:
+    with pytest.raises(BioscaraError):
+        scene.move(lambda: scene.arm.set_motor_power(False))
+    robot = scene.robot
+    assert robot.faults[0].kind is FaultKind.FOLLOWING_ERROR
+    assert robot.faults[0].time - scene.struck < 1.0
+    scene.arm.run(1.0)
+    before = [scene.arm.position(name) for name in NAMES]
+    scene.arm.set_motor_power(True)
+    scene.arm.run(1.0)
+    assert [scene.arm.position(name) for name in NAMES] == pytest.approx(before, abs=1e-6)
+    # It says that it is enabled, and has no torque.
+    recover(scene)
+    assert not any(scene.arm.has_torque(name) for name in NAMES)
+    with pytest.raises(BioscaraError):
+        robot.move_joints(GOAL)
+    for name in NAMES:
+        scene.arm.set_power(name, on=False)
+        scene.arm.set_power(name, on=True)
+    scene.arm.run(1.0)
+    while robot.faults:
+        robot.acknowledge()
+        robot.recover()
+    robot.enable()
+    with pytest.raises(NotHomedError):
+        robot.move_joints(GOAL)
+    robot.home()
+    robot.move_joints(GOAL)
+    error = 5e-3 + home_error("j1", v1=True)
+    assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=error)
+
+
 def test_usr2_power_that_comes_back_moves_nothing_and_homes_are_kept(scene: Scene) -> None:
     with pytest.raises(BioscaraError):
         scene.move(lambda: scene.arm.set_motor_power(False))

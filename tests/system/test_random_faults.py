@@ -17,6 +17,7 @@ from bioscara.protocol import ResetCause
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
+from drivers.world import clock_is_held
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
@@ -29,10 +30,11 @@ class Scene:
 
     def __init__(self, seed: int, folder: Path) -> None:
         self.random = random.Random(seed)
-        self.arm = SimulatedArm(seed=seed, positions=NEAR, v1=self.random.random() < 0.2)
+        self.v1 = self.random.random() < 0.2
+        self.arm = SimulatedArm(seed=seed, positions=NEAR, v1=self.v1)
         self.bus = FaultyBus(FirmwareBus(self.arm), seed=seed, clock=self.arm.clock)
         self.robot = Robot(self.bus, self.arm.clock, ARM, "random", evidence=folder)
-        self.lost_turns = False
+        self.lost_turns = self.supply_lost = False
 
     def blow(self) -> Callable[[], object]:
         """Return one of the things that can happen."""
@@ -46,12 +48,12 @@ class Scene:
                 lambda: bus.unavailable(choose((1, 3, 100))),
                 lambda: arm.add_obstacle(joint, arm.position(joint)),
                 lambda: arm.reset(joint, ResetCause.BROWN_OUT),
-                lambda: arm.set_motor_power(False),
+                self._cut_motor_power,
                 lambda: arm.set_power(joint, False),
                 lambda: arm.hang(joint),
                 lambda: arm.overheat(joint),
                 lambda: self._freeze_encoder(joint),
-                lambda: arm.jump_encoder(joint, self.random.uniform(-0.5, 0.5)),
+                lambda: self._jump_encoder(joint, self.random.uniform(-0.5, 0.5)),
                 lambda: arm.set_stretch(choose((1e-4, 1e-3, 5e-2))),
                 lambda: arm.set_friction(joint, self.random.uniform(2.0, 20.0)),
                 self.robot.stop,
@@ -64,7 +66,12 @@ class Scene:
         self.bus.clear()
         self.arm.set_motor_power(True)
         self.arm.set_stretch(0.0)
+        # Only its own power helps an original joint that holds the clock or lost its motor supply.
+        off = self.v1 and (self.supply_lost or clock_is_held(self.arm))
         for name in NAMES:
+            if off:
+                self.arm.set_power(name, False)
+            self.arm.set_power(name, True)
             self.arm.set_power(name, True)
             self.arm.hang(name, False)
             self.arm.overheat(name, False)
@@ -83,6 +90,14 @@ class Scene:
             self.robot.acknowledge()
             self.robot.recover()
             self.robot.home()
+
+    def _jump_encoder(self, joint: str, turns: float) -> None:
+        if not self.v1:  # An original joint does not notice, so neither does its host.
+            self.arm.jump_encoder(joint, turns)
+
+    def _cut_motor_power(self) -> None:
+        self.supply_lost = True
+        self.arm.set_motor_power(False)
 
     def _freeze_encoder(self, joint: str) -> None:
         self.lost_turns = True

@@ -1,5 +1,7 @@
 #include "board.h"
 
+#include <algorithm>
+
 namespace bioscara::sim {
 
 namespace {
@@ -15,8 +17,9 @@ constexpr double kFullTorque = 0.19 * 1.48 * 1.41421356;
 
 }  // namespace
 
-Board::Board(int joint, std::uint32_t seed)
+Board::Board(int joint, std::uint32_t seed, Firmware firmware)
     : configuration_(configuration_of(static_cast<std::uint8_t>(joint))),
+      firmware_(firmware),
       mechanics_(parameters_of(joint)),
       random_(seed * 2654435761U + static_cast<std::uint32_t>(joint) * 40503U + 1U),
       boot_id_(static_cast<std::uint16_t>(random_ >> 16)) {
@@ -32,6 +35,7 @@ void Board::start() {
   running_ = false;
   enabled_ = false;
   hung_ = false;
+  holds_clock_ = false;
   starts_ = now_ + kBoot;
 }
 
@@ -50,24 +54,39 @@ void Board::set_power(bool on) {
     powered_ = true;
     reset(ResetCause::POWER_ON);
   } else if (!on) {
-    powered_ = running_ = enabled_ = false;
+    powered_ = running_ = enabled_ = holds_clock_ = false;
   }
+}
+
+void Board::set_motor_power(bool on) {
+  if (on == driver_.has_motor_power()) return;
+  driver_.set_motor_power(on);
+  // The supply is the chip's own: without it, it neither answers nor remembers.
+  if (firmware_ == Firmware::ORIGINAL) driver_.power_up();
 }
 
 void Board::advance(Time now) {
   while (next_step_ <= now) {
     if (powered_ && !running_ && next_step_ >= starts_) {
       now_ = next_step_;
-      joint_.emplace(static_cast<Hal&>(*this), configuration_);
-      joint_->boot();
+      if (firmware_ == Firmware::ORIGINAL) {
+        original_.emplace(static_cast<Hal&>(*this), now_);
+      } else {
+        joint_.emplace(static_cast<Hal&>(*this), configuration_);
+        joint_->boot();
+      }
       running_ = true;
       fed_ = next_tick_ = now_;
     }
     if (running_ && next_tick_ <= next_step_) {
       now_ = next_tick_;
-      if (!hung_) joint_->tick();
-      next_tick_ += kTick;
-      if (watchdog_on_ && now_ - fed_ > kWatchdog) reset(ResetCause::WATCHDOG);
+      if (firmware_ == Firmware::ORIGINAL) {
+        run_original();
+      } else {
+        if (!hung_) joint_->tick();
+        next_tick_ += kTick;
+        if (watchdog_on_ && now_ - fed_ > kWatchdog) reset(ResetCause::WATCHDOG);
+      }
     }
     now_ = next_step_;
     driver_.step();
@@ -79,12 +98,33 @@ void Board::advance(Time now) {
   now_ = now;
 }
 
-void Board::receive(const std::uint8_t* data, std::size_t size) {
-  joint_->on_receive(data, size);
+void Board::run_original() {
+  if (holds_clock_)
+    next_tick_ = now_ + kSecond;
+  else
+    next_tick_ = hung_ ? original_->run_without_loop(now_) : original_->run(now_);
 }
 
-std::size_t Board::request(std::uint8_t (&answer)[Joint::kAnswerMax]) {
-  return joint_->on_request(answer);
+void Board::receive(const std::uint8_t* data, std::size_t size) {
+  if (firmware_ == Firmware::ORIGINAL)
+    original_->receive(data, size);
+  else
+    joint_->on_receive(data, size);
+}
+
+std::size_t Board::request(std::uint8_t (&answer)[Joint::kAnswerMax], std::size_t count,
+                           Time& duration) {
+  duration = 0;
+  if (firmware_ != Firmware::ORIGINAL) return joint_->on_request(answer);
+  if (!original_->listening()) {
+    holds_clock_ = true;
+    return 0;
+  }
+  const OriginalJoint::Answer own = original_->request(now_);
+  duration = own.duration;
+  holds_clock_ = count > own.size;
+  std::copy_n(own.bytes, own.size, answer);
+  return own.size;
 }
 
 double Board::load_angle() const {
@@ -94,7 +134,10 @@ double Board::load_angle() const {
 std::uint32_t Board::micros() { return static_cast<std::uint32_t>(now_ / 10); }
 
 void Board::driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) {
-  driver_.exchange(sent, received);
+  if (firmware_ == Firmware::ORIGINAL && !driver_.has_motor_power())
+    std::fill_n(received, 5, std::uint8_t{0});
+  else
+    driver_.exchange(sent, received);
 }
 
 void Board::encoder_exchange(std::uint16_t command, std::uint16_t* words, std::size_t count) {

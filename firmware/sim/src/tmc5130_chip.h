@@ -29,6 +29,7 @@ class Tmc5130Chip {
   bool standing() const { return velocity_ == 0.0; }
 
   void set_motor_power(bool on);
+  bool has_motor_power() const { return motor_power_; }
   void raise_overtemperature(bool on) { overtemperature_ = on; }
   // Reverses one coil: the field turns against the counter.
   void reverse_coil(bool on) { direction_ = on ? -1.0 : 1.0; }
@@ -42,6 +43,8 @@ class Tmc5130Chip {
   void ramp_to(double target, double rate);
   void position_mode();
   std::uint8_t status() const;
+  // GCONF's shaft bit, and a coil connected the wrong way round.
+  double shaft() const { return registers_[0] & 0x10 ? -direction_ : direction_; }
   std::int32_t xtarget() const { return static_cast<std::int32_t>(registers_[0x2D]); }
 
   std::uint32_t registers_[128] = {};

@@ -34,7 +34,10 @@ _I2C_FUNCS = 0x0705
 _I2C_RDWR = 0x0707
 _I2C_FUNC_I2C = 0x00000001
 _I2C_M_RD = 0x0001
-_LENGTH_MAX = 8192
+
+MESSAGE_MAX = 32
+"""Bytes that the I2C target of a joint takes or gives in one frame. The kernel would send 8192; the
+original firmware writes more than it has room for over its own variables."""
 
 TIMEOUT_STEP = 0.010
 """The kernel counts an adapter's timeout in steps of this [s], so nothing shorter can be set."""
@@ -294,7 +297,7 @@ def _check(address: int, written: int, read: int) -> None:
             f"the joints are 0x11 .. 0x14"
         )
     for count in (written, read):
-        if not 0 <= count <= _LENGTH_MAX:
-            raise LimitError("size of a message", count, 0, _LENGTH_MAX, "bytes")
+        if not 0 <= count <= MESSAGE_MAX:
+            raise LimitError("size of a message", count, 0, MESSAGE_MAX, "bytes")
     if not (written or read):
         raise InvalidArgumentError(f"transaction with {address:#04x}: neither written nor read")

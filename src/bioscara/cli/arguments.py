@@ -37,7 +37,7 @@ class Options(argparse.Namespace):
     Attributes:
         command: Name of the command, which is also the module that does it.
         bus: Name of the bus.
-        v1: Whether the simulated joints speak protocol version 1 only.
+        v1: Whether the simulated joints have their original firmware.
         words: All words after ``bioscara``, as they were typed.
         acknowledge: Whether what stopped the arm before is taken note of.
         realtime: Whether simulated homing takes the time it takes.
@@ -195,9 +195,7 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     simulate.add_argument(
         "--socket", metavar="PATH", type=Path, required=True, help="Unix socket to listen on"
     )
-    simulate.add_argument(
-        "--v1", action="store_true", help="joints that speak protocol version 1 only"
-    )
+    simulate.add_argument("--v1", action="store_true", help="joints with their original firmware")
     simulate.add_argument("--seed", type=int, default=0, help="seed of the simulation (default 0)")
 
 

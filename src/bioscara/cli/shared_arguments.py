@@ -21,7 +21,7 @@ def add_bus(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--v1",
         action="store_true",
-        help="simulate joints that speak protocol version 1 only, as existing arms do",
+        help="simulate joints with their original firmware, as existing arms have it",
     )
 
 

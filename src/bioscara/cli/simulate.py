@@ -18,8 +18,8 @@ def run(options: Options) -> int:
     """
     output = Output()
     arm = SimulatedArm(seed=options.seed, v1=options.v1)
-    version = "1" if options.v1 else "2"
-    invitation = f"simulated arm, joints of protocol version {version}: --bus sim:{options.socket}"
+    firmware = "their original firmware" if options.v1 else "this project's firmware"
+    invitation = f"simulated arm, joints with {firmware}: --bus sim:{options.socket}"
     with Interruption() as cancelled:
         serve(arm, options.socket, cancelled, listening=lambda: output.line(invitation))
     output.check()

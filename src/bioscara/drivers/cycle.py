@@ -16,7 +16,7 @@ from bioscara.errors import (
     CorruptFrameError,
     JointLostError,
 )
-from bioscara.protocol import READ, WRITE, Flags, Message, Register
+from bioscara.protocol import READ, WRITE, Answer, Flags, Message, Register
 
 LOST_AFTER = 3
 """Bad cycles in a row after which a joint counts as lost."""
@@ -72,7 +72,13 @@ class Cycle:
         return self._frame((_RPM, (self._joint.transmission.velocity_to_rpm(velocity),)))
 
     def stop(self) -> tuple[Transaction, ...]:
-        """Return the transaction that lets the joint ramp down."""
+        """Return the transaction that lets a driven joint ramp down.
+
+        For version 1 that is a velocity of zero: after STOP, original firmware is disabled by its
+        own deadman.
+        """
+        if self._joint.session.version == 1:
+            return self._frame((_RPM, (0.0,)))
         return self._frame((_STOP, (_SOFT,)))
 
     def state(self) -> tuple[Transaction, ...]:
@@ -121,20 +127,34 @@ class Cycle:
         self._joint.last = sample
         return sample
 
+    def skip(self) -> JointSample:
+        """Return what to go on with while the joint is left alone: its last sample, marked STALE.
+
+        It was not asked, so this is no bad cycle.
+        """
+        joint = self._joint
+        if joint.last.quality is Quality.FRESH:
+            joint.last = joint.last._replace(quality=Quality.STALE)
+        return joint.last
+
     def coast(self, problem: CommunicationError) -> Outcome:
         """Return what to go on with after a bad cycle.
 
         That is the last sample, marked STALE; after :data:`LOST_AFTER` bad cycles in a row a
         :class:`~bioscara.errors.JointLostError`; without any sample, the problem itself.
+
+        A version 1 joint that does not acknowledge is lost at once: it may be starting anew, and
+        its original firmware would hold the whole bus if it was asked in the next cycle.
         """
         self.bad_cycles += 1
         self.failures += 1
         joint = self._joint
-        if self.bad_cycles >= LOST_AFTER:
+        if self.bad_cycles >= LOST_AFTER or joint.session.caution.silent:
+            plural = "s" * (self.bad_cycles > 1)
             return JointLostError(
                 f"{joint.name} ({joint.parameters.address:#04x}) is lost: {self.bad_cycles} bad "
-                f"cycles in a row, {self.failures} in all; the last one: {problem}; check its "
-                "power and its wiring",
+                f"cycle{plural} in a row, {self.failures} in all; the last one: {problem}; check "
+                "its power and its wiring",
                 joint.parameters.address,
                 joint.name,
                 self.bad_cycles,
@@ -172,10 +192,17 @@ class Cycle:
     def _pair(self, results: Sequence[Result], stamp: float) -> JointSample:
         joint, session = self._joint, self._joint.session
         before = session.flags
-        first, second = (
-            session.take(message, result)
-            for (message, _), result in zip(self._frames, results, strict=True)
-        )
+        answers: list[Answer] = []
+        problem: CommunicationError | None = None
+        for (message, _), result in zip(self._frames, results, strict=True):
+            try:
+                answers.append(session.take(message, result))
+            except CommunicationError as error:
+                # The other one still tells whether the joint is there.
+                problem = problem or error
+        if problem is not None:
+            raise problem
+        first, second = answers
         flags = second.flags
         told = 0.0
         if self._frames[0][0] is _MOVE:

@@ -3,7 +3,8 @@
 A joint that fails does not hide what the others say: each has its entry in the result, a
 :class:`~bioscara.drivers.JointSample` or the exception that befell it. A single bad cycle is
 coasted over with the last sample, marked STALE; the third in a row is a
-:class:`~bioscara.errors.JointLostError`.
+:class:`~bioscara.errors.JointLostError`. So is the first in which a version 1 joint does not
+acknowledge; it gets no frames of cycles any more until an exchange with it alone succeeded.
 """
 
 from __future__ import annotations
@@ -16,7 +17,13 @@ from bioscara.drivers.cycle import Outcome
 from bioscara.drivers.joint import Joint
 from bioscara.drivers.refusal import exchange_failed
 from bioscara.drivers.sample import Setpoint
-from bioscara.errors import BioscaraError, InvalidArgumentError, JointError, LimitError
+from bioscara.errors import (
+    BioscaraError,
+    InvalidArgumentError,
+    JointError,
+    LimitError,
+    NoAcknowledgeError,
+)
 
 Frames = list[tuple[Transaction, ...]]
 _NOT_YET = BioscaraError("not asked yet")
@@ -162,6 +169,14 @@ def _exchange(
     for joint in joints:
         if joint.bus is not bus:
             raise InvalidArgumentError(f"{joint.name} is on another bus than {joints[0].name}")
+    now = joints[0].clock.now()
+    for index, joint in enumerate(joints):
+        # A version 1 joint may have to be left alone for longer than a cycle; the others are not.
+        if frames[index] and joint.session.caution.silent:
+            unheard = NoAcknowledgeError("nobody acknowledged", joint.parameters.address)
+            frames[index], outcomes[index] = (), joint.cycle.coast(unheard)
+        elif frames[index] and now < joint.session.caution.alone_until:
+            frames[index], outcomes[index] = (), joint.cycle.skip()
     waiting = [index for index in range(len(joints)) if frames[index]]
     _transfer(bus, joints, frames, waiting, outcomes, again=retry)
     bad = [index for index in waiting if exchange_failed(outcomes[index])]

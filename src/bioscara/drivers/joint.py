@@ -126,13 +126,16 @@ class Joint(JointMotion):
         """Start homing and return; keep it alive, then call :meth:`post_homing`.
 
         A version 2 joint needs a write of WATCHDOG at least every 60 ms meanwhile (``keep_alive``),
-        a version 1 joint any exchange every 250 ms.
+        our firmware in version 1 any exchange every 250 ms. Original firmware goes on to the end
+        stop whether anybody asks or not; only :meth:`stop` ends that. It takes the command within
+        25 ms, and is left alone for so long.
 
         Args:
             velocity: As in :meth:`home`.
 
         Raises:
-            LimitError: The motor speed is not between 1 and 250 rpm.
+            LimitError: The motor speed is not between 1 and 250 rpm, or the configured acceleration
+                of homing is none that original firmware takes.
             IncorrectStateError: A blocking command is running.
         """
         homing = self.parameters.homing
@@ -141,6 +144,8 @@ class Joint(JointMotion):
         rpm = self.transmission.velocity_to_rpm(chosen)
         if not HOMING_RPM[0] < abs(rpm) < HOMING_RPM[1]:
             raise LimitError(f"{self.name} homing speed of the motor", abs(rpm), *HOMING_RPM, "rpm")
+        if not self._homes_itself():
+            self.check_acceleration(homing.acceleration)
         if self.session.flags & (Flags.NOTENABLED | Flags.STALL):
             self.enable()
         # What an earlier home meant ends here: were this host to die before it is written anew,
@@ -158,8 +163,14 @@ class Joint(JointMotion):
                 int(abs(rpm)),
                 homing.threshold,
                 homing.current_percent,
+                # Original firmware would home a second time after it has homed.
+                repeat=False,
             )
         except BioscaraError:
+            if self.version == 1:
+                # If only the answer is lost it runs to the end stop, whether anybody polls or not.
+                with suppress(CommunicationError, JointError):
+                    self.stop()
             self._blocking = Register.NONE
             raise
 

@@ -13,10 +13,11 @@ from bioscara.drivers.refusal import fault_error
 from bioscara.drivers.sample import JointSample
 from bioscara.drivers.session import SILENCE, TRIES
 from bioscara.drivers.settings import JointSettings
+from bioscara.drivers.transmission import DEG_PER_MICROSTEP
 from bioscara.drivers.waiting import (
     Cancel,
     Progress,
-    at_rest,
+    arrived,
     check_callbacks,
     idle,
     wait_for,
@@ -47,9 +48,10 @@ class JointMotion(JointSettings):
     def enable(self, drive_percent: int | None = None, hold_percent: int | None = None) -> None:
         """Engage the motor where it stands, with stall detection and the configured limits.
 
-        A version 2 joint checks by a movement of at most 3 degrees of the motor that motor and
-        encoder agree: the first time after it booted, and where friction held the rotor opposite
-        to its field.
+        Original firmware (version 1) turns and checks nothing here: it compares motor and encoder
+        at power-up, and engages a motor that has no supply. A version 2 joint checks by a movement
+        of at most 3 degrees of the motor that motor and encoder agree: the first time after it
+        booted, and where friction held the rotor opposite to its field.
 
         Args:
             drive_percent: Motor current in motion; None for the configured one.
@@ -69,6 +71,7 @@ class JointMotion(JointSettings):
         self._require_no_blocking()
         self._check_limit("drive current", drive, 1, 100, "%", "disable() switches it off")
         self._check_limit("hold current", hold, 1, 100, "%", "disable() switches it off")
+        self.check_acceleration(parameters.max_acceleration)
         # If only the answer is lost, the motor is engaged.
         self.may_be_energised = True
         self.session.write(Register.SETUP, drive, hold)
@@ -111,12 +114,16 @@ class JointMotion(JointSettings):
     def stop(self, *, hard: bool = False) -> None:
         """Ramp down and hold; ends a blocking command. Never refused for the joint's state.
 
+        A version 1 joint that has not yet taken a blocking command or a move in steps takes it
+        first: the call then waits for up to 25 ms.
+
         Args:
-            hard: True for the hardest deceleration instead of the configured one.
+            hard: True for the hardest deceleration instead of the configured one; original
+                firmware (version 1) ignores it and takes the configured one.
         """
         self._blocking = Register.NONE
         flag(f"{self.name} hard", hard)
-        self.session.write(Register.STOP, _STOP_HARD if hard else _STOP_SOFT)
+        self.session.stop(_STOP_HARD if hard else _STOP_SOFT)
 
     def get_position(self) -> float:
         """Ask for the position [rad or m].
@@ -145,7 +152,8 @@ class JointMotion(JointSettings):
     def set_position(self, position: float) -> None:
         """Start to move to a position with the joint's own speed and acceleration limits.
 
-        The joint stops when it hears no newer setpoint for 60 ms: repeat it until it is there.
+        A version 2 joint stops when it hears no newer setpoint for 60 ms: repeat it until it is
+        there. Original firmware (version 1) goes on to the position, also when the host dies.
 
         Args:
             position: Within the joint's limits [rad or m].
@@ -160,7 +168,11 @@ class JointMotion(JointSettings):
         self.require_ready()
 
     def set_velocity(self, velocity: float) -> None:
-        """Accelerate to a velocity and keep it for as long as it is repeated, see above.
+        """Accelerate to a velocity and keep it for as long as it is repeated.
+
+        Without a newer one a version 2 joint stops after 60 ms. Original firmware stops, and
+        disables itself, 50 to 60 ms after the last exchange of any kind: polling alone keeps it
+        moving.
 
         The joint itself knows no position limits, so each call asks where it is. Towards a limit
         it must be able to stop before it, if this setpoint were the last.
@@ -185,7 +197,8 @@ class JointMotion(JointSettings):
         """Move by so many microsteps of the motor (1/256 step) and wait for the end.
 
         Needs no home; with one, the end is checked against the limits. A version 1 frame is
-        never repeated: if its answer is lost, it may have been executed.
+        never repeated: if its answer is lost, it may have been executed. Original firmware goes on
+        to the target when the host dies; here it counts as there when its encoder says so.
 
         Args:
             steps: Microsteps; their sign is the motor's, not the joint's.
@@ -195,6 +208,7 @@ class JointMotion(JointSettings):
         Raises:
             InvalidArgumentError: The number is not whole.
             LimitError: It would end outside the limits.
+            IncorrectStateError: It did not get there in twice the time that it should take.
             MotionCancelledError: ``cancel`` said so.
         """
         self.require_ready(homed=False)
@@ -203,12 +217,16 @@ class JointMotion(JointSettings):
         self._check_limit("steps", steps, -_STEPS_MAX, _STEPS_MAX, "microsteps")
         distance = self.transmission.microsteps_to_distance(steps)
         position = self.read_state().position
+        if self.version == 1:
+            # It would move although it stalled or was disabled since it was heard last.
+            self.require_ready(homed=False)
         if position is not None:
             self.check_position(position + distance)
-        speed, acceleration = self.parameters.max_velocity, self.parameters.max_acceleration
-        timeout = 2.0 * (abs(distance) / speed + speed / acceleration) + _MOVE_MARGIN
+        target_deg = self.encoder_deg + steps * DEG_PER_MICROSTEP
+        duration = ramp_time(abs(distance), self.max_velocity, self.max_acceleration)
         self.session.write(Register.MOVESTEPS, steps, repeat=False)
-        self._supervise(at_rest(self), timeout, "the move", progress, cancel)
+        done = arrived(self, target_deg, duration)
+        self._supervise(done, 2.0 * duration + _MOVE_MARGIN, "the move", progress, cancel)
         self.raise_fault()
         self.require_ready(homed=False)
 
@@ -251,7 +269,7 @@ class JointMotion(JointSettings):
         sign = math.copysign(1.0, velocity)
         speed = max(velocity * sign, state.velocity * sign)
         ahead = SILENCE + time - state.stamp
-        end = state.position + sign * (speed * ahead + speed**2 / (2.0 * self._deceleration))
+        end = state.position + sign * (speed * ahead + speed**2 / (2.0 * self.max_acceleration))
         parameters = self.parameters
         if end * sign <= (parameters.upper if sign > 0.0 else -parameters.lower):
             return
@@ -306,3 +324,10 @@ class JointMotion(JointSettings):
             report = self.get_fault()
             if report.fault != Fault.NONE.name:
                 raise fault_error(self.name, report)
+
+
+def ramp_time(distance: float, speed: float, acceleration: float) -> float:
+    """Return how long a move from rest to rest takes at these limits [s]."""
+    if distance < speed**2 / acceleration:
+        return 2.0 * math.sqrt(distance / acceleration)
+    return distance / speed + speed / acceleration

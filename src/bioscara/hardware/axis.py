@@ -101,7 +101,9 @@ class Axis:
         if self.halted is not None:
             return False
         self.halted = reason
-        self.homing.running = False
+        # A lost joint stops by itself, one of version 1 may not: it is told once it can be.
+        lost = isinstance(reason, JointLostError) and self.joint.version == 1
+        self.homing.running = self.homing.running and lost
         if self.mode is Mode.HOME:
             self.home_command.value, self.home_command.problem = 0.0, reason
         return True

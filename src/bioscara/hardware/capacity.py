@@ -17,6 +17,8 @@ _FIXED_BITS, _BITS_PER_BYTE = 30, 9
 """Two addresses with their acknowledge, the register and the conditions; each byte that follows."""
 _TRIES = 3
 """How often the exchanges are timed."""
+_HELD = {WRITE[Register.MOVETOANGLE]: 350e-6, WRITE[Register.SETRPM]: 50e-6}
+"""How long a version 1 joint holds the clock low before it answers [s]; measured on the arm."""
 _READ = {
     1: (READ[Register.ANGLEMOVED], READ[Register.GETENCODERRPM]),
     2: (READ[Register.STATE],),
@@ -70,13 +72,24 @@ class Capacity:
         Args:
             modes: All joints with what they do.
         """
-        return self._bit_time * sum(_bits(joint, mode) for joint, mode in modes)
+        return sum(
+            self._bit_time * _bits(joint, mode) + _held(joint, mode) for joint, mode in modes
+        )
 
 
 def _bits(joint: Joint, mode: Mode) -> int:
     trailer = TRAILER if joint.version == 2 else 0
-    messages = _CYCLES.get(mode, _READ)[joint.version]
-    return sum(_size(message, trailer) for message in messages)
+    return sum(_size(message, trailer) for message in _messages(joint, mode))
+
+
+def _held(joint: Joint, mode: Mode) -> float:
+    if joint.version == 2:
+        return 0.0
+    return sum(_HELD.get(message, 0.0) for message in _messages(joint, mode))
+
+
+def _messages(joint: Joint, mode: Mode) -> tuple[Message, ...]:
+    return _CYCLES.get(mode, _READ)[joint.version]
 
 
 def _size(message: Message, trailer: int) -> int:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 from bioscara.clock import Clock
 from bioscara.drivers import Joint
-from bioscara.errors import HomingError, InvalidArgumentError
+from bioscara.errors import BioscaraError, HomingError, InvalidArgumentError
 from bioscara.protocol import Flags
 
 
@@ -55,6 +56,9 @@ class Homing:
             HomingError: It ended without a home that can be trusted.
             CommunicationError: The joint does not answer.
         """
+        if self._joint.session.alone:
+            # A version 1 joint has not taken the command yet. The cycle does not wait for it.
+            return True
         if self._joint.keep_alive() & Flags.BUSY:
             if self._clock.now() < self._deadline:
                 return True
@@ -67,6 +71,15 @@ class Homing:
         self.running = False
         self._joint.post_homing()
         return False
+
+    def stop_lost(self) -> None:
+        """Try to end it on a joint that was lost under way; the cycle does not wait for it.
+
+        One with its original firmware goes on to its end stop, whether anybody asks or not.
+        """
+        with suppress(BioscaraError):
+            if self._joint.session.listens():
+                self.stop()
 
     def stop(self) -> None:
         """End it; the joint ramps down and is not homed.

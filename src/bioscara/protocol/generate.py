@@ -135,7 +135,8 @@ after a repeated start, a read. Numbers are little endian, angles are degrees of
 A write is answered with the flags alone, a read with the payload and the flags. Bits 4 to 7 of
 the flags are zero. The flags tell the joint's state, not the fate of the command just sent: a
 command is executed after the transaction. A blocking command shows BUSY at once; the host polls
-until it clears.
+until it clears. What the original firmware does beside that, and what it takes of the host, is
+[a table of its own](drivers.md#joint-firmware-original-and-ours).
 
 ## Version 2
 

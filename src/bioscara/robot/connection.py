@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Collection
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -113,7 +114,7 @@ class Connection(FaultHandling):
         cls,
         parameters: ArmParameters | None = None,
         *,
-        v1: bool = False,
+        v1: bool | Collection[str] = False,
         seed: int = 0,
         evidence: Path = FAULTS,
         full_speed: bool = False,
@@ -124,7 +125,8 @@ class Connection(FaultHandling):
 
         Args:
             parameters: The arm as data; the committed ones by default.
-            v1: Whether its joints speak protocol version 1 only, as existing arms do.
+            v1: Whether its joints have their original firmware, as on existing arms; or the names
+                of those that do.
             seed: Seed of everything random in it.
             evidence: Folder for the flight records of faults.
             full_speed: False keeps the tool at or below 250 mm/s.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from pathlib import Path
 from typing import NamedTuple
 
@@ -35,7 +36,14 @@ class Wiring(NamedTuple):
     servo: object
 
 
-def simulated(parameters: ArmParameters, *, v1: bool, seed: int) -> Wiring:
+def _firmware(v1: bool | Collection[str]) -> str:
+    if not v1:
+        return ""
+    joints = "joints" if v1 is True else " and ".join(sorted(v1))
+    return f", {joints} with their original firmware"
+
+
+def simulated(parameters: ArmParameters, *, v1: bool | Collection[str], seed: int) -> Wiring:
     """Return an arm that is simulated in this process; arguments as ``Robot.simulated``."""
     # Here and not above: the compiled firmware is a distribution of its own.
     from bioscara.sim import FirmwareBus, SimulatedArm  # noqa: PLC0415
@@ -45,7 +53,7 @@ def simulated(parameters: ArmParameters, *, v1: bool, seed: int) -> Wiring:
     return Wiring(
         FirmwareBus(arm),
         clock,
-        "simulation, in this process" + (", joints of protocol version 1" if v1 else ""),
+        f"simulation, in this process{_firmware(v1)}",
         *_simulated_gripper(parameters.gripper, clock),
     )
 
