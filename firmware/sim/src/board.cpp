@@ -1,6 +1,7 @@
 #include "board.h"
 
 #include <algorithm>
+#include <limits>
 
 namespace bioscara::sim {
 
@@ -10,8 +11,8 @@ constexpr Time kRamp = 512;
 constexpr double kRampSeconds = 51.2e-6;
 constexpr Time kTick = Joint::kTickMicros * 10;
 constexpr Time kWatchdog = kSecond / 10;
-// From reset until the firmware listens.
-constexpr Time kBoot = kSecond / 50;
+// From reset until the firmware listens: what the flashed image takes, in emulation.
+constexpr Time kBoot = 106'000;
 // Peak torque at full scale: 0.19 N m/A, 1.48 A rms, two phases (docs/simulation.md).
 constexpr double kFullTorque = 0.19 * 1.48 * 1.41421356;
 
@@ -40,7 +41,8 @@ void Board::start() {
 }
 
 void Board::reset(ResetCause cause) {
-  cause_ = cause;
+  // The supply's supervisor acts before the controller's own detector: a dip shows as PIN.
+  cause_ = cause == ResetCause::BROWN_OUT ? ResetCause::PIN : cause;
   ++boot_id_;
   if (cause == ResetCause::BROWN_OUT || cause == ResetCause::POWER_ON) {
     driver_.power_up();
@@ -132,6 +134,12 @@ double Board::load_angle() const {
 }
 
 std::uint32_t Board::micros() { return static_cast<std::uint32_t>(now_ / 10); }
+
+// It answers no more until its power is cycled.
+void Board::enter_bootloader() {
+  running_ = enabled_ = false;
+  starts_ = std::numeric_limits<Time>::max();
+}
 
 void Board::driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) {
   if (firmware_ == Firmware::ORIGINAL && !driver_.has_motor_power())

@@ -32,20 +32,33 @@ class Joint {
   // One control period. The only place that talks SPI, drives the motor or feeds the watchdog.
   void tick();
 
+  // I2C interrupt: the controller has written these bytes so far. May be called after each of them:
+  // what can be a whole frame is judged in advance, so that its end takes no time.
+  void on_byte(const uint8_t* data, size_t size) { wire_.prepare(data, size); }
+
   // I2C interrupt: the controller wrote these bytes. Checks them, queues the command for the next
   // tick and arms the answer.
   void on_receive(const uint8_t* data, size_t size) { wire_.receive(data, size); }
+
+  // I2C interrupt: the controller is about to end a frame of this size by a read. The first byte of
+  // its answer, if it is known already: it can be sent before the frame is taken by on_receive().
+  bool foretell(size_t size, uint8_t& first) const { return wire_.foretell(size, first); }
 
   // I2C interrupt: the controller reads. Copies out the armed answer and returns its size; the
   // board sends 0xFF for every byte beyond it. Executes nothing.
   size_t on_request(uint8_t (&answer)[kAnswerMax]) const { return wire_.request(answer); }
 
  private:
+  // Ticks from boot within which the encoder must give its first angle; it takes 7 ms at most.
+  static constexpr int kEncoderStart = 20;
+  // From BOOTLOADER to the bootloader: its answer has been read long since.
+  static constexpr int kLeaveTicks = 20;
   // Samples in a row without a sound angle after which the encoder is not believed.
   static constexpr int kBadSamples = 2;
 
   // joint.cpp: the tick.
   void sense();
+  bool start_encoder();
   void supervise();
   void watch_silence();
   void act();
@@ -61,6 +74,7 @@ class Joint {
   void check_orientation(const Command& command);
   void stop(bool hard);
   void disable();
+  void leave();
 
   // joint_sequences.cpp: what takes more than a tick.
   void run_homing();
@@ -80,6 +94,8 @@ class Joint {
   void power(bool on);
   bool sequence() const;
   bool running_down() const;
+  // A chip is not ready yet: after a power-up the encoder, after a reset of its own the driver.
+  bool starting() const { return starting_ != 0 || !motion_.driver().ready(); }
   bool underway() const;
 
   Hal& hal_;
@@ -121,6 +137,9 @@ class Joint {
   int32_t other_zero_ = 0;
   bool other_known_ = false;
   int bad_samples_ = 0;
+  // Ticks left for the encoder to start, or until the bootloader; 0 if it is not that.
+  int starting_ = 0;
+  int leaving_ = 0;
   float encoder_steps_ = 0.0F;
   float error_ = 0.0F;
 
