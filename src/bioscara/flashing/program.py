@@ -72,7 +72,7 @@ def run(program: str, *words: str, folder: Path | None = None) -> Ended:
             try:
                 text, _ = process.communicate(timeout=LIMIT)
             except BaseException:
-                # Ctrl-C, too: nothing goes on writing behind the back of who was told that it ended.
+                # Ctrl-C too: nothing goes on writing after the message that it ended.
                 process.kill()
                 process.wait()
                 raise
