@@ -3,7 +3,8 @@
 #   make demo            home the simulated arm and run a planned trajectory
 #   make test            all tests
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
-#   make firmware-check  the joint firmware: host tests under sanitizers, build for the board
+#   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
+#   make firmware-check  the joint firmware: host tests under sanitizers, and the images
 #   make bench           the benchmarks; writes docs/benchmarks.md
 #   make laws            the laws over random moves, switches and faults, at their full number
 #   make mutants         remove each guard once and require a red test
@@ -24,7 +25,7 @@ NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test check lint types layers fresh firmware-check bench laws mutants generate clean
+.PHONY: demo test check lint types layers fresh firmware firmware-check bench laws mutants generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -74,7 +75,10 @@ generate: $(VENV)/.dev
 	@$(BIN)/python -m bioscara.protocol.generate .
 	@$(BIN)/python -m bioscara.model.urdf
 
-firmware-check:
+firmware:
+	@$(MAKE) --no-print-directory -C firmware/joint
+
+firmware-check: firmware
 	@firmware/tests/run.sh
 
 bench: $(VENV)/.dev
@@ -92,4 +96,4 @@ mutants: $(VENV)/.dev
 	@$(BIN)/python tests/mutants.py
 
 clean:
-	rm -rf $(VENV) build .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) build firmware/build .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -1,7 +1,6 @@
 #!/usr/bin/env bash
-# The firmware's own checks: core and tests under sanitizers, the frame decoder fuzzed, and the
-# core compiled for the board's processor with its size. `run.sh tests` runs the tests alone,
-# without sanitizers, for tests/mutants.py; `run.sh host` ends after the fuzzer.
+# The core's own checks on the host: its tests under sanitizers, and the frame decoder fuzzed.
+# `run.sh tests` runs the tests alone, without sanitizers, for tests/mutants.py.
 set -euo pipefail
 cd "$(dirname "$0")"
 build=../../build/firmware
@@ -35,20 +34,3 @@ else
   "${host[@]}" -fsanitize=address,undefined -fno-sanitize-recover=all "${fuzzer[@]}"
   "$build/fuzz" 100000
 fi
-
-[ "${1:-}" != host ] || exit 0
-
-echo "building the core for the Cortex-M4"
-if ! command -v arm-none-eabi-g++ >/dev/null; then
-  echo "arm-none-eabi-g++ is missing: apt install gcc-arm-none-eabi libstdc++-arm-none-eabi-newlib" >&2
-  exit 1
-fi
-objects=()
-for source in "${core[@]}"; do
-  object=$build/$(basename "${source%.cpp}").o
-  arm-none-eabi-g++ -std=gnu++17 -mcpu=cortex-m4 -mthumb -mfpu=fpv4-sp-d16 -mfloat-abi=hard \
-    -fno-exceptions -fno-rtti -fno-threadsafe-statics -ffunction-sections -Os \
-    $warnings -Wdouble-promotion -c "$source" -o "$object"
-  objects+=("$object")
-done
-arm-none-eabi-size -t "${objects[@]}"

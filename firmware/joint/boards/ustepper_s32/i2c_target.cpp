@@ -1,0 +1,194 @@
+// The peripheral's rules (RM0368, section 18.3.2), and the order in which this file relies on them:
+//
+// - SR1 is read once per interrupt, first. All decisions are made on that one value.
+// - BERR, ARLO, OVR and AF are cleared by writing 0 to them; ones leave the others alone.
+// - RXNE is cleared by reading DR. It is served before STOPF and ADDR, as its byte belongs to the
+//   transfer that they end.
+// - STOPF is cleared by that read of SR1 and a write to CR1. It is served before ADDR, which may be
+//   pending together with it: a STOP and the next transfer's address.
+// - ADDR is cleared by that read of SR1 and a read of SR2, and SCL is held low until then; in a read
+//   also until DR is written. SR2 is read for ADDR only, and DR is written at once after it.
+// - TXE asks for the next byte of an answer. After the last one, and whatever the controller reads
+//   beyond it, 0xFF is sent, so that SCL is never held. TXE stays set after the controller's NACK
+//   (AF), so the buffer interrupt is on between ADDR and the end of a transfer only.
+// - A repeated START gives no STOPF: the next ADDR ends the frame before it. A read ends with AF,
+//   after which there is no STOPF either.
+// - BERR: a START or STOP inside a byte. The peripheral lets go of the lines and takes a START as the
+//   beginning of the next transfer by itself. The frame is thrown away, ADDR still served, and the
+//   control tick resets the peripheral when the bus is free.
+#include "i2c_target.h"
+
+#include "clock.h"
+#include "pins.h"
+
+namespace bioscara {
+
+namespace {
+
+using stm32::I2c;
+
+// A transfer in which nothing happens for this many ticks is over: the controller has gone. The
+// longest pause within a sound one is the time a controller takes to start the read.
+constexpr uint8_t kStillMost = 4;
+// Looks at the clock line, about 12 us in all: longer than a period at 100 kHz.
+constexpr unsigned kLooks = 100;
+// More interrupts in a row that find nothing to do are a storm.
+constexpr uint8_t kIdleInterruptsMost = 8;
+
+constexpr uint32_t kErrors = I2c::BERR | I2c::ARLO | I2c::OVR;
+constexpr uint32_t kClearable = kErrors | I2c::AF;
+constexpr uint32_t kEvents = I2c::ITERREN | I2c::ITEVTEN;
+constexpr uint8_t kFiller = 0xFF;
+
+// Whether a transfer is going on, with whichever joint.
+bool clock_moves() {
+  const bool first = pins::i2c_clock_high();
+  for (unsigned look = 0; look < kLooks; ++look)
+    if (pins::i2c_clock_high() != first) return true;
+  return false;
+}
+
+}  // namespace
+
+void I2cTarget::listen(uint8_t address, Joint& joint) {
+  joint_ = &joint;
+  address_ = address;
+  stm32::rcc().APB1ENR |= stm32::Rcc::I2C1EN;
+  (void)stm32::rcc().APB1ENR;
+  start_peripheral();
+  stm32::enable(stm32::I2C1_EV, kPriority);
+  stm32::enable(stm32::I2C1_ER, kPriority);
+}
+
+void I2cTarget::start_peripheral() {
+  I2c& bus = stm32::i2c1();
+  bus.CR1 = I2c::SWRST;
+  bus.CR1 = 0;
+  bus.CR2 = kEvents | clock::kApb1Megahertz;
+  bus.OAR1 = I2c::OAR1_ALWAYS | static_cast<uint32_t>(address_) << 1;
+  bus.CR1 = I2c::PE;
+  // ACK sticks only once the peripheral is on.
+  bus.CR1 = I2c::PE | I2c::ACK;
+}
+
+void I2cTarget::restart_peripheral() {
+  discard();
+  suspect_ = false;
+  start_peripheral();
+}
+
+void I2cTarget::count() {
+  if (recoveries_ != 0xFFFF) recoveries_ = static_cast<uint16_t>(recoveries_ + 1);
+}
+
+void I2cTarget::take(uint8_t byte) {
+  if (phase_ != Phase::RECEIVING) return;
+  if (received_ < kFrameMost) frame_[received_] = byte;
+  ++received_;
+}
+
+// The end of a write: its bytes are a frame.
+void I2cTarget::finish() {
+  if (phase_ == Phase::RECEIVING) {
+    joint_->on_receive(frame_, received_ < kFrameMost ? received_ : kFrameMost);
+    suspect_ = false;
+  }
+  phase_ = Phase::IDLE;
+}
+
+// The transfer is worth nothing. A late read must not get the answer to an earlier frame.
+void I2cTarget::discard() {
+  stm32::i2c1().CR2 = kEvents | clock::kApb1Megahertz;
+  if (phase_ == Phase::RECEIVING) joint_->on_receive(frame_, 0);
+  phase_ = Phase::IDLE;
+}
+
+void I2cTarget::begin(bool sending) {
+  I2c& bus = stm32::i2c1();
+  if (sending) {
+    answer_size_ = joint_->on_request(answer_);
+    sent_ = 0;
+    phase_ = Phase::SENDING;
+    send_next();
+  } else {
+    received_ = 0;
+    phase_ = Phase::RECEIVING;
+  }
+  bus.CR2 = kEvents | I2c::ITBUFEN | clock::kApb1Megahertz;
+}
+
+void I2cTarget::send_next() {
+  stm32::i2c1().DR = sent_ < answer_size_ ? answer_[sent_] : kFiller;
+  ++sent_;
+}
+
+void I2cTarget::interrupt() {
+  I2c& bus = stm32::i2c1();
+  const uint32_t status = bus.SR1;
+  bool served = false;
+  events_ = static_cast<uint8_t>(events_ + 1);
+  if ((status & kErrors) != 0) {
+    bus.SR1 = ~(status & kErrors) & kClearable;
+    count();
+    discard();
+    suspect_ = served = true;
+  }
+  if ((status & I2c::AF) != 0) {
+    // The controller has read what it wanted.
+    bus.SR1 = ~I2c::AF & kClearable;
+    bus.CR2 = kEvents | clock::kApb1Megahertz;
+    phase_ = Phase::IDLE;
+    served = true;
+  }
+  if ((status & I2c::RXNE) != 0) {
+    take(static_cast<uint8_t>(bus.DR));
+    served = true;
+  }
+  if ((status & I2c::STOPF) != 0) {
+    bus.CR1 = I2c::PE | I2c::ACK;
+    bus.CR2 = kEvents | clock::kApb1Megahertz;
+    finish();
+    served = true;
+  }
+  if ((status & I2c::ADDR) != 0) {
+    const bool sending = (bus.SR2 & I2c::TRA) != 0;
+    finish();
+    begin(sending);
+    served = true;
+  } else if (phase_ == Phase::SENDING && (status & I2c::TXE) != 0) {
+    send_next();
+    served = true;
+  }
+  idle_interrupts_ = served ? 0 : static_cast<uint8_t>(idle_interrupts_ + 1);
+  if (idle_interrupts_ == kIdleInterruptsMost) {
+    idle_interrupts_ = 0;
+    count();
+    restart_peripheral();
+  }
+}
+
+void I2cTarget::supervise() {
+  still_ = events_ == seen_ ? static_cast<uint8_t>(still_ + 1) : 0;
+  seen_ = events_;
+  const bool over = still_ >= kStillMost;
+  if (!over && !suspect_) return;
+  const bool moves = clock_moves();
+  const stm32::Masked masked(kPriority);
+  if (events_ != seen_) return;
+  still_ = over ? 0 : still_;
+  const bool waiting = phase_ != Phase::IDLE;
+  if (!over || !(waiting || suspect_)) {
+    // Outside a transfer of this joint's: only while no other one is going on.
+    if (waiting || moves) return;
+    // SR2 may be read here although ADDR was not looked at: with the clock at rest and both lines
+    // high no address is being received. Read at another time it would clear ADDR unseen.
+    const bool free = pins::i2c_lines_high() && (stm32::i2c1().SR2 & I2c::BUSY) == 0;
+    stuck_ = stuck_ && !free;
+    if (free && !suspect_) return;
+  }
+  if (!suspect_ && !stuck_) count();
+  stuck_ = !pins::i2c_lines_high();
+  restart_peripheral();
+}
+
+}  // namespace bioscara

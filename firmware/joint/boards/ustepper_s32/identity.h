@@ -1,0 +1,22 @@
+// Who this image, this boot and this reset are.
+#pragma once
+
+#include <stdint.h>
+
+#include "../../src/generated/registers.h"
+
+namespace bioscara {
+
+// Whether the flash holds what the linker and seal.py made: false after an interrupted flashing.
+bool image_intact();
+
+// A number out of what memory held at power-up. Before memory is set up.
+uint32_t power_up_noise();
+
+// The boot id, once per boot; `noise` as above.
+uint16_t next_boot_id(uint32_t noise);
+
+// Why the controller started, once per boot.
+ResetCause read_reset_cause();
+
+}  // namespace bioscara
