@@ -4,6 +4,7 @@
 #   make test            all tests
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
+#   make dist            what a release consists of: wheel, sdist, images of the joints, checksums
 #   make firmware-check  the joint firmware: host tests under sanitizers, and the images
 #   make bench           the benchmarks; writes docs/benchmarks.md
 #   make laws            the laws over random moves, switches and faults, at their full number
@@ -25,7 +26,7 @@ NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test check lint types layers fresh firmware firmware-check bench laws mutants generate clean
+.PHONY: demo test check lint types layers fresh firmware firmware-check dist bench laws mutants generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -81,6 +82,14 @@ firmware:
 firmware-check: firmware
 	@firmware/tests/run.sh
 
+dist: $(VENV)/.dev firmware
+	@rm -rf dist
+	@$(PIP) install --quiet -c constraints.txt hatchling
+	@$(BIN)/python -m hatchling build -d dist
+	@version=$$($(BIN)/python -c 'import bioscara; print(bioscara.__version__)') && for joint in 1 2 3 4; do \
+	    cp firmware/build/j$$joint.bin dist/bioscara-$$version-j$$joint.bin || exit 1; done
+	@cd dist && sha256sum -- * >SHA256SUMS && cat SHA256SUMS
+
 bench: $(VENV)/.dev
 	@$(BIN)/python -m benchmarks
 
@@ -96,4 +105,4 @@ mutants: $(VENV)/.dev
 	@$(BIN)/python tests/mutants.py
 
 clean:
-	rm -rf $(VENV) build firmware/build .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) build dist firmware/build .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

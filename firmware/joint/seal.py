@@ -54,9 +54,7 @@ def _flash_segments(elf: bytes) -> list[tuple[int, int, int]]:
     table, size, count = (*struct.unpack_from("<I", elf, 28), *struct.unpack_from("<HH", elf, 42))
     segments = []
     for index in range(count):
-        kind, offset, _, load_address, length = struct.unpack_from(
-            "<5I", elf, table + index * size
-        )
+        kind, offset, _, load_address, length = struct.unpack_from("<5I", elf, table + index * size)
         if kind == _LOAD and length > 0:
             if load_address < FLASH:
                 raise ValueError(f"a segment is loaded at {load_address:#010x}, below the flash")

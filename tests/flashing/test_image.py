@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import random
 import re
+import runpy
+import struct
 from pathlib import Path
 
 import pytest
@@ -12,6 +14,8 @@ import bioscara
 from bioscara.errors import ImageError
 from bioscara.flashing import JOINTS, Image, read_image
 from flashing.images import image, sealed
+
+FIRMWARE = Path(__file__).parents[2] / "firmware/joint"
 
 
 @pytest.mark.parametrize("joint", JOINTS)
@@ -77,3 +81,20 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
         read_image(tmp_path / "nothing.bin")
     with pytest.raises(ImageError, match="Is a directory"):
         read_image(tmp_path)
+
+
+def test_what_the_firmware_build_seals_is_whole() -> None:
+    content = image(3)
+    blank = content[:0x210] + b"\xff" * 8 + content[0x218:]
+    header = b"\x7fELF\x01\x01".ljust(28, b"\0") + struct.pack("<I10xHH", 52, 32, 1)
+    segment = struct.pack("<5I12x", 1, 96, 0x0800_0000, 0x0800_0000, len(blank))
+    elf = header.ljust(52, b"\0") + segment.ljust(44, b"\0") + blank
+    _, built = runpy.run_path(str(FIRMWARE / "seal.py"))["seal"](elf)
+    assert built == content
+    Image.from_bytes("j3.bin", built).require(3)
+
+
+def test_firmware_and_host_of_one_checkout_have_one_version() -> None:
+    text = (FIRMWARE / "src/core/version.h").read_text()
+    numbers = re.findall(r"kFirmware(?:Major|Minor|Patch) = (\d+);", text)
+    assert ".".join(numbers) == bioscara.__version__
