@@ -47,6 +47,9 @@ class Register(IntEnum):
     FAULT = 0xF3
     WATCHDOG = 0xED
     CLEARFAULT = 0xDE
+    BUSERRORS = 0x47
+    DISARM = 0x8C
+    BOOTLOADER = 0xB9
 
 
 class Flags(IntFlag):
@@ -143,6 +146,10 @@ class Refusal(IntEnum):
     """ARM named a boot id that is not this boot's."""
     DIRECTION = 15
     """The register cannot be used in this direction."""
+    ENABLED = 16
+    """Only a disabled joint takes this."""
+    NOT_DISARMED = 17
+    """DISARM must be the frame just before it."""
 
 
 class ResetCause(IntEnum):
@@ -151,9 +158,13 @@ class ResetCause(IntEnum):
     UNKNOWN = 0
     POWER_ON = 1
     BROWN_OUT = 2
+    """The controller's own detector. The board's supervisor acts before it: see PIN."""
     PIN = 3
+    """The reset pin: the button, a debugger, or a dip of the 3.3 V supply below 2.9 V."""
     SOFTWARE = 4
+    """The firmware itself: an exception of the processor, or the way to the bootloader."""
     WATCHDOG = 5
+    """The control tick did not run for about 100 ms."""
 
 
 class Capability(IntFlag):
@@ -163,6 +174,10 @@ class Capability(IntFlag):
     TWO_TOUCH_HOMING = 0x02
     WATCHDOG = 0x04
     STALL_DETECTION = 0x08
+    BUS_ERRORS = 0x10
+    """Counts the errors of its bus: BUSERRORS."""
+    BOOTLOADER = 0x20
+    """Starts its bootloader on request: DISARM and BOOTLOADER."""
 
 
 class BrakeMode(IntEnum):

@@ -46,6 +46,9 @@ enum class Register : uint8_t {
   FAULT = 0xF3,
   WATCHDOG = 0xED,
   CLEARFAULT = 0xDE,
+  BUSERRORS = 0x47,
+  DISARM = 0x8C,
+  BOOTLOADER = 0xB9,
 };
 
 enum class Flags : uint8_t {
@@ -106,6 +109,8 @@ enum class Refusal : uint8_t {
   QUEUE_FULL = 0x0D,
   WRONG_BOOT = 0x0E,
   DIRECTION = 0x0F,
+  ENABLED = 0x10,
+  NOT_DISARMED = 0x11,
 };
 
 enum class ResetCause : uint8_t {
@@ -122,6 +127,8 @@ enum class Capability : uint8_t {
   TWO_TOUCH_HOMING = 0x02,
   WATCHDOG = 0x04,
   STALL_DETECTION = 0x08,
+  BUS_ERRORS = 0x10,
+  BOOTLOADER = 0x20,
 };
 
 enum class BrakeMode : uint8_t {
@@ -184,6 +191,9 @@ constexpr Definition kDefinitions[] = {
     {Register::FAULT, Direction::READ, 0, 10, 2, false, false, false},
     {Register::WATCHDOG, Direction::READ_WRITE, 2, 2, 2, false, false, true},
     {Register::CLEARFAULT, Direction::WRITE, 1, 0, 2, false, false, false},
+    {Register::BUSERRORS, Direction::READ, 0, 2, 2, false, false, false},
+    {Register::DISARM, Direction::WRITE, 2, 0, 2, false, false, false},
+    {Register::BOOTLOADER, Direction::WRITE, 2, 0, 2, false, false, false},
 };
 
 constexpr uint16_t kMagic = 0x4253;
