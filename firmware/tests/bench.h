@@ -67,6 +67,7 @@ class Bench final : private bioscara::Hal {
   void transfer(std::uint8_t, const std::uint8_t* written, std::size_t size, std::uint8_t* read,
                 std::size_t count) {
     interrupt_ = true;
+    for (std::size_t bytes = 1; bytes <= size; ++bytes) joint_->on_byte(written, bytes);
     if (size > 0) joint_->on_receive(written, size);
     std::uint8_t answer[Joint::kAnswerMax];
     const std::size_t length = joint_->on_request(answer);
@@ -95,6 +96,9 @@ class Bench final : private bioscara::Hal {
   const Configuration& configuration() const { return configuration_; }
 
   void hang(bool on) { hung_ = on; }
+  void set_bus_errors(std::uint16_t count) { bus_errors_ = count; }
+  // It has gone to its bootloader.
+  bool left() const { return left_; }
   void stop_clock(bool on) { clock_stopped_ = on; }
   bioscara::sim::Mechanics& mechanics() { return mechanics_; }
   bioscara::sim::Tmc5130Chip& driver() { return driver_; }
@@ -123,6 +127,8 @@ class Bench final : private bioscara::Hal {
   ResetCause reset_cause() override { return cause_; }
   std::uint16_t boot_id() override { return boot_id_; }
   void feed_watchdog() override { ++feeds_; }
+  std::uint16_t bus_errors() override { return bus_errors_; }
+  void enter_bootloader() override { left_ = true; }
   void lock() override {}
   void unlock() override {}
 
@@ -139,6 +145,8 @@ class Bench final : private bioscara::Hal {
   // After a reset the pin is pulled to "closed" by nothing that we know: assume the worst.
   bool enabled_ = true;
   bool hung_ = false;
+  bool left_ = false;
+  std::uint16_t bus_errors_ = 0;
   bool clock_stopped_ = false;
   bool interrupt_ = false;
   long time_ = 0;

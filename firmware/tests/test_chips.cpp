@@ -44,6 +44,8 @@ class Answers final : public Hal {
   ResetCause reset_cause() override { return ResetCause::POWER_ON; }
   std::uint16_t boot_id() override { return 1; }
   void feed_watchdog() override {}
+  std::uint16_t bus_errors() override { return 0; }
+  void enter_bootloader() override {}
   void lock() override {}
   void unlock() override {}
 };

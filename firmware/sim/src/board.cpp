@@ -1,5 +1,7 @@
 #include "board.h"
 
+#include <limits>
+
 namespace bioscara::sim {
 
 namespace {
@@ -92,6 +94,12 @@ double Board::load_angle() const {
 }
 
 std::uint32_t Board::micros() { return static_cast<std::uint32_t>(now_ / 10); }
+
+// It answers no more until its power is cycled.
+void Board::enter_bootloader() {
+  running_ = enabled_ = false;
+  starts_ = std::numeric_limits<Time>::max();
+}
 
 void Board::driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) {
   driver_.exchange(sent, received);

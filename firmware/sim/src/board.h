@@ -54,6 +54,8 @@ class Board final : private Hal {
   ResetCause reset_cause() override { return cause_; }
   std::uint16_t boot_id() override { return boot_id_; }
   void feed_watchdog() override { fed_ = now_; }
+  std::uint16_t bus_errors() override { return 0; }
+  void enter_bootloader() override;
   void lock() override {}
   void unlock() override {}
   void start();

@@ -1,5 +1,6 @@
 #include "board.h"
 
+#include "bootloader.h"
 #include "identity.h"
 #include "pins.h"
 #include "spi.h"
@@ -31,6 +32,8 @@ void Board::driver_enable(bool on) {
 }
 
 void Board::feed_watchdog() { watchdog::feed(); }
+
+void Board::enter_bootloader() { bootloader::request(); }
 
 // The tick takes no lock inside another one, and the interrupt none at all.
 void Board::lock() { stm32::set_base_priority(I2cTarget::kPriority); }

@@ -20,6 +20,8 @@ class Board final : public Hal {
   ResetCause reset_cause() override { return cause_; }
   uint16_t boot_id() override { return boot_id_; }
   void feed_watchdog() override;
+  uint16_t bus_errors() override { return target_.errors(); }
+  void enter_bootloader() override;
   void lock() override;
   void unlock() override;
 

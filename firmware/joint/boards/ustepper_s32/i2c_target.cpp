@@ -78,19 +78,20 @@ void I2cTarget::restart_peripheral() {
 }
 
 void I2cTarget::count() {
-  if (recoveries_ != 0xFFFF) recoveries_ = static_cast<uint16_t>(recoveries_ + 1);
+  if (errors_ != 0xFFFF) errors_ = static_cast<uint16_t>(errors_ + 1);
 }
 
 void I2cTarget::take(uint8_t byte) {
   if (phase_ != Phase::RECEIVING) return;
-  if (received_ < kFrameMost) frame_[received_] = byte;
-  ++received_;
+  if (received_ == kFrameMost) return;
+  frame_[received_++] = byte;
+  joint_->on_byte(frame_, received_);
 }
 
 // The end of a write: its bytes are a frame.
 void I2cTarget::finish() {
   if (phase_ == Phase::RECEIVING) {
-    joint_->on_receive(frame_, received_ < kFrameMost ? received_ : kFrameMost);
+    joint_->on_receive(frame_, received_);
     suspect_ = false;
   }
   phase_ = Phase::IDLE;

@@ -11,7 +11,8 @@ namespace bioscara {
 
 class I2cTarget {
  public:
-  // Longest frame that is kept; what a controller writes beyond it is counted, not stored.
+  // Longest frame that is kept; what a controller writes beyond it is dropped: such a frame is
+  // too long for every register anyway.
   static constexpr size_t kFrameMost = 32;
   // Of both interrupts: above the control tick, and equal so that they do not nest.
   static constexpr uint8_t kPriority = 1;
@@ -27,7 +28,7 @@ class I2cTarget {
   void supervise();
 
   // Bus errors and transfers given up since boot; saturates.
-  uint16_t recoveries() const { return recoveries_; }
+  uint16_t errors() const { return errors_; }
 
  private:
   enum class Phase : uint8_t { IDLE, RECEIVING, SENDING };
@@ -46,7 +47,7 @@ class I2cTarget {
   volatile Phase phase_ = Phase::IDLE;
   // An error was seen and no sound transfer since: reset when the bus is free.
   volatile bool suspect_ = false;
-  volatile uint16_t recoveries_ = 0;
+  volatile uint16_t errors_ = 0;
   // Counts interrupts, for the tick to see that there was one.
   volatile uint8_t events_ = 0;
   // Interrupts in a row that found nothing to do.

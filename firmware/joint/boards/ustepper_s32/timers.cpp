@@ -34,8 +34,8 @@ uint32_t micros() { return stm32::tim5().CNT; }
 void start_tick(uint32_t period_micros) {
   stm32::rcc().APB1ENR |= Rcc::TIM3EN;
   (void)stm32::rcc().APB1ENR;
-  stm32::tim3().DIER = Timer::UIE;
   count_microseconds(stm32::tim3(), period_micros);
+  stm32::tim3().DIER = Timer::UIE;
   stm32::enable(stm32::TIM3, kTickPriority);
 }
 

@@ -24,18 +24,11 @@ struct Command {
 // Written by the interrupt, read by the tick under the board's lock.
 class CommandQueue {
  public:
-  bool push(const Command& command) {
-    // A setpoint that nobody has taken yet is superseded by the next one.
-    if (command.code == Register::TRACK && size_ > 0) {
-      Command& last = slots_[(first_ + size_ - 1) % kCapacity];
-      if (last.code == Register::TRACK) {
-        last = command;
-        return true;
-      }
-    }
-    if (size_ == kCapacity) return false;
-    slots_[(first_ + size_++) % kCapacity] = command;
-    return true;
+  bool takes(const Command& command) const { return size_ < kCapacity || supersedes(command); }
+  // Only what it takes.
+  void push(const Command& command) {
+    if (!supersedes(command)) ++size_;
+    slots_[last()] = command;
   }
   bool pop(Command& command) {
     if (size_ == 0) return false;
@@ -47,6 +40,13 @@ class CommandQueue {
   bool empty() const { return size_ == 0; }
 
  private:
+  // A setpoint that nobody has taken yet is superseded by the next one.
+  bool supersedes(const Command& command) const {
+    return command.code == Register::TRACK && size_ > 0 &&
+           slots_[last()].code == Register::TRACK;
+  }
+  size_t last() const { return (first_ + size_ - 1) % kCapacity; }
+
   // At 400 kHz the shortest transaction takes 0.12 ms, so no tick meets more.
   static constexpr size_t kCapacity = 12;
   Command slots_[kCapacity];

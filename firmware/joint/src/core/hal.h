@@ -32,6 +32,12 @@ class Hal {
   // Feeds the controller's own watchdog (about 100 ms); only the control tick calls it.
   virtual void feed_watchdog() = 0;
 
+  // Errors of the bus that the I2C target met since boot.
+  virtual uint16_t bus_errors() = 0;
+
+  // Leaves this firmware for the bootloader, with the power stage open. Returns in simulation only.
+  virtual void enter_bootloader() = 0;
+
   // Exclude the I2C interrupt for the few instructions in which both sides touch the same data.
   virtual void lock() = 0;
   virtual void unlock() = 0;

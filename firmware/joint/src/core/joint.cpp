@@ -44,7 +44,8 @@ void Joint::boot() {
   hal_.driver_enable(false);
   wire_.boot();
   motion_.driver().setup();
-  if (!encoder_.setup(configuration_.inverted)) bad_samples_ = 1;
+  // After a power-up it takes some milliseconds: the tick asks again.
+  if (!encoder_.setup(configuration_.inverted)) starting_ = kEncoderStart;
   zero_counts_ = encoder_.counts();
   filter_.reset(0.0F);
   publish();
@@ -57,11 +58,24 @@ void Joint::tick() {
   supervise();
   act();
   publish();
+  leave();
   hal_.feed_watchdog();
+}
+
+// True once there is a first angle. Until then the joint is BUSY, and nothing is judged.
+bool Joint::start_encoder() {
+  if (encoder_.setup(configuration_.inverted)) {
+    starting_ = 0;
+  } else if (--starting_ == 0) {
+    bad_samples_ = kBadSamples;
+    latch(Fault::ENCODER, 0.0F);
+  }
+  return starting_ == 0;
 }
 
 void Joint::sense() {
   motion_.driver().poll();
+  if (starting_ != 0 && !start_encoder()) return;
   const float reach = kPlausible + 1.5F * max_velocity_ * kTickSeconds / kStepsPerCount;
   bool good = encoder_.sample();
   if (good && fabsf(static_cast<float>(encoder_.change())) > reach) {
@@ -214,7 +228,8 @@ void Joint::publish() {
       (fabsf(motion_.velocity() - run_velocity_) < kVelocityLsb * 2.0F ? kVelocityReached : 0) |
       (motion_.standing() ? kStandstill : 0) | (stalled_ ? kStall : 0));
   status.flags = static_cast<uint8_t>(
-      (stalled_ ? mask(Flags::STALL) : 0) | (sequence() || running_down() ? mask(Flags::BUSY) : 0) |
+      (stalled_ ? mask(Flags::STALL) : 0) |
+      (sequence() || running_down() || starting_ != 0 ? mask(Flags::BUSY) : 0) |
       (homed_ ? 0 : mask(Flags::NOTHOMED)) | (enabled_ ? 0 : mask(Flags::NOTENABLED)) |
       (fault_ != Fault::NONE ? mask(Flags::FAULT) : 0));
   wire_.publish(status);

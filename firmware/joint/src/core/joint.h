@@ -32,6 +32,10 @@ class Joint {
   // One control period. The only place that talks SPI, drives the motor or feeds the watchdog.
   void tick();
 
+  // I2C interrupt: the controller has written these bytes so far. May be called after each of them:
+  // what can be a whole frame is judged in advance, so that its end takes no time.
+  void on_byte(const uint8_t* data, size_t size) { wire_.prepare(data, size); }
+
   // I2C interrupt: the controller wrote these bytes. Checks them, queues the command for the next
   // tick and arms the answer.
   void on_receive(const uint8_t* data, size_t size) { wire_.receive(data, size); }
@@ -41,11 +45,16 @@ class Joint {
   size_t on_request(uint8_t (&answer)[kAnswerMax]) const { return wire_.request(answer); }
 
  private:
+  // Ticks from boot within which the encoder must give its first angle; it takes 7 ms at most.
+  static constexpr int kEncoderStart = 20;
+  // From BOOTLOADER to the bootloader: its answer has been read long since.
+  static constexpr int kLeaveTicks = 20;
   // Samples in a row without a sound angle after which the encoder is not believed.
   static constexpr int kBadSamples = 2;
 
   // joint.cpp: the tick.
   void sense();
+  bool start_encoder();
   void supervise();
   void watch_silence();
   void act();
@@ -61,6 +70,7 @@ class Joint {
   void check_orientation(const Command& command);
   void stop(bool hard);
   void disable();
+  void leave();
 
   // joint_sequences.cpp: what takes more than a tick.
   void run_homing();
@@ -121,6 +131,9 @@ class Joint {
   int32_t other_zero_ = 0;
   bool other_known_ = false;
   int bad_samples_ = 0;
+  // Ticks left for the encoder to start, or until the bootloader; 0 if it is not that.
+  int starting_ = 0;
+  int leaving_ = 0;
   float encoder_steps_ = 0.0F;
   float error_ = 0.0F;
 

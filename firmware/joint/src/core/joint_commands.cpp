@@ -127,13 +127,16 @@ void Joint::execute(const Command& command) {
         }
       }
       break;
+    case Register::BOOTLOADER:
+      leaving_ = kLeaveTicks;
+      break;
     default:
       break;
   }
 }
 
 void Joint::set_up(const Command& command) {
-  if (sequence() || running_down() || (fault_ != Fault::NONE && wire_.armed())) return;
+  if (sequence() || running_down() || starting_ != 0 || (fault_ != Fault::NONE && wire_.armed())) return;
   fault_ = Fault::NONE;
   fault_data_ = 0.0F;
   stalled_ = false;
@@ -225,6 +228,14 @@ void Joint::stop(bool hard) {
   }
   state_ = JointState::STOPPING;
   still_ = 0;
+}
+
+// To the bootloader, unless the joint was enabled again since it was asked for.
+void Joint::leave() {
+  if (leaving_ == 0 || --leaving_ != 0) return;
+  if (enabled_ || (state_ != JointState::DISABLED && state_ != JointState::FAULTED)) return;
+  power(false);
+  hal_.enter_bootloader();
 }
 
 void Joint::disable() {

@@ -5,6 +5,7 @@ namespace bioscara {
 namespace {
 
 constexpr uint16_t kRead = 0x8000;
+constexpr uint16_t kStatus = 0x00;
 constexpr uint16_t kAngle = 0x02;
 // Safety word: system error (14, low on error), interface error (13), valid angle (12).
 constexpr uint16_t kSound = 0x7000;
@@ -30,14 +31,26 @@ bool Tle5012b::setup(bool inverted) {
   return read(angle_);
 }
 
-bool Tle5012b::read(uint16_t& angle) {
-  const uint16_t command = kRead | kAngle << 4 | 1;
+// One register with its safety word.
+bool Tle5012b::ask(uint16_t address, uint16_t& data) {
+  const auto command = static_cast<uint16_t>(kRead | address << 4 | 1);
   uint16_t words[2] = {};
   hal_.encoder_exchange(command, words, 2);
   const uint16_t checked[2] = {command, words[0]};
-  if ((words[1] & 0xFF) != safety_crc(checked, 2) || (words[1] & kSound) != kSound) return false;
-  angle = words[0] & 0x7FFF;
-  return true;
+  data = words[0];
+  return (words[1] & 0xFF) == safety_crc(checked, 2) && (words[1] & kSound) == kSound;
+}
+
+bool Tle5012b::read(uint16_t& angle) {
+  uint16_t data = 0;
+  if (ask(kAngle, data)) {
+    angle = data & 0x7FFF;
+    return true;
+  }
+  // The chip may hold an error in its safety word until its status has been read: then the next
+  // sample would be blamed for this one's.
+  ask(kStatus, data);
+  return false;
 }
 
 bool Tle5012b::sample() {

@@ -11,7 +11,7 @@ class Tle5012b {
  public:
   explicit Tle5012b(Hal& hal) : hal_(hal) {}
 
-  // Reads the first angle. The direction is turned round here and not in the chip: a change of its
+  // Reads the first angle; false while the chip has none yet. The direction is turned round here and not in the chip: a change of its
   // settings needs a new checksum over them, and is lost when its supply dips.
   bool setup(bool inverted);
 
@@ -31,6 +31,7 @@ class Tle5012b {
 
  private:
   bool read(uint16_t& angle);
+  bool ask(uint16_t address, uint16_t& data);
 
   Hal& hal_;
   int32_t sign_ = 1;

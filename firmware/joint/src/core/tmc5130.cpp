@@ -74,7 +74,9 @@ void Tmc5130::write(uint8_t address, uint32_t value) { exchange(address | kWrite
 
 void Tmc5130::setup() {
   write(GCONF, kGconf);
+  // Some revisions clear these bits when ones are written, others when they are read.
   write(GSTAT, 0x07);
+  exchange(GSTAT, 0);
   write(CHOPCONF, kChopconf);
   write(TPWMTHRS, kTpwmthrs);
   pwm_ = kPwmconf | kFreewheel;
@@ -113,7 +115,7 @@ void Tmc5130::poll() {
     drv_status_ = status;
   } else if ((status & 0x07) != 0) {
     gstat_ |= static_cast<uint8_t>(status & 0x07);
-    write(GSTAT, status & 0x07);
+    write(GSTAT, status & 0x07);  // It has just been read: see setup().
   }
 }
 

@@ -9,10 +9,22 @@ namespace bioscara {
 
 namespace {
 
+// Position of each code's row in the table; 0 is NONE, which is no register.
+struct RowIndex {
+  uint8_t rows[256];
+};
+constexpr RowIndex make_index() {
+  RowIndex index{};
+  uint8_t position = 0;
+  for (const Definition& row : kDefinitions) index.rows[static_cast<uint8_t>(row.code)] = position++;
+  return index;
+}
+constexpr RowIndex kIndex = make_index();
+static_assert(kDefinitions[0].code == Register::NONE, "what is not in the table finds row 0");
+
 const Definition* find(uint8_t code) {
-  for (const Definition& row : kDefinitions)
-    if (static_cast<uint8_t>(row.code) == code && row.direction != Direction::NONE) return &row;
-  return nullptr;
+  const uint8_t row = kIndex.rows[code];
+  return row == 0 ? nullptr : &kDefinitions[row];
 }
 
 bool readable(const Definition& row) {
@@ -30,43 +42,34 @@ void count(uint16_t& counter) {
 // SETUP is documented with two bytes; hosts pad it to four.
 constexpr size_t kShortSetup = 2;
 constexpr size_t kTrailer = 2;
+// BOOTLOADER must follow DISARM within this time.
+constexpr uint32_t kDisarmedMicros = 2000000;
 
 }  // namespace
 
 void Wire::boot() { boot_id_ = hal_.boot_id(); }
 
-void Wire::receive(const uint8_t* data, size_t size) {
-  answer_size_ = 0;
-  if (size == 0) return;  // An address probe.
+void Wire::prepare(const uint8_t* data, size_t size) {
+  judged_ = 0;
   Frame frame;
-  Refusal reason = parse(data, size, frame);
-  bool repeated = false;
-  if (reason == Refusal::NONE) {
-    last_frame_ = hal_.micros();
-    reason = order(frame, repeated);
+  if (parse(data, size, frame) != Refusal::NONE) return;
+  judge(data, size, verdict_);
+  judged_ = size;
+}
+
+void Wire::receive(const uint8_t* data, size_t size) {
+  if (size == 0) {  // An address probe.
+    answer_.size = 0;
+  } else {
+    if (judged_ != size) judge(data, size, verdict_);
+    apply(verdict_);
   }
-  if (repeated) {
-    memcpy(answer_, kept_, kept_size_);
-    answer_size_ = kept_size_;
-    return;
-  }
-  if (reason == Refusal::NONE) reason = execute(frame);
-  if (reason == Refusal::NONE)
-    answer(frame);
-  else
-    refuse(data, size, frame, reason);
-  // What repeats or damages a frame leaves its answer in memory.
-  const bool intact = reason != Refusal::CRC && reason != Refusal::OLD_SEQUENCE;
-  if (frame.checked && intact && frame.definition->code != Register::HELLO) {
-    answered_ = frame.definition->code;
-    memcpy(kept_, answer_, answer_size_);
-    kept_size_ = answer_size_;
-  }
+  judged_ = 0;
 }
 
 size_t Wire::request(uint8_t (&answer)[kAnswerMax]) const {
-  memcpy(answer, answer_, answer_size_);
-  return answer_size_;
+  memcpy(answer, answer_.bytes, kAnswerMax);
+  return answer_.size;
 }
 
 bool Wire::take(Command& command) {
@@ -77,10 +80,58 @@ bool Wire::take(Command& command) {
 }
 
 void Wire::publish(const Status& status) {
+  const auto other = static_cast<uint8_t>(1 - current_);
+  statuses_[other] = status;
   hal_.lock();
-  status_ = status;
+  current_ = other;
   if (queue_.empty()) flags_ = status.flags;
   hal_.unlock();
+}
+
+void Wire::judge(const uint8_t* data, size_t size, Verdict& verdict) const {
+  verdict.frame = Frame();
+  verdict.repeated = false;
+  verdict.reason = parse(data, size, verdict.frame);
+  verdict.intact = verdict.reason == Refusal::NONE;
+  const Frame& frame = verdict.frame;
+  if (verdict.intact) verdict.reason = order(frame, verdict.repeated);
+  if (verdict.repeated) {
+    verdict.answer = kept_;
+    return;
+  }
+  if (verdict.reason == Refusal::NONE && frame.writes)
+    verdict.reason = examine(frame, verdict.command);
+  if (verdict.reason != Refusal::NONE)
+    refuse(data, size, frame, verdict.answer);
+  else
+    answer(frame, frame.writes ? foresee(verdict.command) : flags_, verdict.answer);
+}
+
+void Wire::apply(const Verdict& verdict) {
+  const Frame& frame = verdict.frame;
+  answer_ = verdict.answer;
+  if (verdict.intact) last_frame_ = hal_.micros();
+  if (verdict.repeated) return;
+  const bool trailed = verdict.intact && frame.checked;
+  const bool fresh = trailed && verdict.reason != Refusal::OLD_SEQUENCE;
+  const Register code = trailed ? frame.definition->code : Register::NONE;
+  if (fresh && code != Register::HELLO && code != Register::ARM) {
+    sequence_ = frame.sequence;
+    counting_ = true;
+  }
+  if (verdict.intact && code != Register::DISARM) disarmed_ = false;
+  if (verdict.reason != Refusal::NONE) {
+    refusal_ = verdict.reason;
+    count(refusals_);
+    if (verdict.reason == Refusal::CRC) count(crc_errors_);
+  } else if (frame.writes) {
+    execute(frame, verdict.command);
+  }
+  // What repeats or damages a frame leaves its answer in memory.
+  if (fresh && code != Register::HELLO) {
+    answered_ = code;
+    kept_ = answer_;
+  }
 }
 
 Refusal Wire::parse(const uint8_t* data, size_t size, Frame& frame) const {
@@ -110,53 +161,81 @@ Refusal Wire::parse(const uint8_t* data, size_t size, Frame& frame) const {
   return crc8(crc8(0, &address, 1), data, size) == 0 ? Refusal::NONE : Refusal::CRC;
 }
 
-Refusal Wire::order(const Frame& frame, bool& repeated) {
+Refusal Wire::order(const Frame& frame, bool& repeated) const {
   const Register code = frame.definition->code;
   if (!frame.checked || code == Register::HELLO || code == Register::ARM) return Refusal::NONE;
   const auto ahead = static_cast<int8_t>(frame.sequence - sequence_);
-  if (ahead == 0 && answered_ == code) {
-    repeated = true;
-    return Refusal::NONE;
-  }
-  if (counting_ && ahead <= 0) return Refusal::OLD_SEQUENCE;
-  sequence_ = frame.sequence;
-  counting_ = true;
-  return Refusal::NONE;
+  repeated = ahead == 0 && answered_ == code;
+  return !repeated && counting_ && ahead <= 0 ? Refusal::OLD_SEQUENCE : Refusal::NONE;
 }
 
-Refusal Wire::execute(const Frame& frame) {
+Refusal Wire::examine(const Frame& frame, Command& command) const {
   const Register code = frame.definition->code;
-  if (!frame.writes) return Refusal::NONE;
-  if (armed_ && !frame.checked && code != Register::STOP) return Refusal::TRAILER_REQUIRED;
-  if (code == Register::ARM) return arm(frame);
-  Command command;
+  command = Command();
   command.code = code;
   command.checked = frame.checked;
-  command.micros = hal_.micros();
+  if (armed_ && !frame.checked && code != Register::STOP) return Refusal::TRAILER_REQUIRED;
+  if (code == Register::ARM) return may_arm(frame);
+  if (code == Register::DISARM || code == Register::BOOTLOADER) return may_leave(frame);
   Refusal reason = decode(frame, command);
   if (reason == Refusal::NONE) reason = permitted(frame, command);
-  if (reason != Refusal::NONE) return reason;
-  if (code == Register::HOMEOFFSET) {
-    home_offset_ = command.number;
-    return Refusal::NONE;
-  }
-  if (!queue_.push(command)) return Refusal::QUEUE_FULL;
-  if (code == Register::WATCHDOG) watchdog_ms_ = static_cast<uint16_t>(command.whole);
-  foresee(command);
-  return Refusal::NONE;
+  if (reason == Refusal::NONE && code != Register::HOMEOFFSET && !queue_.takes(command))
+    reason = Refusal::QUEUE_FULL;
+  return reason;
 }
 
-Refusal Wire::arm(const Frame& frame) {
+void Wire::execute(const Frame& frame, const Command& command) {
+  switch (command.code) {
+    case Register::ARM:
+      arm(frame);
+      return;
+    case Register::DISARM:
+      armed_ = false;
+      disarmed_ = true;
+      disarmed_at_ = hal_.micros();
+      return;
+    case Register::HOMEOFFSET:
+      home_offset_ = command.number;
+      return;
+    case Register::WATCHDOG:
+      watchdog_ms_ = static_cast<uint16_t>(command.whole);
+      break;
+    default:
+      break;
+  }
+  flags_ = foresee(command);
+  Command arrived = command;
+  arrived.micros = hal_.micros();
+  queue_.push(arrived);
+}
+
+Refusal Wire::may_arm(const Frame& frame) const {
   if (load<uint16_t>(frame.payload) != boot_id_) return Refusal::WRONG_BOOT;
   const auto session = load<uint16_t>(frame.payload + 2);
-  if (armed_ && session == session_) return Refusal::NONE;
-  if (was_opened(session)) return Refusal::OLD_SEQUENCE;
+  const bool open = armed_ && session == session_;
+  return !open && was_opened(session) ? Refusal::OLD_SEQUENCE : Refusal::NONE;
+}
+
+void Wire::arm(const Frame& frame) {
+  const auto session = load<uint16_t>(frame.payload + 2);
+  if (armed_ && session == session_) return;
   earlier_[sessions_++ % kSessionsKept] = session;
   armed_ = true;
   session_ = session;
   sequence_ = frame.sequence;
   counting_ = true;
-  return Refusal::NONE;
+}
+
+// Both steps to the bootloader: only a joint that neither moves nor is about to.
+Refusal Wire::may_leave(const Frame& frame) const {
+  if (load<uint16_t>(frame.payload) != boot_id_) return Refusal::WRONG_BOOT;
+  if ((flags_ & mask(Flags::NOTENABLED)) == 0) return Refusal::ENABLED;
+  const JointState state = status().state;
+  const bool rests = state == JointState::DISABLED || state == JointState::FAULTED;
+  if (!rests || (flags_ & mask(Flags::BUSY)) != 0) return Refusal::BUSY;
+  if (frame.definition->code == Register::DISARM) return Refusal::NONE;
+  const bool disarmed = disarmed_ && hal_.micros() - disarmed_at_ <= kDisarmedMicros;
+  return disarmed ? Refusal::NONE : Refusal::NOT_DISARMED;
 }
 
 bool Wire::was_opened(uint16_t session) const {
@@ -203,8 +282,8 @@ Refusal Wire::decode(const Frame& frame, Command& command) const {
       command.number = load<float>(bytes);
       command.velocity = static_cast<float>(load<int16_t>(bytes + 4)) * kVelocityStepRpm;
       if (!isfinite(command.number)) return Refusal::NOT_FINITE;
-      fits = fabsf(command.velocity) <= status_.max_velocity_rpm * 1.1F + 1.0F &&
-             fabsf(command.number - status_.reference_deg) <= status_.reach_deg;
+      fits = fabsf(command.velocity) <= status().max_velocity_rpm * 1.1F + 1.0F &&
+             fabsf(command.number - status().reference_deg) <= status().reach_deg;
       break;
     case Register::SETRPM:
     case Register::MOVEANGLE:
@@ -229,7 +308,7 @@ Refusal Wire::decode(const Frame& frame, Command& command) const {
       fits = command.number > 0.0F && command.number <= 10.0F;
       break;
     case Register::CLEARFAULT:
-      fits = first == static_cast<uint8_t>(status_.fault);
+      fits = first == static_cast<uint8_t>(status().fault);
       break;
     default:
       break;
@@ -249,40 +328,42 @@ Refusal Wire::permitted(const Frame& frame, const Command& command) const {
   return Refusal::NONE;
 }
 
-void Wire::foresee(const Command& command) {
+uint8_t Wire::foresee(const Command& command) const {
+  uint8_t flags = flags_;
   switch (command.code) {
     case Register::SETUP:
-      flags_ = static_cast<uint8_t>(flags_ & ~(Flags::NOTENABLED | Flags::STALL));
-      if (!command.checked) flags_ = static_cast<uint8_t>(flags_ & ~mask(Flags::FAULT));
-      if (status_.slow_setup) flags_ |= mask(Flags::BUSY);
+      flags = static_cast<uint8_t>(flags & ~(Flags::NOTENABLED | Flags::STALL));
+      if (!command.checked) flags = static_cast<uint8_t>(flags & ~mask(Flags::FAULT));
+      if (status().slow_setup) flags |= mask(Flags::BUSY);
       break;
     case Register::HOME:
-      flags_ |= Flags::NOTHOMED | Flags::BUSY;
+      flags |= Flags::NOTHOMED | Flags::BUSY;
       break;
     case Register::CHECKORIENTATION:
     case Register::MOVETOEND:
-      flags_ |= mask(Flags::BUSY);
+      flags |= mask(Flags::BUSY);
       break;
     case Register::STOP:
-      flags_ = static_cast<uint8_t>(flags_ & ~mask(Flags::BUSY));
+      flags = static_cast<uint8_t>(flags & ~mask(Flags::BUSY));
       break;
     case Register::SETCURRENT:
     case Register::SETHOLDCURRENT:
-      if (command.bytes[0] == 0) flags_ |= mask(Flags::NOTENABLED);
+      if (command.bytes[0] == 0) flags |= mask(Flags::NOTENABLED);
       break;
     case Register::DISABLECLOSEDLOOP:
-      flags_ |= mask(Flags::NOTENABLED);
+      flags |= mask(Flags::NOTENABLED);
       break;
     case Register::ENABLESTALLGUARD:
     case Register::CLEARSTALL:
-      flags_ = static_cast<uint8_t>(flags_ & ~mask(Flags::STALL));
+      flags = static_cast<uint8_t>(flags & ~mask(Flags::STALL));
       break;
     case Register::CLEARFAULT:
-      flags_ = static_cast<uint8_t>(flags_ & ~(Flags::FAULT | Flags::STALL));
+      flags = static_cast<uint8_t>(flags & ~(Flags::FAULT | Flags::STALL));
       break;
     default:
       break;
   }
+  return flags;
 }
 
 size_t Wire::fill(Register code, uint8_t* bytes) const {
@@ -292,19 +373,19 @@ size_t Wire::fill(Register code, uint8_t* bytes) const {
       *at++ = 'O';
       break;
     case Register::GETDRIVERRPM:
-      at += store(at, status_.driver_rpm);
+      at += store(at, status().driver_rpm);
       break;
     case Register::GETMOTORSTATE:
-      *at++ = status_.motor_bits;
+      *at++ = status().motor_bits;
       break;
     case Register::ANGLEMOVED:
-      at += store(at, status_.position_deg);
+      at += store(at, status().position_deg);
       break;
     case Register::GETPIDERROR:
-      at += store(at, status_.error_steps);
+      at += store(at, status().error_steps);
       break;
     case Register::GETENCODERRPM:
-      at += store(at, status_.velocity_rpm);
+      at += store(at, status().velocity_rpm);
       break;
     case Register::HOMEOFFSET:
       at += store(at, home_offset_);
@@ -317,23 +398,23 @@ size_t Wire::fill(Register code, uint8_t* bytes) const {
       *at++ = configuration_.joint;
       at += store(at, boot_id_);
       *at++ = static_cast<uint8_t>(hal_.reset_cause());
-      *at++ = 0x0F;  // All four capabilities.
+      *at++ = 0x3F;  // All six capabilities.
       break;
     case Register::TRACK:
-      at += store(at, status_.position_deg);
+      at += store(at, status().position_deg);
       at += store(at, static_cast<int16_t>(
-                          fmaxf(-32768.0F, fminf(32767.0F, roundf(status_.velocity_rpm /
+                          fmaxf(-32768.0F, fminf(32767.0F, roundf(status().velocity_rpm /
                                                                   kVelocityStepRpm)))));
       break;
     case Register::STATE:
-      at += store(at, status_.position_deg);
-      at += store(at, status_.velocity_rpm);
-      *at++ = static_cast<uint8_t>(status_.state);
-      *at++ = status_.load_percent;
+      at += store(at, status().position_deg);
+      at += store(at, status().velocity_rpm);
+      *at++ = static_cast<uint8_t>(status().state);
+      *at++ = status().load_percent;
       break;
     case Register::FAULT:
-      *at++ = static_cast<uint8_t>(status_.fault);
-      at += store(at, status_.fault_data);
+      *at++ = static_cast<uint8_t>(status().fault);
+      at += store(at, status().fault_data);
       *at++ = static_cast<uint8_t>(refusal_);
       at += store(at, crc_errors_);
       at += store(at, refusals_);
@@ -341,48 +422,46 @@ size_t Wire::fill(Register code, uint8_t* bytes) const {
     case Register::WATCHDOG:
       at += store(at, watchdog_ms_);
       break;
+    case Register::BUSERRORS:
+      at += store(at, hal_.bus_errors());
+      break;
     default:
       break;
   }
   return static_cast<size_t>(at - bytes);
 }
 
-void Wire::answer(const Frame& frame) {
+void Wire::answer(const Frame& frame, uint8_t flags, Answer& answer) const {
+  const Register code = frame.definition->code;
   const bool payload = !frame.writes || frame.definition->direction == Direction::EXCHANGE;
-  size_t size = payload ? fill(frame.definition->code, answer_) : 0;
-  const uint8_t armed = armed_ ? mask(Flags::ARMED) : 0;
-  if (frame.checked) {
-    answer_[size++] = static_cast<uint8_t>(flags_ | armed);
-    seal(size, frame.sequence);
-  } else {
-    answer_[size++] = flags_ & 0x0F;
-    answer_size_ = size;
+  answer.size = payload ? fill(code, answer.bytes) : 0;
+  if (!frame.checked) {
+    answer.bytes[answer.size++] = flags & 0x0F;
+    return;
   }
+  const bool armed = code == Register::ARM || (armed_ && code != Register::DISARM);
+  answer.bytes[answer.size++] = static_cast<uint8_t>(flags | (armed ? mask(Flags::ARMED) : 0));
+  seal(answer, frame.sequence);
 }
 
-void Wire::refuse(const uint8_t* data, size_t size, const Frame& frame, Refusal reason) {
-  refusal_ = reason;
-  count(refusals_);
-  if (reason == Refusal::CRC) count(crc_errors_);
+void Wire::refuse(const uint8_t* data, size_t size, const Frame& frame, Answer& answer) const {
   // A frame with no known register may still be of version 2; its own trailer tells.
   const auto address = static_cast<uint8_t>(configuration_.address << 1);
   const bool trailed =
       frame.checked || (size >= 3 && crc8(crc8(0, &address, 1), data, size) == 0);
   const uint8_t armed = armed_ ? mask(Flags::ARMED) : 0;
-  if (trailed) {
-    answer_[0] = static_cast<uint8_t>(flags_ | armed | mask(Flags::REFUSED));
-    seal(1, data[size - 2]);
-  } else {
-    answer_[0] = flags_ & 0x0F;
-    answer_size_ = 1;
-  }
+  answer.size = 1;
+  answer.bytes[0] = flags_ & 0x0F;
+  if (!trailed) return;
+  answer.bytes[0] = static_cast<uint8_t>(flags_ | armed | mask(Flags::REFUSED));
+  seal(answer, data[size - 2]);
 }
 
-void Wire::seal(size_t size, uint8_t sequence) {
+void Wire::seal(Answer& answer, uint8_t sequence) const {
   const auto address = static_cast<uint8_t>(configuration_.address << 1 | 1);
-  answer_[size++] = sequence;
-  answer_[size] = crc8(crc8(0, &address, 1), answer_, size);
-  answer_size_ = size + 1;
+  answer.bytes[answer.size++] = sequence;
+  answer.bytes[answer.size] = crc8(crc8(0, &address, 1), answer.bytes, answer.size);
+  ++answer.size;
 }
 
 }  // namespace bioscara

@@ -22,7 +22,9 @@ class Wire {
   // Forgets the session and reads the boot id; call before the bus can reach the joint.
   void boot();
 
-  // Interrupt side.
+  // Interrupt side. prepare() judges a frame that may be whole but changes nothing; receive() takes
+  // it, at once if it is what was judged last.
+  void prepare(const uint8_t* data, size_t size);
   void receive(const uint8_t* data, size_t size);
   size_t request(uint8_t (&answer)[kAnswerMax]) const;
 
@@ -43,29 +45,55 @@ class Wire {
     bool writes = false;
     uint8_t sequence = 0;
   };
+  struct Answer {
+    uint8_t bytes[kAnswerMax] = {};
+    size_t size = 0;
+  };
+  // What a frame comes to, before any of it has happened.
+  struct Verdict {
+    Frame frame;
+    // Bytes arrived as they were sent: a known register, a length of its own, the right CRC.
+    bool intact = false;
+    bool repeated = false;
+    Refusal reason = Refusal::NONE;
+    Command command;
+    Answer answer;
+  };
 
+  const Status& status() const { return statuses_[current_]; }
+
+  void judge(const uint8_t* data, size_t size, Verdict& verdict) const;
   Refusal parse(const uint8_t* data, size_t size, Frame& frame) const;
-  Refusal order(const Frame& frame, bool& repeated);
-  Refusal execute(const Frame& frame);
-  Refusal arm(const Frame& frame);
+  Refusal order(const Frame& frame, bool& repeated) const;
+  Refusal examine(const Frame& frame, Command& command) const;
+  Refusal may_arm(const Frame& frame) const;
+  Refusal may_leave(const Frame& frame) const;
   bool was_opened(uint16_t session) const;
   Refusal decode(const Frame& frame, Command& command) const;
   Refusal permitted(const Frame& frame, const Command& command) const;
-  void foresee(const Command& command);
-  void answer(const Frame& frame);
-  void refuse(const uint8_t* data, size_t size, const Frame& frame, Refusal reason);
+  uint8_t foresee(const Command& command) const;
+  void answer(const Frame& frame, uint8_t flags, Answer& answer) const;
+  void refuse(const uint8_t* data, size_t size, const Frame& frame, Answer& answer) const;
   size_t fill(Register code, uint8_t* bytes) const;
-  void seal(size_t size, uint8_t sequence);
+  void seal(Answer& answer, uint8_t sequence) const;
+
+  void apply(const Verdict& verdict);
+  void execute(const Frame& frame, const Command& command);
+  void arm(const Frame& frame);
 
   Hal& hal_;
   const Configuration configuration_;
   CommandQueue queue_;
-  Status status_;
+  // The tick writes the one that the interrupt does not read.
+  Status statuses_[2];
+  volatile uint8_t current_ = 0;
   // The flags as they will be once the queued commands have run.
   uint8_t flags_ = Flags::NOTHOMED | Flags::NOTENABLED;
 
-  uint8_t answer_[kAnswerMax] = {};
-  size_t answer_size_ = 0;
+  Answer answer_;
+  // The last verdict, and the size of its frame; 0 if there is none.
+  Verdict verdict_;
+  size_t judged_ = 0;
 
   uint16_t boot_id_ = 0;
   uint16_t session_ = 0;
@@ -73,11 +101,13 @@ class Wire {
   uint16_t earlier_[kSessionsKept] = {};
   size_t sessions_ = 0;
   bool armed_ = false;
+  // DISARM was the last frame, and when.
+  bool disarmed_ = false;
+  uint32_t disarmed_at_ = 0;
   bool counting_ = false;
   uint8_t sequence_ = 0;
   Register answered_ = Register::NONE;
-  uint8_t kept_[kAnswerMax] = {};
-  size_t kept_size_ = 0;
+  Answer kept_;
 
   uint16_t watchdog_ms_ = kWatchdogDefault;
   float home_offset_ = 0.0F;
