@@ -284,7 +284,7 @@ def test_what_is_not_written_right_is_never_started(
     assert "verified" not in out
     reason = "writing failed" if trouble == "fails" else "differs from the image from 0x080003e8 on"
     assert reason in err
-    assert "j1 has no working firmware now and cannot move" in err
+    assert "j1 is without working firmware now and does not move" in err
     assert err.rstrip().endswith("repeat: bioscara " + " ".join(asked))
     assert tools.calls()[-1] != f"dfu-util -d ,0483:df11 -S {ONE} -a 0 -s 0x08000000:leave"
 
@@ -300,7 +300,7 @@ def test_an_interruption_says_what_became_of_the_joint_and_how_to_repeat(
     out, err = capsys.readouterr()
     assert "verified" not in out
     assert len(err.splitlines()) == 1
-    assert "interrupted; j1 has no working firmware now" in err
+    assert "interrupted; j1 is without working firmware now" in err
     assert "its bootloader is in ROM and still there: it comes up by itself" in err
     assert err.rstrip().endswith("repeat: bioscara flash --joint 1 j1.bin")
     assert tools.started() == []

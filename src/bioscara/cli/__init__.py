@@ -6,8 +6,8 @@
 ``plan`` and ``move`` go (``target_checks``), ``taught`` what has a name in the table, ``pictures``
 the files that they write. ``views``, ``table`` and ``observer`` show and record a motion without
 ever holding it up, ``output`` may go away, ``warned`` and ``latched`` tell what happened,
-``interruption`` turns Ctrl-C into a request, ``status`` is how it ends. Nothing heavy is imported
-before it is needed.
+``interruption`` turns Ctrl-C into a request, ``flashed`` is a joint that is flashed, seen from its
+bus, ``status`` is how it ends. Nothing heavy is imported before it is needed.
 """
 
 from __future__ import annotations

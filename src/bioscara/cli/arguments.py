@@ -138,6 +138,8 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     options.words = list(sys.argv[1:] if arguments is None else arguments)
     if getattr(options, "v1", False) and getattr(options, "bus", "sim") != "sim":
         parser.error("--v1 is about the arm simulated in this process; leave out --bus")
+    if options.command == "flash" and options.bus == "sim":
+        parser.error("--bus sim has no board to flash; name the bus of the joint, as linux:1")
     if options.command == "poses" and options.action == "show" and options.plot is None:
         for word, value in (("--from", options.start), ("--scene", options.scene)):
             if value is not None:
