@@ -57,22 +57,22 @@ MUTANTS = (
     Mutant(
         "repeated sequence number",
         f"{CORE}/wire.cpp",
-        "if (ahead == 0 && answered_ == code)",
-        "if (false && answered_ == code)",
+        "repeated = ahead == 0 && answered_ == code;",
+        "repeated = false;",
         HAZARDS,
     ),
     Mutant(
         "old sequence number",
         f"{CORE}/wire.cpp",
-        "if (counting_ && ahead <= 0) return",
-        "if (false && ahead <= 0) return",
+        "!repeated && counting_ && ahead <= 0 ?",
+        "false ?",
         HAZARDS,
     ),
     Mutant(
         "earlier sessions stay closed",
         f"{CORE}/wire.cpp",
-        "if (was_opened(session)) return",
-        "if (false) return",
+        "!open && was_opened(session) ?",
+        "false ?",
         DRIVERS,
     ),
     Mutant(
@@ -169,7 +169,7 @@ MUTANTS = (
     Mutant(
         "velocity limit of a setpoint",
         f"{CORE}/wire.cpp",
-        "fits = fabsf(command.velocity) <= status_.max_velocity_rpm * 1.1F + 1.0F &&\n"
+        "fits = fabsf(command.velocity) <= status().max_velocity_rpm * 1.1F + 1.0F &&\n"
         "             fabsf(",
         "fits = fabsf(",
         HOST,
@@ -245,10 +245,45 @@ MUTANTS = (
         HOST,
     ),
     Mutant(
+        "status of the encoder read after an error",
+        f"{CORE}/tle5012b.cpp",
+        "  ask(kStatus, data);\n",
+        "",
+        HOST,
+    ),
+    Mutant(
+        "an encoder that starts late",
+        f"{CORE}/joint.cpp",
+        "starting_ = kEncoderStart;",
+        "bad_samples_ = 1;",
+        HOST,
+    ),
+    Mutant(
+        "reset flags of the driver read as well as written",
+        f"{CORE}/tmc5130.cpp",
+        "  exchange(GSTAT, 0);\n",
+        "",
+        HOST,
+    ),
+    Mutant(
+        "the bootloader takes two steps",
+        f"{CORE}/wire.cpp",
+        "return disarmed ?",
+        "return true ?",
+        HOST,
+    ),
+    Mutant(
+        "an enabled joint keeps its firmware",
+        f"{CORE}/wire.cpp",
+        "return Refusal::ENABLED;",
+        "return Refusal::NONE;",
+        HOST,
+    ),
+    Mutant(
         "health bits of the encoder's answer",
         f"{CORE}/tle5012b.cpp",
-        " || (words[1] & kSound) != kSound) return false;",
-        ") return false;",
+        " && (words[1] & kSound) == kSound;",
+        ";",
         HOST,
     ),
     Mutant(

@@ -16,11 +16,21 @@ class Answers final : public Hal {
   std::uint16_t angle = 0;
   std::uint16_t safety = 0x7000;
   bool damaged = false;
+  // The error stays in the safety word until the status is read.
+  bool latches = false;
+  bool error = false;
+  // A driver whose reset flag is cleared by reading, not by writing ones.
+  bool reset_flag = false;
+  std::uint8_t asked = 0;
   // What the driver's registers were last set to.
   std::map<int, std::uint32_t> written;
 
   std::uint32_t micros() override { return 0; }
-  void driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&)[5]) override {
+  void driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) override {
+    constexpr std::uint8_t kGstat = 0x01;
+    received[4] = asked == kGstat && reset_flag ? 1 : 0;
+    if (asked == kGstat) reset_flag = false;
+    asked = sent[0];
     if ((sent[0] & 0x80) != 0)
       written[sent[0] & 0x7F] = static_cast<std::uint32_t>(sent[1]) << 24 |
                                 static_cast<std::uint32_t>(sent[2]) << 16 |
@@ -38,7 +48,9 @@ class Answers final : public Hal {
         crc = static_cast<std::uint8_t>(crc & 0x80 ? (crc << 1) ^ 0x1D : crc << 1);
     }
     words[0] = angle;
-    words[1] = static_cast<std::uint16_t>(safety | (static_cast<std::uint8_t>(~crc) ^ damaged));
+    const int sound = error ? safety & ~0x4000 : safety;
+    if (latches && (command >> 4 & 0x3F) == 0) error = false;
+    words[1] = static_cast<std::uint16_t>(sound | (static_cast<std::uint8_t>(~crc) ^ damaged));
   }
   void driver_enable(bool) override {}
   ResetCause reset_cause() override { return ResetCause::POWER_ON; }
@@ -68,6 +80,25 @@ TEST(an_angle_counts_only_with_its_check_and_every_bit_of_health) {
   chip.safety = 0x7000;
   chip.damaged = true;
   CHECK(!encoder.sample());
+}
+
+TEST(an_error_that_the_encoder_remembers_spoils_one_sample) {
+  Answers chip;
+  Tle5012b encoder(chip);
+  CHECK(encoder.setup(false));
+  chip.latches = chip.error = true;
+  CHECK(!encoder.sample());
+  CHECK(encoder.sample());
+}
+
+TEST(a_reset_flag_is_cleared_by_writing_and_by_reading) {
+  Answers chip;
+  Tmc5130 driver(chip);
+  chip.reset_flag = true;
+  driver.setup();
+  CHECK(chip.written.at(0x01) == 0x07);
+  for (int poll = 0; poll < 40; ++poll) driver.poll();
+  CHECK(driver.take_gstat() == 0);
 }
 
 TEST(every_bit_by_which_the_driver_reports_harm_is_a_fault) {

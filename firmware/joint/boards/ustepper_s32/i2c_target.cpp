@@ -168,27 +168,31 @@ void I2cTarget::interrupt() {
   }
 }
 
+// Whether all is well outside a transfer. SR2 may be read here although ADDR was not looked at: while
+// ADDR waits the clock is low, and from both lines high to the next ADDR it takes 2 us.
+bool I2cTarget::at_rest() {
+  const stm32::Masked masked(kPriority);
+  if (phase_ != Phase::IDLE || suspect_ || !pins::i2c_lines_high()) return false;
+  if ((stm32::i2c1().SR2 & I2c::BUSY) != 0) return false;
+  stuck_ = false;
+  return true;
+}
+
 void I2cTarget::supervise() {
   still_ = events_ == seen_ ? static_cast<uint8_t>(still_ + 1) : 0;
   seen_ = events_;
   const bool over = still_ >= kStillMost;
-  if (!over && !suspect_) return;
+  if (over) still_ = 0;
+  if (over ? at_rest() : !suspect_) return;
   const bool moves = clock_moves();
   const stm32::Masked masked(kPriority);
   if (events_ != seen_) return;
-  still_ = over ? 0 : still_;
-  const bool waiting = phase_ != Phase::IDLE;
-  if (!over || !(waiting || suspect_)) {
-    // Outside a transfer of this joint's: only while no other one is going on.
-    if (waiting || moves) return;
-    // SR2 may be read here although ADDR was not looked at: with the clock at rest and both lines
-    // high no address is being received. Read at another time it would clear ADDR unseen.
-    const bool free = pins::i2c_lines_high() && (stm32::i2c1().SR2 & I2c::BUSY) == 0;
-    stuck_ = stuck_ && !free;
-    if (free && !suspect_) return;
-  }
+  const bool own = phase_ != Phase::IDLE;
+  // After an error it waits until nobody is in the middle of something, but not for ever. A
+  // transfer of another joint is none of its business.
+  if (over ? moves && !own && !suspect_ : moves || own) return;
   if (!suspect_ && !stuck_) count();
-  stuck_ = !pins::i2c_lines_high();
+  stuck_ = !own;
   restart_peripheral();
 }
 

@@ -41,6 +41,7 @@ class I2cTarget {
   void begin(bool sending);
   void send_next();
   void count();
+  bool at_rest();
 
   Joint* joint_ = nullptr;
   uint8_t address_ = 0;
@@ -53,8 +54,8 @@ class I2cTarget {
   // Interrupts in a row that found nothing to do.
   uint8_t idle_interrupts_ = 0;
 
-  // The tick's own: what it last saw of `events_`, for how many ticks, and whether the bus hangs
-  // since it was last counted.
+  // The tick's own: what it last saw of `events_`, for how many ticks, and whether the bus has hung
+  // since that was counted.
   uint8_t seen_ = 0;
   uint8_t still_ = 0;
   bool stuck_ = false;

@@ -1,8 +1,7 @@
 // The image's identity, at a fixed place in it, and the check of its content.
-#include <stddef.h>
-
 #include "../../src/core/version.h"
 #include "identity.h"
+#include "stm32f401.h"
 
 namespace bioscara {
 
@@ -31,44 +30,32 @@ __attribute__((section(".identity"), used)) const volatile Identity kIdentity = 
     kUnset,
     kUnset};
 
-struct CrcTable {
-  uint32_t entries[256];
-};
-
-// Reflected, polynomial 0x04C11DB7.
-constexpr CrcTable make_table() {
-  CrcTable table{};
-  for (uint32_t index = 0; index < 256; ++index) {
-    uint32_t value = index;
-    for (int shift = 0; shift < 8; ++shift)
-      value = value & 1 ? value >> 1 ^ 0xEDB88320U : value >> 1;
-    table.entries[index] = value;
-  }
-  return table;
-}
-
-constexpr CrcTable kTable = make_table();
-
-const uint8_t* const kFlash = reinterpret_cast<const uint8_t*>(0x08000000);
+constexpr uint32_t kFlash = 0x08000000;
 constexpr uint32_t kFlashSize = 256 * 1024;
 
-uint32_t extend(uint32_t crc, const uint8_t* bytes, size_t count) {
-  for (size_t i = 0; i < count; ++i) crc = crc >> 8 ^ kTable.entries[(crc ^ bytes[i]) & 0xFF];
-  return crc;
+inline uint32_t reversed(uint32_t word) {
+  uint32_t result;
+  __asm("rbit %0, %1" : "=r"(result) : "r"(word));
+  return result;
 }
 
 }  // namespace
 
+// The CRC unit takes words highest bit first, where zlib takes bytes lowest bit first.
 bool image_intact() {
-  constexpr uint8_t kBlank[4] = {0xFF, 0xFF, 0xFF, 0xFF};
-  const auto* field = reinterpret_cast<const uint8_t*>(const_cast<const uint32_t*>(&kIdentity.crc32));
-  const auto before = static_cast<size_t>(field - kFlash);
   const uint32_t length = kIdentity.length;
-  if (length < before + sizeof(kBlank) || length > kFlashSize) return false;
-  uint32_t crc = extend(0xFFFFFFFF, kFlash, before);
-  crc = extend(crc, kBlank, sizeof(kBlank));
-  crc = extend(crc, field + sizeof(kBlank), length - before - sizeof(kBlank));
-  return ~crc == kIdentity.crc32;
+  if (length < sizeof(Identity) || length > kFlashSize || length % sizeof(uint32_t) != 0) return false;
+  stm32::rcc().AHB1ENR |= stm32::Rcc::CRCEN;
+  (void)stm32::rcc().AHB1ENR;
+  stm32::Crc& unit = stm32::crc();
+  unit.CR = stm32::Crc::RESET;
+  const stm32::Word* const field = &kIdentity.crc32;
+  const stm32::Word* const end = &stm32::at<const stm32::Word>(kFlash + length);
+  for (const stm32::Word* word = &stm32::at<const stm32::Word>(kFlash); word < end; ++word)
+    unit.DR = reversed(word == field ? kUnset : *word);
+  const uint32_t found = ~reversed(unit.DR);
+  stm32::rcc().AHB1ENR &= ~stm32::Rcc::CRCEN;
+  return found == *field;
 }
 
 }  // namespace bioscara

@@ -29,7 +29,8 @@ struct Rcc {
   static constexpr uint32_t SW_PLL = 2, SWS = 3U << 2, SWS_PLL = 2U << 2, PPRE1_DIV2 = 4U << 10,
                             MCO1_HSE = 2U << 21, MCO1PRE_DIV2 = 4U << 24;
   // AHB1ENR, APB1ENR, APB2ENR
-  static constexpr uint32_t GPIOAEN = bit(0), GPIOBEN = bit(1), GPIOCEN = bit(2);
+  static constexpr uint32_t GPIOAEN = bit(0), GPIOBEN = bit(1), GPIOCEN = bit(2),
+                            CRCEN = bit(12);
   static constexpr uint32_t TIM3EN = bit(1), TIM5EN = bit(3), SPI2EN = bit(14), SPI3EN = bit(15),
                             I2C1EN = bit(21), PWREN = bit(28);
   static constexpr uint32_t ADC1EN = bit(8), SYSCFGEN = bit(14);
@@ -47,6 +48,12 @@ struct Flash {
 struct Pwr {
   Word CR, CSR;
   static constexpr uint32_t DBP = bit(8), VOS = 3U << 14, VOS_SCALE2 = 2U << 14;
+};
+
+// The CRC unit: polynomial 0x04C11DB7, words from their highest bit on.
+struct Crc {
+  Word DR, IDR, CR;
+  static constexpr uint32_t RESET = bit(0);
 };
 
 struct Syscfg {
@@ -124,6 +131,7 @@ inline Gpio& gpiob() { return at<Gpio>(0x40020400); }
 inline Gpio& gpioc() { return at<Gpio>(0x40020800); }
 inline Rcc& rcc() { return at<Rcc>(0x40023800); }
 inline Flash& flash() { return at<Flash>(0x40023C00); }
+inline Crc& crc() { return at<Crc>(0x40023000); }
 inline Pwr& pwr() { return at<Pwr>(0x40007000); }
 inline Syscfg& syscfg() { return at<Syscfg>(0x40013800); }
 inline Spi& spi2() { return at<Spi>(0x40003800); }
@@ -166,9 +174,9 @@ class Masked {
   Masked& operator=(const Masked&) = delete;
 };
 
-inline void barrier() { __asm volatile("dsb\n\tisb" ::: "memory"); }
+[[gnu::always_inline]] inline void barrier() { __asm volatile("dsb\n\tisb" ::: "memory"); }
 
-[[noreturn]] inline void reset() {
+[[noreturn, gnu::always_inline]] inline void reset() {
   barrier();
   scb().AIRCR = Scb::VECTKEY | Scb::SYSRESETREQ;
   barrier();
