@@ -76,7 +76,10 @@ def parse(disassembly: str) -> dict[str, Function]:
         elif instruction := _INSTRUCTION.match(line):
             operation, operands = instruction[1], instruction[2] or ""
             function.pushed += _pushed(name, operation, operands)
-            branch = re.match(r"(?:b|bl|cbn?z)(?:eq|ne|cs|cc|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)?(?:\.[nw])?$", operation)
+            branch = re.match(
+                r"(?:b|bl|cbn?z)(?:eq|ne|cs|cc|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)?(?:\.[nw])?$",
+                operation,
+            )
             if operation in ("blx", "bx") and not operands.startswith("lr"):
                 function.calls.add(None)
             elif branch and (target := _TARGET.match(operands)) and target[1] != name:
@@ -110,7 +113,9 @@ def _tool(name: str, *arguments: str) -> str:
 
 def main(path: str) -> int:
     """Print the sum for the image at ``path``; return 1 if it is not bounded or too much."""
-    symbols = {fields[-1]: int(fields[0], 16) for fields in map(str.split, _tool("nm", path).splitlines())}
+    symbols = {
+        fields[-1]: int(fields[0], 16) for fields in map(str.split, _tool("nm", path).splitlines())
+    }
     reserved = symbols["stack_top"] - symbols["stack_bottom"]
     try:
         functions = parse(_tool("objdump", "-d", "--demangle", path))
@@ -123,7 +128,9 @@ def main(path: str) -> int:
     parts = ", ".join(f"{name} {depth}" for name, depth in depths.items())
     sys.stdout.write(f"stack: {parts}, exception frames {frames}: {total} of {reserved} bytes\n")
     if total > reserved:
-        sys.stderr.write(f"{path}: needs {total} bytes of stack, the linker script has {reserved}\n")
+        sys.stderr.write(
+            f"{path}: needs {total} bytes of stack, the linker script has {reserved}\n"
+        )
         return 1
     return 0
 

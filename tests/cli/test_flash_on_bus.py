@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -101,8 +102,9 @@ def test_a_joint_is_asked_for_its_bootloader_flashed_and_asked_who_it_is(
     assert flash() == 0
     out, err = capsys.readouterr()
     assert err == ""
-    assert out.splitlines() == [
-        "image: j1.bin, j1, version 0.1.0, 5000 bytes",
+    first, *others = out.splitlines()
+    assert first == "image: j1.bin, j1, version 0.1.0, 5000 bytes"
+    assert others == [
         "j1 has protocol 2, firmware 0.1",
         "asked to start its bootloader",
         f"writing to the board in its USB bootloader, serial number {SERIALS['j1']}; "
@@ -110,6 +112,9 @@ def test_a_joint_is_asked_for_its_bootloader_flashed_and_asked_who_it_is(
         "verified: the flash holds the image",
         "confirmed: j1 answers with protocol 2, firmware 0.1",
     ]
+    page = (Path(__file__).parents[2] / "docs/firmware.md").read_text()
+    (shown,) = re.findall(r"    \$ bioscara flash .*\n    image: \.\.\n((?:    .*\n)*)", page)
+    assert [line.strip() for line in shown.splitlines()] == others
     assert bus.tools.flash(SERIALS["j1"]) == image(1)
     assert all(bus.answers(name) for name in SERIALS)
 
