@@ -45,8 +45,72 @@ FLIGHT_RECORD = ("tests/control/test_flight_record.py",)
 TEACH_FILE = ("tests/robot/test_teach_table.py",)
 GREETING = ("tests/drivers/test_greeting.py",)
 SOCKET = ("tests/sim/test_socket_bus.py",)
+FLASH = ("tests/flashing", "tests/cli/test_flash.py", "tests/cli/test_flash_on_bus.py")
 
 MUTANTS = (
+    Mutant(
+        "CRC of a firmware image",
+        "src/bioscara/flashing/image.py",
+        "if found != crc:",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "number of the joint in a firmware image",
+        "src/bioscara/flashing/image.py",
+        "if self.joint != joint:",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "version of a firmware image",
+        "src/bioscara/flashing/image.py",
+        "if self.version[:2] != _host_version():",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "comparison of what was flashed",
+        "src/bioscara/flashing/programmer.py",
+        "if kept == content:",
+        "if kept:",
+        FLASH,
+    ),
+    Mutant(
+        "size of the flash of a board in its bootloader",
+        "src/bioscara/flashing/dfu.py",
+        "if board.flash_size not in (0, FLASH_SIZE):",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "an enabled joint is not flashed",
+        "src/bioscara/cli/flashed.py",
+        "if not joint.session.flags & Flags.NOTENABLED:",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "an enabled joint does not start its bootloader",
+        "src/bioscara/drivers/session.py",
+        "if not self.flags & Flags.NOTENABLED:",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "another board in its bootloader than the joint on the bus",
+        "src/bioscara/cli/flashed.py",
+        "if waiting:",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "a joint that did not restart was not flashed",
+        "src/bioscara/cli/flashed.py",
+        " or hello.boot_id == self._boot_id",
+        "",
+        FLASH,
+    ),
     Mutant(
         "CRC of a frame",
         f"{CORE}/wire.cpp",

@@ -282,7 +282,13 @@ def test_what_is_not_written_right_is_never_started(
     assert main(asked) == 1
     out, err = capsys.readouterr()
     assert "verified" not in out
-    reason = "writing failed" if trouble == "fails" else "differs from the image from 0x080003e8 on"
+    fails = {
+        "dfu-util": "writing failed: dfu-util ended with 74: dfu-util: Error during special",
+        "st-flash": "writing failed: st-flash ended with 255: stlink_fwrite_flash() == -1",
+        "openocd": "writing failed: openocd ended with 1: ** Programming Failed **",
+    }
+    spoils = "what was read back differs from the image from 0x080003e8 on"
+    reason = fails[program] if trouble == "fails" else spoils
     assert reason in err
     assert "j1 is without working firmware now and does not move" in err
     assert err.rstrip().endswith("repeat: bioscara " + " ".join(asked))

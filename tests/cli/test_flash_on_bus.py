@@ -181,6 +181,17 @@ def test_a_joint_without_a_usb_cable_is_told_of(
     assert not bus.answers("j1")
 
 
+def test_a_board_may_be_there_before_its_permissions_are(
+    arm: Callable[..., Arm], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("bioscara.flashing.dfu._PAUSE", 0.0)
+    bus = arm()
+    bus.tools.trouble(early=3)
+    assert flash() == 0
+    assert bus.tools.calls()[:4] == ["dfu-util -d ,0483:df11 -l"] * 4
+    assert bus.tools.flash(SERIALS["j1"]) == image(1)
+
+
 def test_a_silent_joint_in_its_bootloader_is_flashed_and_confirmed(
     arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -99,6 +99,11 @@ def _started(folder: str) -> list[str]:
     return path.read_text().splitlines() if path.exists() else []
 
 
+def _looks(folder: str) -> int:
+    calls = (Path(folder) / "calls").read_text().splitlines()
+    return sum(call.endswith(" -l") for call in calls)
+
+
 def _start(folder: str, serial: str) -> None:
     with (Path(folder) / "started").open("a") as file:
         file.write(serial + "\n")
@@ -163,6 +168,8 @@ def dfu_util(words: list[str], folder: str) -> None:
     boards = state["boards"]
     if not state.get("stays"):
         boards = [each for each in boards if each["serial"] not in _started(folder)]
+    if "-l" in options and _looks(folder) <= state.get("early", 0):
+        state["closed"] = "LIBUSB_ERROR_ACCESS"
     if "closed" in state:
         for number, _ in enumerate(boards):
             _warn(
@@ -171,18 +178,7 @@ def dfu_util(words: list[str], folder: str) -> None:
             )
         boards = []
     if "-l" in options:
-        for number, board in enumerate(boards):
-            for alt, name in (
-                (3, "@Device Feature/0xFFFF0000/01*004 e"),
-                (2, "@OTP Memory /0x1FFF7800/01*512 e,01*016 e"),
-                (1, "@Option Bytes  /0x1FFFC000/01*016 e"),
-                (0, board["name"]),
-            ):
-                _say(
-                    f"Found DFU: [0483:df11] ver=2200, devnum={5 + number}, cfg=1, intf=0, "
-                    f'path="1-1.{1 + number}", alt={alt}, name="{name}", '
-                    f'serial="{board["serial"]}"'
-                )
+        _list(boards)
         sys.exit(0)
     boards = [each for each in boards if each["serial"] == options.get("-S", each["serial"])]
     if "-D" in options:
@@ -198,6 +194,21 @@ def dfu_util(words: list[str], folder: str) -> None:
         sys.exit(74)
     _say(DFU_OPEN)
     _dfuse(state, options, Path(folder), boards[0]["serial"])
+
+
+def _list(boards: list[dict[str, str]]) -> None:
+    for number, board in enumerate(boards):
+        for alt, name in (
+            (3, "@Device Feature/0xFFFF0000/01*004 e"),
+            (2, "@OTP Memory /0x1FFF7800/01*512 e,01*016 e"),
+            (1, "@Option Bytes  /0x1FFFC000/01*016 e"),
+            (0, board["name"]),
+        ):
+            _say(
+                f"Found DFU: [0483:df11] ver=2200, devnum={5 + number}, cfg=1, intf=0, "
+                f'path="1-1.{1 + number}", alt={alt}, name="{name}", '
+                f'serial="{board["serial"]}"'
+            )
 
 
 def _dfuse(state: dict[str, Any], options: dict[str, str], folder: Path, serial: str) -> None:
@@ -264,7 +275,7 @@ def st_flash(words: list[str], folder: str) -> None:
         name, address = rest
         assert address == "0x8000000"
         if state.get("fails"):
-            _warn("2026-11-22T18:53:30 ERROR common.c: Flash memory is write protected")
+            _warn("2026-11-22T18:53:30 WARN common.c: Flash memory is write protected")
             _warn("stlink_fwrite_flash() == -1")
             sys.exit(255)
         _store(state, flash, Path(name).read_bytes())

@@ -125,7 +125,11 @@ class Dfu(Programmer):
     def _look_until(self, *, present: bool) -> bool:
         end = self._clock.now() + _PATIENCE
         while True:
-            there = bool(self.look())
+            try:
+                there = bool(self.look())
+            except FlashError:
+                # Before udev gave the new device its permissions, or while it went away.
+                there = not present
             if there == present or self._clock.now() >= end:
                 return there == present
             self._clock.sleep_until(self._clock.now() + _PAUSE)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import subprocess
 from dataclasses import dataclass
@@ -11,6 +12,8 @@ from bioscara.errors import FlashError
 
 LIMIT = 120.0
 """Longest time that one run may take [s]; 256 KiB take dfu-util about 20 s."""
+
+_ERROR = re.compile(r"error|fail", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,15 +37,16 @@ class Ended:
             what: What failed if it did not.
 
         Raises:
-            FlashError: Says what, with the program's last line.
+            FlashError: Says what, with the line of the program that tells most.
         """
         if self.code != 0:
-            raise FlashError(f"{what}: {self.program} ended with {self.code}: {self.last_line()}")
+            raise FlashError(f"{what}: {self.program} ended with {self.code}: {self.complaint()}")
 
-    def last_line(self) -> str:
-        """Return the last line that says something; of a progress bar its last state."""
+    def complaint(self) -> str:
+        """Return the last line about an error, or else the last line."""
         lines = [line.strip() for line in self.text.replace("\r", "\n").split("\n")]
-        return next((line for line in reversed(lines) if line), "it said nothing")
+        said = [line for line in lines if line] or ["it said nothing"]
+        return next((line for line in reversed(said) if _ERROR.search(line)), said[-1])
 
 
 def is_installed(program: str) -> bool:
