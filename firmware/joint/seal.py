@@ -34,7 +34,7 @@ def seal(elf: bytes) -> tuple[bytes, bytes]:
     segments = _flash_segments(elf)
     image = _flatten(elf, segments)
     identity = image[IDENTITY : IDENTITY + 9]
-    if identity != MAGIC + bytes([FORMAT]):
+    if identity != MAGIC + bytes([FORMAT]) or len(image) < CRC_AT + 4:
         raise ValueError(
             f"no identity at offset {IDENTITY:#x}: {identity!r}; is image.cpp linked into it?"
         )

@@ -1,10 +1,11 @@
 """The most stack that an image can need, from its machine code, and whether it is reserved.
 
-``stack.py j1.elf`` adds up the deepest chain of calls of the program, of the control tick and of the
-I2C interrupt, which can interrupt each other in this order, and two exception frames. What a function
-pushes counts as if all of it were pushed at once, so the sum is an upper bound. A call through a
-pointer is one of the board's virtual functions or a constructor. Fails above what the linker script
-reserves, for recursion and for a stack that grows by a computed amount. Standard library only.
+``stack.py j1.elf`` adds up the deepest chain of calls of the program, of the control tick and of
+the I2C interrupt, which can interrupt each other in this order, and two exception frames. What a
+function pushes counts as if all of it were pushed at once, so the sum is an upper bound. A call
+through a pointer is one of the board's virtual functions or a constructor. Fails above what the
+linker script reserves, for recursion and for a stack that grows by a computed amount. Standard
+library only.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ BY_POINTER = re.compile(r"^bioscara::Board::|^_GLOBAL__sub_I_")
 _FUNCTION = re.compile(r"^([0-9a-f]{8}) <(.+)>:$")
 _INSTRUCTION = re.compile(r"^ *[0-9a-f]+:\t[0-9a-f ]+\t(\S+)(?:\t(.*))?$")
 _TARGET = re.compile(r"^(?:\w+, )?[0-9a-f]+ <(.+?)(\+0x[0-9a-f]+)?>")
+_BRANCH = re.compile(r"(?:b|bl|cbn?z)(?:eq|ne|cs|cc|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)?(?:\.[nw])?$")
 _PREDECREMENT = re.compile(r"\[sp, #-(\d+)\]!")
 
 
@@ -76,13 +78,13 @@ def parse(disassembly: str) -> dict[str, Function]:
         elif instruction := _INSTRUCTION.match(line):
             operation, operands = instruction[1], instruction[2] or ""
             function.pushed += _pushed(name, operation, operands)
-            branch = re.match(
-                r"(?:b|bl|cbn?z)(?:eq|ne|cs|cc|mi|pl|vs|vc|hi|ls|ge|lt|gt|le)?(?:\.[nw])?$",
-                operation,
-            )
             if operation in ("blx", "bx") and not operands.startswith("lr"):
                 function.calls.add(None)
-            elif branch and (target := _TARGET.match(operands)) and target[1] != name:
+            elif (
+                _BRANCH.match(operation)
+                and (target := _TARGET.match(operands))
+                and target[1] != name
+            ):
                 function.calls.add(target[1])
     return functions
 
@@ -113,9 +115,8 @@ def _tool(name: str, *arguments: str) -> str:
 
 def main(path: str) -> int:
     """Print the sum for the image at ``path``; return 1 if it is not bounded or too much."""
-    symbols = {
-        fields[-1]: int(fields[0], 16) for fields in map(str.split, _tool("nm", path).splitlines())
-    }
+    lines = (line.split() for line in _tool("nm", path).splitlines())
+    symbols = {fields[-1]: int(fields[0], 16) for fields in lines}
     reserved = symbols["stack_top"] - symbols["stack_bottom"]
     try:
         functions = parse(_tool("objdump", "-d", "--demangle", path))

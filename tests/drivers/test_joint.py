@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import pytest
 
@@ -28,7 +29,7 @@ from bioscara.errors import (
     StalledError,
     WrongJointError,
 )
-from bioscara.protocol import BrakeMode, Flags, JointState, Register, ResetCause
+from bioscara.protocol import BrakeMode, Capability, Flags, JointState, Register, ResetCause
 from drivers.world import ARM, World
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
@@ -518,9 +519,20 @@ def test_disable_ramps_down_before_the_current_goes() -> None:
 def test_a_version_1_joint_names_the_firmware_it_lacks() -> None:
     world = World(v1=True)
     joint = world.ready("j4")[0]
-    for operation in (joint.get_fault, joint.clear_fault, lambda: joint.track(1.0)):
+    lacking = (joint.get_fault, joint.clear_fault, joint.get_bus_errors)
+    for operation in (*lacking, lambda: joint.track(1.0)):
         with pytest.raises(NotSupportedError, match=r"j4: .*firmware 0\.1 or newer"):
             operation()
+
+
+def test_errors_of_the_bus_are_asked_for_only_where_they_are_counted() -> None:
+    joint = World().ready("j4")[0]
+    assert joint.get_bus_errors() == 0
+    assert joint.hello is not None
+    less = joint.hello.capabilities & ~Capability.BUS_ERRORS
+    joint.session.hello = replace(joint.hello, capabilities=less)
+    with pytest.raises(NotSupportedError, match="does not count errors of the bus; flash"):
+        joint.get_bus_errors()
 
 
 def test_the_orientation_check_finds_a_reversed_coil() -> None:

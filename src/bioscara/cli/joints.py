@@ -10,7 +10,7 @@ from bioscara.cli.status import Status
 from bioscara.drivers import Joint
 from bioscara.errors import BioscaraError, BusUnavailableError
 from bioscara.model import load_parameters
-from bioscara.protocol import Flags
+from bioscara.protocol import Capability, Flags
 
 _HEADINGS = ("joint", "address", "firmware", "flags", "homed", "reset", "fault", "errors")
 
@@ -57,6 +57,8 @@ def _row(joint: Joint) -> tuple[str, ...]:
         reset = joint.hello.reset_cause.name.lower().replace("_", " ")
         fault = "none" if report.fault == "NONE" else f"{report.fault} ({report.data:g})"
         errors = f"{report.crc_errors} broken, {report.refusals} refused"
+        if joint.hello.capabilities & Capability.BUS_ERRORS:
+            errors += f", {joint.get_bus_errors()} of the bus"
     return (
         joint.name,
         f"{joint.parameters.address:#04x}",

@@ -19,10 +19,11 @@ from bioscara.errors import (
     JointResetError,
     NotEnabledError,
     NotHomedError,
+    NotSupportedError,
     StalledError,
 )
 from bioscara.model import JointParameters
-from bioscara.protocol import Fault, Flags, JointState, Register
+from bioscara.protocol import Capability, Fault, Flags, JointState, Register
 
 # Plain numbers: an operation on an IntFlag costs more than the rest of an exchange.
 _OBSTACLES = int(Flags.STALL | Flags.NOTENABLED | Flags.NOTHOMED)
@@ -206,6 +207,20 @@ class JointConnection:
         """
         self.session.require_v2("get_fault")
         return FaultReport.from_answer(self.session.read(Register.FAULT))
+
+    def get_bus_errors(self) -> int:
+        """Ask how often the joint met an error of its bus, or gave up a transfer, since its boot.
+
+        Raises:
+            NotSupportedError: A version 1 joint, or firmware without that counter.
+        """
+        self.session.require_v2("get_bus_errors")
+        if self.hello is None or not self.hello.capabilities & Capability.BUS_ERRORS:
+            raise NotSupportedError(
+                f"{self.name}: its firmware does not count errors of the bus; flash firmware/joint "
+                "of this host's version"
+            )
+        return int(self.session.read(Register.BUSERRORS).values[0])
 
     def clear_fault(self, fault: str | None = None) -> None:
         """Acknowledge the latched fault; the joint stays disabled and nothing moves.

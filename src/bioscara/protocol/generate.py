@@ -152,9 +152,9 @@ length of a register equals its version 2 length.
   more bytes are asked for. FAULT tells the reason.
 - `HELLO` is accepted with any sequence number. `ARM` with the joint's boot id and a session
   number that is new to this boot opens a session: sequence numbers count from its own, and
-  motion commands without trailer are refused until the joint restarts.
+  motion commands without trailer are refused until the joint restarts or is disarmed.
 - The joint's bootloader takes two steps, so that no single frame can start it: `DISARM`, then
-  `BOOTLOADER`, both with the boot id out of `HELLO`, with nothing between them, in a disabled joint.
+  `BOOTLOADER`, both with the boot id of `HELLO`, nothing between them, in a disabled joint.
 - Silence stops motion. A moving joint that receives no newer setpoint for the watchdog time (60
   ms unless set) ramps down, disables itself and latches SETPOINT_LOST. Setpoints are the
   registers marked below; polls never count. A command that runs by itself (HOME, MOVESTEPS and

@@ -351,8 +351,8 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.BUSERRORS,
         _R,
-        "How often since boot the joint met an error of its bus (a START or STOP inside a byte, lost "
-        "arbitration) or gave up a transfer that stood still for 4 ms; saturates.",
+        "How often since boot the joint met an error of its bus (a START or STOP inside a byte, "
+        "lost arbitration) or gave up a transfer that stood still for 4 ms; saturates.",
         read=(Field("errors", Kind.U16),),
         version=2,
         support=Support.NO,
@@ -360,8 +360,8 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.DISARM,
         _W,
-        "Ends the session of a disabled joint at rest: commands without trailer are believed again. "
-        "The first of the two steps to the bootloader.",
+        "Ends the session of a disabled joint at rest: commands without trailer are believed "
+        "again. The first of the two steps to the bootloader.",
         written=(Field("boot_id", Kind.U16),),
         version=2,
         support=Support.NO,
@@ -369,9 +369,9 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.BOOTLOADER,
         _W,
-        "Starts the bootloader in the controller's ROM 20 ms later, with the power stage open; the "
-        "joint answers no more until it is flashed or its power is cycled. Only in a disabled joint "
-        "at rest, and only if DISARM was the frame just before it, at most 2 s ago.",
+        "Starts the bootloader in the controller's ROM 20 ms later, with the power stage open; "
+        "the joint answers no more until it is flashed or its power is cycled. Only in a disabled "
+        "joint at rest, and only if DISARM was the frame just before it, at most 2 s ago.",
         written=(Field("boot_id", Kind.U16),),
         version=2,
         support=Support.NO,
