@@ -21,17 +21,7 @@ from bioscara.errors import (
     RefusedError,
     WrongJointError,
 )
-from bioscara.protocol import (
-    READ,
-    TRAILER,
-    WRITE,
-    Answer,
-    Capability,
-    Flags,
-    Message,
-    Refusal,
-    Register,
-)
+from bioscara.protocol import READ, TRAILER, WRITE, Answer, Flags, Message, Refusal, Register
 
 TRIES = 3
 """How often an exchange is tried, as the original driver does."""
@@ -148,7 +138,7 @@ class Session:
             CommunicationError: It did not answer, or refused.
         """
         self.require_v2("the request for the bootloader")
-        if self.hello is None or not self.hello.capabilities & Capability.BOOTLOADER:
+        if self.hello is None or not self.hello.starts_bootloader:
             raise NotSupportedError(f"{self._joint}: its firmware does not start its bootloader")
         if not self.flags & Flags.NOTENABLED:
             raise IncorrectStateError(
