@@ -12,7 +12,7 @@ import pytest
 
 import bioscara
 from bioscara.errors import ImageError
-from bioscara.flashing import JOINTS, Image, read_image
+from bioscara.flashing import JOINTS, Image, prebuilt, read_image
 from flashing.images import image, sealed
 
 FIRMWARE = Path(__file__).parents[2] / "firmware/joint"
@@ -48,7 +48,10 @@ def test_every_truncation_is_found() -> None:
     [
         (b"", "not joint firmware of bioscara"),
         (random.Random(1).randbytes(20_000), "not joint firmware of bioscara"),
-        (b"\x7fELF" + image()[4:], "an ELF file, for debuggers; flash the .bin file"),
+        (
+            b"\x7fELF" + image()[4:],
+            "an ELF file, for debuggers; flash j1.bin, which was built with it",
+        ),
         (image()[:0x210], "ends inside its identity, after 528 bytes"),
         (image()[:4000], "is truncated: it has 4000 bytes and says 5000"),
         (image() + b"\xff", "is damaged: it has 5001 bytes and says 5000"),
@@ -92,6 +95,19 @@ def test_what_the_firmware_build_seals_is_whole() -> None:
     _, built = runpy.run_path(str(FIRMWARE / "seal.py"))["seal"](elf)
     assert built == content
     Image.from_bytes("j3.bin", built).require(3)
+
+
+def test_a_release_has_the_images_under_the_names_that_are_looked_for(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (named,) = re.findall(
+        r"dist/(bioscara-\S+\.bin)", (FIRMWARE.parents[1] / "Makefile").read_text()
+    )
+    name = named.replace("$$version", bioscara.__version__).replace("$$joint", "3")
+    monkeypatch.setattr(bioscara, "__file__", str(tmp_path / "src/bioscara/__init__.py"))
+    monkeypatch.chdir(tmp_path)
+    Path(name).write_bytes(image(3))
+    assert prebuilt(3) == Path(name)
 
 
 def test_firmware_and_host_of_one_checkout_have_one_version() -> None:

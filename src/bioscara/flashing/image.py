@@ -64,7 +64,8 @@ class Image:
         """
         if content.startswith(_ELF):
             raise ImageError(
-                f"{name} is an ELF file, for debuggers; flash the .bin file that was built with it"
+                f"{name} is an ELF file, for debuggers; flash {Path(name).with_suffix('.bin').name}, "
+                "which was built with it"
             )
         if content[_OFFSET : _OFFSET + len(_MAGIC)] != _MAGIC:
             raise ImageError(
@@ -141,7 +142,7 @@ def prebuilt(joint: int) -> Path:
         ImageError: There is none; says where images come from.
     """
     built = Path(bioscara.__file__).parents[2] / "firmware" / "build" / f"j{joint}.bin"
-    released = Path(f"bioscara-{bioscara.__version__}-j{joint}.bin")
+    released = Path(f"bioscara-{bioscara.__version__}-j{joint}.bin")  # As `make dist` names it.
     for path in (built, released):
         if path.is_file():
             return path
