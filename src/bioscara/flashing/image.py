@@ -64,8 +64,8 @@ class Image:
         """
         if content.startswith(_ELF):
             raise ImageError(
-                f"{name} is an ELF file, for debuggers; flash {Path(name).with_suffix('.bin').name}, "
-                "which was built with it"
+                f"{name} is an ELF file, for debuggers; flash "
+                f"{Path(name).with_suffix('.bin').name}, which was built with it"
             )
         if content[_OFFSET : _OFFSET + len(_MAGIC)] != _MAGIC:
             raise ImageError(
