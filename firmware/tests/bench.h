@@ -67,14 +67,21 @@ class Bench final : private bioscara::Hal {
   void transfer(std::uint8_t, const std::uint8_t* written, std::size_t size, std::uint8_t* read,
                 std::size_t count) {
     interrupt_ = true;
-    for (std::size_t bytes = 1; bytes <= size; ++bytes) joint_->on_byte(written, bytes);
+    for (std::size_t bytes = 1; early_ && bytes <= size; ++bytes) joint_->on_byte(written, bytes);
+    std::uint8_t first = 0;
+    const bool known = joint_->foretell(size, first);
     if (size > 0) joint_->on_receive(written, size);
     std::uint8_t answer[Joint::kAnswerMax];
     const std::size_t length = joint_->on_request(answer);
+    foretold_ += known && length > 0 && first == answer[0] ? 1 : 0;
+    mistaken_ += known && (length == 0 || first != answer[0]) ? 1 : 0;
     interrupt_ = false;
     std::fill_n(read, count, std::uint8_t{0xFF});
     std::copy_n(answer, std::min(length, count), read);
   }
+
+  // Whether frames are judged byte by byte as they come, as on the board.
+  void judge_early(bool on) { early_ = on; }
 
   // A write of no bytes.
   void probe() { joint_->on_receive(nullptr, 0); }
@@ -91,6 +98,9 @@ class Bench final : private bioscara::Hal {
   bool stage_closed() const { return enabled_; }
 
   int worst_exchanges() const { return worst_; }
+  // First bytes of answers that were known before the frame was taken, and those that were wrong.
+  int foretold() const { return foretold_; }
+  int mistaken() const { return mistaken_; }
   int interrupt_exchanges() const { return interrupt_exchanges_; }
   long feeds() const { return feeds_; }
   const Configuration& configuration() const { return configuration_; }
@@ -146,6 +156,7 @@ class Bench final : private bioscara::Hal {
   bool enabled_ = true;
   bool hung_ = false;
   bool left_ = false;
+  bool early_ = true;
   std::uint16_t bus_errors_ = 0;
   bool clock_stopped_ = false;
   bool interrupt_ = false;
@@ -154,6 +165,8 @@ class Bench final : private bioscara::Hal {
   int exchanges_ = 0;
   int worst_ = 0;
   int interrupt_exchanges_ = 0;
+  int foretold_ = 0;
+  int mistaken_ = 0;
   long feeds_ = 0;
 };
 

@@ -388,6 +388,30 @@ TEST(HZ09_an_interrupt_talks_to_no_chip_and_the_answer_is_there_at_once) {
     bench.tick();
   });
   CHECK(bench.interrupt_exchanges() == 0);
+  CHECK(bench.foretold() > 40 && bench.mistaken() == 0);
+}
+
+TEST(what_is_judged_as_it_arrives_is_what_is_judged_at_its_end) {
+  // The same frames to two joints, one of which sees them only whole.
+  Bench early(3), late(3);
+  late.judge_early(false);
+  Host first(early, 3), second(late, 3);
+  for (client::Host<Bench>* host : {&first, &second}) {
+    host->arm_session();
+    host->enable();
+  }
+  const int before = late.foretold();
+  for_each_frame([&](const Definition& row, const Bytes& payload) {
+    const Bytes bytes = first.frame(row.code, payload, first.next_sequence());
+    for (std::size_t size = 1; size <= bytes.size() + 2; ++size) {
+      Bytes part = bytes;
+      part.resize(size);
+      CHECK(first.exchange(part, 13) == second.exchange(part, 13));
+    }
+    early.tick();
+    late.tick();
+  });
+  CHECK(late.foretold() == before);
 }
 
 TEST(HZ13_HELLO_tells_which_joint_it_is) {

@@ -84,7 +84,7 @@ def test_a_joint_that_restarted_while_it_missed_many_frames_is_not_armed_again(c
     world.arm.run(0.2)
     away.cancel()
     world.tap.calls.clear()
-    with pytest.raises(JointResetError, match="reset cause BROWN_OUT"):
+    with pytest.raises(JointResetError, match="reset cause PIN"):
         joint.read_state()
     assert world.tap.count(Register.ARM) == 0
     with pytest.raises(JointResetError):

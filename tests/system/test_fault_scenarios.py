@@ -198,7 +198,7 @@ def test_fw1_a_joint_that_restarts_is_named_stops_the_others_and_is_not_taken_fo
         joint.init()
         assert not joint.is_homed()
         assert joint.hello is not None
-        assert joint.hello.reset_cause is ResetCause.BROWN_OUT
+        assert joint.hello.reset_cause is ResetCause.PIN
         assert not scene.arm.has_torque("j3")
 
 

@@ -154,7 +154,10 @@ class SimulatedArm:
     # Faults of the board.
 
     def reset(self, joint: str, cause: ResetCause = ResetCause.BROWN_OUT) -> None:
-        """Restart the joint's controller; a brown-out restarts its chips as well."""
+        """Restart the joint's controller; a brown-out restarts its chips as well.
+
+        The joint reports a brown-out as PIN, as its board cannot tell the two apart.
+        """
         self._arm.reset(self._number(joint), cause)
 
     def set_power(self, joint: str, on: bool) -> None:

@@ -104,18 +104,22 @@ void I2cTarget::discard() {
   phase_ = Phase::IDLE;
 }
 
-void I2cTarget::begin(bool sending) {
-  I2c& bus = stm32::i2c1();
-  if (sending) {
-    answer_size_ = joint_->on_request(answer_);
-    sent_ = 0;
-    phase_ = Phase::SENDING;
-    send_next();
-  } else {
-    received_ = 0;
-    phase_ = Phase::RECEIVING;
-  }
-  bus.CR2 = kEvents | I2c::ITBUFEN | clock::kApb1Megahertz;
+void I2cTarget::begin_receiving() {
+  finish();
+  received_ = 0;
+  phase_ = Phase::RECEIVING;
+}
+
+// SCL is low until DR is written: the first byte goes there before the frame is taken.
+void I2cTarget::begin_sending() {
+  uint8_t first = 0;
+  const bool known = phase_ == Phase::RECEIVING && joint_->foretell(received_, first);
+  if (known) stm32::i2c1().DR = first;
+  finish();
+  answer_size_ = joint_->on_request(answer_);
+  sent_ = known ? 1 : 0;
+  phase_ = Phase::SENDING;
+  if (!known) send_next();
 }
 
 void I2cTarget::send_next() {
@@ -152,9 +156,11 @@ void I2cTarget::interrupt() {
     served = true;
   }
   if ((status & I2c::ADDR) != 0) {
-    const bool sending = (bus.SR2 & I2c::TRA) != 0;
-    finish();
-    begin(sending);
+    if ((bus.SR2 & I2c::TRA) != 0)
+      begin_sending();
+    else
+      begin_receiving();
+    bus.CR2 = kEvents | I2c::ITBUFEN | clock::kApb1Megahertz;
     served = true;
   } else if (phase_ == Phase::SENDING && (status & I2c::TXE) != 0) {
     send_next();

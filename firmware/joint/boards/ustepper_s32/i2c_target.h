@@ -38,7 +38,8 @@ class I2cTarget {
   void take(uint8_t byte);
   void finish();
   void discard();
-  void begin(bool sending);
+  void begin_receiving();
+  void begin_sending();
   void send_next();
   void count();
   bool at_rest();

@@ -40,6 +40,10 @@ class Joint {
   // tick and arms the answer.
   void on_receive(const uint8_t* data, size_t size) { wire_.receive(data, size); }
 
+  // I2C interrupt: the controller is about to end a frame of this size by a read. The first byte of
+  // its answer, if it is known already: it can be sent before the frame is taken by on_receive().
+  bool foretell(size_t size, uint8_t& first) const { return wire_.foretell(size, first); }
+
   // I2C interrupt: the controller reads. Copies out the armed answer and returns its size; the
   // board sends 0xFF for every byte beyond it. Executes nothing.
   size_t on_request(uint8_t (&answer)[kAnswerMax]) const { return wire_.request(answer); }

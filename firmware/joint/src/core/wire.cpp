@@ -67,6 +67,12 @@ void Wire::receive(const uint8_t* data, size_t size) {
   judged_ = 0;
 }
 
+bool Wire::foretell(size_t size, uint8_t& first) const {
+  if (size == 0 || judged_ != size) return false;
+  first = verdict_.answer.bytes[0];
+  return true;
+}
+
 size_t Wire::request(uint8_t (&answer)[kAnswerMax]) const {
   memcpy(answer, answer_.bytes, kAnswerMax);
   return answer_.size;

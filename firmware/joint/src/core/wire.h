@@ -26,6 +26,9 @@ class Wire {
   // it, at once if it is what was judged last.
   void prepare(const uint8_t* data, size_t size);
   void receive(const uint8_t* data, size_t size);
+  // The first byte of the answer that receive() of so many bytes will arm; false where it was not
+  // judged yet.
+  bool foretell(size_t size, uint8_t& first) const;
   size_t request(uint8_t (&answer)[kAnswerMax]) const;
 
   // Tick side.
