@@ -103,6 +103,8 @@ TEST(an_enabled_joint_keeps_its_session_and_its_firmware) {
   CHECK(!refused(host, Register::BOOTLOADER, boot));
   bench.run(0.03);
   CHECK(bench.left() && !bench.stage_closed());
+  // Nor would its hold current flow if the enable pin were let go.
+  CHECK(bench.driver().current_share(true) == 0.0);
 }
 
 TEST(a_joint_that_is_enabled_again_in_time_stays) {

@@ -116,6 +116,7 @@ def test_homing_can_be_cancelled_at_any_time() -> None:
         host.write(Register.STOP, 0)
         arm.run(0.3)
         flags = host.flags()
-        assert abs(host.field_speed()) < CREEP
+        # The mean: the joint still takes single steps to its place.
+        assert abs(host.field_speed(0.1)) < CREEP
         assert Flags.BUSY not in flags
         assert Flags.NOTHOMED in flags

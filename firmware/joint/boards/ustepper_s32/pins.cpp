@@ -12,7 +12,8 @@ using stm32::gpiob;
 using stm32::gpioc;
 
 constexpr uint32_t kInput = 0, kOutput = 1, kAlternate = 2;
-constexpr uint32_t kFast = 2;
+// Slopes: 2 MHz for the bus, 25 MHz for the clocks of the chips.
+constexpr uint32_t kSlow = 0, kMedium = 1;
 
 void set_field(stm32::Word& word, unsigned position, unsigned width, uint32_t value) {
   const uint32_t mask = ((1UL << width) - 1) << position;
@@ -29,9 +30,9 @@ void output(Gpio& port, unsigned pin, bool high) {
   set_mode(port, pin, kOutput);
 }
 
-void alternate(Gpio& port, unsigned pin, uint32_t function) {
+void alternate(Gpio& port, unsigned pin, uint32_t function, uint32_t slope) {
   set_field(pin < 8 ? port.AFRL : port.AFRH, 4 * (pin % 8), 4, function);
-  set_field(port.OSPEEDR, 2 * pin, 2, kFast);
+  set_field(port.OSPEEDR, 2 * pin, 2, slope);
   no_pull(port, pin);
   set_mode(port, pin, kAlternate);
 }
@@ -54,12 +55,12 @@ void set_up() {
   // The driver: SD_MODE low for its ramp generator, SPI_MODE high.
   output(gpioc(), 8, false);
   output(gpioc(), 1, true);
-  alternate(gpioa(), 8, 0);  // MCO1
-  for (unsigned pin : {13U, 14U, 15U}) alternate(gpiob(), pin, 5);
-  for (unsigned pin : {10U, 11U, kEncoderData}) alternate(gpioc(), pin, 6);
+  alternate(gpioa(), 8, 0, kMedium);  // MCO1
+  for (unsigned pin : {13U, 14U, 15U}) alternate(gpiob(), pin, 5, kMedium);
+  for (unsigned pin : {10U, 11U, kEncoderData}) alternate(gpioc(), pin, 6, kMedium);
   gpiob().OTYPER |= stm32::bit(kScl) | stm32::bit(kSda);
-  alternate(gpiob(), kScl, 4);
-  alternate(gpiob(), kSda, 4);
+  alternate(gpiob(), kScl, 4, kSlow);
+  alternate(gpiob(), kSda, 4, kSlow);
 }
 
 void drive_encoder_data() { set_mode(gpioc(), kEncoderData, kAlternate); }

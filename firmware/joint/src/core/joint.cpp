@@ -120,11 +120,13 @@ bool Joint::underway() const {
 void Joint::supervise() {
   const Supervisor::Finding driver =
       driver_fault(motion_.driver().take_gstat(), motion_.driver().drv_status());
-  if (driver.fault == Fault::DRIVER_RESET) {
-    motion_.driver().setup();
-    checked_ = false;  // Where the field stands is no longer known.
-  }
   if (driver.fault != Fault::NONE && powered_) cut(driver.fault, driver.data);
+  if (driver.fault == Fault::DRIVER_RESET) {
+    motion_.driver().begin_setup();
+    checked_ = false;  // Where the field stands is no longer known.
+  } else if (!motion_.driver().ready()) {
+    motion_.driver().continue_setup();
+  }
   if (powered_ && !sequence()) {
     const Supervisor::Finding finding =
         supervisor_.check(motion_, error_, bad_samples_ == 0 ? encoder_.change() : 1);
@@ -229,7 +231,7 @@ void Joint::publish() {
       (motion_.standing() ? kStandstill : 0) | (stalled_ ? kStall : 0));
   status.flags = static_cast<uint8_t>(
       (stalled_ ? mask(Flags::STALL) : 0) |
-      (sequence() || running_down() || starting_ != 0 ? mask(Flags::BUSY) : 0) |
+      (sequence() || running_down() || starting() ? mask(Flags::BUSY) : 0) |
       (homed_ ? 0 : mask(Flags::NOTHOMED)) | (enabled_ ? 0 : mask(Flags::NOTENABLED)) |
       (fault_ != Fault::NONE ? mask(Flags::FAULT) : 0));
   wire_.publish(status);

@@ -94,6 +94,8 @@ class Joint {
   void power(bool on);
   bool sequence() const;
   bool running_down() const;
+  // A chip is not ready yet: after a power-up the encoder, after a reset of its own the driver.
+  bool starting() const { return starting_ != 0 || !motion_.driver().ready(); }
   bool underway() const;
 
   Hal& hal_;

@@ -136,7 +136,7 @@ void Joint::execute(const Command& command) {
 }
 
 void Joint::set_up(const Command& command) {
-  if (sequence() || running_down() || starting_ != 0 || (fault_ != Fault::NONE && wire_.armed())) return;
+  if (sequence() || running_down() || starting() || (fault_ != Fault::NONE && wire_.armed())) return;
   fault_ = Fault::NONE;
   fault_data_ = 0.0F;
   stalled_ = false;
@@ -235,6 +235,8 @@ void Joint::leave() {
   if (leaving_ == 0 || --leaving_ != 0) return;
   if (enabled_ || (state_ != JointState::DISABLED && state_ != JointState::FAULTED)) return;
   power(false);
+  // The driver keeps its settings there, and another reset would let go of the enable pin.
+  motion_.driver().open_bridge();
   hal_.enter_bootloader();
 }
 

@@ -38,6 +38,8 @@ constexpr uint32_t kGconf = 0x05;
 constexpr uint32_t kTpwmthrs = 5000;
 // TBL 2, HSTRT 4, TOFF 2: the settings the arm was measured with.
 constexpr uint32_t kChopconf = 0x00010042;
+// With this field 0 the bridge is off whatever the enable pin says.
+constexpr uint32_t kToff = 0x0F;
 // Reset value; bits 20 and 21 are the freewheel field.
 constexpr uint32_t kPwmconf = 0x00050480;
 constexpr uint32_t kFreewheel = 1U << 20;
@@ -45,6 +47,19 @@ constexpr uint32_t kShortCoils = 2U << 20;
 // The acceleration phases A1 and D1 are off while V1 is 0, but must not be 0 themselves.
 constexpr uint32_t kFirstPhase = 600;
 constexpr uint32_t kStopSpeed = 10;
+
+struct Setting {
+  uint8_t address;
+  uint32_t value;
+};
+// What never changes, and the ramp: the power stage is open, so one that an earlier boot left
+// running ends at once.
+constexpr Setting kSettings[] = {
+    {CHOPCONF, kChopconf}, {TPWMTHRS, kTpwmthrs}, {TPOWERDOWN, 10},   {VSTART, 0},
+    {A1, kFirstPhase},     {V1, 0},               {D1, kFirstPhase},  {VSTOP, kStopSpeed},
+    {TZEROWAIT, 0},        {AMAX, kAccelerationMax}, {DMAX, kAccelerationMax}, {RAMPMODE, 0},
+};
+constexpr size_t kSettingsAtOnce = 4;
 
 uint32_t to_register(float value, float lsb, uint32_t limit) {
   const float steps = fabsf(value) / lsb;
@@ -66,6 +81,8 @@ uint32_t Tmc5130::exchange(uint8_t address, uint32_t value) {
   uint8_t received[5] = {};
   hal_.driver_exchange(sent, received);
   spi_status_ = received[0];
+  // Every datagram tells of a reset: at once, where GSTAT is read every 16th tick.
+  gstat_ |= spi_status_ & 0x01;
   return static_cast<uint32_t>(received[1]) << 24 | static_cast<uint32_t>(received[2]) << 16 |
          static_cast<uint32_t>(received[3]) << 8 | received[4];
 }
@@ -73,35 +90,40 @@ uint32_t Tmc5130::exchange(uint8_t address, uint32_t value) {
 void Tmc5130::write(uint8_t address, uint32_t value) { exchange(address | kWrite, value); }
 
 void Tmc5130::setup() {
+  begin_setup();
+  while (!ready()) continue_setup();
+}
+
+void Tmc5130::begin_setup() {
+  currents_ = speed_ = 0;
+  pwm_ = kPwmconf | kFreewheel;
+  acceleration_ = deceleration_ = kAccelerationMax;
   write(GCONF, kGconf);
   // Some revisions clear these bits when ones are written, others when they are read.
   write(GSTAT, 0x07);
   exchange(GSTAT, 0);
-  write(CHOPCONF, kChopconf);
-  write(TPWMTHRS, kTpwmthrs);
-  pwm_ = kPwmconf | kFreewheel;
-  write(PWMCONF, pwm_);
-  currents_ = 0;
+  gstat_ = 0;
   write(IHOLD_IRUN, currents_);
-  write(TPOWERDOWN, 10);
-  write(VSTART, 0);
-  write(A1, kFirstPhase);
-  write(V1, 0);
-  write(D1, kFirstPhase);
-  write(VSTOP, kStopSpeed);
-  write(TZEROWAIT, 0);
-  speed_ = 0;
+  write(PWMCONF, pwm_);
   write(VMAX, speed_);
-  // The power stage is open: a ramp that an earlier boot left running ends at once.
-  acceleration_ = deceleration_ = kAccelerationMax;
-  write(AMAX, acceleration_);
-  write(DMAX, deceleration_);
-  write(RAMPMODE, 0);
+  set_up_ = 0;
+}
+
+void Tmc5130::continue_setup() {
+  constexpr size_t kCount = sizeof(kSettings) / sizeof(kSettings[0]);
+  for (size_t written = 0; written < kSettingsAtOnce && set_up_ < kCount; ++written) {
+    write(kSettings[set_up_].address, kSettings[set_up_].value);
+    ++set_up_;
+  }
+  if (set_up_ < kCount) return;
+  set_up_ = kReady;
   exchange(XACTUAL, 0);
   position_ = static_cast<int32_t>(exchange(XACTUAL, 0));
   target_ = position_;
   write(XTARGET, static_cast<uint32_t>(target_));
 }
+
+void Tmc5130::open_bridge() { write(CHOPCONF, kChopconf & ~kToff); }
 
 void Tmc5130::poll() {
   // Pipelined: each datagram brings what the one before asked for.

@@ -13,6 +13,12 @@ class Tmc5130 {
 
   // Writes all settings; the motor stays without current.
   void setup();
+  // The same in parts, one a tick, for a driver that has lost them; the currents come first.
+  void begin_setup();
+  void continue_setup();
+  bool ready() const { return set_up_ == kReady; }
+  // Switches the motor off in the chip itself, until the next setup().
+  void open_bridge();
 
   // Reads position, speed and one of the status registers in turn: four datagrams.
   void poll();
@@ -34,6 +40,8 @@ class Tmc5130 {
   void set_position(int32_t position);
 
  private:
+  static constexpr uint8_t kReady = 0xFF;
+
   uint32_t exchange(uint8_t address, uint32_t value);
   void write(uint8_t address, uint32_t value);
 
@@ -44,6 +52,8 @@ class Tmc5130 {
   uint8_t gstat_ = 0;
   uint8_t spi_status_ = 0;
   uint16_t turn_ = 0;
+  // The next setting to be written.
+  uint8_t set_up_ = kReady;
 
   int32_t target_ = 0;
   uint32_t speed_ = 0;
