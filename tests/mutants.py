@@ -857,8 +857,8 @@ MUTANTS = (
     Mutant(
         "one byte of an answer before the rest",
         "src/bioscara/drivers/greeting.py",
-        "first = _MAGIC_FIRST if shown else",
-        "first = _MAGIC_FIRST if True else",
+        "            if first is None:\n",
+        "            if True:\n",
         GREETING,
     ),
     Mutant(

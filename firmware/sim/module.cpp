@@ -1,5 +1,6 @@
 // The simulated arm for Python. src/bioscara/sim is its only user and gives it its manners.
 #include <nanobind/nanobind.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>
 
 #include <cmath>
@@ -55,10 +56,17 @@ NB_MODULE(_native, module) {
   nb::class_<Arm>(module, "Arm")
       .def(
           "__init__",
-          [](Arm* self, std::uint32_t seed, double frequency, double overhead, bool version_1) {
-            new (self) Arm(seed, Timing{frequency, overhead}, version_1);
+          [](Arm* self, std::uint32_t seed, double frequency, double overhead,
+             const std::array<int, Arm::kJoints>& firmwares) {
+            Arm::Firmwares flashed;
+            for (std::size_t i = 0; i < flashed.size(); ++i) {
+              if (firmwares[i] < 0 || firmwares[i] > static_cast<int>(Firmware::ORIGINAL))
+                throw nb::value_error("no such firmware");
+              flashed[i] = static_cast<Firmware>(firmwares[i]);
+            }
+            new (self) Arm(seed, Timing{frequency, overhead}, flashed);
           },
-          nb::arg("seed"), nb::arg("frequency"), nb::arg("overhead"), nb::arg("version_1"))
+          nb::arg("seed"), nb::arg("frequency"), nb::arg("overhead"), nb::arg("firmwares"))
       .def("now", &Arm::now)
       .def("run",
            [](Arm& arm, double seconds) {

@@ -34,6 +34,7 @@ def commands(joint: Any) -> dict[str, Base]:
         "set_max_velocity": {"velocity": parameters.max_velocity},
         "enable_stallguard": {"threshold": parameters.stall_threshold},
         "check_setpoint": {"position": here, "velocity": 0.0},
+        "check_acceleration": {"acceleration": parameters.max_acceleration},
         "check_position": {"position": here},
         "check_velocity": {"velocity": 0.0},
         "start_from": {"position": here},

@@ -44,7 +44,7 @@ class World:
         for name, position in NEAR.items():
             self.arm.set_position(name, position)
             self.arm.reset(name)
-        self.arm.run(0.2)
+        self.arm.run(1.0 if v1 else 0.2)
         self.tap = Tap(FirmwareBus(self.arm))
         self.bus = FaultyBus(self.tap, seed=1, clock=self.arm.clock)
         self.joints = [self.joint(parameters) for parameters in ARM.joints]

@@ -15,11 +15,10 @@ constexpr double kStretchLimit = 0.035;
 
 }  // namespace
 
-Arm::Arm(std::uint32_t seed, Timing timing, bool version_1)
-    : timing_(timing), version_1_(version_1) {
+Arm::Arm(std::uint32_t seed, Timing timing, const Firmwares& firmwares) : timing_(timing) {
   for (int joint = 1; joint <= kJoints; ++joint)
-    boards_.push_back(std::make_unique<Board>(joint, seed));
-  run(0.05);  // Everything has booted.
+    boards_.push_back(std::make_unique<Board>(joint, seed, firmwares[static_cast<std::size_t>(joint - 1)]));
+  run(0.05);  // Everything of ours has booted.
 }
 
 void Arm::run(double seconds) {
@@ -54,9 +53,16 @@ void Arm::receive_version_1(Board& board, const std::uint8_t* written, std::size
     board.receive(written, size);
 }
 
+Outcome Arm::hold_clock() {
+  pass(kStretchLimit);
+  return Outcome::TIMEOUT;
+}
+
 Outcome Arm::transfer(std::uint8_t address, const std::uint8_t* written, std::size_t size,
                       std::uint8_t* read, std::size_t count) {
   const double bit = timing_.frequency > 0.0 ? 1.0 / timing_.frequency : 0.0;
+  for (const auto& board : boards_)
+    if (board->holds_clock()) return hold_clock();
   Board* board = find(address);
   if (board == nullptr) {
     pass(timing_.overhead + 11.0 * bit);
@@ -65,7 +71,7 @@ Outcome Arm::transfer(std::uint8_t address, const std::uint8_t* written, std::si
   const double payload = size > 0 ? static_cast<double>(size - 1) : 0.0;
   pass(timing_.overhead + (20.0 + kByteBits * payload) * bit);
   if (size > 0) {
-    if (version_1_)
+    if (board->firmware() == Firmware::OURS_VERSION_1)
       receive_version_1(*board, written, size);
     else
       board->receive(written, size);
@@ -75,8 +81,11 @@ Outcome Arm::transfer(std::uint8_t address, const std::uint8_t* written, std::si
   std::fill_n(read, count, std::uint8_t{0xFF});
   if (count > 0) {
     std::uint8_t answer[Joint::kAnswerMax];
-    std::size_t length = board->request(answer);
-    if (version_1_ && unknown_ && length == 2) {
+    Time stretched = 0;
+    std::size_t length = board->request(answer, count, stretched);
+    pass(static_cast<double>(stretched) / kSecond);
+    if (board->holds_clock()) return hold_clock();
+    if (board->firmware() == Firmware::OURS_VERSION_1 && unknown_ && length == 2) {
       // The old firmware takes an unknown register for a blocking command.
       answer[0] = static_cast<std::uint8_t>(answer[1] | static_cast<std::uint8_t>(Flags::BUSY));
       length = 1;

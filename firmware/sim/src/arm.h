@@ -1,6 +1,7 @@
 // Four boards on one bus, in virtual time.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -22,7 +23,10 @@ class Arm {
  public:
   static constexpr int kJoints = 4;
 
-  Arm(std::uint32_t seed, Timing timing, bool version_1);
+  // What each joint is flashed with, j1 first.
+  using Firmwares = std::array<Firmware, kJoints>;
+
+  Arm(std::uint32_t seed, Timing timing, const Firmwares& firmwares);
   Arm(const Arm&) = delete;
   Arm& operator=(const Arm&) = delete;
 
@@ -39,13 +43,14 @@ class Arm {
 
  private:
   void pass(double seconds);
+  // The adapter waits for the clock line in vain.
+  Outcome hold_clock();
   Board* find(std::uint8_t address);
   // The part of a joint that only knows version 1.
   void receive_version_1(Board& board, const std::uint8_t* written, std::size_t size);
 
   std::vector<std::unique_ptr<Board>> boards_;
   Timing timing_;
-  bool version_1_;
   bool unknown_ = false;
   double stretch_ = 0.0;
   Time now_ = 0;

@@ -1,5 +1,6 @@
 #include "board.h"
 
+#include <algorithm>
 #include <limits>
 
 namespace bioscara::sim {
@@ -17,8 +18,9 @@ constexpr double kFullTorque = 0.19 * 1.48 * 1.41421356;
 
 }  // namespace
 
-Board::Board(int joint, std::uint32_t seed)
+Board::Board(int joint, std::uint32_t seed, Firmware firmware)
     : configuration_(configuration_of(static_cast<std::uint8_t>(joint))),
+      firmware_(firmware),
       mechanics_(parameters_of(joint)),
       random_(seed * 2654435761U + static_cast<std::uint32_t>(joint) * 40503U + 1U),
       boot_id_(static_cast<std::uint16_t>(random_ >> 16)) {
@@ -34,6 +36,7 @@ void Board::start() {
   running_ = false;
   enabled_ = false;
   hung_ = false;
+  holds_clock_ = false;
   starts_ = now_ + kBoot;
 }
 
@@ -53,24 +56,38 @@ void Board::set_power(bool on) {
     powered_ = true;
     reset(ResetCause::POWER_ON);
   } else if (!on) {
-    powered_ = running_ = enabled_ = false;
+    powered_ = running_ = enabled_ = holds_clock_ = false;
   }
+}
+
+void Board::set_motor_power(bool on) {
+  driver_.set_motor_power(on);
+  // The chip forgets its settings, which the original firmware writes at its start only.
+  if (firmware_ == Firmware::ORIGINAL) driver_.power_up();
 }
 
 void Board::advance(Time now) {
   while (next_step_ <= now) {
     if (powered_ && !running_ && next_step_ >= starts_) {
       now_ = next_step_;
-      joint_.emplace(static_cast<Hal&>(*this), configuration_);
-      joint_->boot();
+      if (firmware_ == Firmware::ORIGINAL) {
+        original_.emplace(static_cast<Hal&>(*this), now_);
+      } else {
+        joint_.emplace(static_cast<Hal&>(*this), configuration_);
+        joint_->boot();
+      }
       running_ = true;
       fed_ = next_tick_ = now_;
     }
     if (running_ && next_tick_ <= next_step_) {
       now_ = next_tick_;
-      if (!hung_) joint_->tick();
-      next_tick_ += kTick;
-      if (watchdog_on_ && now_ - fed_ > kWatchdog) reset(ResetCause::WATCHDOG);
+      if (firmware_ == Firmware::ORIGINAL) {
+        run_original();
+      } else {
+        if (!hung_) joint_->tick();
+        next_tick_ += kTick;
+        if (watchdog_on_ && now_ - fed_ > kWatchdog) reset(ResetCause::WATCHDOG);
+      }
     }
     now_ = next_step_;
     driver_.step();
@@ -82,12 +99,33 @@ void Board::advance(Time now) {
   now_ = now;
 }
 
-void Board::receive(const std::uint8_t* data, std::size_t size) {
-  joint_->on_receive(data, size);
+void Board::run_original() {
+  if (holds_clock_)
+    next_tick_ = now_ + kSecond;
+  else
+    next_tick_ = hung_ ? original_->run_without_loop(now_) : original_->run(now_);
 }
 
-std::size_t Board::request(std::uint8_t (&answer)[Joint::kAnswerMax]) {
-  return joint_->on_request(answer);
+void Board::receive(const std::uint8_t* data, std::size_t size) {
+  if (firmware_ == Firmware::ORIGINAL)
+    original_->receive(data, size);
+  else
+    joint_->on_receive(data, size);
+}
+
+std::size_t Board::request(std::uint8_t (&answer)[Joint::kAnswerMax], std::size_t count,
+                           Time& duration) {
+  duration = 0;
+  if (firmware_ != Firmware::ORIGINAL) return joint_->on_request(answer);
+  if (!original_->listening()) {
+    holds_clock_ = true;
+    return 0;
+  }
+  const OriginalJoint::Answer own = original_->request(now_);
+  duration = own.duration;
+  holds_clock_ = count > own.size;
+  std::copy_n(own.bytes, own.size, answer);
+  return own.size;
 }
 
 double Board::load_angle() const {

@@ -6,18 +6,24 @@
 
 #include "../../joint/src/core/joint.h"
 #include "mechanics.h"
+#include "original_joint.h"
 #include "tle5012b_chip.h"
 #include "tmc5130_chip.h"
+#include "virtual_time.h"
 
 namespace bioscara::sim {
 
-// Virtual time in tenths of a microsecond: both the ramp period and the tick are whole numbers.
-using Time = std::int64_t;
-constexpr Time kSecond = 10'000'000;
+// What the controller is flashed with.
+enum class Firmware : std::uint8_t {
+  OURS,
+  // Ours, for a host that knows version 1 only: frames of version 2 are unknown to it.
+  OURS_VERSION_1,
+  ORIGINAL,
+};
 
 class Board final : private Hal {
  public:
-  Board(int joint, std::uint32_t seed);
+  Board(int joint, std::uint32_t seed, Firmware firmware);
   Board(const Board&) = delete;
   Board& operator=(const Board&) = delete;
 
@@ -27,13 +33,19 @@ class Board final : private Hal {
   // The controller's I2C peripheral.
   bool answers() const { return powered_ && running_; }
   std::uint8_t address() const { return configuration_.address; }
+  Firmware firmware() const { return firmware_; }
   void receive(const std::uint8_t* data, std::size_t size);
-  std::size_t request(std::uint8_t (&answer)[Joint::kAnswerMax]);
+  // The answer to a read of `count` bytes; `duration` is how long the clock was held meanwhile.
+  std::size_t request(std::uint8_t (&answer)[Joint::kAnswerMax], std::size_t count,
+                      Time& duration);
+  // The controller holds the clock low for ever, as an original joint does when more is read than
+  // it answers: its interrupt never ends, and nothing else of its firmware runs.
+  bool holds_clock() const { return holds_clock_; }
 
   // Faults.
   void reset(ResetCause cause);
   void set_power(bool on);
-  void set_motor_power(bool on) { driver_.set_motor_power(on); }
+  void set_motor_power(bool on);
   // The firmware's loop stands; the I2C interrupt still answers.
   void hang(bool on) { hung_ = on; }
   // The controller's own watchdog, which a debugger can switch off.
@@ -59,13 +71,16 @@ class Board final : private Hal {
   void lock() override {}
   void unlock() override {}
   void start();
+  void run_original();
   double noise();
 
   const Configuration configuration_;
+  const Firmware firmware_;
   Mechanics mechanics_;
   Tmc5130Chip driver_;
   Tle5012bChip encoder_;
   std::optional<Joint> joint_;
+  std::optional<OriginalJoint> original_;
   Time now_ = 0;
   Time next_step_ = 0;
   Time next_tick_ = 0;
@@ -78,6 +93,7 @@ class Board final : private Hal {
   bool powered_ = true;
   bool running_ = false;
   bool hung_ = false;
+  bool holds_clock_ = false;
   bool watchdog_on_ = true;
 };
 

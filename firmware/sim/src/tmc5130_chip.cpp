@@ -155,7 +155,7 @@ void Tmc5130Chip::position_mode() {
   const double reach = std::fabs(velocity_) * kVelocity * kRampPeriod;
   if (reach >= std::fabs(distance) && std::fabs(velocity_) * kVelocity <=
                                           dmax * kRampPeriod * 2.0 + stop * kVelocity) {
-    phase_ += direction_ * distance;
+    phase_ += shaft() * distance;
     position_ = xtarget();
     velocity_ = 0.0;
   }
@@ -177,7 +177,7 @@ void Tmc5130Chip::step() {
   }
   const double way = velocity_ * kVelocity * kRampPeriod;
   position_ += way;
-  phase_ += direction_ * way;
+  phase_ += shaft() * way;
   standstill_ = velocity_ == 0.0 ? standstill_ + kRampPeriod : 0.0;
 }
 

@@ -42,6 +42,8 @@ class Tmc5130Chip {
   void ramp_to(double target, double rate);
   void position_mode();
   std::uint8_t status() const;
+  // GCONF's shaft bit, and a coil connected the wrong way round.
+  double shaft() const { return registers_[0] & 0x10 ? -direction_ : direction_; }
   std::int32_t xtarget() const { return static_cast<std::int32_t>(registers_[0x2D]); }
 
   std::uint32_t registers_[128] = {};

@@ -7,7 +7,7 @@ from bioscara.cli.arguments import Options
 from bioscara.cli.arm import open_arm
 from bioscara.cli.output import Output
 from bioscara.cli.status import Status
-from bioscara.drivers import Joint
+from bioscara.drivers import Joint, await_power_up
 from bioscara.errors import BioscaraError, BusUnavailableError
 from bioscara.model import load_parameters
 from bioscara.protocol import Capability, Flags
@@ -28,6 +28,8 @@ def run(options: Options) -> int:
     missing: list[str] = []
     rows: list[tuple[str, ...]] = [_HEADINGS]
     with robot.bus:
+        addresses = {joint.name: joint.parameters.address for joint in robot.joints}
+        await_power_up(robot.bus, robot.clock, addresses, complain)
         for joint in robot.joints:
             try:
                 joint.init()

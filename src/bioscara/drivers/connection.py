@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 
 from bioscara.arguments import number, shown
@@ -46,6 +47,8 @@ class JointConnection:
         transmission: Conversion between joint and motor; changes when the joint is homed.
         plausibility: Judge of a version 1 joint's answers.
         last: The newest sample; of quality UNKNOWN before there was one.
+        encoder_deg: Encoder angle in the newest answer to :meth:`read_state` [deg], homed or not;
+            NaN before there was one.
         may_be_energised: Whether the motor was engaged, or found so, and was not seen to be
             released since; outlives the session.
     """
@@ -56,6 +59,7 @@ class JointConnection:
         self.transmission = Transmission(parameters.reduction)
         self.plausibility = Plausibility(parameters)
         self.last = UNKNOWN
+        self.encoder_deg = math.nan
         self.may_be_energised = False
         self._offset_known = False
         self._blocking = Register.NONE
@@ -250,6 +254,7 @@ class JointConnection:
         session, velocity_of = self.session, self.transmission.velocity_from_rpm
         if session.version == 2:
             (angle_deg, rpm, state, load), flags = session.read(Register.STATE)
+            self.encoder_deg = angle_deg
             position, velocity = self.position_of(angle_deg, flags), velocity_of(rpm)
             doing: JointState | None = joint_state(state)
         else:
@@ -267,6 +272,7 @@ class JointConnection:
         velocity = self.transmission.velocity_from_rpm(speed.values[0])
         flags = (angle.flags, speed.flags)
         self.plausibility.judge(self.last, position, velocity, flags, self.clock.now())
+        self.encoder_deg = angle.values[0]
         return position, velocity, speed.flags
 
     def position_of(self, angle_deg: float, flags: int) -> float | None:

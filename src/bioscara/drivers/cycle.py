@@ -72,7 +72,13 @@ class Cycle:
         return self._frame((_RPM, (self._joint.transmission.velocity_to_rpm(velocity),)))
 
     def stop(self) -> tuple[Transaction, ...]:
-        """Return the transaction that lets the joint ramp down."""
+        """Return the transaction that lets a driven joint ramp down.
+
+        For version 1 that is a velocity of zero: after STOP, original firmware is disabled by its
+        own deadman.
+        """
+        if self._joint.session.version == 1:
+            return self._frame((_RPM, (0.0,)))
         return self._frame((_STOP, (_SOFT,)))
 
     def state(self) -> tuple[Transaction, ...]:
@@ -120,6 +126,16 @@ class Cycle:
         self.bad_cycles = 0
         self._joint.last = sample
         return sample
+
+    def skip(self) -> JointSample:
+        """Return what to go on with while the joint is left alone: its last sample, marked STALE.
+
+        It was not asked, so this is no bad cycle.
+        """
+        joint = self._joint
+        if joint.last.quality is Quality.FRESH:
+            joint.last = joint.last._replace(quality=Quality.STALE)
+        return joint.last
 
     def coast(self, problem: CommunicationError) -> Outcome:
         """Return what to go on with after a bad cycle.

@@ -2,7 +2,9 @@
 
 A joint of version 1 answers HELLO, which it does not know, with its flags alone, and holds the
 clock of the whole bus low when more is read than it answers. So one byte is read first, and the
-rest only from a joint that showed the magic.
+rest only from a joint that showed the magic twice: one broken byte may look like it. While it
+starts up it acknowledges and can answer nothing at all, so a frame without a read goes before: if
+nobody acknowledges that one, who does later is left alone for a second.
 
 A joint of version 2 answers its flags too when a request arrives so broken that it knows neither
 register nor trailer. Taken for version 1 it would be driven without check bytes, so that takes
@@ -12,23 +14,22 @@ of version 2 on this bus before.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from weakref import WeakKeyDictionary
 
 from bioscara import __version__
 from bioscara.bus import ADDRESSES, Bus, Transaction
 from bioscara.clock import Clock
+from bioscara.drivers.original import QUIET, START_UP, forget_silence, note_silence, was_silent
 from bioscara.drivers.reports import Hello
 from bioscara.errors import (
     CommunicationError,
     CorruptFrameError,
+    NoAcknowledgeError,
     NotSupportedError,
     WrongJointError,
 )
 from bioscara.protocol import MAGIC, PROTOCOL, READ, TRAILER, Flags, Register
-
-LOOP = 25e-3
-"""Existing firmware shows BUSY for an unknown register until its 10 ms loop came by, and forgets
-a command if another transaction comes first [s]."""
 
 _PLAIN_ANSWERS = 12
 """Answers of version 1 to HELLO, with a PING after each, that make a joint one of version 1. Bits
@@ -39,6 +40,8 @@ _MAGIC_FIRST = MAGIC & 0xFF
 _MESSAGE, _PING = READ[Register.HELLO], READ[Register.PING]
 _WHOLE = _MESSAGE.answer_size + TRAILER
 _ACKNOWLEDGE = ord("O")
+_SHOWN = 2
+"""How often a joint that is not known to speak version 2 shows the magic before more is read."""
 
 _version_2: WeakKeyDictionary[Bus, set[int]] = WeakKeyDictionary()
 """Addresses at which a joint answered as version 2, by bus; for the life of the bus object."""
@@ -63,21 +66,27 @@ def greet(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> Hello
     """
     lost: CommunicationError | None = None
     corrupt: CorruptFrameError | None = None
-    shown, plain, failures, refused = False, 0, 0, 0
+    plain, failures, refused = 0, 0, 0
+    known = awake = address in _version_2.get(bus, ())
     while failures < tries:
         try:
-            first = _MAGIC_FIRST if shown else _first_byte(bus, address, address)
-            if first == _MAGIC_FIRST:
-                shown = True
+            if not awake:
+                _wake(bus, clock, address)
+                awake = True
+            first = _instead_of_magic(bus, clock, address, 1 if known else _SHOWN)
+            if first is None:
                 return _whole(bus, address, address)
             refused += bool(first & Flags.REFUSED)
             _require_plain(bus, address, first)
-            clock.sleep_until(clock.now() + LOOP)
+            clock.sleep_until(clock.now() + QUIET)
             _require_pong(bus, address)
         except CorruptFrameError as error:
             corrupt = error
         except CommunicationError as error:
             lost = lost or error
+            if isinstance(error, NoAcknowledgeError) and not known:
+                note_silence(bus, address)
+                awake = False
         else:
             plain += 1
             if plain < _PLAIN_ANSWERS:
@@ -85,10 +94,47 @@ def greet(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> Hello
             if corrupt is None:
                 return None
         failures += 1
-        clock.sleep_until(clock.now() + LOOP)
+        clock.sleep_until(clock.now() + QUIET)
     if refused == tries > 1:
         _raise_if_foreign(bus, joint, address)
     raise corrupt or lost or CorruptFrameError("no answer", address)
+
+
+def await_power_up(
+    bus: Bus, clock: Clock, joints: Mapping[str, int], say: Callable[[str], None]
+) -> None:
+    """Wait where nobody acknowledges: the joints may have been switched on just now.
+
+    Their original firmware can hold the whole bus when it is read from while it starts up. Joints
+    that acknowledge at once are not waited for, nor those that answered as version 2 before.
+
+    Args:
+        bus: The bus.
+        clock: Time of that bus.
+        joints: Names of the joints and their addresses.
+        say: Gets a sentence before the wait.
+
+    Raises:
+        CommunicationError: The bus does not work: a line is held, or it is not there.
+    """
+    known = _version_2.get(bus, ())
+    silent = {
+        name: address
+        for name, address in joints.items()
+        if address not in known and not _acknowledges(bus, address)
+    }
+    if not silent:
+        return
+    say(
+        f"nobody acknowledges at the address of {', '.join(silent)}; waiting {START_UP:g} s, in "
+        "case the arm was just switched on"
+    )
+    clock.sleep_until(clock.now() + START_UP)
+    woken = [address for address in silent.values() if _acknowledges(bus, address)]
+    if woken:
+        clock.sleep_until(clock.now() + START_UP)
+    for address in woken:
+        forget_silence(bus, address)
 
 
 def require_known(hello: Hello, joint: str, number: int, address: int) -> None:
@@ -119,6 +165,26 @@ def _exchange(bus: Bus, transaction: Transaction) -> bytes:
     return result
 
 
+def _acknowledges(bus: Bus, address: int) -> bool:
+    """Return whether somebody acknowledges a frame that asks for no answer."""
+    # Received without being executed, by either version; nothing is read, so nothing can hang.
+    try:
+        _exchange(bus, Transaction(address, _PING.encode_v1(), 0))
+    except NoAcknowledgeError:
+        note_silence(bus, address)
+        return False
+    return True
+
+
+def _wake(bus: Bus, clock: Clock, address: int) -> None:
+    """Return when a joint may be read from that may just have been switched on."""
+    if not _acknowledges(bus, address):
+        raise NoAcknowledgeError("nobody acknowledged", address)
+    if was_silent(bus, address):
+        clock.sleep_until(clock.now() + START_UP)
+        forget_silence(bus, address)
+
+
 def _hello(address: int, sealed_for: int, read: int) -> Transaction:
     return Transaction(address, _MESSAGE.encode_v2(sealed_for, 0), read)
 
@@ -128,6 +194,20 @@ def _first_byte(bus: Bus, address: int, sealed_for: int) -> int:
     if len(answer) != 1:
         raise _neither(address, answer)
     return answer[0]
+
+
+def _instead_of_magic(bus: Bus, clock: Clock, address: int, times: int) -> int | None:
+    """Return the byte that is answered to HELLO; None for the magic, shown so many times."""
+    for shown in range(times):
+        first = _first_byte(bus, address, address)
+        if first != _MAGIC_FIRST:
+            if shown:
+                raise _neither(address, bytes((_MAGIC_FIRST, first)))
+            return first
+        if times > 1:
+            # If it is of version 1 after all, it has HELLO to forget.
+            clock.sleep_until(clock.now() + QUIET)
+    return None
 
 
 def _whole(bus: Bus, address: int, sealed_for: int) -> Hello:

@@ -162,6 +162,11 @@ def _exchange(
     for joint in joints:
         if joint.bus is not bus:
             raise InvalidArgumentError(f"{joint.name} is on another bus than {joints[0].name}")
+    now = joints[0].clock.now()
+    for index, joint in enumerate(joints):
+        # A version 1 joint may have to be left alone for longer than a cycle; the others are not.
+        if frames[index] and now < joint.session.caution.alone_until:
+            frames[index], outcomes[index] = (), joint.cycle.skip()
     waiting = [index for index in range(len(joints)) if frames[index]]
     _transfer(bus, joints, frames, waiting, outcomes, again=retry)
     bad = [index for index in waiting if exchange_failed(outcomes[index])]

@@ -141,6 +141,8 @@ class Joint(JointMotion):
         rpm = self.transmission.velocity_to_rpm(chosen)
         if not HOMING_RPM[0] < abs(rpm) < HOMING_RPM[1]:
             raise LimitError(f"{self.name} homing speed of the motor", abs(rpm), *HOMING_RPM, "rpm")
+        if not self._homes_itself():
+            self.check_acceleration(homing.acceleration)
         if self.session.flags & (Flags.NOTENABLED | Flags.STALL):
             self.enable()
         # What an earlier home meant ends here: were this host to die before it is written anew,
@@ -158,8 +160,14 @@ class Joint(JointMotion):
                 int(abs(rpm)),
                 homing.threshold,
                 homing.current_percent,
+                # Original firmware would home a second time after it has homed.
+                repeat=False,
             )
         except BioscaraError:
+            if self.version == 1:
+                # If only the answer is lost it runs to the end stop, whether anybody polls or not.
+                with suppress(CommunicationError, JointError):
+                    self.stop()
             self._blocking = Register.NONE
             raise
 

@@ -13,10 +13,11 @@ from bioscara.drivers.refusal import fault_error
 from bioscara.drivers.sample import JointSample
 from bioscara.drivers.session import SILENCE, TRIES
 from bioscara.drivers.settings import JointSettings
+from bioscara.drivers.transmission import DEG_PER_MICROSTEP
 from bioscara.drivers.waiting import (
     Cancel,
     Progress,
-    at_rest,
+    arrived,
     check_callbacks,
     idle,
     wait_for,
@@ -69,6 +70,7 @@ class JointMotion(JointSettings):
         self._require_no_blocking()
         self._check_limit("drive current", drive, 1, 100, "%", "disable() switches it off")
         self._check_limit("hold current", hold, 1, 100, "%", "disable() switches it off")
+        self.check_acceleration(parameters.max_acceleration)
         # If only the answer is lost, the motor is engaged.
         self.may_be_energised = True
         self.session.write(Register.SETUP, drive, hold)
@@ -116,7 +118,7 @@ class JointMotion(JointSettings):
         """
         self._blocking = Register.NONE
         flag(f"{self.name} hard", hard)
-        self.session.write(Register.STOP, _STOP_HARD if hard else _STOP_SOFT)
+        self.session.stop(_STOP_HARD if hard else _STOP_SOFT)
 
     def get_position(self) -> float:
         """Ask for the position [rad or m].
@@ -205,10 +207,11 @@ class JointMotion(JointSettings):
         position = self.read_state().position
         if position is not None:
             self.check_position(position + distance)
-        speed, acceleration = self.parameters.max_velocity, self.parameters.max_acceleration
-        timeout = 2.0 * (abs(distance) / speed + speed / acceleration) + _MOVE_MARGIN
+        target_deg = self.encoder_deg + steps * DEG_PER_MICROSTEP
+        duration = ramp_time(abs(distance), self.max_velocity, self.max_acceleration)
         self.session.write(Register.MOVESTEPS, steps, repeat=False)
-        self._supervise(at_rest(self), timeout, "the move", progress, cancel)
+        done = arrived(self, target_deg, duration)
+        self._supervise(done, 2.0 * duration + _MOVE_MARGIN, "the move", progress, cancel)
         self.raise_fault()
         self.require_ready(homed=False)
 
@@ -251,7 +254,7 @@ class JointMotion(JointSettings):
         sign = math.copysign(1.0, velocity)
         speed = max(velocity * sign, state.velocity * sign)
         ahead = SILENCE + time - state.stamp
-        end = state.position + sign * (speed * ahead + speed**2 / (2.0 * self._deceleration))
+        end = state.position + sign * (speed * ahead + speed**2 / (2.0 * self.max_acceleration))
         parameters = self.parameters
         if end * sign <= (parameters.upper if sign > 0.0 else -parameters.lower):
             return
@@ -306,3 +309,10 @@ class JointMotion(JointSettings):
             report = self.get_fault()
             if report.fault != Fault.NONE.name:
                 raise fault_error(self.name, report)
+
+
+def ramp_time(distance: float, speed: float, acceleration: float) -> float:
+    """Return how long a move from rest to rest takes at these limits [s]."""
+    if distance < speed**2 / acceleration:
+        return 2.0 * math.sqrt(distance / acceleration)
+    return distance / speed + speed / acceleration

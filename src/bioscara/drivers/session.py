@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import suppress
 
 from bioscara.bus import Bus, Transaction
 from bioscara.clock import Clock
 from bioscara.drivers.greeting import greet, require_known
+from bioscara.drivers.original import Caution, note_silence
 from bioscara.drivers.refusal import exchange_failed, named_error, refused_error
 from bioscara.drivers.reports import FaultReport, Hello
 from bioscara.errors import (
@@ -16,12 +18,23 @@ from bioscara.errors import (
     IncorrectStateError,
     JointError,
     JointResetError,
+    NoAcknowledgeError,
     NotInitializedError,
     NotSupportedError,
     RefusedError,
     WrongJointError,
 )
-from bioscara.protocol import READ, TRAILER, WRITE, Answer, Flags, Message, Refusal, Register
+from bioscara.protocol import (
+    READ,
+    TRAILER,
+    WRITE,
+    Answer,
+    Flags,
+    Message,
+    Refusal,
+    Register,
+)
+from bioscara.protocol.rows import Support
 
 TRIES = 3
 """How often an exchange is tried, as the original driver does."""
@@ -52,6 +65,10 @@ class Session:
     Repetition is safe: version 2 repeats a frame with the sequence number it had, so that the
     joint executes it once; version 1 repeats only what may be executed twice.
 
+    A version 1 joint is asked only for registers that its original firmware has, since it would
+    answer others with fewer bytes than are read; after a command that its loop takes, it is left
+    alone for 25 ms (:mod:`bioscara.drivers.original`).
+
     Args:
         bus: The bus that the joint is on.
         clock: Time of that bus.
@@ -64,6 +81,7 @@ class Session:
         hello: What a version 2 joint said about itself.
         flags: The last flags it answered; as after power-up before it answered any.
         retries: Exchanges that were repeated since this object was made.
+        caution: What must be remembered of a version 1 joint.
     """
 
     def __init__(self, bus: Bus, clock: Clock, joint: str, number: int, address: int) -> None:
@@ -73,6 +91,7 @@ class Session:
         self.hello: Hello | None = None
         self.flags: int = int(_POWER_UP)
         self.retries = 0
+        self.caution = Caution()
         self._sequence = self._unanswered = 0
         self._armed = False
         self._restarted: JointResetError | None = None
@@ -86,6 +105,7 @@ class Session:
             NotSupportedError: The joint speaks a newer protocol.
         """
         self.close()
+        self._clock.sleep_until(self.caution.alone_until)
         try:
             self.hello = greet(self._bus, self._clock, self._joint, self._address, TRIES)
         except CommunicationError as error:
@@ -103,6 +123,8 @@ class Session:
     def close(self) -> None:
         """Forget the joint; nothing is sent."""
         self.version, self.hello, self._restarted = 0, None, None
+        # Until when the joint is left alone outlives the session, its mode does not.
+        self.caution.positioning = False
         self.flags, self._armed = int(_POWER_UP), False
 
     def require_open(self) -> None:
@@ -178,7 +200,7 @@ class Session:
             NotSupportedError: The joint's firmware does not know the register.
         """
         self.require_open()
-        if message.definition.version > self.version:
+        if self.version == 1 and message.definition.support is not Support.YES:
             self.require_v2(message.register.name)
         tries = TRIES if repeat or self.version == 2 else 1
         transaction: Transaction | None = None
@@ -190,7 +212,7 @@ class Session:
                     if self._unanswered >= _OUT_OF_STEP:
                         self._rejoin()
                     transaction = self.frame(message, values)
-                answer = self.take(message, self._bus.transfer((transaction,))[0])
+                answer = self.take(message, self._transfer(message, transaction))
             except CommunicationError as error:
                 problem: BioscaraError = error
                 unanswered = True
@@ -215,6 +237,7 @@ class Session:
     def frame(self, message: Message, values: Sequence[float] = ()) -> Transaction:
         """Return the next frame, with a sequence number of its own."""
         if self.version == 1:
+            self.caution.sending(message)
             return Transaction(self._address, message.encode_v1(values), message.answer_size)
         self._sequence = sequence = (self._sequence + 1) & 0xFF
         self._unanswered += 1
@@ -232,9 +255,13 @@ class Session:
             JointResetError: The joint has forgotten the session, so it restarted.
         """
         if isinstance(result, CommunicationError):
+            if self.version == 1 and isinstance(result, NoAcknowledgeError):
+                # It may have lost its power, and get it back.
+                note_silence(self._bus, self._address)
             raise result
         if self.version == 1:
             answer = message.decode_v1(result)
+            self.caution.answered(message, answer.flags)
         else:
             answer = message.decode_v2(self._address, self._sequence, result)
             if self._armed and not answer.flags & _ARMED:
@@ -257,12 +284,40 @@ class Session:
             return self._forgotten()
         return refused_error(self._joint, self._address, message.register, report)
 
+    @property
+    def alone(self) -> bool:
+        """Whether the joint must be left alone now; an exchange would wait for the end of that."""
+        return self._clock.now() < self.caution.alone_until
+
+    def stop(self, mode: int) -> None:
+        """Write STOP; raises as :meth:`exchange`.
+
+        The original firmware's STOP leaves the setpoint of SETRPM to its deadman, which disables
+        the joint after 60 ms of silence; SETRPM 0 takes it back, and ramps down likewise.
+        """
+        if self.version == 1:
+            # Never in the way of STOP.
+            with suppress(CommunicationError, JointError):
+                self.write(Register.SETRPM, 0.0, repeat=False)
+        self.write(Register.STOP, mode)
+
+    def _transfer(self, message: Message, transaction: Transaction) -> bytes | CommunicationError:
+        if self.version == 2:
+            return self._bus.transfer((transaction,))[0]
+        self._clock.sleep_until(self.caution.alone_until)
+        try:
+            return self._bus.transfer((transaction,))[0]
+        finally:
+            self.caution.sent(message, self._clock.now())
+
     def _open_v1(self) -> None:
         self.version = 1
         try:
-            if self.exchange(_PING).flags & Flags.BUSY:
-                # A command of an earlier host; nobody is left to watch it.
-                self.write(Register.STOP, 1)
+            flags = self.exchange(_PING).flags
+            if flags & Flags.BUSY or not flags & Flags.NOTENABLED:
+                # A command of an earlier host; nobody is left to watch it. Its motion would run
+                # on: to its target, or, in velocity mode, for as long as anybody polls the joint.
+                self.stop(1)
         except BioscaraError:
             self.close()
             raise

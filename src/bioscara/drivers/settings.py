@@ -6,10 +6,11 @@ from bioscara.arguments import shown, whole
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers.connection import JointConnection
+from bioscara.drivers.original import ACCELERATION_DEG
 from bioscara.drivers.sample import Setpoint
-from bioscara.errors import InvalidArgumentError, LimitError
+from bioscara.errors import IncorrectStateError, InvalidArgumentError, LimitError
 from bioscara.model import JointParameters
-from bioscara.protocol import BrakeMode, Register
+from bioscara.protocol import BrakeMode, Flags, Register
 
 ROUNDING = 1e-9
 """How far a value may be beyond a limit, in parts of one: less than the wire resolves."""
@@ -20,6 +21,8 @@ class JointSettings(JointConnection):
 
     Attributes:
         outside: Whether setpoints are on their way back from outside the limits.
+        max_acceleration: The acceleration that was set last [rad/s^2 or m/s^2].
+        max_velocity: The maximum velocity that was set last [rad/s or m/s].
     """
 
     def __init__(self, bus: Bus, clock: Clock, parameters: JointParameters) -> None:
@@ -27,7 +30,8 @@ class JointSettings(JointConnection):
         self._lower, self._upper = parameters.lower, parameters.upper
         self._fastest = parameters.max_velocity
         self.outside = False
-        self._deceleration = parameters.max_acceleration
+        self.max_acceleration = parameters.max_acceleration
+        self.max_velocity = parameters.max_velocity
 
     def set_drive_current(self, percent: int) -> None:
         """Set the motor current in motion.
@@ -70,39 +74,43 @@ class JointSettings(JointConnection):
             acceleration: Above zero and at most the configured one [rad/s^2 or m/s^2].
 
         Raises:
-            LimitError, InvalidArgumentError: It is above, or not above zero.
+            LimitError, InvalidArgumentError: It is above, or not above zero, or original firmware
+                would take another value instead.
         """
-        limit, unit = self.parameters.max_acceleration, f"{self.parameters.unit}/s^2"
-        acceleration = self._above_zero("acceleration", acceleration)
-        self._check_limit("acceleration", acceleration, 0.0, limit, unit)
+        acceleration = self.check_acceleration(acceleration)
         deg = self.transmission.size_to_deg(acceleration)
         self.session.write(Register.SETMAXACCELERATION, deg)
-        self._deceleration = acceleration
+        self.max_acceleration = acceleration
 
     def set_max_velocity(self, velocity: float) -> None:
         """Set the speed that the joint never passes.
 
-        Existing firmware takes it as the speed to go at while a velocity is commanded: there,
-        set it at standstill.
+        A version 1 joint takes it in position mode only, which is after ``enable``,
+        ``set_position`` or ``move_steps``: in velocity mode, also after ``stop``, its original
+        firmware would run away at this speed, and nothing would stop it.
 
         Args:
             velocity: Above zero and at most the configured one [rad/s or m/s].
 
         Raises:
             LimitError, InvalidArgumentError: It is above, or not above zero.
+            IncorrectStateError: A version 1 joint that is not in position mode.
         """
         limit, unit = self.parameters.max_velocity, f"{self.parameters.unit}/s"
         velocity = self._above_zero("maximum velocity", velocity)
         self._check_limit("maximum velocity", velocity, 0.0, limit, unit)
+        if self.version == 1:
+            self._require_positioning()
         self.session.write(Register.SETMAXVELOCITY, self.transmission.size_to_deg(velocity))
+        self.max_velocity = velocity
 
     def enable_stallguard(self, threshold: int | None = None) -> None:
         """Switch stall detection on; an earlier stall is forgotten.
 
         Args:
             threshold: 1 to 255, lower is more sensitive; None for the configured one. A stall is
-                a position error above 512 + 32 x threshold microsteps of the motor, with firmware
-                of the existing arms above 10 x threshold.
+                a position error above 512 + 32 x threshold microsteps of the motor, with original
+                firmware above 10 x threshold.
 
         Raises:
             LimitError, InvalidArgumentError: It is outside, or not whole.
@@ -110,14 +118,14 @@ class JointSettings(JointConnection):
         value = self.parameters.stall_threshold
         if threshold is not None:
             value = whole(f"{self.name} stall threshold", threshold)
-        # Existing firmware would stall at once with a threshold of zero.
+        # Original firmware would stall at once with a threshold of zero.
         self._check_limit("stall threshold", value, 1, 255, "")
         self.session.write(Register.ENABLESTALLGUARD, value)
 
     def disable_closed_loop(self) -> None:
         """Switch position correction off, which also disables the joint.
 
-        Existing firmware cannot switch it on again until its power is cycled.
+        Original firmware cannot switch it on again until its power is cycled.
         """
         self.session.write(Register.DISABLECLOSEDLOOP)
 
@@ -171,6 +179,44 @@ class JointSettings(JointConnection):
         limit, velocity = self.parameters.max_velocity, self._number("velocity", velocity)
         self._check_limit("velocity", velocity, -limit, limit, f"{self.parameters.unit}/s")
         return velocity
+
+    def check_acceleration(self, acceleration: float) -> float:
+        """Return ``acceleration`` [rad/s^2 or m/s^2] as a float if the joint takes it as it is.
+
+        Raises:
+            LimitError, InvalidArgumentError: As :meth:`set_max_acceleration`.
+        """
+        limit, unit = self.parameters.max_acceleration, f"{self.parameters.unit}/s^2"
+        acceleration = self._above_zero("acceleration", acceleration)
+        self._check_limit("acceleration", acceleration, 0.0, limit, unit)
+        if self.version == 1:
+            lower, upper = map(self.transmission.size_from_deg, ACCELERATION_DEG)
+            if not lower <= acceleration <= upper:
+                raise LimitError(
+                    f"{self.name} acceleration with its original firmware",
+                    acceleration,
+                    lower,
+                    upper,
+                    unit,
+                    "it would take another value instead: change it in the parameters",
+                )
+        return acceleration
+
+    def _require_positioning(self) -> None:
+        """Raise unless a version 1 joint is in position mode, and stays there for 50 ms.
+
+        Its deadman, which leads to velocity mode, also disables it, and counts from the last
+        request.
+        """
+        session = self.session
+        if session.caution.positioning:
+            session.read(Register.PING)
+        if not session.caution.positioning or session.flags & Flags.NOTENABLED:
+            raise IncorrectStateError(
+                f"{self.name}: a maximum velocity would start a motion: it is not in position mode",
+                self.name,
+                "enable(), or set_position() where it stands, first",
+            )
 
     def _percent(self, what: str, value: int) -> int:
         percent = whole(f"{self.name} {what}", value)

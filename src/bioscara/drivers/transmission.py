@@ -9,6 +9,8 @@ _DEG_PER_RAD = 180.0 / math.pi
 _RPM_PER_RAD_S = 30.0 / math.pi
 MICROSTEPS_PER_RAD = 51200.0 / (2.0 * math.pi)
 """The motor has 200 steps per turn, the driver 256 microsteps per step."""
+DEG_PER_MICROSTEP = 360.0 / 51200.0
+"""The same in the unit of the wire."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +51,10 @@ class Transmission:
     def size_to_deg(self, size: float) -> float:
         """Return the motor's value [deg, deg/s, deg/s^2] of a joint limit; has no sign."""
         return abs(size * self._deg)
+
+    def size_from_deg(self, size_deg: float) -> float:
+        """Return the joint's value of a motor limit [deg, deg/s, deg/s^2]; has no sign."""
+        return abs(size_deg / self._deg)
 
     def microsteps_to_distance(self, steps: float) -> float:
         """Return the joint distance of so many microsteps of the motor."""

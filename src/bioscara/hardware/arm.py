@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import logging
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 
 from bioscara.bus import Bus
 from bioscara.clock import Clock
-from bioscara.drivers import Joint
+from bioscara.drivers import Joint, await_power_up
 from bioscara.drivers.session import SILENCE
 from bioscara.errors import BioscaraError, HardwareError, HomingError
 from bioscara.hardware.axis import HALTED, Axis
@@ -30,6 +31,8 @@ from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import JointParameters
 from bioscara.model.tags import ARM_COMPONENT
 from bioscara.protocol import Flags
+
+_log = logging.getLogger(__name__)
 
 
 class ArmHardware(HardwareComponent):
@@ -54,7 +57,7 @@ class ArmHardware(HardwareComponent):
         self, name: str, bus: Bus, clock: Clock, joints: Sequence[JointParameters]
     ) -> None:
         super().__init__(name)
-        self._clock = clock
+        self._bus, self._clock = bus, clock
         self.axes = tuple(Axis(Joint(bus, clock, joint), clock) for joint in joints)
         self._limits = {joint.name: joint for joint in joints}
         for axis in self.axes:
@@ -96,9 +99,19 @@ class ArmHardware(HardwareComponent):
         return tuple(axis.joint for axis in self.axes)
 
     def on_configure(self) -> None:
-        """Greet every joint; if one does not answer, all are let go."""
+        """Greet every joint; if one does not answer, all are let go.
+
+        Where one does not even acknowledge, the arm may have been switched on just now: then all
+        are left alone for a second first, and a warning is logged.
+        """
         self._late.clear()
         try:
+            await_power_up(
+                self._bus,
+                self._clock,
+                {axis.name: axis.joint.parameters.address for axis in self.axes},
+                _log.warning,
+            )
             for axis in self.axes:
                 axis.joint.init()
                 axis.halted, axis.mode = None, Mode.NONE

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from bioscara.arguments import flag, number, whole
@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from bioscara_firmware_sim import Arm
 
 _BOOT = 0.05
+_BOOT_ORIGINAL = 1.0
+"""An original joint turns its motor to and fro for 0.6 s before it listens [s]."""
+_OURS, _OURS_V1_FRAMES, _ORIGINAL = range(3)
 
 JOINTS = ("j1", "j2", "j3", "j4")
 
@@ -23,7 +26,9 @@ OVERHEAD = {100e3: 105e-6, 400e3: 80e-6}
 """What a Raspberry Pi 4 adds to a transaction [s], by bus frequency [Hz]; measured on the arm."""
 
 
-def _native(seed: int, frequency: float, overhead: float, version_1: bool) -> Arm:
+def _native(
+    seed: int, frequency: float, overhead: float, firmwares: tuple[int, int, int, int]
+) -> Arm:
     try:
         from bioscara_firmware_sim import Arm  # noqa: PLC0415
     except ImportError as error:
@@ -31,7 +36,7 @@ def _native(seed: int, frequency: float, overhead: float, version_1: bool) -> Ar
             "the simulated arm is not installed; in a checkout of bioscara run "
             "'pip install ./firmware/sim' (it needs a C++17 compiler)"
         ) from error
-    return Arm(seed, frequency, overhead, version_1)
+    return Arm(seed, frequency, overhead, firmwares)
 
 
 class SimulatedArm:
@@ -42,7 +47,10 @@ class SimulatedArm:
 
     Args:
         seed: Seed of everything random; the same seed gives the same run.
-        v1: Whether the joints speak protocol version 1 only, as on existing arms.
+        v1: Whether the joints run the original firmware, as existing arms do; or the names of
+            those that do.
+        v1_frames: Whether the joints that run our firmware know no frames of version 2: our
+            firmware as a host meets it that speaks version 1 only.
         frequency: Of the bus [Hz], 100e3 or 400e3; None for a bus that takes no time.
         positions: Where joints stand at first, by name; the others stand somewhere inside.
 
@@ -55,11 +63,13 @@ class SimulatedArm:
         self,
         *,
         seed: int = 0,
-        v1: bool = False,
+        v1: bool | Collection[str] = False,
+        v1_frames: bool = False,
         frequency: float | None = 100e3,
         positions: Mapping[str, float] | None = None,
     ) -> None:
-        seed, v1 = whole("seed", seed), flag("v1", v1)
+        seed, originals = whole("seed", seed), _originals(v1)
+        ours = _OURS_V1_FRAMES if flag("v1_frames", v1_frames) else _OURS
         frequency = None if frequency is None else number("bus frequency", frequency)
         if frequency is not None and frequency not in OVERHEAD:
             raise InvalidArgumentError(
@@ -69,13 +79,14 @@ class SimulatedArm:
         if not 0 <= seed < 2**32:
             raise InvalidArgumentError(f"seed {seed} is outside 0 .. {2**32 - 1}")
         overhead = 0.0 if frequency is None else OVERHEAD[frequency]
-        self._arm = _native(seed, frequency or 0.0, overhead, v1)
+        j1, j2, j3, j4 = (_ORIGINAL if name in originals else ours for name in JOINTS)
+        self._arm = _native(seed, frequency or 0.0, overhead, (j1, j2, j3, j4))
         self.clock = SimulatedClock(self._arm.now, self._arm.run)
         for name, position in (positions or {}).items():
             self.set_position(name, position)
             # Moved before it was switched on, not under the eyes of its encoder.
             self.reset(name, ResetCause.POWER_ON)
-        self._arm.run(_BOOT)
+        self._arm.run(_BOOT_ORIGINAL if originals else _BOOT)
 
     def now(self) -> float:
         """Return the simulated time [s]."""
@@ -209,6 +220,15 @@ class SimulatedArm:
         if joint not in JOINTS:
             raise InvalidArgumentError(f"no joint {joint!r}; the arm has {', '.join(JOINTS)}")
         return JOINTS.index(joint) + 1
+
+
+def _originals(v1: bool | Collection[str]) -> frozenset[str]:
+    if isinstance(v1, str) or not isinstance(v1, Collection):
+        return frozenset(JOINTS if flag("v1", v1) else ())
+    for name in v1:
+        if name not in JOINTS:
+            raise InvalidArgumentError(f"v1: no joint {name!r}; the arm has {', '.join(JOINTS)}")
+    return frozenset(v1)
 
 
 def _finite(value: float, name: str) -> float:
