@@ -16,6 +16,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 CORE = "firmware/joint/src/core"
+BOARD = "firmware/joint/boards/ustepper_s32"
+"""Not in the simulation: only the images have it."""
 
 
 @dataclass(frozen=True)
@@ -45,9 +47,82 @@ FLIGHT_RECORD = ("tests/control/test_flight_record.py",)
 TEACH_FILE = ("tests/robot/test_teach_table.py",)
 GREETING = ("tests/drivers/test_greeting.py",)
 SOCKET = ("tests/sim/test_socket_bus.py",)
+EMULATED_BUS = ("tests/firmware/test_emulated_bus.py",)
+EMULATED_JOINT = ("tests/firmware/test_emulated_joint.py",)
+EMULATED_TIMING = ("tests/firmware/test_emulated_timing.py",)
 FLASH = ("tests/flashing", "tests/cli/test_flash.py", "tests/cli/test_flash_on_bus.py")
 
 MUTANTS = (
+    Mutant(
+        "filler beyond the answer",
+        f"{BOARD}/i2c_target.cpp",
+        "stm32::i2c1().DR = sent_ < answer_size_ ? answer_[sent_] : kFiller;",
+        "if (sent_ < answer_size_) stm32::i2c1().DR = answer_[sent_];",
+        EMULATED_BUS,
+    ),
+    Mutant(
+        "look at a bus that stands still",
+        f"{BOARD}/main.cpp",
+        "  bioscara::target.supervise();\n",
+        "",
+        EMULATED_BUS,
+    ),
+    Mutant(
+        "clearing of bus errors",
+        f"{BOARD}/i2c_target.cpp",
+        "    bus.SR1 = ~(status & kErrors) & kClearable;\n",
+        "",
+        EMULATED_BUS,
+    ),
+    Mutant(
+        "frame thrown away after a bus error",
+        f"{BOARD}/i2c_target.cpp",
+        "    discard();\n    suspect_ = served = true;",
+        "    suspect_ = served = true;",
+        EMULATED_BUS,
+    ),
+    Mutant(
+        "bus before the tick",
+        f"{BOARD}/timers.cpp",
+        "kTickPriority = 3",
+        "kTickPriority = 0",
+        EMULATED_TIMING,
+    ),
+    Mutant(
+        "enable pin high before it drives",
+        f"{BOARD}/pins.cpp",
+        "  port.BSRR = stm32::bit(high ? pin : pin + 16);\n",
+        "",
+        EMULATED_JOINT,
+    ),
+    Mutant(
+        "watchdog of the controller",
+        f"{BOARD}/main.cpp",
+        "  watchdog::start();\n",
+        "",
+        EMULATED_JOINT,
+    ),
+    Mutant(
+        "power stage opened by a fault of the processor",
+        f"{BOARD}/startup.cpp",
+        "  bioscara::pins::kDriverDisable.high();\n  stm32::reset();",
+        "  for (;;) {\n  }",
+        EMULATED_JOINT,
+    ),
+    Mutant(
+        "crystal before anything runs",
+        f"{BOARD}/main.cpp",
+        "if (!clock::start()) stm32::reset();",
+        "clock::start();",
+        EMULATED_JOINT,
+    ),
+    Mutant(
+        "memory's noise in the boot id",
+        f"{BOARD}/main.cpp",
+        "board.begin(noise);",
+        "board.begin(0);",
+        EMULATED_JOINT,
+    ),
     Mutant(
         "CRC of a firmware image",
         "src/bioscara/flashing/image.py",
@@ -932,7 +1007,7 @@ def _noticed(mutant: Mutant) -> bool:
         if mutant.tests == HOST:
             return _noticed_on_the_host(mutant, tree)
         search = [str(tree / "src")]
-        if mutant.file.startswith("firmware"):
+        if mutant.file.startswith("firmware") and BOARD not in mutant.file:
             _build(tree, target)
             search.insert(0, str(target))
         run = subprocess.run(
