@@ -5,7 +5,7 @@
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
 #   make dist            what a release consists of: wheel, sdist, images of the joints, checksums
-#   make firmware-check  the joint firmware: host tests under sanitizers, and the images
+#   make firmware-check  the joint firmware: host tests under sanitizers, the images on an emulated board
 #   make bench           the benchmarks; writes docs/benchmarks.md
 #   make laws            the laws over random moves, switches and faults, at their full number
 #   make mutants         remove each guard once and require a red test
@@ -79,8 +79,9 @@ generate: $(VENV)/.dev
 firmware:
 	@$(MAKE) --no-print-directory -C firmware/joint
 
-firmware-check: firmware
+firmware-check: firmware $(VENV)/.dev
 	@firmware/tests/run.sh
+	@$(BIN)/python -m pytest -q tests/firmware/test_emulat*.py
 
 dist: $(VENV)/.dev firmware
 	@rm -rf dist
@@ -93,13 +94,13 @@ dist: $(VENV)/.dev firmware
 bench: $(VENV)/.dev
 	@$(BIN)/python -m benchmarks
 
-laws: $(VENV)/.dev
-	@BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 BIOSCARA_OWN_MOVES=10000 BIOSCARA_HOMING_STARTS=1000 BIOSCARA_FAULT_SEEDS=200 BIOSCARA_FUZZ_SEEDS=200 BIOSCARA_LOAD_SEEDS=200 $(BIN)/python -m pytest -o timeout=0 \
+laws: $(VENV)/.dev firmware
+	@BIOSCARA_EVERY_BIT=1 BIOSCARA_EVERY_JOINT=1 BIOSCARA_LATENCY_STEPS=3000 BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 BIOSCARA_OWN_MOVES=10000 BIOSCARA_HOMING_STARTS=1000 BIOSCARA_FAULT_SEEDS=200 BIOSCARA_FUZZ_SEEDS=200 BIOSCARA_LOAD_SEEDS=200 $(BIN)/python -m pytest -o timeout=0 \
 	    tests/control/test_manager_at_speed.py tests/planning/test_zones.py tests/planning/test_jog.py \
 	    tests/planning/test_room.py tests/planning/test_bodies.py tests/control/test_clearance.py \
 	    tests/robot/test_beside_itself.py \
 	    tests/system/test_random_faults.py tests/system/test_load_speed.py tests/robot/test_robot_fuzz.py \
-	    tests/drivers/test_greeting.py tests/sim/test_socket_bus.py tests/oracle
+	    tests/drivers/test_greeting.py tests/sim/test_socket_bus.py tests/oracle tests/firmware
 
 mutants: $(VENV)/.dev
 	@$(BIN)/python tests/mutants.py
