@@ -1,7 +1,7 @@
 """What the firmware costs the controller: measured on the emulated board, and the table of it.
 
 ``python tests/emulator/timing.py`` writes the table into docs/firmware.md; with ``--check`` it
-writes nothing and fails where a number there is off by more than a tenth.
+writes nothing and fails where a number there is off by more than a fifth.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CORE_HZ = 84_000_000
 PERIOD = 1e-3
 PAGE = Path(__file__).parents[2] / "docs" / "firmware.md"
 BEGIN, END = "<!-- timing: measured by tests/emulator/timing.py -->", "<!-- end of timing -->"
-SLACK = 0.1
+SLACK = 0.2
 
 
 @dataclass(frozen=True)
@@ -194,7 +194,7 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 
 def differences(written: str, measured: str) -> list[str]:
-    """Lines that say something else, or numbers more than a tenth off."""
+    """Lines that say something else, or numbers more than a fifth off."""
     old, new = written.strip().splitlines(), measured.strip().splitlines()
     found = [] if len(old) == len(new) else [f"{len(old)} lines instead of {len(new)}"]
     for was, now in zip(old, new, strict=False):

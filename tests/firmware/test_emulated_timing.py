@@ -82,7 +82,7 @@ def test_the_table_in_the_documentation_is_what_the_image_needs() -> None:
     assert stack_used(measured.board) == measured.stack
     written = PAGE.read_text().split(BEGIN, 1)[1].split(END, 1)[0]
     found = differences(written, table(measured))
-    assert not found, "\n".join(["make generate measures it anew:", *found])
+    assert not found, "\n".join(["python tests/emulator/timing.py measures it anew:", *found])
 
 
 def test_the_simulated_joint_starts_as_late_as_the_emulated_one() -> None:
