@@ -161,7 +161,7 @@ def test_a_controller_that_vanishes_while_the_joint_pulls_the_data_line_frees_it
             board.machine.run(BACK)
             assert board.machine.i2c.sda == 1
             _answers(board, board.machine.seconds, 1e-3)
-    assert low > 10
+    assert low > 3, "no answer held a zero bit"
 
 
 @pytest.mark.parametrize("count", [1, 2, 12, 13, 14, 31, 32, 33, 64, 255])
