@@ -4,7 +4,8 @@
 #   make test            all tests
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
-#   make firmware-check  the joint firmware: host tests under sanitizers, and the images
+#   make dist            what a release consists of: wheel, sdist, images of the joints, checksums
+#   make firmware-check  the joint firmware: host tests under sanitizers, the images on an emulated board
 #   make bench           the benchmarks; writes docs/benchmarks.md
 #   make laws            the laws over random moves, switches and faults, at their full number
 #   make mutants         remove each guard once and require a red test
@@ -25,7 +26,7 @@ NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test check lint types layers fresh firmware firmware-check bench laws mutants generate clean
+.PHONY: demo test check lint types layers fresh firmware firmware-check dist bench laws mutants generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -78,22 +79,31 @@ generate: $(VENV)/.dev
 firmware:
 	@$(MAKE) --no-print-directory -C firmware/joint
 
-firmware-check: firmware
+firmware-check: firmware $(VENV)/.dev
 	@firmware/tests/run.sh
+	@$(BIN)/python -m pytest -q tests/firmware/test_emulat*.py
+
+dist: $(VENV)/.dev firmware
+	@rm -rf dist
+	@$(PIP) install --quiet -c constraints.txt hatchling
+	@$(BIN)/python -m hatchling build -d dist
+	@version=$$($(BIN)/python -c 'import bioscara; print(bioscara.__version__)') && for joint in 1 2 3 4; do \
+	    cp firmware/build/j$$joint.bin dist/bioscara-$$version-j$$joint.bin || exit 1; done
+	@cd dist && sha256sum -- * >SHA256SUMS && cat SHA256SUMS
 
 bench: $(VENV)/.dev
 	@$(BIN)/python -m benchmarks
 
-laws: $(VENV)/.dev
-	@BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 BIOSCARA_OWN_MOVES=10000 BIOSCARA_HOMING_STARTS=1000 BIOSCARA_FAULT_SEEDS=200 BIOSCARA_FUZZ_SEEDS=200 BIOSCARA_LOAD_SEEDS=200 $(BIN)/python -m pytest -o timeout=0 \
+laws: $(VENV)/.dev firmware
+	@BIOSCARA_EVERY_BIT=1 BIOSCARA_EVERY_JOINT=1 BIOSCARA_LATENCY_STEPS=3000 BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 BIOSCARA_OWN_MOVES=10000 BIOSCARA_HOMING_STARTS=1000 BIOSCARA_FAULT_SEEDS=200 BIOSCARA_FUZZ_SEEDS=200 BIOSCARA_LOAD_SEEDS=200 $(BIN)/python -m pytest -o timeout=0 \
 	    tests/control/test_manager_at_speed.py tests/planning/test_zones.py tests/planning/test_jog.py \
 	    tests/planning/test_room.py tests/planning/test_bodies.py tests/control/test_clearance.py \
 	    tests/robot/test_beside_itself.py \
 	    tests/system/test_random_faults.py tests/system/test_load_speed.py tests/robot/test_robot_fuzz.py \
-	    tests/drivers/test_greeting.py tests/sim/test_socket_bus.py tests/oracle
+	    tests/drivers/test_greeting.py tests/sim/test_socket_bus.py tests/oracle tests/firmware
 
 mutants: $(VENV)/.dev
 	@$(BIN)/python tests/mutants.py
 
 clean:
-	rm -rf $(VENV) build firmware/build .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) build dist firmware/build .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -13,6 +13,7 @@ from pathlib import Path
 
 TOPICS = {
     "simulation": "Simulation",
+    "firmware": "Firmware, emulated",
     "cycle": "One control cycle",
     "control": "The control loop",
     "clearance": "Keeping clear",

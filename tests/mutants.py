@@ -16,6 +16,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[1]
 CORE = "firmware/joint/src/core"
+BOARD = "firmware/joint/boards/ustepper_s32"
+"""Not in the simulation: only the images have it."""
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,145 @@ TEACH_FILE = ("tests/robot/test_teach_table.py",)
 GREETING = ("tests/drivers/test_greeting.py",)
 ORIGINAL = ("tests/drivers/test_original.py", "tests/hardware/test_original_joints.py")
 SOCKET = ("tests/sim/test_socket_bus.py",)
+EMULATED_BUS = ("tests/firmware/test_emulated_bus.py",)
+EMULATED_JOINT = ("tests/firmware/test_emulated_joint.py",)
+EMULATED_TIMING = ("tests/firmware/test_emulated_timing.py",)
+FLASH = ("tests/flashing", "tests/cli/test_flash.py", "tests/cli/test_flash_on_bus.py")
 
 MUTANTS = (
+    Mutant(
+        "filler beyond the answer",
+        f"{BOARD}/i2c_target.cpp",
+        "stm32::i2c1().DR = sent_ < answer_size_ ? answer_[sent_] : kFiller;",
+        "if (sent_ < answer_size_) stm32::i2c1().DR = answer_[sent_];",
+        EMULATED_BUS,
+    ),
+    Mutant(
+        "look at a bus that stands still",
+        f"{BOARD}/main.cpp",
+        "  bioscara::target.supervise();\n",
+        "",
+        EMULATED_BUS,
+    ),
+    Mutant(
+        "clearing of bus errors",
+        f"{BOARD}/i2c_target.cpp",
+        "    bus.SR1 = ~(status & kErrors) & kClearable;\n",
+        "",
+        EMULATED_BUS,
+    ),
+    Mutant(
+        "frame thrown away after a bus error",
+        f"{BOARD}/i2c_target.cpp",
+        "    discard();\n    suspect_ = served = true;",
+        "    suspect_ = served = true;",
+        EMULATED_BUS,
+    ),
+    Mutant(
+        "bus before the tick",
+        f"{BOARD}/timers.cpp",
+        "kTickPriority = 3",
+        "kTickPriority = 0",
+        EMULATED_TIMING,
+    ),
+    Mutant(
+        "enable pin high before it drives",
+        f"{BOARD}/pins.cpp",
+        "  port.BSRR = stm32::bit(high ? pin : pin + 16);\n",
+        "",
+        EMULATED_JOINT,
+    ),
+    Mutant(
+        "watchdog of the controller",
+        f"{BOARD}/main.cpp",
+        "  watchdog::start();\n",
+        "",
+        EMULATED_JOINT,
+    ),
+    Mutant(
+        "power stage opened by a fault of the processor",
+        f"{BOARD}/startup.cpp",
+        "  bioscara::pins::kDriverDisable.high();\n  stm32::reset();",
+        "  for (;;) {\n  }",
+        EMULATED_JOINT,
+    ),
+    Mutant(
+        "crystal before anything runs",
+        f"{BOARD}/main.cpp",
+        "if (!clock::start()) stm32::reset();",
+        "clock::start();",
+        EMULATED_JOINT,
+    ),
+    Mutant(
+        "memory's noise in the boot id",
+        f"{BOARD}/main.cpp",
+        "board.begin(noise);",
+        "board.begin(0);",
+        EMULATED_JOINT,
+    ),
+    Mutant(
+        "CRC of a firmware image",
+        "src/bioscara/flashing/image.py",
+        "if found != crc:",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "number of the joint in a firmware image",
+        "src/bioscara/flashing/image.py",
+        "if self.joint != joint:",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "version of a firmware image",
+        "src/bioscara/flashing/image.py",
+        "if self.version[:2] != _host_version():",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "comparison of what was flashed",
+        "src/bioscara/flashing/programmer.py",
+        "if kept == content:",
+        "if kept:",
+        FLASH,
+    ),
+    Mutant(
+        "size of the flash of a board in its bootloader",
+        "src/bioscara/flashing/dfu.py",
+        "if board.flash_size not in (0, FLASH_SIZE):",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "an enabled joint is not flashed",
+        "src/bioscara/cli/flashed.py",
+        "if not joint.session.flags & Flags.NOTENABLED:",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "an enabled joint does not start its bootloader",
+        "src/bioscara/drivers/session.py",
+        "if not self.flags & Flags.NOTENABLED:",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "another board in its bootloader than the joint on the bus",
+        "src/bioscara/cli/flashed.py",
+        "if waiting:",
+        "if False:",
+        FLASH,
+    ),
+    Mutant(
+        "a joint that did not restart was not flashed",
+        "src/bioscara/cli/flashed.py",
+        " or hello.boot_id == self._boot_id",
+        "",
+        FLASH,
+    ),
     Mutant(
         "CRC of a frame",
         f"{CORE}/wire.cpp",
@@ -1065,7 +1204,7 @@ def _noticed(mutant: Mutant) -> bool:
         if mutant.tests == HOST:
             return _noticed_on_the_host(mutant, tree)
         search = [str(tree / "src")]
-        if mutant.file.startswith("firmware"):
+        if mutant.file.startswith("firmware") and BOARD not in mutant.file:
             _build(tree, target)
             search.insert(0, str(target))
         run = subprocess.run(

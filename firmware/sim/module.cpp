@@ -4,9 +4,11 @@
 #include <nanobind/stl/string.h>
 
 #include <cmath>
+#include <cstring>
 #include <stdexcept>
 
 #include "src/arm.h"
+#include "src/plant.h"
 
 namespace nb = nanobind;
 using namespace bioscara;
@@ -123,4 +125,60 @@ NB_MODULE(_native, module) {
       .def("jump_encoder", [](Arm& arm, int joint, double turns) {
         arm.board(joint).encoder().jump(turns);
       });
+
+  nb::class_<Plant>(module, "Plant")
+      .def(
+          "__init__",
+          [](Plant* self, int joint, std::uint32_t seed) {
+            if (joint < 1 || joint > Arm::kJoints) throw nb::value_error("a joint is 1 to 4");
+            new (self) Plant(joint, seed);
+          },
+          nb::arg("joint"), nb::arg("seed"))
+      .def("now", &Plant::now)
+      .def("advance",
+           [](Plant& plant, double until) {
+             require_finite(until, "time");
+             plant.advance(until);
+           })
+      .def("driver_answer",
+           [](Plant& plant) {
+             const auto answer = plant.driver_answer();
+             return nb::bytes(answer.data(), answer.size());
+           })
+      .def("driver_accept",
+           [](Plant& plant, nb::bytes datagram) {
+             if (datagram.size() != 5) throw nb::value_error("a datagram has 5 bytes");
+             std::uint8_t sent[5];
+             std::memcpy(sent, datagram.c_str(), sizeof sent);
+             plant.driver_accept(sent);
+           })
+      .def("encoder_exchange",
+           [](Plant& plant, std::uint16_t command, nb::sequence words) {
+             std::uint16_t exchanged[16] = {};
+             std::size_t count = 0;
+             for (nb::handle word : words) {
+               if (count == 16) throw nb::value_error("at most 16 words");
+               exchanged[count++] = nb::cast<std::uint16_t>(word);
+             }
+             plant.encoder_exchange(command, exchanged, count);
+             nb::list answer;
+             for (std::size_t i = 0; i < count; ++i) answer.append(exchanged[i]);
+             return answer;
+           })
+      .def("enable", &Plant::enable)
+      .def("power_up",
+           [](Plant& plant) {
+             plant.board().driver().power_up();
+             plant.board().encoder().power_up();
+           })
+      .def("reset_driver", [](Plant& plant) { plant.board().driver().power_up(); })
+      .def("position", [](Plant& plant) { return plant.board().mechanics().position(); })
+      .def("velocity", [](Plant& plant) { return plant.board().mechanics().velocity(); })
+      .def("set_position",
+           [](Plant& plant, double position) {
+             require_finite(position, "position");
+             plant.board().mechanics().set_position(position);
+           })
+      .def("has_torque", [](Plant& plant) { return plant.board().has_torque(); })
+      .def("corrupt_encoder", [](Plant& plant, bool on) { plant.board().encoder().corrupt(on); });
 }

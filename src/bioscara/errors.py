@@ -8,6 +8,7 @@
     │   ├── ZoneError                 ... a way that comes too near to something
     │   ├── TrajectoryError           ... a trajectory that cannot be executed
     │   ├── GoalRejectedError         ... a goal of a controller; nothing moved
+    │   ├── ImageError                ... a firmware image; nothing was written
     │   └── ConfigurationError        ... a configuration value or file
     ├── CommunicationError            the exchange with a device failed
     │   ├── NoAcknowledgeError        nobody answered the address
@@ -27,6 +28,7 @@
     │   └── HomingError               homing ended without a home
     ├── ReplayError                   a replayed run asks for something else than the recorded one
     ├── NotSupportedError             the joint's firmware cannot do it
+    ├── FlashError                    a board cannot be flashed, or was not
     ├── GripperError                  the gripper or its PWM channel
     ├── HardwareError                 a hardware component and its lifecycle
     │   ├── LifecycleError            ... the transition does not exist in this state, or failed
@@ -154,6 +156,10 @@ class ZoneError(InvalidArgumentError):
 
 class GoalRejectedError(InvalidArgumentError):
     """A goal was refused before anything moved; the message says which rule it breaks."""
+
+
+class ImageError(InvalidArgumentError):
+    """A firmware image is damaged, or is not for this joint; nothing was written."""
 
 
 class ConfigurationError(InvalidArgumentError):
@@ -344,6 +350,10 @@ class ReplayError(BioscaraError):
 
 class NotSupportedError(BioscaraError):
     """The firmware of a joint cannot do this; the message names the firmware that can."""
+
+
+class FlashError(BioscaraError):
+    """A board or the program that flashes it cannot be used, or the flashing failed."""
 
 
 class GripperError(BioscaraError):

@@ -13,6 +13,7 @@ constexpr Time kTick = Joint::kTickMicros * 10;
 constexpr Time kWatchdog = kSecond / 10;
 // From reset until the firmware listens: what the flashed image takes, in emulation.
 constexpr Time kBoot = 106'000;
+constexpr Time kNever = std::numeric_limits<Time>::max();
 // Peak torque at full scale: 0.19 N m/A, 1.48 A rms, two phases (docs/simulation.md).
 constexpr double kFullTorque = 0.19 * 1.48 * 1.41421356;
 
@@ -37,7 +38,7 @@ void Board::start() {
   enabled_ = false;
   hung_ = false;
   holds_clock_ = false;
-  starts_ = now_ + kBoot;
+  starts_ = firmware_ == Firmware::ELSEWHERE ? kNever : now_ + kBoot;
 }
 
 void Board::reset(ResetCause cause) {
@@ -138,7 +139,7 @@ std::uint32_t Board::micros() { return static_cast<std::uint32_t>(now_ / 10); }
 // It answers no more until its power is cycled.
 void Board::enter_bootloader() {
   running_ = enabled_ = false;
-  starts_ = std::numeric_limits<Time>::max();
+  starts_ = kNever;
 }
 
 void Board::driver_exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) {

@@ -19,6 +19,8 @@ enum class Firmware : std::uint8_t {
   // Ours, for a host that knows version 1 only: frames of version 2 are unknown to it.
   OURS_VERSION_1,
   ORIGINAL,
+  // None here: an emulated controller drives the chips (plant.h).
+  ELSEWHERE,
 };
 
 class Board final : private Hal {
@@ -55,6 +57,8 @@ class Board final : private Hal {
   const Mechanics& mechanics() const { return mechanics_; }
   Tmc5130Chip& driver() { return driver_; }
   Tle5012bChip& encoder() { return encoder_; }
+  // What a controller outside drives.
+  Hal& wires() { return *this; }
   bool has_torque() const { return driver_.current_share(enabled_) > 0.0; }
   double load_angle() const;
 

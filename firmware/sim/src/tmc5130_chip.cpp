@@ -108,9 +108,17 @@ void Tmc5130Chip::write(std::uint8_t address, std::uint32_t value) {
 }
 
 void Tmc5130Chip::exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]) {
+  answer(received);
+  accept(sent);
+}
+
+void Tmc5130Chip::answer(std::uint8_t (&received)[5]) {
   received[0] = status();
   const std::uint32_t answer = read(asked_);
   for (int i = 0; i < 4; ++i) received[1 + i] = static_cast<std::uint8_t>(answer >> (24 - 8 * i));
+}
+
+void Tmc5130Chip::accept(const std::uint8_t (&sent)[5]) {
   const auto address = static_cast<std::uint8_t>(sent[0] & 0x7F);
   if (sent[0] & 0x80) {
     const std::uint32_t value = static_cast<std::uint32_t>(sent[1]) << 24 |

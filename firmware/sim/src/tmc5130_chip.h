@@ -15,6 +15,9 @@ class Tmc5130Chip {
   // Registers as after power-up; GSTAT says so.
   void power_up();
   void exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]);
+  // Its two halves: what is shifted out once the chip is selected, and what deselecting it does.
+  void answer(std::uint8_t (&received)[5]);
+  void accept(const std::uint8_t (&sent)[5]);
 
   // One period of the ramp generator.
   void step();

@@ -1,12 +1,13 @@
 """The command line: words go in, one arm moves, a person reads what happened.
 
 ``arguments`` and ``shared_arguments`` know the words; one module per command does the work:
-``demo``, ``run``, ``move``, ``plan``, ``poses``, ``joints``, ``simulate``, ``view``. ``arm`` is
-the one that is named, ``job`` what ``demo`` and ``run`` have in common, ``target`` where ``plan``
-and ``move`` go (``target_checks``), ``taught`` what has a name in the table, ``pictures`` the files
-that they write. ``views``, ``table`` and ``observer`` show and record a motion without ever holding
-it up, ``output`` may go away, ``warned`` and ``latched`` tell what happened, ``interruption`` turns
-Ctrl-C into a request, ``status`` is how it ends. Nothing heavy is imported before it is needed.
+``demo``, ``run``, ``move``, ``plan``, ``poses``, ``joints``, ``simulate``, ``view``, ``flash``.
+``arm`` is the one that is named, ``job`` what ``demo`` and ``run`` have in common, ``target`` where
+``plan`` and ``move`` go (``target_checks``), ``taught`` what has a name in the table, ``pictures``
+the files that they write. ``views``, ``table`` and ``observer`` show and record a motion without
+ever holding it up, ``output`` may go away, ``warned`` and ``latched`` tell what happened,
+``interruption`` turns Ctrl-C into a request, ``flashed`` is a joint that is flashed, seen from its
+bus, ``status`` is how it ends. Nothing heavy is imported before it is needed.
 """
 
 from __future__ import annotations

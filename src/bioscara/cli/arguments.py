@@ -26,8 +26,8 @@ from bioscara.cli.shared_arguments import (
 )
 
 _EPILOG = (
-    "Exit status: 0 done; 1 something failed after the arm began to move; 2 wrong usage, or "
-    "refused before anything moved; 130 interrupted."
+    "Exit status: 0 done; 1 something failed after the arm began to move or a board was written; "
+    "2 wrong usage, or refused before that; 130 interrupted."
 )
 
 
@@ -64,6 +64,10 @@ class Options(argparse.Namespace):
         name: Of a pose.
         tool: Name of a tool.
         calibration: Id of the arm's calibration; may be empty.
+        joint: Number of the joint to flash.
+        swd: Whether to flash through an ST-Link instead of the USB bootloader.
+        image: The firmware image; None for the one of this version that is at hand.
+        serial: Serial number of the board in its bootloader, or of the ST-Link; may be empty.
     """
 
     command: str
@@ -95,6 +99,10 @@ class Options(argparse.Namespace):
     name: str
     tool: str
     calibration: str
+    joint: int
+    swd: bool
+    image: Path | None
+    serial: str
 
     def load_command(self) -> Callable[[Options], int]:
         """Import the module of the command and return what runs it."""
@@ -125,10 +133,13 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     _add_simulate(commands)
     _add_view(commands)
     _add_poses(commands)
+    _add_flash(commands)
     options = parser.parse_args(arguments, namespace=Options())
     options.words = list(sys.argv[1:] if arguments is None else arguments)
     if getattr(options, "v1", False) and getattr(options, "bus", "sim") != "sim":
         parser.error("--v1 is about the arm simulated in this process; leave out --bus")
+    if options.command == "flash" and options.bus == "sim":
+        parser.error("--bus sim has no board to flash; name the bus of the joint, as linux:1")
     if options.command == "poses" and options.action == "show" and options.plot is None:
         for word, value in (("--from", options.start), ("--scene", options.scene)):
             if value is not None:
@@ -251,3 +262,43 @@ def _add_poses(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         help="which calibration of the arm this is, to know old poses by later",
     )
     save.set_defaults(v1=False)
+
+
+def _add_flash(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    flash = _add(commands, "flash", "Write the firmware of one joint to its board, and verify it.")
+    flash.add_argument(
+        "--joint",
+        metavar="N",
+        type=int,
+        choices=(1, 2, 3, 4),
+        required=True,
+        help="number of the joint, 1 .. 4; an image for another is refused",
+    )
+    flash.add_argument(
+        "image",
+        metavar="FILE",
+        type=Path,
+        nargs="?",
+        help="the image (default: the one of this version, built in the checkout or downloaded)",
+    )
+    means = flash.add_mutually_exclusive_group()
+    means.add_argument(
+        "--dfu",
+        dest="swd",
+        action="store_false",
+        help="over USB, through the bootloader that the BOOT button starts (the default)",
+    )
+    means.add_argument("--swd", action="store_true", help="through an ST-Link")
+    flash.add_argument(
+        "--serial",
+        metavar="NUMBER",
+        default="",
+        help="which board in its bootloader, or which ST-Link, where there are several",
+    )
+    flash.add_argument(
+        "--bus",
+        metavar="BUS",
+        help="where the joint is: it is asked to start its bootloader, without the button, and "
+        "afterwards which firmware it runs; 'linux:1' is I2C bus 1",
+    )
+    flash.set_defaults(swd=False, v1=False)

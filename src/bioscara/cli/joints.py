@@ -37,8 +37,10 @@ def run(options: Options) -> int:
             except BusUnavailableError:
                 raise
             except BioscaraError as error:
-                missing.append(f"{joint.name}: {error}")
-                rows.append((joint.name, f"{joint.parameters.address:#04x}", "missing", *"-----"))
+                missing.append(f"{joint.name}: {str(error).removeprefix(f'{joint.name}: ')}")
+                # Who said hello is there, though it is another joint or too new to talk to.
+                who = "missing" if joint.hello is None else firmware(joint)
+                rows.append((joint.name, f"{joint.parameters.address:#04x}", who, *"-----"))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
     for row in rows:
         cells = zip(row, widths, strict=True)

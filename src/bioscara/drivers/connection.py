@@ -117,6 +117,23 @@ class JointConnection:
         self.last = UNKNOWN
         self.session.close()
 
+    def start_bootloader(self) -> None:
+        """Make the joint leave its firmware for the bootloader, to be flashed; home is lost.
+
+        It answers no more until it was flashed or its power was cycled; then :meth:`init` it.
+
+        Raises:
+            NotInitializedError: ``init`` was not called.
+            NotSupportedError: Its firmware has no such request.
+            IncorrectStateError: It is enabled.
+            CommunicationError: It did not answer, or refused.
+        """
+        try:
+            self.session.start_bootloader()
+        finally:
+            if self.session.version == 0:
+                self.deinit()
+
     def check_communication(self) -> None:
         """Return if the joint answers and is the one that ``init`` met.
 

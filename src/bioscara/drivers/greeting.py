@@ -17,6 +17,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from weakref import WeakKeyDictionary
 
+from bioscara import __version__
 from bioscara.bus import ADDRESSES, Bus, Transaction
 from bioscara.clock import Clock
 from bioscara.drivers.original import QUIET, START_UP, forget_silence, note_silence, was_silent
@@ -165,13 +166,13 @@ def require_known(hello: Hello, joint: str, number: int, address: int) -> None:
     if hello.protocol != PROTOCOL:
         raise NotSupportedError(
             f"{joint}: firmware {hello.firmware[0]}.{hello.firmware[1]} speaks protocol "
-            f"{hello.protocol}, this host 1 and {PROTOCOL}; flash firmware/joint of this host's "
-            "version"
+            f"{hello.protocol}, bioscara {__version__} 1 and {PROTOCOL}; install a bioscara of the "
+            f"firmware's version, or flash this one's: bioscara flash --joint {number}"
         )
     if hello.joint != number:
         raise WrongJointError(
-            f"{joint}: the joint at {address:#04x} says that it is j{hello.joint}; flash it with "
-            "the right configuration.h or correct the address",
+            f"{joint}: the joint at {address:#04x} says that it is j{hello.joint}; correct the "
+            f"address, or flash it as what it is: bioscara flash --joint {number}",
             joint,
         )
 

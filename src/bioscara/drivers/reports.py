@@ -28,6 +28,11 @@ class Hello:
     reset_cause: ResetCause
     capabilities: Capability
 
+    @property
+    def starts_bootloader(self) -> bool:
+        """Whether it starts its bootloader on request."""
+        return bool(self.capabilities & Capability.BOOTLOADER)
+
     @classmethod
     def from_answer(cls, answer: Answer) -> Self:
         """Return what HELLO answered."""

@@ -15,6 +15,7 @@ from bioscara.errors import (
     BioscaraError,
     CommunicationError,
     CorruptFrameError,
+    IncorrectStateError,
     JointError,
     JointResetError,
     NoAcknowledgeError,
@@ -147,6 +148,32 @@ class Session:
         self.require_open()
         if self.version < 2:
             raise NotSupportedError(f"{self._joint}: {what} needs {FIRMWARE}")
+
+    def start_bootloader(self) -> None:
+        """Make a disabled joint leave its firmware for the bootloader in ROM; ends the session.
+
+        It answers no more until it was flashed or its power was cycled.
+
+        Raises:
+            NotSupportedError: Its firmware has no such request.
+            IncorrectStateError: It is enabled.
+            CommunicationError: It did not answer, or refused.
+        """
+        self.require_v2("the request for the bootloader")
+        if self.hello is None or not self.hello.starts_bootloader:
+            raise NotSupportedError(f"{self._joint}: its firmware does not start its bootloader")
+        if not self.flags & Flags.NOTENABLED:
+            raise IncorrectStateError(
+                f"{self._joint}: it is enabled, and its load may fall", self._joint, "disable() it"
+            )
+        boot_id = self.hello.boot_id
+        # Its answers show no session any more, and that is no restart.
+        self._armed = False
+        try:
+            self.write(Register.DISARM, boot_id)
+            self.write(Register.BOOTLOADER, boot_id)
+        finally:
+            self.close()
 
     def read(self, register: Register) -> Answer:
         """Read ``register``; raises as :meth:`exchange`."""

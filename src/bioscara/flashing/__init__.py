@@ -1,0 +1,17 @@
+"""Firmware of the joints' boards: an image file goes in, a board that runs it comes out.
+
+``image`` knows the format of an image and refuses a wrong one before anything is written.
+``programmer`` is the interface to a board: find the only one, write, read back, compare, start. One
+file per program that does it: ``dfu`` (USB bootloader, dfu-util), ``stflash`` and ``openocd`` (SWD,
+ST-Link). ``program`` runs such a program; ``access`` is what a person without permission has to
+install. Nothing here knows a bus or a joint.
+"""
+
+from bioscara.flashing.dfu import Dfu as Dfu
+from bioscara.flashing.image import JOINTS as JOINTS
+from bioscara.flashing.image import Image as Image
+from bioscara.flashing.image import prebuilt as prebuilt
+from bioscara.flashing.image import read_image as read_image
+from bioscara.flashing.openocd import OpenOcd as OpenOcd
+from bioscara.flashing.programmer import Programmer as Programmer
+from bioscara.flashing.stflash import StFlash as StFlash

@@ -1,0 +1,23 @@
+"""What a person has to install who may not use a board or an ST-Link."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bioscara.errors import FlashError
+
+RULES = Path(__file__).with_name("70-bioscara-flash.rules")
+"""The udev rules that let the group plugdev, and who sits at the computer, use the devices."""
+
+
+def not_permitted(device: str) -> FlashError:
+    """Return the error of a device that may not be opened.
+
+    Args:
+        device: What it is, for the message.
+    """
+    return FlashError(
+        f"no permission to use {device}: install the udev rule with 'sudo cp {RULES} "
+        "/etc/udev/rules.d/ && sudo udevadm control --reload && sudo udevadm trigger', and see "
+        "that you are in the group plugdev ('sudo usermod -aG plugdev $USER', then log in again)"
+    )

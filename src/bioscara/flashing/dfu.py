@@ -1,0 +1,141 @@
+"""The USB bootloader in the controller's ROM, through dfu-util.
+
+The commands and what is read of the output are those of dfu-util 0.11. ``-d ,ID`` names the device
+in its bootloader: without the comma devices of others that are in theirs would match as well.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import NamedTuple
+
+from bioscara.clock import Clock
+from bioscara.errors import FlashError
+from bioscara.flashing.access import not_permitted
+from bioscara.flashing.image import FLASH_SIZE
+from bioscara.flashing.program import run
+from bioscara.flashing.programmer import FLASH, READ_BACK, WRITTEN, Programmer
+
+BUTTON = (
+    "connect the joint's board by USB, hold its BOOT button, press RESET for half a second and "
+    "release BOOT"
+)
+
+_ID = "0483:df11"
+_DEVICE = ("-d", f",{_ID}")
+_FOUND = re.compile(
+    r'Found DFU: \[0483:df11\].* alt=0, name="(?P<name>[^"]*)", serial="(?P<serial>[^"]*)"'
+)
+_CLOSED = re.compile(r"Cannot open DFU device 0483:df11(?P<rest>.*)")
+_SECTORS = re.compile(r"(\d+)\*(\d+)([ BKM])")
+_UNITS = {" ": 1, "B": 1, "K": 1024, "M": 1024 * 1024}
+_PATIENCE, _PAUSE = 5.0, 0.1
+"""How long a board may take to show up or to go away, and between two looks [s]."""
+
+
+class Found(NamedTuple):
+    """A device in its bootloader: its serial number and how much flash it has [bytes]."""
+
+    serial: str
+    flash_size: int
+
+
+class Dfu(Programmer):
+    """A board in its USB bootloader.
+
+    Args:
+        clock: Time while a board is waited for.
+    """
+
+    program = "dfu-util"
+    package = "dfu-util"
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self._serial = ""
+
+    def look(self) -> list[Found]:
+        """Return the devices that are in the bootloader now.
+
+        Raises:
+            FlashError: There is one that may not be used.
+        """
+        ended = run(self.program, *_DEVICE, "-l")
+        ended.require_success("the boards cannot be listed")
+        found = [
+            Found(each["serial"], _flash_size(each["name"])) for each in _FOUND.finditer(ended.text)
+        ]
+        closed = _CLOSED.search(ended.text)
+        if closed is not None and not found:
+            if "LIBUSB_ERROR" in closed["rest"] and "ACCESS" not in closed["rest"]:
+                raise FlashError(f"the board cannot be used: {closed[0]}; disconnect it once")
+            raise not_permitted("the board in its bootloader")
+        return found
+
+    def wait(self) -> None:
+        """Wait until a board shows up; :meth:`connect` says if none did."""
+        self._look_until(present=True)
+
+    def connect(self, serial: str) -> str:
+        """Find the board in its bootloader; as :meth:`Programmer.connect`."""
+        found = self.look()
+        listed = ", ".join(each.serial for each in found)
+        if not found:
+            raise FlashError(f"no board is in its bootloader: {BUTTON}, then repeat the command")
+        if serial:
+            found = [each for each in found if each.serial == serial]
+            if not found:
+                raise FlashError(
+                    f"no board in its bootloader has the serial number {serial}; there are: "
+                    f"{listed}"
+                )
+        if len(found) > 1:
+            raise FlashError(
+                f"{len(found)} boards are in their bootloader: {listed}; disconnect all but one, "
+                f"or name one with --serial, as --serial {found[0].serial}"
+            )
+        (board,) = found
+        if board.flash_size not in (0, FLASH_SIZE):
+            raise FlashError(
+                f"the device in its bootloader, {board.serial}, has {board.flash_size // 1024} KiB "
+                f"of flash; a uStepper S32 has {FLASH_SIZE // 1024}: this is another board"
+            )
+        self._serial = board.serial
+        return f"board in its USB bootloader, serial number {board.serial}"
+
+    def start(self) -> bool:
+        """Leave the bootloader; the board may be gone before dfu-util hears that it went."""
+        run(self.program, *self._board(), "-s", f"{FLASH:#010x}:leave")
+        return self._look_until(present=False)
+
+    def _write(self, folder: Path) -> None:
+        words = ("-s", f"{FLASH:#010x}", "-D", WRITTEN)
+        run(self.program, *self._board(), *words, folder=folder).require_success("writing failed")
+
+    def _read(self, folder: Path, length: int) -> None:
+        words = ("-s", f"{FLASH:#010x}:{length}", "-U", READ_BACK)
+        run(self.program, *self._board(), *words, folder=folder).require_success(
+            "reading back failed"
+        )
+
+    def _board(self) -> tuple[str, ...]:
+        return (*_DEVICE, "-S", self._serial, "-a", "0")
+
+    def _look_until(self, *, present: bool) -> bool:
+        end = self._clock.now() + _PATIENCE
+        while True:
+            try:
+                there = bool(self.look())
+            except FlashError:
+                # Before udev gave the new device its permissions, or while it went away.
+                there = not present
+            if there == present or self._clock.now() >= end:
+                return there == present
+            self._clock.sleep_until(self._clock.now() + _PAUSE)
+
+
+def _flash_size(name: str) -> int:
+    """Return the size that a name such as ``@Internal Flash  /0x08000000/04*016Kg`` tells, or 0."""
+    sectors = _SECTORS.findall(name.rpartition("/")[2])
+    return sum(int(count) * int(size) * _UNITS[unit] for count, size, unit in sectors)

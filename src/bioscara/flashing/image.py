@@ -1,0 +1,161 @@
+"""The image of a joint's firmware: which joint and version it is, and whether it is whole.
+
+The linker puts an identity at a fixed place, behind the vector table. Little endian:
+
+    offset  bytes
+    0x200   8   magic, the letters BIOSCARA
+    0x208   1   format of this identity, 1
+    0x209   1   number of the joint, 1 .. 4
+    0x20A   3   version: major, minor, patch
+    0x20D   3   reserved
+    0x210   4   length of the image [bytes]
+    0x214   4   CRC-32 (as zlib's) of the image, with this field taken as 0xFFFFFFFF
+"""
+
+from __future__ import annotations
+
+import struct
+import zlib
+from dataclasses import dataclass
+from pathlib import Path
+
+import bioscara
+from bioscara.errors import ImageError
+
+JOINTS = (1, 2, 3, 4)
+"""Numbers of the joints that there are images for."""
+FLASH_SIZE = 256 * 1024
+"""Flash of the STM32F401RC [bytes] (its data sheet)."""
+
+_OFFSET = 0x200
+_IDENTITY = struct.Struct("<8sBBBBB3xII")
+_MAGIC = b"BIOSCARA"
+_FORMAT = 1
+_CRC_AT = _OFFSET + _IDENTITY.size - 4
+_ELF = b"\x7fELF"
+
+
+@dataclass(frozen=True, slots=True)
+class Image:
+    """A firmware image that is whole.
+
+    Attributes:
+        name: Where it comes from, for messages.
+        joint: Number of the joint that it is for.
+        version: Major, minor and patch.
+        content: What is written to the start of the flash.
+    """
+
+    name: str
+    joint: int
+    version: tuple[int, int, int]
+    content: bytes
+
+    @classmethod
+    def from_bytes(cls, name: str, content: bytes) -> Image:
+        """Return the image that ``content`` holds.
+
+        Args:
+            name: Where it comes from, for messages.
+            content: All bytes of it.
+
+        Raises:
+            ImageError: It is none of this project, or it is truncated or damaged.
+        """
+        if content.startswith(_ELF):
+            raise ImageError(
+                f"{name} is an ELF file, for debuggers; flash "
+                f"{Path(name).with_suffix('.bin').name}, which was built with it"
+            )
+        if content[_OFFSET : _OFFSET + len(_MAGIC)] != _MAGIC:
+            raise ImageError(
+                f"{name} is not joint firmware of bioscara: the letters BIOSCARA are missing at "
+                f"offset {_OFFSET:#x}; 'make firmware' builds j1.bin .. j4.bin"
+            )
+        if len(content) < _OFFSET + _IDENTITY.size:
+            raise ImageError(f"{name} ends inside its identity, after {len(content)} bytes")
+        _, form, joint, *version, length, crc = _IDENTITY.unpack_from(content, _OFFSET)
+        if form != _FORMAT:
+            raise ImageError(
+                f"{name} has an identity of format {form}, known is {_FORMAT}; flash it with the "
+                "bioscara that it was released with"
+            )
+        if len(content) != length:
+            what = "truncated" if len(content) < length else "damaged"
+            raise ImageError(
+                f"{name} is {what}: it has {len(content)} bytes and says {length}; build it or "
+                "download it again"
+            )
+        if length > FLASH_SIZE:
+            raise ImageError(f"{name}: {length} bytes do not fit into {FLASH_SIZE} bytes of flash")
+        found = zlib.crc32(content[:_CRC_AT] + b"\xff" * 4 + content[_CRC_AT + 4 :])
+        if found != crc:
+            raise ImageError(
+                f"{name} is damaged: its CRC is {found:#010x} and should be {crc:#010x}; build it "
+                "or download it again"
+            )
+        return cls(name, joint, (version[0], version[1], version[2]), content)
+
+    def require(self, joint: int) -> None:
+        """Raise unless this is an image for ``joint`` that this bioscara can talk to.
+
+        Args:
+            joint: Number of the joint.
+
+        Raises:
+            ImageError: It is for another joint, or of another version than this bioscara.
+        """
+        if self.joint != joint:
+            raise ImageError(
+                f"{self.name} is firmware for j{self.joint}, not for j{joint}: two boards with one "
+                f"number answer at one address; take the image of j{joint}"
+            )
+        if self.version[:2] != _host_version():
+            raise ImageError(
+                f"{self.name} is version {dotted(self.version)}, this is bioscara "
+                f"{bioscara.__version__}; flash it with bioscara {dotted(self.version[:2])}, or "
+                f"take an image of version {dotted(_host_version())}"
+            )
+
+
+def read_image(path: Path) -> Image:
+    """Return the image in a file.
+
+    Raises:
+        ImageError: It cannot be read, or as :meth:`Image.from_bytes`.
+    """
+    try:
+        with path.open("rb") as file:
+            content = file.read(2 * FLASH_SIZE)
+    except OSError as error:
+        raise ImageError(f"{path} cannot be read: {error.strerror or error}") from error
+    return Image.from_bytes(str(path), content)
+
+
+def prebuilt(joint: int) -> Path:
+    """Return the image of this version that is at hand: built in this checkout, or downloaded.
+
+    Args:
+        joint: Number of the joint.
+
+    Raises:
+        ImageError: There is none; says where images come from.
+    """
+    built = Path(bioscara.__file__).parents[2] / "firmware" / "build" / f"j{joint}.bin"
+    released = Path(f"bioscara-{bioscara.__version__}-j{joint}.bin")  # As `make dist` names it.
+    for path in (built, released):
+        if path.is_file():
+            return path
+    raise ImageError(
+        f"there is no image for j{joint} here: build it with 'make firmware' in a checkout, or "
+        f"download {released} of release {bioscara.__version__} into this folder, or name a file"
+    )
+
+
+def dotted(version: tuple[int, ...]) -> str:
+    """Return a version as people write it."""
+    return ".".join(map(str, version))
+
+
+def _host_version() -> tuple[int, ...]:
+    return tuple(int(part) for part in bioscara.__version__.split(".")[:2])

@@ -1,0 +1,89 @@
+"""A program of others: run to its end, with all that it said."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from dataclasses import dataclass
+from pathlib import Path
+
+from bioscara.errors import FlashError
+
+LIMIT = 120.0
+"""Longest time that one run may take [s]; 256 KiB take dfu-util about 20 s."""
+
+_ERROR = re.compile(r"error|fail", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class Ended:
+    """How a program ended.
+
+    Attributes:
+        program: Its name.
+        code: Its exit status; negative for the signal that ended it.
+        text: What it wrote, both streams.
+    """
+
+    program: str
+    code: int
+    text: str
+
+    def require_success(self, what: str) -> None:
+        """Raise unless the program ended with 0.
+
+        Args:
+            what: What failed if it did not.
+
+        Raises:
+            FlashError: Says what, with the line of the program that tells most.
+        """
+        if self.code != 0:
+            raise FlashError(f"{what}: {self.program} ended with {self.code}: {self.complaint()}")
+
+    def complaint(self) -> str:
+        """Return the last line about an error, or else the last line."""
+        lines = [line.strip() for line in self.text.replace("\r", "\n").split("\n")]
+        said = [line for line in lines if line] or ["it said nothing"]
+        return next((line for line in reversed(said) if _ERROR.search(line)), said[-1])
+
+
+def is_installed(program: str) -> bool:
+    """Return whether there is a program of this name."""
+    return shutil.which(program) is not None
+
+
+def run(program: str, *words: str, folder: Path | None = None) -> Ended:
+    """Run a program and wait for its end; it is killed where Ctrl-C interrupts the wait.
+
+    Args:
+        program: Its name.
+        words: Its arguments.
+        folder: Where it runs.
+
+    Raises:
+        FlashError: It cannot be started, or does not end.
+    """
+    try:
+        with subprocess.Popen(  # noqa: S603 (no shell; the words are ours)
+            (program, *words),
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+        ) as process:
+            try:
+                text, _ = process.communicate(timeout=LIMIT)
+            except BaseException:
+                # Ctrl-C too: nothing goes on writing after the message that it ended.
+                process.kill()
+                process.wait()
+                raise
+    except OSError as error:
+        raise FlashError(f"{program} cannot be run: {error.strerror or error}") from error
+    except subprocess.TimeoutExpired as error:
+        raise FlashError(
+            f"{program} did not end within {LIMIT:g} s; disconnect the board and try again"
+        ) from error
+    return Ended(program, process.returncode, text.decode(errors="replace"))

@@ -1,0 +1,81 @@
+"""What writes firmware into a board."""
+
+from __future__ import annotations
+
+import tempfile
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import ClassVar
+
+from bioscara.errors import FlashError
+from bioscara.flashing.program import is_installed
+
+FLASH = 0x08000000
+"""Where the flash begins that the controller starts from."""
+WRITTEN, READ_BACK = "image.bin", "readback.bin"
+"""Names of the files in the programs' folder, so that none has to be quoted."""
+
+
+class Programmer(ABC):
+    """A connection to the one board that shall be flashed.
+
+    Attributes:
+        program: Name of the program that does it.
+        package: Debian package that has the program.
+    """
+
+    program: ClassVar[str]
+    package: ClassVar[str]
+
+    @classmethod
+    def is_installed(cls) -> bool:
+        """Return whether the program is there."""
+        return is_installed(cls.program)
+
+    @abstractmethod
+    def connect(self, serial: str) -> str:
+        """Find the board; nothing is written.
+
+        Args:
+            serial: Serial number of the device to use; ``""`` for the only one.
+
+        Returns:
+            What was found, for people.
+
+        Raises:
+            FlashError: There is none, more than one, it may not be used or it is another board.
+        """
+
+    def flash(self, content: bytes) -> None:
+        """Write ``content`` to the start of the flash, read it back and compare; starts nothing.
+
+        Raises:
+            FlashError: Writing or reading failed, or something else came back.
+        """
+        with tempfile.TemporaryDirectory(prefix="bioscara-flash-") as name:
+            folder = Path(name)
+            (folder / WRITTEN).write_bytes(content)
+            self._write(folder)
+            self._read(folder, len(content))
+            kept = (folder / READ_BACK).read_bytes() if (folder / READ_BACK).exists() else b""
+        if kept == content:
+            return
+        if len(kept) != len(content):
+            raise FlashError(f"{len(kept)} bytes were read back instead of {len(content)}")
+        first = next(i for i, (a, b) in enumerate(zip(kept, content, strict=True)) if a != b)
+        raise FlashError(
+            f"what was read back differs from the image from {FLASH + first:#010x} on; the flash "
+            "may be worn out or write-protected"
+        )
+
+    @abstractmethod
+    def start(self) -> bool:
+        """Let the board run what was written; returns whether it does so, as far as can be seen."""
+
+    @abstractmethod
+    def _write(self, folder: Path) -> None:
+        """Write the file ``WRITTEN`` in ``folder`` to the flash."""
+
+    @abstractmethod
+    def _read(self, folder: Path, length: int) -> None:
+        """Read ``length`` bytes of the flash to the file ``READ_BACK`` in ``folder``."""

@@ -1,0 +1,112 @@
+"""`bioscara joints` on arms whose joints are not alike."""
+
+from __future__ import annotations
+
+import itertools
+import re
+from collections.abc import Callable, Collection, Sequence
+
+import pytest
+
+import bioscara.sim
+from bioscara.bus import Bus, Transaction
+from bioscara.cli import main
+from bioscara.errors import CommunicationError
+from bioscara.protocol import READ, TRAILER, Register
+from bioscara.protocol.crc import crc8
+from bioscara.sim import FirmwareBus, SimulatedArm
+
+JOINTS = ("j1", "j2", "j3", "j4")
+Wire = Callable[[Callable[[SimulatedArm], Bus]], None]
+
+
+@pytest.fixture
+def wire(monkeypatch: pytest.MonkeyPatch) -> Wire:
+    """Puts another bus in front of the arm that is simulated in this process."""
+    return lambda make: monkeypatch.setattr(bioscara.sim, "FirmwareBus", make)
+
+
+class MixedBus(Bus):
+    """An arm on which some joints have their original firmware; both keep the same time."""
+
+    def __init__(self, arm: SimulatedArm, original: Collection[str]) -> None:
+        self._arm, self._old = arm, SimulatedArm(v1=True)
+        self._original = {0x10 + int(name[1]) for name in original}
+        self._own_bus, self._old_bus = FirmwareBus(arm), FirmwareBus(self._old)
+
+    def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+        results: list[bytes | CommunicationError] = []
+        for transaction in transactions:
+            self._old.clock.sleep_until(self._arm.clock.now())
+            old = transaction.address in self._original
+            results += (self._old_bus if old else self._own_bus).transfer((transaction,))
+        return results
+
+    def close(self) -> None:
+        self._own_bus.close()
+        self._old_bus.close()
+
+
+class NewerBus(Bus):
+    """An arm of which one joint has firmware 1.7, of a protocol that is not known yet."""
+
+    def __init__(self, arm: SimulatedArm, address: int) -> None:
+        self._bus, self._address = FirmwareBus(arm), address
+
+    def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+        return [self._newer(each, self._bus.transfer((each,))[0]) for each in transactions]
+
+    def _newer(
+        self, asked: Transaction, answer: bytes | CommunicationError
+    ) -> bytes | CommunicationError:
+        whole = READ[Register.HELLO].answer_size + TRAILER
+        hello = asked.address == self._address and asked.write[:1] == bytes((Register.HELLO,))
+        if not hello or isinstance(answer, CommunicationError) or len(answer) != whole:
+            return answer
+        changed = answer[:2] + bytes((3, 1, 7)) + answer[5:-1]
+        return changed + bytes((crc8((asked.address << 1 | 1, *changed)),))
+
+    def close(self) -> None:
+        self._bus.close()
+
+
+def line(text: str, name: str) -> str:
+    (found,) = re.findall(rf"^{name} .*$", text, re.M)
+    return found
+
+
+@pytest.mark.parametrize(
+    "original",
+    [names for count in (1, 2, 3) for names in itertools.combinations(JOINTS, count)],
+)
+def test_original_and_own_joints_on_one_arm_are_each_listed_as_what_they_are(
+    original: tuple[str, ...], wire: Wire, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wire(lambda arm: MixedBus(arm, original))
+    assert main(["joints"]) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    for name in JOINTS:
+        told = line(out, name)
+        if name in original:
+            assert re.search(r"protocol 1 +NOTHOMED NOTENABLED +no", told)
+            assert told.count("not told") == 3
+        else:
+            assert re.search(r"protocol 2, firmware \d+\.\d+ +NOTHOMED NOTENABLED ARMED", told)
+            assert "not told" not in told
+
+
+def test_a_joint_with_newer_firmware_is_listed_with_its_version_and_the_remedy(
+    wire: Wire, capsys: pytest.CaptureFixture[str]
+) -> None:
+    wire(lambda arm: NewerBus(arm, 0x12))
+    assert main(["joints"]) == 1
+    out, err = capsys.readouterr()
+    assert re.search(r"^j2 +0x12 +protocol 3, firmware 1\.7( +-){5}$", line(out, "j2"))
+    assert "missing" not in out
+    assert err == (
+        "bioscara: j2: firmware 1.7 speaks protocol 3, bioscara 0.1.0 1 and 2; install a bioscara "
+        "of the firmware's version, or flash this one's: bioscara flash --joint 2\n"
+    )
+    assert main(["move", "--joints", "0", "0.2", "0", "0"]) == 2
+    assert "j2: firmware 1.7 speaks protocol 3" in capsys.readouterr().err
