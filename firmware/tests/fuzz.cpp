@@ -12,7 +12,8 @@
 namespace {
 
 bioscara::sim::Arm& arm() {
-  static bioscara::sim::Arm instance(7, bioscara::sim::Timing{0.0, 0.0}, false);
+  static bioscara::sim::Arm instance(7, bioscara::sim::Timing{0.0, 0.0},
+                                     bioscara::sim::Arm::Firmwares{});
   return instance;
 }
 
