@@ -238,6 +238,23 @@ def test_a_homing_that_is_polled_at_once_comes_to_its_end() -> None:
     assert joint.is_homed()
 
 
+@pytest.mark.parametrize("stopped_after", [0.0, 0.03, 0.2, 0.45])
+def test_a_homing_that_was_stopped_before_it_moved_is_not_continued(stopped_after: float) -> None:
+    # The loop stands still for half a second first: told to home the other way meanwhile, it took
+    # the direction of before.
+    world, joint = enabled("j1")
+    world.arm.set_position("j1", 0.0)
+    velocity = joint.parameters.homing.velocity
+    joint.start_homing(-abs(velocity))
+    world.arm.run(stopped_after)
+    joint.stop()
+    joint.start_homing(abs(velocity))
+    world.arm.run(2.0)
+    assert world.arm.position("j1") > 0.005
+    assert joint.session.flags & Flags.NOTHOMED
+    joint.stop()
+
+
 def test_a_cycle_leaves_the_joint_alone_and_serves_the_others() -> None:
     world = World(v1=True)
     third, fourth = world.joints[2:]

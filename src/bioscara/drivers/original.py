@@ -18,6 +18,10 @@ from bioscara.protocol import WRITE, Flags, Message, Register
 QUIET = 25e-3
 """Time without any frame after a command that the joint's loop takes [s]: its period of 10 ms plus
 its work."""
+BREAK_OFF = 0.6
+"""Time after HOME before the next command that its loop takes [s]. The loop waits for half a second
+before it moves and does not see STOP meanwhile; told to be busy again, it would go on homing in the
+direction of before."""
 START_UP = 1.0
 """Time without any frame after power-up [s]. The joint acknowledges its address during its set-up
 of 0.6 s, but cannot answer yet."""
@@ -27,7 +31,7 @@ _DEFERRED = (WRITE[Register.HOME], WRITE[Register.CHECKORIENTATION], WRITE[Regis
 one that is ever sent to it (:mod:`bioscara.drivers.greeting`)."""
 _TO_POSITION = (WRITE[Register.SETUP], WRITE[Register.MOVETOANGLE], WRITE[Register.MOVESTEPS])
 _TO_VELOCITY = (WRITE[Register.SETRPM], WRITE[Register.STOP], WRITE[Register.HOME])
-_MOVE = WRITE[Register.MOVETOANGLE]
+_MOVE, _HOME = WRITE[Register.MOVETOANGLE], WRITE[Register.HOME]
 _STALL = int(Flags.STALL)
 
 _REGISTER_PER_DEG = 200.0 / 360.0 * 256.0 * 0.0220
@@ -47,14 +51,15 @@ class Caution:
 
     Attributes:
         alone_until: No frame before this time [s]; always past for version 2.
+        broken_off_from: No other command that its loop takes before this time [s]; likewise.
         positioning: Whether the last command that counts put the joint into position mode.
         silent: Whether it did not acknowledge its address when it was asked last.
     """
 
-    __slots__ = ("alone_until", "positioning", "silent")
+    __slots__ = ("alone_until", "broken_off_from", "positioning", "silent")
 
     def __init__(self) -> None:
-        self.alone_until = -math.inf
+        self.alone_until = self.broken_off_from = -math.inf
         self.positioning = False
         self.silent = False
 
@@ -68,10 +73,18 @@ class Caution:
         if message in _TO_POSITION and not (message is _MOVE and flags & _STALL):
             self.positioning = True
 
+    def free_from(self, message: Message) -> float:
+        """Return from when on a frame may be sent [s]."""
+        if message in _DEFERRED:
+            return max(self.alone_until, self.broken_off_from)
+        return self.alone_until
+
     def sent(self, message: Message, time: float) -> None:
         """Know that a frame was, or may have been, received until ``time`` [s]."""
         if message in _DEFERRED:
             self.alone_until = time + QUIET
+        if message is _HOME:
+            self.broken_off_from = time + BREAK_OFF
 
 
 def note_silence(bus: Bus, address: int) -> None:

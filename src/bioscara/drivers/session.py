@@ -298,6 +298,11 @@ class Session:
         """Whether the joint must be left alone now; an exchange would wait for the end of that."""
         return self._clock.now() < self.caution.alone_until
 
+    @property
+    def breaking_off(self) -> bool:
+        """Whether a homing may not have ended yet that was stopped; another one would wait."""
+        return self._clock.now() < self.caution.broken_off_from
+
     def listens(self) -> bool:
         """Return whether an exchange would not wait.
 
@@ -331,7 +336,7 @@ class Session:
     def _transfer(self, message: Message, transaction: Transaction) -> bytes | CommunicationError:
         if self.version == 2:
             return self._bus.transfer((transaction,))[0]
-        self._clock.sleep_until(self.caution.alone_until)
+        self._clock.sleep_until(self.caution.free_from(message))
         try:
             return self._bus.transfer((transaction,))[0]
         finally:

@@ -23,11 +23,11 @@ class Homing:
             heard that it stopped.
     """
 
-    __slots__ = ("_clock", "_deadline", "_joint", "running")
+    __slots__ = ("_asked", "_clock", "_deadline", "_joint", "running")
 
     def __init__(self, joint: Joint, clock: Clock) -> None:
         self._joint, self._clock = joint, clock
-        self._deadline = math.inf
+        self._deadline, self._asked = math.inf, math.nan
         self.running = False
 
     def start(self, direction: float) -> None:
@@ -46,6 +46,10 @@ class Homing:
             )
         # If only the answer is lost, the joint moves.
         self.running = True
+        if self._joint.session.breaking_off:
+            # A version 1 joint may be in the homing before still. The cycle does not wait for it.
+            self._asked = direction
+            return
         self._joint.start_homing(math.copysign(self._joint.parameters.homing.velocity, direction))
         self._deadline = self._clock.now() + self._joint.homing_timeout
 
@@ -56,6 +60,11 @@ class Homing:
             HomingError: It ended without a home that can be trusted.
             CommunicationError: The joint does not answer.
         """
+        if math.isfinite(self._asked):
+            if not self._joint.session.breaking_off:
+                direction, self._asked = self._asked, math.nan
+                self.start(direction)
+            return True
         if self._joint.session.alone:
             # A version 1 joint has not taken the command yet. The cycle does not wait for it.
             return True
@@ -87,5 +96,6 @@ class Homing:
         Raises:
             CommunicationError: The joint did not hear it and may still be running.
         """
+        self._asked = math.nan
         self._joint.stop()
         self.running = False
