@@ -940,7 +940,7 @@ MUTANTS = (
     Mutant(
         "quiet time after a command that an original joint's loop takes",
         "src/bioscara/drivers/session.py",
-        "sleep_until(self.caution.alone_until)\n        try:\n            return",
+        "sleep_until(self.caution.free_from(message))\n        try:\n            return",
         "sleep_until(0.0)\n        try:\n            return",
         ORIGINAL,
     ),
