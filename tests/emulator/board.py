@@ -8,13 +8,9 @@ from pathlib import Path
 from bioscara_firmware_sim import Plant
 
 from bioscara.protocol import (
-    READ,
     TRAILER,
-    WRITE,
     Answer,
-    Fault,
     Flags,
-    JointState,
     Message,
     Register,
 )
@@ -22,6 +18,7 @@ from emulator.controller import Controller, Result
 from emulator.controller import Fault as Disturbance
 from emulator.gpio import ALTERNATE, INPUT
 from emulator.machine import POWER, Machine
+from firmware.client import Client
 
 IMAGES = Path(__file__).parents[2] / "firmware" / "build"
 HOLD_MOST = 10e-6
@@ -125,7 +122,7 @@ class _Encoder:
         return answer
 
 
-class Board:
+class Board(Client):
     """One joint: controller, chips, mechanics, bus.
 
     Args:
@@ -225,26 +222,11 @@ class Board:
     def send(self, message: Message, *values: float) -> Answer:
         return self.exchange(message, *values)[0]
 
-    def write(self, register: Register, *values: float) -> Answer:
-        return self.send(WRITE[register], *values)
-
-    def read(self, register: Register) -> tuple[float, ...]:
-        return self.send(READ[register]).values
-
     def hello(self) -> tuple[float, ...]:
         return self.read(Register.HELLO)
 
     def arm(self, session: int = 1) -> None:
         self.write(Register.ARM, self.hello()[5], session)
-
-    def flags(self) -> Flags:
-        return Flags(self.send(READ[Register.STATE]).flags)
-
-    def state(self) -> JointState:
-        return JointState(int(self.read(Register.STATE)[2]))
-
-    def fault(self) -> Fault:
-        return Fault(int(self.read(Register.FAULT)[0]))
 
     def idle(self, limit: float = 30.0) -> Flags:
         """Feed the joint's watchdog until it is not busy."""

@@ -8,20 +8,19 @@ from bioscara.protocol import (
     TRAILER,
     WRITE,
     Answer,
-    Fault,
     Flags,
-    JointState,
     Message,
     Register,
 )
 from bioscara.sim import FirmwareBus, SimulatedArm
+from firmware.client import Client
 
 NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 HOME = {"j1": (0, 10, 30, 15), "j2": (0, 45, 50, 30), "j3": (1, 11, 25, 10), "j4": (1, 11, 30, 10)}
 """Direction of the motor, rpm, sensitivity, current: the arm's committed homing."""
 
 
-class Host:
+class Host(Client):
     """Frames to one joint, each with the next sequence number."""
 
     def __init__(
@@ -55,21 +54,6 @@ class Host:
         frame = self.frame(message, *values)
         answer = self.raw(frame, message.answer_size + TRAILER)
         return message.decode_v2(self.address, self.sequence, answer)
-
-    def write(self, register: Register, *values: float) -> Answer:
-        return self.send(WRITE[register], *values)
-
-    def read(self, register: Register) -> tuple[float, ...]:
-        return self.send(READ[register]).values
-
-    def flags(self) -> Flags:
-        return Flags(self.send(READ[Register.STATE]).flags)
-
-    def state(self) -> JointState:
-        return JointState(int(self.read(Register.STATE)[2]))
-
-    def fault(self) -> Fault:
-        return Fault(int(self.read(Register.FAULT)[0]))
 
     def alive(self, seconds: float) -> None:
         """Let time pass while the watchdog is fed."""

@@ -3,30 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tmc5130_registers.h"
+
 namespace bioscara::sim {
 
 namespace {
 
-enum Address : std::uint8_t {
-  GCONF = 0x00,
-  GSTAT = 0x01,
-  IHOLD_IRUN = 0x10,
-  TPWMTHRS = 0x13,
-  RAMPMODE = 0x20,
-  XACTUAL = 0x21,
-  VACTUAL = 0x22,
-  VSTART = 0x23,
-  A1 = 0x24,
-  V1 = 0x25,
-  AMAX = 0x26,
-  VMAX = 0x27,
-  DMAX = 0x28,
-  D1 = 0x2A,
-  VSTOP = 0x2B,
-  XTARGET = 0x2D,
-  CHOPCONF = 0x6C,
-  PWMCONF = 0x70,
-};
+using namespace tmc5130;
 
 enum RampMode : std::uint32_t { POSITION = 0, POSITIVE = 1, NEGATIVE = 2 };
 

@@ -4,31 +4,13 @@
 #include <cmath>
 #include <iterator>
 
+#include "tmc5130_registers.h"
+
 namespace bioscara::sim {
 
 namespace {
 
-enum Address : std::uint8_t {
-  GCONF = 0x00,
-  GSTAT = 0x01,
-  IHOLD_IRUN = 0x10,
-  TPOWERDOWN = 0x11,
-  RAMPMODE = 0x20,
-  XACTUAL = 0x21,
-  VACTUAL = 0x22,
-  V1 = 0x25,
-  A1 = 0x24,
-  AMAX = 0x26,
-  VMAX = 0x27,
-  DMAX = 0x28,
-  D1 = 0x2A,
-  VSTOP = 0x2B,
-  XTARGET = 0x2D,
-  RAMP_STAT = 0x35,
-  CHOPCONF = 0x6C,
-  DRV_STATUS = 0x6F,
-  PWMCONF = 0x70,
-};
+using namespace tmc5130;
 
 // Standstill is recognised 2^20 clocks after the last step.
 constexpr double kStandstillSeconds = 1048576.0 / 1e7;

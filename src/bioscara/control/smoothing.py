@@ -1,9 +1,9 @@
-"""Averages what nobody planned, so that it does not make the belts swing.
+"""Averages raw commands over the periods of the belts, so that the belts do not swing.
 
 Planned motions and jogs are gentle by themselves. Any other command is bounded joint by joint and
 kept clear first; what is sent to the joints is its average over the periods of the belts. It comes
-later by half of these, all joints alike. So it begins at rest: in motion the arm would go on for
-that time first.
+later by half of these, all joints alike. Averaging begins at rest: begun in motion, the average
+would carry the arm on for that time before it brakes.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class Smoothing:
 
     Attributes:
         windows: Over how long is averaged, once for each [s]; may be changed at rest.
-        waits: Whether what nobody planned has taken over in motion: the arm has to rest first.
+        waits: Whether raw commands have taken over a moving arm, which has to come to rest first.
         sent: Where the joints were sent to in the cycle before [rad or m].
     """
 

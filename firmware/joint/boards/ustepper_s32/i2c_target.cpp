@@ -194,8 +194,8 @@ void I2cTarget::supervise() {
   const stm32::Masked masked(kPriority);
   if (events_ != seen_) return;
   const bool own = phase_ != Phase::IDLE;
-  // After an error it waits until nobody is in the middle of something, but not for ever. A
-  // transfer of another joint is none of its business.
+  // After an error the reset waits until no transfer is running, at most kStillMost ticks
+  // without an event. Transfers with other joints need no reset.
   if (over ? moves && !own && !suspect_ : moves || own) return;
   if (!suspect_ && !stuck_) count();
   stuck_ = !own;

@@ -40,7 +40,8 @@ struct VectorTable {
 
 constexpr VectorTable make_vectors() {
   VectorTable table{stack_top, {}, {}};
-  // What nobody asked for opens the power stage and resets; so does the NMI of a stopped crystal.
+  // An unexpected exception or interrupt opens the power stage and resets; so does the NMI that
+  // reports a stopped crystal.
   for (Handler& handler : table.exceptions) handler = fault_handler;
   for (Handler& handler : table.interrupts) handler = fault_handler;
   table.exceptions[0] = reset_handler;

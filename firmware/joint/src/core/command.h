@@ -40,7 +40,7 @@ class CommandQueue {
   bool empty() const { return size_ == 0; }
 
  private:
-  // A setpoint that nobody has taken yet is superseded by the next one.
+  // A setpoint that still waits in the queue is replaced by the next one.
   bool supersedes(const Command& command) const {
     return command.code == Register::TRACK && size_ > 0 &&
            slots_[last()].code == Register::TRACK;
