@@ -3,7 +3,8 @@
 Exception entry and return, priorities, nesting and masking follow PM0214; entry takes 12 cycles,
 return 10, and the floating-point registers are stacked as FPCCR says (the 18 cycles of lazy
 stacking when the handler first uses the unit). Tail-chaining is not modelled, which is slower than
-the silicon. Code runs privileged on the main stack.
+the silicon. Code runs privileged on the main stack. The bootloader in ROM is its entry alone: the
+core that jumps there stays there until a reset.
 """
 
 from __future__ import annotations
@@ -35,6 +36,9 @@ from emulator.clock import (
 HARD_FAULT, MEMORY_FAULT, BUS_FAULT, USAGE_FAULT = 3, 4, 5, 6
 SUPERVISOR_CALL, PEND_SUPERVISOR, SYSTICK = 11, 14, 15
 FIRST_INTERRUPT = 16
+
+ROM, ROM_STACK, ROM_ENTRY = 0x1FFF_0000, 0x2000_2D40, 0x1FFF_3DB4
+"""System memory; the first two words there are stack pointer and entry of its bootloader."""
 
 _ENTRY_CYCLES, _RETURN_CYCLES = 12, 10
 _STACKED = (
@@ -117,6 +121,7 @@ class Cpu:
         self.active: list[Run] = []
         self.sleeping = False
         self.locked_up = False
+        self.in_bootloader = False
         self.group = 0
         self.stacks_floats = True
         self.vectors = 0
@@ -190,6 +195,8 @@ class Cpu:
             self.pend(SUPERVISOR_CALL)
         elif self._trap is not None:
             self._fault(USAGE_FAULT if self._trap in {1, 17, 18} else BUS_FAULT)
+        elif clock.why == LOST and self.pc == ROM_ENTRY:
+            self.in_bootloader = True
         elif fault is not None or clock.why == LOST:
             instruction = fault is not None and fault.errno == u.UC_ERR_INSN_INVALID
             self._fault(USAGE_FAULT if instruction else BUS_FAULT)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import heapq
 import random
+import struct
 from collections.abc import Callable, Generator
 from pathlib import Path
 
 from emulator.adc import Adc
 from emulator.clock import FLASH, RAM, RAM_SIZE, SECOND
-from emulator.cortex import Cpu, EmulationError
+from emulator.cortex import ROM, ROM_ENTRY, ROM_STACK, Cpu, EmulationError
 from emulator.crc import Crc
 from emulator.elf import Image
 from emulator.flash import Flash
@@ -20,13 +21,13 @@ from emulator.peripheral import Peripheral
 from emulator.power import Backup, Power
 from emulator.rcc import Rcc
 from emulator.spi import Spi
+from emulator.syscfg import Syscfg
 from emulator.system import System
 from emulator.timer import Timer
 
 POWER, PIN, SOFTWARE, WATCHDOG = "power", "pin", "software", "watchdog"
 """Causes of a reset."""
 
-_SYSTEM_MEMORY = 0x1FFF_0000
 _UNIQUE_ID = 0x1FFF_7A10
 
 
@@ -104,6 +105,7 @@ class Machine:
         self.backup = Backup(self, "RTC")
         self.adc = Adc(self, "ADC1")
         self.flash = Flash(self, "FLASH")
+        self.syscfg = Syscfg(self, "SYSCFG")
         self._peripherals: dict[int, Peripheral] = {
             0x0000: self.timers["TIM2"],
             0x0400: self.timers["TIM3"],
@@ -116,6 +118,7 @@ class Machine:
             0x5400: self.i2c,
             0x7000: self.power,
             0x12000: self.adc,
+            0x13800: self.syscfg,
             0x14000: self.timers["TIM9"],
             0x14400: self.timers["TIM10"],
             0x14800: self.timers["TIM11"],
@@ -133,7 +136,8 @@ class Machine:
         engine = self.cpu.engine
         engine.mmio_map(0x4000_0000, 0x30000, self._read, None, self._write, None)
         engine.mmio_map(0xE000_0000, 0x100000, self._read_system, None, self._write_system, None)
-        engine.mem_map(_SYSTEM_MEMORY, 0x10000)
+        engine.mem_map(ROM, 0x10000)
+        engine.mem_write(ROM, struct.pack("<II", ROM_STACK, ROM_ENTRY | 1))
         engine.mem_write(_UNIQUE_ID, unique)
         engine.mem_write(0x1FFF_7A22, (256).to_bytes(2, "little"))
         for address, data in self.image.segments:
@@ -244,7 +248,7 @@ class Machine:
                 return False
             cpu.take()
             deadline = min(end, events[0].when) if events else end
-            if cpu.sleeping or cpu.locked_up:
+            if cpu.sleeping or cpu.locked_up or cpu.in_bootloader:
                 clock.now = max(clock.now, deadline)
                 continue
             clock.deadline = deadline
@@ -256,6 +260,13 @@ class Machine:
         """Reset before the next instruction."""
         self._reset_wanted = cause
         self._look()
+
+    def jump_to_image(self) -> None:
+        """The bootloader starts what it wrote: without a reset, and with all that it left on."""
+        cpu = self.cpu
+        cpu.in_bootloader = False
+        cpu.flush()
+        cpu.stack, cpu.pc = cpu.word(FLASH), cpu.word(FLASH + 4) & ~1
 
     def power_up(self, *, forgets: float = 1.0, noise: float = 0.02) -> None:
         """The supply comes back.

@@ -33,6 +33,7 @@ _GATES = {
     "I2C1": ("APB1", 21),
     "PWR": ("APB1", 28),
     "ADC1": ("APB2", 8),
+    "SYSCFG": ("APB2", 14),
     **{f"TIM{number}": ("APB2", number + 7) for number in range(9, 12)},
 }
 
