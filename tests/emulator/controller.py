@@ -22,6 +22,7 @@ class Trouble(Enum):
     VANISH = "the controller is gone, both lines are released"
     VANISH_LOW = "the controller is gone and holds SCL low for a time"
     SDA_LOW = "something holds SDA low for a time"
+    FLIP = "a bit of the controller is the other one, a bit of the target is pulled low"
 
 
 @dataclass(frozen=True)
@@ -232,6 +233,11 @@ class Controller:
         self._byte += 1
         if fault is None or fault.byte != here:
             seen = yield from self._clocks(levels)
+            return seen
+        if fault.kind is Trouble.FLIP:
+            bit = min(fault.bit, len(levels) - 1)
+            flipped = 0 if levels[bit] is None else 1 - levels[bit]
+            seen = yield from self._clocks([*levels[:bit], flipped, *levels[bit + 1 :]])
             return seen
         seen = []
         if fault.bit:
