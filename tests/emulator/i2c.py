@@ -40,6 +40,8 @@ class I2c(Peripheral):
     }
     half = frozenset({_CR1, _CR2, _OAR1, _OAR2, _DR, _SR1, _SR2, 0x1C, 0x20, 0x24})
     stop_after_error = True
+    deaf_after_error = False
+    """Whether it answers no address after a bus error until it is reset, as some revisions do."""
 
     def __init__(self, machine, name: str, event: int, error: int) -> None:
         super().__init__(machine, name)
@@ -62,6 +64,7 @@ class I2c(Peripheral):
         self._read = 0
         self._last = 0
         self._own = False
+        self._deaf = False
 
     def reset(self) -> None:
         super().reset()
@@ -101,7 +104,7 @@ class I2c(Peripheral):
         return 1
 
     def _matches(self) -> bool:
-        if not self.registers[_CR1] & _ACK:
+        if not self.registers[_CR1] & _ACK or self._deaf:
             return False
         if self.registers[_OAR1] & 1 << 15:
             raise EmulationError("addresses of ten bits are not modelled")
@@ -211,6 +214,7 @@ class I2c(Peripheral):
 
     def _flag(self, flag: int) -> None:
         self._status |= flag
+        self._deaf |= self.deaf_after_error and flag != AF
 
     # Interrupts.
 

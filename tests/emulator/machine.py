@@ -81,7 +81,7 @@ class Machine:
         self._order = 0
         self._reset_wanted: str | None = None
         unique = self.random.randbytes(12)
-        self._favourite = self.random.randbytes(RAM_SIZE)
+        self.set_memory_at_power_up(self.random.randbytes(RAM_SIZE))
 
         self.rcc = Rcc(self)
         self.gpio = {letter: Gpio(self, letter) for letter in "ABCDEH"}
@@ -138,7 +138,7 @@ class Machine:
         engine.mmio_map(0xE000_0000, 0x100000, self._read_system, None, self._write_system, None)
         engine.mem_map(ROM, 0x10000)
         engine.mem_write(ROM, struct.pack("<II", ROM_STACK, ROM_ENTRY | 1))
-        engine.mem_write(_UNIQUE_ID, unique)
+        self.set_unique_id(unique)
         engine.mem_write(0x1FFF_7A22, (256).to_bytes(2, "little"))
         for address, data in self.image.segments:
             self.cpu.load(address, data)
@@ -267,6 +267,14 @@ class Machine:
         cpu.in_bootloader = False
         cpu.flush()
         cpu.stack, cpu.pc = cpu.word(FLASH), cpu.word(FLASH + 4) & ~1
+
+    def set_unique_id(self, unique: bytes) -> None:
+        """Set the 12 bytes that no other controller has."""
+        self.cpu.engine.mem_write(_UNIQUE_ID, unique)
+
+    def set_memory_at_power_up(self, content: bytes) -> None:
+        """Set what the memory's cells fall to."""
+        self._favourite = content
 
     def power_up(self, *, forgets: float = 1.0, noise: float = 0.02) -> None:
         """The supply comes back.

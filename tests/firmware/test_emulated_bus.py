@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import os
 import random
 from collections.abc import Iterator
@@ -287,6 +288,22 @@ def test_a_misplaced_stop_with_and_without_the_stop_flag(
     finally:
         board.machine.i2c.stop_after_error = True
     _sound(board)
+
+
+def test_a_peripheral_that_is_deaf_after_an_error_is_reset(board: Board) -> None:
+    board.machine.i2c.deaf_after_error = True
+    try:
+        for kind, byte in itertools.product((Trouble.START, Trouble.STOP), range(20)):
+            address, frame, read = _track(board, 4)
+            board.bus.transfer(address, frame, read, fault=Fault(kind, byte, 3))
+            board.machine.run(BACK)
+            _sound(board)
+        for flag in (i2c.ARLO, i2c.OVR, i2c.BERR):
+            board.machine.i2c.inject(flag)
+            board.machine.run(BACK)
+            _sound(board)
+    finally:
+        board.machine.i2c.deaf_after_error = False
 
 
 def test_noise_of_random_troubles_for_a_second(board: Board) -> None:

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import itertools
 import os
+import random
 
 import pytest
 
 from bioscara.protocol import READ, Capability, Fault, Flags, JointState, Register, ResetCause
 from bioscara.protocol.registers import MAGIC, PROTOCOL
 from emulator.board import BOOT_MOST, HOLD_MOST, IMAGES, STACK_MOST, Board
+from emulator.clock import RAM_SIZE
 from emulator.timing import stack_used
 from firmware.host import HOME, NEAR
 
@@ -191,6 +193,24 @@ def test_two_boards_that_start_together_have_different_numbers(seed: int) -> Non
         board.boot()
         numbers.add(_boot_id(board))
     assert len(numbers) == 4
+
+
+@pytest.mark.parametrize("source", ["memory", "converter", "counter", "unique id"])
+def test_each_source_of_the_boot_id_alone_changes_it(board: Board, source: str) -> None:
+    machine = board.machine
+
+    def number(changed: str) -> int:
+        machine.random = random.Random(changed == "converter")
+        machine.set_memory_at_power_up(bytes((changed == "memory",)) * RAM_SIZE)
+        machine.set_unique_id(bytes((changed == "unique id",)) * 12)
+        machine.power_up(noise=0.0)
+        machine.backup.registers[0x50] = int(changed == "counter")
+        board.boot()
+        return _boot_id(board)
+
+    same = number("nothing")
+    assert number("nothing") == same
+    assert number(source) != same
 
 
 def test_a_reset_by_its_pin_is_told_apart_and_counts_on(board: Board) -> None:
