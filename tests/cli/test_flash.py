@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import re
 import signal
 from collections.abc import Callable
@@ -11,7 +12,7 @@ import pytest
 
 import bioscara
 from bioscara.cli import main
-from bioscara.flashing import dfu
+from bioscara.flashing import dfu, programmer
 from bioscara.flashing.access import RULES
 from flashing.images import image
 from flashing.stand_ins import Bench
@@ -103,6 +104,33 @@ def test_a_missing_program_is_named_with_its_package(
     assert capsys.readouterr().err == f"bioscara: {remedy}\n"
 
 
+def test_st_flash_needs_its_companion(bench: MakeBench, capsys: pytest.CaptureFixture[str]) -> None:
+    bench("st-flash").probe(ONE)
+    assert main(["flash", "--joint", "1", "--swd", "j1.bin"]) == 2
+    assert "sudo apt install stlink-tools" in capsys.readouterr().err
+
+
+def test_a_program_that_cannot_be_run_is_named_with_its_path(
+    bench: MakeBench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = bench("dfu-util").folder / "dfu-util"
+    path.write_bytes(b"\0garbage")
+    assert main(["flash", "--joint", "1", "j1.bin"]) == 2
+    assert f"{path} cannot be run: Exec format error; install it" in capsys.readouterr().err
+
+
+def test_an_empty_serial_number_is_refused(
+    bench: MakeBench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As from a variable of a script that was never set: the only board may be another one."""
+    tools = bench("dfu-util")
+    tools.board(ONE)
+    with pytest.raises(SystemExit, match="2"):
+        main(["flash", "--joint", "1", "j1.bin", "--serial", ""])
+    assert "--serial: is empty" in capsys.readouterr().err
+    assert tools.calls() == []
+
+
 def test_a_wrong_image_is_refused_before_any_program_runs(
     bench: MakeBench, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -184,6 +212,22 @@ def test_of_two_boards_one_has_to_be_named(
     assert main(["flash", "--joint", "1", "j1.bin", "--serial", OTHER]) == 0
     assert (tools.flash(ONE), tools.flash(OTHER)) == (b"", image(1))
     assert tools.started() == [OTHER]
+
+
+def test_of_two_boards_the_one_that_may_be_used_is_not_taken_for_the_only_one(
+    bench: MakeBench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tools = bench("dfu-util")
+    tools.board(ONE)
+    tools.board(OTHER)
+    tools.trouble(closed_serial=OTHER)
+    assert main(["flash", "--joint", "1", "j1.bin"]) == 2
+    err = capsys.readouterr().err
+    assert f"besides {ONE} there is a board in its bootloader that cannot be opened" in err
+    assert f"--serial {ONE}" in err
+    assert tools.flash(ONE) == b""
+    assert main(["flash", "--joint", "1", "j1.bin", "--serial", ONE]) == 0
+    assert tools.flash(ONE) == image(1)
 
 
 def test_of_two_st_links_one_has_to_be_named(
@@ -315,6 +359,37 @@ def test_an_interruption_says_what_became_of_the_joint_and_how_to_repeat(
     tools.save()
     assert main(["flash", "--joint", "1", "j1.bin"]) == 0
     assert tools.flash(ONE) == image(1)
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interruption_of_the_start_says_that_the_image_is_verified(
+    number: signal.Signals, bench: MakeBench, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tools = bench("dfu-util")
+    tools.board(ONE)
+    tools.trouble(interrupt_start=int(number))
+    assert main(["flash", "--joint", "1", "j1.bin"]) == 130
+    out, err = capsys.readouterr()
+    assert out.splitlines()[-1] == "verified: the flash holds the image"
+    assert err == "bioscara: interrupted; j1 has its firmware: press RESET to start it\n"
+    assert tools.flash(ONE) == image(1)
+
+
+def test_a_folder_without_room_for_the_image_is_named(
+    bench: MakeBench, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tools = bench("dfu-util")
+    tools.board(ONE)
+
+    def full(*_: object, **__: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(programmer.tempfile, "TemporaryDirectory", full)
+    assert main(["flash", "--joint", "1", "j1.bin"]) == 2
+    err = capsys.readouterr().err
+    assert "the image cannot be copied: No space left on device; set TMPDIR" in err
+    assert "without working firmware" not in err
+    assert tools.flash(ONE) == b""
 
 
 def test_a_board_that_leaves_before_it_answers_is_started(

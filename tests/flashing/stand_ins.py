@@ -178,6 +178,11 @@ def dfu_util(words: list[str], folder: str) -> None:
             )
         boards = []
     if "-l" in options:
+        if "closed_serial" in state:
+            boards = [each for each in boards if each["serial"] != state["closed_serial"]]
+            _warn(
+                "dfu-util: Cannot open DFU device 0483:df11 found on devnum 7 (LIBUSB_ERROR_ACCESS)"
+            )
         _list(boards)
         sys.exit(0)
     boards = [each for each in boards if each["serial"] == options.get("-S", each["serial"])]
@@ -236,6 +241,9 @@ def _dfuse(state: dict[str, Any], options: dict[str, str], folder: Path, serial:
         _say(f"Upload done.\nReceived a total of {length} bytes")
     else:
         assert modifiers == ["leave"]
+        if "interrupt_start" in state:
+            os.kill(os.getppid(), state["interrupt_start"])
+            os.read(os.open(folder / "forever", os.O_RDWR), 1)
         _say("DfuSe command mode\nSubmitting leave request...")
         _start(str(folder), serial)
         if state.get("leaves_early"):

@@ -13,6 +13,7 @@ import pytest
 import bioscara
 from bioscara.errors import ImageError
 from bioscara.flashing import JOINTS, Image, prebuilt, read_image
+from bioscara.flashing.image import FLASH_SIZE
 from flashing.images import image, sealed
 
 FIRMWARE = Path(__file__).parents[2] / "firmware/joint"
@@ -46,7 +47,6 @@ def test_every_truncation_is_found() -> None:
 @pytest.mark.parametrize(
     ("content", "reason"),
     [
-        (b"", "not joint firmware of bioscara"),
         (random.Random(1).randbytes(20_000), "not joint firmware of bioscara"),
         (
             b"\x7fELF" + image()[4:],
@@ -56,7 +56,7 @@ def test_every_truncation_is_found() -> None:
         (image()[:4000], "is truncated: it has 4000 bytes and says 5000"),
         (image() + b"\xff", "is damaged: it has 5001 bytes and says 5000"),
         (image()[:-1] + b"\0", "is damaged: its CRC is 0x"),
-        (image(size=256 * 1024 + 4), "262148 bytes do not fit into 262144 bytes of flash"),
+        (image(size=256 * 1024 + 4), "more than the 262144 bytes of the controller's flash"),
         (sealed(image()[:0x208] + b"\x02" + image()[0x209:]), "format 2, known is 1"),
     ],
 )
@@ -84,6 +84,16 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
         read_image(tmp_path / "nothing.bin")
     with pytest.raises(ImageError, match="Is a directory"):
         read_image(tmp_path)
+
+
+def test_an_empty_and_a_huge_file_are_called_so(tmp_path: Path) -> None:
+    path = tmp_path / "j1.bin"
+    path.write_bytes(b"")
+    with pytest.raises(ImageError, match=r"j1\.bin is empty; build it or download it again"):
+        read_image(path)
+    path.write_bytes(image(1) + bytes(FLASH_SIZE))
+    with pytest.raises(ImageError, match=rf"has more than the {FLASH_SIZE} bytes .* flash; take"):
+        read_image(path)
 
 
 def test_what_the_firmware_build_seals_is_whole() -> None:

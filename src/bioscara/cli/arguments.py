@@ -67,7 +67,7 @@ class Options(argparse.Namespace):
         joint: Number of the joint to flash.
         swd: Whether to flash through an ST-Link instead of the USB bootloader.
         image: The firmware image; None for the one of this version that is at hand.
-        serial: Serial number of the board in its bootloader, or of the ST-Link; may be empty.
+        serial: Serial number of the board in its bootloader, or of the ST-Link, if it was given.
     """
 
     command: str
@@ -102,7 +102,7 @@ class Options(argparse.Namespace):
     joint: int
     swd: bool
     image: Path | None
-    serial: str
+    serial: str | None
 
     def load_command(self) -> Callable[[Options], int]:
         """Import the module of the command and return what runs it."""
@@ -264,6 +264,12 @@ def _add_poses(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     save.set_defaults(v1=False)
 
 
+def _serial_number(word: str) -> str:
+    if not word:  # As from an unset variable: the only board may be another one.
+        raise argparse.ArgumentTypeError("is empty; leave it out, or name a board")
+    return word
+
+
 def _add_flash(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
     flash = _add(commands, "flash", "Write the firmware of one joint to its board, and verify it.")
     flash.add_argument(
@@ -292,7 +298,7 @@ def _add_flash(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
     flash.add_argument(
         "--serial",
         metavar="NUMBER",
-        default="",
+        type=_serial_number,
         help="which board in its bootloader, or which ST-Link, where there are several",
     )
     flash.add_argument(

@@ -39,18 +39,17 @@ def run(options: Options) -> int:
         f"{len(image.content)} bytes"
     )
     programmer = _programmer(options)
-    with ExitStack() as stack:
+    with ExitStack() as stack, _interruptible():
         joint = stack.enter_context(_on_bus(options, output)) if options.bus is not None else None
         if joint is not None:
             joint.prepare(programmer)
-        board = programmer.connect(options.serial)
+        board = programmer.connect(options.serial or "")
         output.line(f"writing to the {board}; keep it connected")
         status = _write(programmer, image, options)
         if status is Status.OK:
             output.line("verified: the flash holds the image")
-            if not programmer.start():
-                output.line("it was not seen to start: press RESET")
-            if joint is not None:
+            status = _start(programmer, output, options)
+            if status is Status.OK and joint is not None:
                 status = joint.confirm(image)
     output.check()
     return status
@@ -83,14 +82,27 @@ def _programmer(options: Options) -> Programmer:
 def _write(programmer: Programmer, image: Image, options: Options) -> Status:
     """Write and verify; what goes wrong leaves a joint without firmware, and says so."""
     try:
-        with _interruptible():
-            programmer.flash(image.content)
+        programmer.flash(image.content)
     except FlashError as error:
         complain(f"{error}; {_without_firmware(options)}")
         return Status.FAILED
     except KeyboardInterrupt:
         complain(f"interrupted; {_without_firmware(options)}")
         return Status.INTERRUPTED
+    return Status.OK
+
+
+def _start(programmer: Programmer, output: Output, options: Options) -> Status:
+    """Start a board whose image is verified: from here on nothing can be lost."""
+    try:
+        started = programmer.start()
+    except FlashError:
+        started = False
+    except KeyboardInterrupt:
+        complain(f"interrupted; j{options.joint} has its firmware: press RESET to start it")
+        return Status.INTERRUPTED
+    if not started:
+        output.line("it was not seen to start: press RESET")
     return Status.OK
 
 

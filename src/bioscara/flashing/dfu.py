@@ -41,6 +41,13 @@ class Found(NamedTuple):
     flash_size: int
 
 
+class Seen(NamedTuple):
+    """What is in the bootloader: devices that can be used, and why one cannot be opened, if so."""
+
+    found: list[Found]
+    closed: FlashError | None
+
+
 class Dfu(Programmer):
     """A board in its USB bootloader.
 
@@ -61,16 +68,9 @@ class Dfu(Programmer):
         Raises:
             FlashError: There is one that may not be used.
         """
-        ended = run(self.program, *_DEVICE, "-l")
-        ended.require_success("the boards cannot be listed")
-        found = [
-            Found(each["serial"], _flash_size(each["name"])) for each in _FOUND.finditer(ended.text)
-        ]
-        closed = _CLOSED.search(ended.text)
+        found, closed = self._see()
         if closed is not None and not found:
-            if "LIBUSB_ERROR" in closed["rest"] and "ACCESS" not in closed["rest"]:
-                raise FlashError(f"the board cannot be used: {closed[0]}; disconnect it once")
-            raise not_permitted("the board in its bootloader")
+            raise closed
         return found
 
     def wait(self) -> None:
@@ -79,7 +79,9 @@ class Dfu(Programmer):
 
     def connect(self, serial: str) -> str:
         """Find the board in its bootloader; as :meth:`Programmer.connect`."""
-        found = self.look()
+        found, closed = self._see()
+        if closed is not None and not found:
+            raise closed
         listed = ", ".join(each.serial for each in found)
         if not found:
             raise FlashError(f"no board is in its bootloader: {BUTTON}, then repeat the command")
@@ -96,6 +98,11 @@ class Dfu(Programmer):
                 f"or name one with --serial, as --serial {found[0].serial}"
             )
         (board,) = found
+        if closed is not None and not serial:
+            raise FlashError(
+                f"besides {board.serial} there is a board in its bootloader that cannot be opened; "
+                f"disconnect one of them, or name this one with --serial {board.serial}"
+            )
         if board.flash_size not in (0, FLASH_SIZE):
             raise FlashError(
                 f"the device in its bootloader, {board.serial}, has {board.flash_size // 1024} KiB "
@@ -108,6 +115,21 @@ class Dfu(Programmer):
         """Leave the bootloader; the board may be gone before dfu-util hears that it went."""
         run(self.program, *self._board(), "-s", f"{FLASH:#010x}:leave")
         return self._look_until(present=False)
+
+    def _see(self) -> Seen:
+        ended = run(self.program, *_DEVICE, "-l")
+        ended.require_success("the boards cannot be listed, see 'dfu-util -l'")
+        found = [
+            Found(each["serial"], _flash_size(each["name"])) for each in _FOUND.finditer(ended.text)
+        ]
+        closed = _CLOSED.search(ended.text)
+        if closed is None:
+            return Seen(found, None)
+        if "LIBUSB_ERROR" in closed["rest"] and "ACCESS" not in closed["rest"]:
+            return Seen(
+                found, FlashError(f"the board cannot be used: {closed[0]}; disconnect it once")
+            )
+        return Seen(found, not_permitted("the board in its bootloader"))
 
     def _write(self, folder: Path) -> None:
         words = ("-s", f"{FLASH:#010x}", "-D", WRITTEN)

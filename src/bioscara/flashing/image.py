@@ -62,10 +62,17 @@ class Image:
         Raises:
             ImageError: It is none of this project, or it is truncated or damaged.
         """
+        if not content:
+            raise ImageError(f"{name} is empty; build it or download it again")
         if content.startswith(_ELF):
             raise ImageError(
                 f"{name} is an ELF file, for debuggers; flash "
                 f"{Path(name).with_suffix('.bin').name}, which was built with it"
+            )
+        if len(content) > FLASH_SIZE:
+            raise ImageError(
+                f"{name} has more than the {FLASH_SIZE} bytes of the controller's flash; take a "
+                ".bin of 'make firmware'"
             )
         if content[_OFFSET : _OFFSET + len(_MAGIC)] != _MAGIC:
             raise ImageError(
@@ -86,8 +93,6 @@ class Image:
                 f"{name} is {what}: it has {len(content)} bytes and says {length}; build it or "
                 "download it again"
             )
-        if length > FLASH_SIZE:
-            raise ImageError(f"{name}: {length} bytes do not fit into {FLASH_SIZE} bytes of flash")
         found = zlib.crc32(content[:_CRC_AT] + b"\xff" * 4 + content[_CRC_AT + 4 :])
         if found != crc:
             raise ImageError(
@@ -126,7 +131,7 @@ def read_image(path: Path) -> Image:
     """
     try:
         with path.open("rb") as file:
-            content = file.read(2 * FLASH_SIZE)
+            content = file.read(FLASH_SIZE + 1)
     except OSError as error:
         raise ImageError(f"{path} cannot be read: {error.strerror or error}") from error
     return Image.from_bytes(str(path), content)

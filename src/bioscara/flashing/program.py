@@ -81,7 +81,10 @@ def run(program: str, *words: str, folder: Path | None = None) -> Ended:
                 process.wait()
                 raise
     except OSError as error:
-        raise FlashError(f"{program} cannot be run: {error.strerror or error}") from error
+        raise FlashError(
+            f"{shutil.which(program) or program} cannot be run: {error.strerror or error}; install "
+            "it anew"
+        ) from error
     except subprocess.TimeoutExpired as error:
         raise FlashError(
             f"{program} did not end within {LIMIT:g} s; disconnect the board and try again"

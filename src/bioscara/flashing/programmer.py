@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import tempfile
 from abc import ABC, abstractmethod
+from contextlib import ExitStack
 from pathlib import Path
 from typing import ClassVar
 
-from bioscara.errors import FlashError
+from bioscara.errors import FlashError, ImageError
 from bioscara.flashing.program import is_installed
 
 FLASH = 0x08000000
@@ -50,11 +51,19 @@ class Programmer(ABC):
         """Write ``content`` to the start of the flash, read it back and compare; starts nothing.
 
         Raises:
+            ImageError: There is no room for the file that the program takes; nothing was written.
             FlashError: Writing or reading failed, or something else came back.
         """
-        with tempfile.TemporaryDirectory(prefix="bioscara-flash-") as name:
-            folder = Path(name)
-            (folder / WRITTEN).write_bytes(content)
+        with ExitStack() as stack:
+            try:
+                temporary = tempfile.TemporaryDirectory(prefix="bioscara-flash-")
+                folder = Path(stack.enter_context(temporary))
+                (folder / WRITTEN).write_bytes(content)
+            except OSError as error:
+                raise ImageError(
+                    f"the image cannot be copied: {error.strerror or error}; set TMPDIR to a "
+                    "folder with room"
+                ) from error
             self._write(folder)
             self._read(folder, len(content))
             kept = (folder / READ_BACK).read_bytes() if (folder / READ_BACK).exists() else b""

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from bioscara.errors import FlashError
 from bioscara.flashing.access import not_permitted
-from bioscara.flashing.program import run
+from bioscara.flashing.program import is_installed, run
 from bioscara.flashing.programmer import FLASH, READ_BACK, WRITTEN, Programmer
 
 CHIP = 0x423
@@ -26,6 +26,11 @@ class StFlash(Programmer):
 
     def __init__(self) -> None:
         self._serial = ""
+
+    @classmethod
+    def is_installed(cls) -> bool:
+        """Return whether both programs of the package are there."""
+        return super().is_installed() and is_installed("st-info")
 
     def connect(self, serial: str) -> str:
         """Find the ST-Link and the board; as :meth:`Programmer.connect`."""
