@@ -124,6 +124,19 @@ def test_over_read_hangs_the_bus_until_the_joint_is_power_cycled(write: bytes, c
     assert joint.flags() == NOTHOMED | NOTENABLED
 
 
+ANSWERS = {0x0F: 2, 0x18: 5, 0x2C: 5, 0x2E: 5}
+"""Bytes that are written to a request without payload; for all other registers the flags alone."""
+
+
+@pytest.mark.parametrize("register", range(256))
+def test_one_byte_beyond_an_answer_hangs_and_the_answer_itself_does_not(register: int) -> None:
+    joint = Original("j2")
+    size = ANSWERS.get(register, 1)
+    joint.exchange(bytes((register,)), size)
+    with pytest.raises(BusTimeoutError):
+        joint.exchange(bytes((register,)), size + 1)
+
+
 def test_a_joint_that_holds_the_clock_runs_nothing_else() -> None:
     joint = spinning()
     with pytest.raises(BusTimeoutError):
@@ -393,6 +406,23 @@ def test_an_acceleration_above_16_bits_wraps(at_the_joint: float, register: int)
     assert rate(joint, wanted) == pytest.approx(register * 45.4747 / STEPS_PER_DEG, rel=0.01)
 
 
+@pytest.mark.parametrize("register", [Register.MOVESTEPS, Register.MOVETOANGLE])
+def test_a_position_move_wraps_its_acceleration_too(register: Register) -> None:
+    times = []
+    for at_the_joint in (30.0, 31.0):
+        joint = Original("j4")
+        joint.arm.remove_stops("j4")
+        joint.enable(rpm=3000.0, acceleration_deg=at_the_joint * 12.0 * 57.29577951308232)
+        joint.write(register, 360.0 if register is Register.MOVETOANGLE else 51200)
+        begun = joint.arm.now()
+        joint.arm.run(0.1)
+        while not joint.stands():
+            pass
+        times.append(joint.arm.now() - begun)
+    # 64536 and 1152 units of the register, and the root of their ratio in time.
+    assert times[1] / times[0] > 4.0
+
+
 def test_with_an_acceleration_of_zero_even_stop_has_no_effect() -> None:
     joint = spinning()
     joint.write(Register.SETMAXACCELERATION, 0.3)
@@ -541,6 +571,20 @@ def test_a_stall_stops_the_joint_energised_and_a_move_is_ignored() -> None:
     assert joint.stands()
     joint.write(Register.ENABLESTALLGUARD, 3)
     assert not joint.flags() & STALL
+
+
+@pytest.mark.parametrize(("rpm", "found"), [(150.0, True), (400.0, False)])
+def test_an_error_that_jumps_by_more_than_100_microsteps_is_no_stall_while_it_lasts(
+    rpm: float, *, found: bool
+) -> None:
+    """With the encoder standing still it jumps to what the field turns in 0.65 ms."""
+    joint = spinning(rpm)
+    joint.write(Register.ENABLESTALLGUARD, 6)
+    joint.arm.freeze_encoder("j4")
+    for _ in range(100):
+        joint.write(Register.SETRPM, rpm)
+        joint.arm.run(0.02)
+    assert bool(joint.flags() & STALL) is found
 
 
 # What it reports, and when.
