@@ -50,6 +50,7 @@ ORIGINAL = ("tests/drivers/test_original.py", "tests/hardware/test_original_join
 SOCKET = ("tests/sim/test_socket_bus.py",)
 EMULATED_BUS = ("tests/firmware/test_emulated_bus.py",)
 EMULATED_JOINT = ("tests/firmware/test_emulated_joint.py",)
+EMULATED_BOOTLOADER = ("tests/firmware/test_emulated_bootloader.py",)
 EMULATED_TIMING = ("tests/firmware/test_emulated_timing.py",)
 FLASH = ("tests/flashing", "tests/cli/test_flash.py", "tests/cli/test_flash_on_bus.py")
 
@@ -123,6 +124,55 @@ MUTANTS = (
         "board.begin(noise);",
         "board.begin(0);",
         EMULATED_JOINT,
+    ),
+    Mutant(
+        "unique id in the boot id",
+        f"{BOARD}/boot.cpp",
+        "for (int word = 0; word < 3; ++word) hash = mix(hash, stm32::unique_id()[word]);",
+        "",
+        EMULATED_JOINT,
+    ),
+    Mutant(
+        "reset of the I2C peripheral after an error",
+        f"{BOARD}/i2c_target.cpp",
+        "    suspect_ = served = true;",
+        "    served = true;",
+        EMULATED_BUS,
+    ),
+    Mutant(
+        "check of the image at each start",
+        f"{BOARD}/startup.cpp",
+        " || !bioscara::image_intact()",
+        "",
+        EMULATED_BOOTLOADER,
+    ),
+    Mutant(
+        "request for the bootloader, used up",
+        f"{BOARD}/bootloader.cpp",
+        "  request_mark = 0;\n",
+        "",
+        EMULATED_BOOTLOADER,
+    ),
+    Mutant(
+        "power stage opened before the bootloader",
+        f"{BOARD}/startup.cpp",
+        "  bioscara::pins::open_power_stage();\n",
+        "",
+        EMULATED_BOOTLOADER,
+    ),
+    Mutant(
+        "reset after a jump from the bootloader",
+        f"{BOARD}/startup.cpp",
+        "  if (started_by_jump()) stm32::reset();\n",
+        "  (void)started_by_jump();\n",
+        EMULATED_BOOTLOADER,
+    ),
+    Mutant(
+        "one of two boards that cannot be opened",
+        "src/bioscara/flashing/dfu.py",
+        "if closed is not None and not serial:",
+        "if False:",
+        FLASH,
     ),
     Mutant(
         "CRC of a firmware image",

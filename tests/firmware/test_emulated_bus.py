@@ -222,6 +222,18 @@ def test_a_read_of_any_length_ends_in_ff_and_never_holds_the_clock(
     _held(_answers(board, board.machine.seconds))
 
 
+@pytest.mark.parametrize("register", [Register.HELLO, Register.STATE, Register.FAULT])
+def test_a_read_of_no_byte_ends_at_its_address(board: Board, register: Register) -> None:
+    """The joint has put the first bit of its answer on SDA by then."""
+    frame, _ = board.frame(READ[register])
+    for written in (frame, b""):
+        at = len(written) + 1 if written else 0
+        fault = Fault(Trouble.ABORT, at, 9)
+        _held(board.bus.transfer(board.address, written, 1, fault=fault))
+        _held(_answers(board, board.machine.seconds))
+    _sound(board)
+
+
 def test_a_read_without_a_write_before_it_repeats_the_answer_or_ff(board: Board) -> None:
     before = board.read(Register.BUSERRORS)
     for count in (1, 5, 32):

@@ -265,6 +265,16 @@ def test_a_read_without_a_write_executes_the_last_command_again() -> None:
     assert joint.number(Register.ANGLEMOVED) == pytest.approx(200.0, abs=2.0)
 
 
+@pytest.mark.parametrize("count", [0, 1, 2, 31, 32, 33, 255])
+def test_writes_of_odd_lengths_move_nothing_and_are_survived(count: int) -> None:
+    for first in (0x00, 0x2A, 0xFF):
+        joint = Original("j4")
+        joint.enable()
+        joint.exchange(bytes((first,) * min(count, 1)) + bytes(max(count - 1, 0)), 0)
+        assert joint.stands(QUIET)
+        assert joint.flags() == NOTHOMED
+
+
 def test_a_short_payload_keeps_the_bytes_before() -> None:
     joint = Original("j4")
     joint.write(Register.HOMEOFFSET, 1.5)
