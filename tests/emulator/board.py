@@ -22,7 +22,7 @@ from firmware.client import Client
 
 IMAGES = Path(__file__).parents[2] / "firmware" / "build"
 HOLD_MOST = 10e-6
-"""Longest time for which a joint holds SCL, each time [s] (docs/firmware.md)."""
+"""Longest time for which a joint holds SCL in one write and read, in all [s] (docs/firmware.md)."""
 STACK_MOST = 1024
 """Bytes of stack that the firmware uses."""
 BOOT_MOST = 0.03

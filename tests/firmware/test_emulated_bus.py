@@ -20,6 +20,8 @@ pytestmark = [pytest.mark.usefixtures("images"), pytest.mark.timeout(600)]
 SPEEDS = (100_000, 400_000)
 BACK = 5e-3
 """A joint answers again this long after any error [s]."""
+HOLD_MOST_THROWN_AWAY = 13e-6
+"""Longest time for which SCL is held in a frame that a flag without cause ends [s]."""
 EVERY_BIT = bool(os.environ.get("BIOSCARA_EVERY_BIT"))
 
 
@@ -35,7 +37,7 @@ def board(request: pytest.FixtureRequest) -> Iterator[Board]:
 
 def _held(result: Result) -> None:
     assert not result.hung
-    assert max(result.holds, default=0.0) <= HOLD_MOST
+    assert result.held <= HOLD_MOST
 
 
 def _answers(board: Board, since: float, within: float = BACK) -> Result:
@@ -170,7 +172,10 @@ def test_error_flags_that_noise_sets_at_any_time_pass(board: Board, flag: int) -
         board.machine.run(duration * (step + 0.5) / 40)
         board.machine.i2c.inject(flag)
         board.machine.run(10.0, until=lambda result=result: result.ended > 0.0)
-        _held(result)
+        assert not result.hung
+        # An answer that is thrown away is not sent on: the next byte waits until that is noticed.
+        assert max(result.holds, default=0.0) <= HOLD_MOST
+        assert result.held <= HOLD_MOST_THROWN_AWAY
         _answers(board, board.machine.seconds)
     _sound(board)
 

@@ -103,7 +103,7 @@ def test_track_follows_and_its_silence_stops_the_joint(board: Board) -> None:
     assert answer.values[0] == pytest.approx(end, abs=6.0)
     # The encoder's error over a turn shows in the speed.
     assert answer.values[1] == pytest.approx(30.0, rel=0.3)
-    assert max(result.holds) <= HOLD_MOST
+    assert result.held <= HOLD_MOST
     silent = board.machine.seconds - 0.02
     while board.state() is JointState.TRACKING and board.machine.seconds < silent + 0.2:
         board.run(0.001)

@@ -53,7 +53,7 @@ def test_an_address_match_at_any_time_of_the_tick_is_answered_at_once(hertz: int
         result = board.bus.transfer(board.address, frame, size)
         assert result.data is not None
         message.decode_v2(board.address, sequence, result.data)
-        assert max(result.holds) <= HOLD_MOST
+        assert result.held <= HOLD_MOST
         bus = [run for run in board.machine.cpu.runs if run.exception in {EVENT, ERROR}]
         longest = max(longest, *((run.start - run.pending) / SECOND for run in bus))
         board.machine.run(0.004)
@@ -76,8 +76,7 @@ def test_the_tick_gives_way_to_the_bus_and_never_the_other_way_round() -> None:
 def test_the_table_in_the_documentation_is_what_the_image_needs() -> None:
     measured = Measurement()
     assert measured.tick_worst <= 0.45e-3
-    assert max(longest for longest, _ in measured.holds.values()) <= HOLD_MOST
-    assert max(most for _, most in measured.holds.values()) <= 10e-6
+    assert max(most for _, most in measured.holds.values()) <= HOLD_MOST
     assert measured.stack <= STACK_MOST
     assert stack_used(measured.board) == measured.stack
     written = PAGE.read_text().split(BEGIN, 1)[1].split(END, 1)[0]
