@@ -96,6 +96,37 @@ def test_original_and_own_joints_on_one_arm_are_each_listed_as_what_they_are(
             assert "not told" not in told
 
 
+@pytest.mark.parametrize("words", [["joints"], ["joints", "--v1"]])
+def test_joints_that_are_switched_on_meanwhile_are_waited_for_and_listed(
+    words: list[str], wire: Wire, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Read from in its first 0.6 s, a joint with its original firmware would hang the bus."""
+
+    class SwitchedOn(FirmwareBus):
+        def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+            results = super().transfer(transactions)
+            if transactions[-1].address == 0x14 and 0x14 not in seen:
+                arms[0].set_power("j3", True)
+            seen.update(each.address for each in transactions)
+            return results
+
+    def make(arm: SimulatedArm) -> Bus:
+        arms.append(arm)
+        arm.set_power("j3", False)
+        return SwitchedOn(arm)
+
+    arms: list[SimulatedArm] = []
+    seen: set[int] = set()
+    wire(make)
+    assert main(words) == 0
+    out, err = capsys.readouterr()
+    assert err == (
+        "bioscara: nobody acknowledges at the address of j3; waiting 1 s, in case the arm was just "
+        "switched on\n"
+    )
+    assert "NOTHOMED NOTENABLED" in line(out, "j3")
+
+
 def test_a_joint_with_newer_firmware_is_listed_with_its_version_and_the_remedy(
     wire: Wire, capsys: pytest.CaptureFixture[str]
 ) -> None:
