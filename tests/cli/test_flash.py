@@ -12,7 +12,7 @@ import pytest
 
 import bioscara
 from bioscara.cli import main
-from bioscara.flashing import dfu, programmer
+from bioscara.flashing import access, dfu, programmer
 from bioscara.flashing.access import RULES
 from flashing.images import image
 from flashing.stand_ins import Bench
@@ -291,6 +291,17 @@ def test_no_permission_names_the_rule_and_the_commands(
     err = capsys.readouterr().err
     assert "no permission to use the" in err
     assert f"sudo cp {RULES} /etc/udev/rules.d/ && sudo udevadm control --reload" in err
+
+
+def test_the_command_for_the_rule_can_be_pasted_whatever_the_folder_is_called(
+    bench: MakeBench, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    tools = bench("dfu-util")
+    tools.board(ONE)
+    tools.trouble(closed="LIBUSB_ERROR_ACCESS")
+    monkeypatch.setattr(access, "RULES", Path("/my arm/70.rules"))
+    assert main(["flash", "--joint", "1", "j1.bin"]) == 2
+    assert "sudo cp '/my arm/70.rules' /etc/udev" in capsys.readouterr().err
 
 
 def test_a_board_that_cannot_be_opened_for_another_reason_is_not_blamed_on_permission(

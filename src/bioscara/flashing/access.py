@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 
 from bioscara.errors import FlashError
@@ -16,8 +17,9 @@ def not_permitted(device: str) -> FlashError:
     Args:
         device: What it is, for the message.
     """
+    rules = shlex.quote(str(RULES))
     return FlashError(
-        f"no permission to use {device}: install the udev rule with 'sudo cp {RULES} "
-        "/etc/udev/rules.d/ && sudo udevadm control --reload && sudo udevadm trigger', and see "
-        "that you are in the group plugdev ('sudo usermod -aG plugdev $USER', then log in again)"
+        f"no permission to use {device}: install the udev rule (sudo cp {rules} "
+        "/etc/udev/rules.d/ && sudo udevadm control --reload && sudo udevadm trigger) and see "
+        "that you are in the group plugdev (sudo usermod -aG plugdev $USER, then log in again)"
     )
