@@ -212,18 +212,26 @@ CALLS: list[Callable[[Joint], object]] = [
 ]
 
 
+TAKEN_LATER: dict[Register, Callable[[Joint], object]] = {
+    R.HOME: lambda joint: joint.start_homing(),
+    R.MOVESTEPS: lambda joint: joint.session.write(R.MOVESTEPS, -640, repeat=False),
+    R.CHECKORIENTATION: lambda joint: joint.session.write(R.CHECKORIENTATION, 5.0, repeat=False),
+}
+
+
+@pytest.mark.parametrize("command", list(TAKEN_LATER), ids=lambda register: register.name)
 @pytest.mark.parametrize("call", CALLS)
-def test_whoever_calls_after_home_waits_and_home_is_not_forgotten(
-    call: Callable[[Joint], object],
+def test_whoever_calls_after_a_deferred_command_waits_and_it_is_not_forgotten(
+    call: Callable[[Joint], object], command: Register
 ) -> None:
     world, joint = enabled("j4")
     timed = Timed(world)
-    joint.start_homing()
+    TAKEN_LATER[command](joint)
     call(joint)
     timed.require_quiet()
-    homes = [end for _, end, t in timed.frames if t.write[0] == R.HOME]
-    following = next(begin for begin, _, _ in timed.frames if begin >= homes[0])
-    assert following - homes[0] < 30e-3, "and not much longer"
+    sent = [end for _, end, t in timed.frames if t.write[0] == command]
+    following = next(begin for begin, _, _ in timed.frames if begin >= sent[0])
+    assert following - sent[0] < 30e-3, "and not much longer"
 
 
 def test_a_homing_that_is_polled_at_once_comes_to_its_end() -> None:
