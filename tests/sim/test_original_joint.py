@@ -270,7 +270,7 @@ def test_writes_of_odd_lengths_move_nothing_and_are_survived(count: int) -> None
     for first in (0x00, 0x2A, 0xFF):
         joint = Original("j4")
         joint.enable()
-        joint.exchange(bytes((first,) * min(count, 1)) + bytes(max(count - 1, 0)), 0)
+        joint.exchange(bytes((first,) * min(count, 1)) + bytes(max(count - 1, 0)))
         assert joint.stands(QUIET)
         assert joint.flags() == NOTHOMED
 
