@@ -331,14 +331,14 @@ MUTANTS = (
     Mutant(
         "a motor that cannot back off from its first touch",
         f"{CORE}/homing.cpp",
-        "if (moved < 0.5F * back_off_) return",
+        "if (moved < 0.5F * kBackOff) return",
         "if (false) return",
         HOST,
     ),
     Mutant(
         "a second touch far beyond the first",
         f"{CORE}/homing.cpp",
-        "if (beyond > 2.0F * back_off_) return",
+        "if (beyond > 2.0F * kBackOff) return",
         "if (false) return",
         HOST,
     ),
@@ -451,8 +451,8 @@ MUTANTS = (
     Mutant(
         "reset flags of the driver read as well as written",
         f"{CORE}/tmc5130.cpp",
-        "  exchange(GSTAT, 0);\n",
-        "",
+        "write(GSTAT, 0x07);\n  exchange(GSTAT, 0);\n",
+        "write(GSTAT, 0x07);\n",
         HOST,
     ),
     Mutant(

@@ -81,6 +81,8 @@ NB_MODULE(_native, module) {
       .def("position", [](Arm& arm, int joint) { return arm.board(joint).mechanics().position(); })
       .def("velocity", [](Arm& arm, int joint) { return arm.board(joint).mechanics().velocity(); })
       .def("load_angle", [](Arm& arm, int joint) { return arm.board(joint).load_angle(); })
+      .def("position_error",
+           [](Arm& arm, int joint) { return arm.board(joint).position_error(); })
       .def("field", [](Arm& arm, int joint) { return arm.board(joint).driver().field(); })
       .def("has_torque", [](Arm& arm, int joint) { return arm.board(joint).has_torque(); })
       .def("set_position",
@@ -95,6 +97,8 @@ NB_MODULE(_native, module) {
       .def("clear_obstacles",
            [](Arm& arm, int joint) { arm.board(joint).mechanics().clear_obstacles(); })
       .def("remove_stops", [](Arm& arm, int joint) { arm.board(joint).mechanics().remove_stops(); })
+      .def("take_off_belt",
+           [](Arm& arm, int joint) { arm.board(joint).mechanics().take_off_belt(); })
       .def("slip",
            [](Arm& arm, int joint, double distance) { arm.board(joint).mechanics().slip(distance); })
       .def("push",

@@ -10,6 +10,7 @@
 
 #include "../joint/src/core/joint.h"
 #include "../sim/src/mechanics.h"
+#include "../sim/src/motor.h"
 #include "../sim/src/tle5012b_chip.h"
 #include "../sim/src/tmc5130_chip.h"
 
@@ -25,7 +26,10 @@ class Bench final : private bioscara::Hal {
  public:
   explicit Bench(int joint, std::uint32_t first_micros = 0)
       : configuration_(bioscara::configuration_of(static_cast<std::uint8_t>(joint))),
-        mechanics_(bioscara::sim::parameters_of(joint)),
+        spread_(0, joint),
+        mechanics_(bioscara::sim::parameters_of(joint, spread_)),
+        motor_(bioscara::sim::MotorParameters{}, 1),
+        encoder_(spread_),
         first_micros_(first_micros) {
     boot(ResetCause::POWER_ON);
   }
@@ -58,9 +62,11 @@ class Bench final : private bioscara::Hal {
     while (ramp_ < static_cast<double>(time_) * 1e-3) {
       ramp_ += bioscara::sim::Tmc5130Chip::kRampPeriod;
       if (!clock_stopped_) driver_.step();
-      const double share = driver_.current_share(enabled_);
-      mechanics_.step(bioscara::sim::Tmc5130Chip::kRampPeriod, driver_.field(),
-                      driver_.field_speed(), kFullTorque * share, enabled_ && driver_.brakes());
+      const bioscara::sim::Supply supply{driver_.field(),
+                                         kFullCurrent * driver_.current_share(enabled_),
+                                         driver_.chops(), enabled_ && driver_.brakes()};
+      mechanics_.step(
+          motor_.torque(supply, mechanics_.rotor_turns(), mechanics_.rotor_speed()));
     }
   }
 
@@ -115,8 +121,8 @@ class Bench final : private bioscara::Hal {
   bioscara::sim::Tle5012bChip& encoder() { return encoder_; }
 
  private:
-  // As in the simulation: 0.19 N m/A * 1.48 A * sqrt 2.
-  static constexpr double kFullTorque = 0.19 * 1.48 * 1.41421356;
+  // Amplitude of the phase currents [A], as in the simulation: 1.48 A rms.
+  static constexpr double kFullCurrent = 1.48 * 1.41421356;
 
   std::uint32_t micros() override {
     return first_micros_ + static_cast<std::uint32_t>(time_ * 1000);
@@ -143,7 +149,9 @@ class Bench final : private bioscara::Hal {
   void unlock() override {}
 
   const Configuration configuration_;
+  bioscara::sim::Spread spread_;
   bioscara::sim::Mechanics mechanics_;
+  bioscara::sim::Motor motor_;
   bioscara::sim::Tmc5130Chip driver_;
   bioscara::sim::Tle5012bChip encoder_;
   std::optional<Joint> joint_;

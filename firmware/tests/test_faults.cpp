@@ -873,7 +873,7 @@ TEST(a_stalled_joint_that_was_pushed_away_turns_again_once_its_stall_is_cleared)
     bench.mechanics().push(0.0);
     bench.run(0.5);
     const double rotor = bench.rotor();
-    bench.mechanics().push(0.2 * 12.0);
+    bench.mechanics().push(0.13 * 12.0);
     while (bench.rotor() < rotor + 1.0) bench.tick();
     bench.mechanics().push(0.0);
     bench.run(0.5);

@@ -200,7 +200,7 @@ def test_the_same_is_a_refusal_where_nothing_was_homed(
     words = ["move", "--joints", "0", "0.2", "0.3", "0", "--scene", "between.yaml"]
     assert main(words, paced=False) == 2
     assert "comes too near to post from" in capsys.readouterr().err
-    assert places(arm) == pytest.approx(before, abs=1e-4)
+    assert places(arm) == pytest.approx(before, abs=1e-3)
 
 
 @pytest.mark.parametrize("command", ["plan", "move"])

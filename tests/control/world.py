@@ -116,8 +116,19 @@ class World:
             interface_name="position",
         )
         self.switch("go")
+        start = [axis.position.value for axis in self.hardware.axes]
         goal = [at.get(name, NEAR[name]) for name in NAMES]
-        forward.command(goal)
+        # As gently as planned motions: a jump of the goal would make the loads swing.
+        seconds = max(
+            0.3 + 1.6 * abs(b - a) / joint.max_velocity
+            for a, b, joint in zip(start, goal, PARAMETERS.joints, strict=True)
+        )
+        cycles = round(seconds * self.rate)
+        for cycle in range(1, cycles + 1):
+            share = cycle / cycles
+            share *= share * (3.0 - 2.0 * share)
+            forward.command([a + share * (b - a) for a, b in zip(start, goal, strict=True)])
+            self.loop.step()
         self.run_until(
             lambda: all(
                 abs(axis.position.value - value) < 2e-3

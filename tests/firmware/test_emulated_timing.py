@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from itertools import product
 
 import pytest
 
@@ -28,6 +29,8 @@ pytestmark = [pytest.mark.usefixtures("images"), pytest.mark.timeout(600)]
 
 LATENCY_MOST = 20e-6
 """Nothing may hold off the I2C interrupt for longer at 400 kHz [s]."""
+LOOKED = 100
+"""Cycles before the end of a tick in which it looks at the bus."""
 STEPS = int(os.environ.get("BIOSCARA_LATENCY_STEPS", "150"))
 
 
@@ -59,6 +62,28 @@ def test_an_address_match_at_any_time_of_the_tick_is_answered_at_once(hertz: int
         board.machine.run(0.004)
     assert longest <= LATENCY_MOST
     assert not board.machine.violations
+
+
+def test_an_address_match_while_a_silent_bus_is_looked_at_is_served() -> None:
+    """Each tick ends with a look at the bus; what seems to hang is reset."""
+    board = Board(4, position=0.0)
+    board.ready()
+    timer = board.machine.timers["TIM3"]
+    message = READ[Register.STATE]
+    for cycle, silent in product(range(LOOKED), range(4, 9)):
+        board.machine.run(silent * 1e-3)
+        board.machine.cpu.runs.clear()
+        board.machine.run(0.001)
+        tick = next(run for run in board.machine.cpu.runs if run.exception == TICK)
+        lasts = (tick.end - tick.start) / SECOND
+        # The match comes after START and nine clocks, and this many cycles before the tick ends.
+        match = lasts - cycle / 84e6 - 9.6 / board.bus.hertz
+        board.machine.run((1000 - timer.read(0x24)) * 1e-6 + 1e-3 + match)
+        frame, sequence = board.frame(message)
+        result = board.bus.transfer(board.address, frame, message.answer_size + TRAILER)
+        assert result.data is not None, f"{cycle} cycles before the end, {silent} ms silent"
+        message.decode_v2(board.address, sequence, result.data)
+    assert board.read(Register.BUSERRORS) == (0,)
 
 
 def test_the_tick_gives_way_to_the_bus_and_never_the_other_way_round() -> None:

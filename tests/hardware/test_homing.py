@@ -79,7 +79,7 @@ def test_0_stops_homing_and_the_joint_is_not_homed(v1: bool) -> None:
     world, arm = active(v1=v1)
     claim(arm, "j3/home")
     arm.commands["j3/home"].value = -1.0
-    for _ in range(125):  # An original joint waits for half a second first.
+    for _ in range(150):  # An original joint waits for half a second first.
         cycle(world, arm)
     assert abs(world.arm.velocity("j3")) > 0.01
     arm.commands["j3/home"].value = 0.0
@@ -158,7 +158,7 @@ def test_a_joint_without_host_stops_homing_by_itself() -> None:
     arm.commands["j3/home"].value = -1.0
     for _ in range(30):
         cycle(world, arm)
-    world.arm.run(0.3)
+    world.arm.run(0.5)  # the load swings behind its belt
     assert abs(world.arm.velocity("j3")) < 0.005
 
 

@@ -25,7 +25,7 @@ from bioscara.errors import (
 from bioscara.hardware import ArmHardware, State
 from bioscara.protocol import Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
-from control.world import NAMES, NEAR, PARAMETERS
+from control.world import NAMES, PARAMETERS
 from control.world import World as Stack
 from drivers.world import Tap, World, home_error
 
@@ -109,7 +109,7 @@ def test_rule_57_hardware_on_its_way_down_takes_its_controllers_with_it() -> Non
 def test_rule_59_inactive_hardware_is_read_but_not_written() -> None:
     world = Stack()
     world.hardware.deactivate()
-    world.arm.push("j3", 0.5)
+    world.arm.push("j3", -0.5)
     before = world.axis("j3").position.value
     world.run(0.5)
     assert world.axis("j3").position.value == pytest.approx(world.arm.position("j3"), abs=0.01)
@@ -351,6 +351,7 @@ def test_usr3_a_joint_pushed_beyond_its_limit_is_held_there_and_only_moves_back(
     world.switch("hold")
     world.run(0.5)
     assert where() == pytest.approx(found, abs=4e-3)
+    others = [world.axis(name).position.value for name in NAMES[1:]]
     go = world.load(
         "go",
         "forward_command_controller/ForwardCommandController",
@@ -358,10 +359,10 @@ def test_usr3_a_joint_pushed_beyond_its_limit_is_held_there_and_only_moves_back(
         interface_name="position",
     )
     world.switch("go", off=("hold",))
-    go.command([-4.0, *(NEAR[name] for name in NAMES[1:])])
+    go.command([-4.0, *others])
     world.run(0.5)
     assert where() >= found - 4e-3
-    go.command([-2.9, *(NEAR[name] for name in NAMES[1:])])
+    go.command([-2.9, *others])
     outermost = []
     for _ in range(300):
         world.loop.step()
@@ -369,7 +370,7 @@ def test_usr3_a_joint_pushed_beyond_its_limit_is_held_there_and_only_moves_back(
     assert outermost[-1] == pytest.approx(-2.9, abs=5e-3)
     assert all(b >= a - 4e-3 for a, b in pairwise(outermost))
     assert not world.supervisor.faults
-    go.command([-4.0, *(NEAR[name] for name in NAMES[1:])])
+    go.command([-4.0, *others])
     world.run(3.0)
     assert where() >= PARAMETERS.joints[0].lower - 4e-3
 

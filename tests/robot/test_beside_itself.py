@@ -237,7 +237,7 @@ def test_from_a_goal_that_was_free_the_arm_can_leave_again() -> None:
         robot.move_joints(start)
         thin = Scene((Cylinder("post", *place, 0.01, -1.0, 1.0),))
         room = float(thin.clearance(robot.kinematics, [goal])[0])
-        radius = 0.01 + room - thin.margin - 1e-6
+        radius = 0.01 + room - thin.margin - 1e-9
         robot.plan.scene = Scene((Cylinder("post", *place, radius, -1.0, 1.0),))
         robot.move_joints(goal)
         assert robot.plan.scene.clearance(robot.kinematics, [robot.state.positions])[0] < 5e-3

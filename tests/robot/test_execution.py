@@ -108,8 +108,8 @@ def turned(robot: Robot, arm: SimulatedArm) -> Robot:
     """The wrist was turned by hand to 0.27 rad beyond its limit while the arm was released."""
     robot.disable()
     arm.remove_stops("j4")
-    arm.push("j4", 0.1)
-    while arm.position("j4") < 3.15:
+    arm.push("j4", 0.2)
+    while arm.position("j4") < 3.24:
         arm.run(0.005)
     arm.push("j4", 0.0)
     arm.run(0.5)

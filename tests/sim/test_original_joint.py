@@ -509,10 +509,11 @@ def test_the_home_offset_is_kept_until_the_power_goes() -> None:
 
 def test_enabling_turns_nothing_and_switches_stall_detection_off() -> None:
     joint = Original("j4")
-    before = joint.arm.field("j4")
+    joint.write(Register.SETRPM, 20.0)
     joint.write(Register.ENABLESTALLGUARD, 0)
     joint.arm.run(0.1)
     assert joint.flags() & STALL
+    before = joint.arm.field("j4")
     assert joint.write(Register.SETUP, 20, 20) == NOTHOMED
     joint.arm.run(1.0)
     assert abs(joint.arm.field("j4") - before) < 30.0

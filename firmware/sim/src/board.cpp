@@ -8,21 +8,33 @@ namespace bioscara::sim {
 namespace {
 
 constexpr Time kRamp = 512;
-constexpr double kRampSeconds = 51.2e-6;
 constexpr Time kTick = Joint::kTickMicros * 10;
 constexpr Time kWatchdog = kSecond / 10;
 // From reset until the firmware listens: what the flashed image takes, in emulation.
 constexpr Time kBoot = 106'000;
 constexpr Time kNever = std::numeric_limits<Time>::max();
-// Peak torque at full scale: 0.19 N m/A, 1.48 A rms, two phases (docs/simulation.md).
-constexpr double kFullTorque = 0.19 * 1.48 * 1.41421356;
+// Amplitude of the phase currents at full scale: 1.48 A rms.
+constexpr double kFullCurrent = 1.48 * 1.41421356;
+// How far motors differ (docs/simulation.md).
+constexpr double kTorqueTolerance = 0.03;
+constexpr double kDragTolerance = 0.1;
+
+MotorParameters motor_of(Spread& spread) {
+  MotorParameters made;
+  made.torque_constant *= spread.factor(kTorqueTolerance);
+  made.drag *= spread.factor(kDragTolerance);
+  return made;
+}
 
 }  // namespace
 
 Board::Board(int joint, std::uint32_t seed, Firmware firmware)
     : configuration_(configuration_of(static_cast<std::uint8_t>(joint))),
       firmware_(firmware),
-      mechanics_(parameters_of(joint)),
+      spread_(seed, joint),
+      mechanics_(parameters_of(joint, spread_)),
+      motor_(motor_of(spread_), spread_.seed()),
+      encoder_(spread_),
       random_(seed * 2654435761U + static_cast<std::uint32_t>(joint) * 40503U + 1U),
       boot_id_(static_cast<std::uint16_t>(random_ >> 16)) {
   start();
@@ -93,9 +105,10 @@ void Board::advance(Time now) {
     }
     now_ = next_step_;
     driver_.step();
-    mechanics_.step(kRampSeconds, driver_.field(), driver_.field_speed(),
-                    kFullTorque * driver_.current_share(enabled_),
-                    enabled_ && driver_.brakes());
+    const Supply supply{driver_.field(), kFullCurrent * driver_.current_share(enabled_),
+                        driver_.chops(), enabled_ && driver_.brakes()};
+    mechanics_.step(
+        motor_.torque(supply, mechanics_.rotor_turns(), mechanics_.rotor_speed()));
     next_step_ += kRamp;
   }
   now_ = now;

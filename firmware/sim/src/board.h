@@ -6,7 +6,9 @@
 
 #include "../../joint/src/core/joint.h"
 #include "mechanics.h"
+#include "motor.h"
 #include "original_joint.h"
+#include "spread.h"
 #include "tle5012b_chip.h"
 #include "tmc5130_chip.h"
 #include "virtual_time.h"
@@ -61,6 +63,8 @@ class Board final : private Hal {
   Hal& wires() { return *this; }
   bool has_torque() const { return driver_.current_share(enabled_) > 0.0; }
   double load_angle() const;
+  // What the original firmware's closed loop saw last [microsteps]; 0 for ours.
+  double position_error() const { return original_ ? original_->error() : 0.0; }
 
  private:
   std::uint32_t micros() override;
@@ -80,7 +84,9 @@ class Board final : private Hal {
 
   const Configuration configuration_;
   const Firmware firmware_;
+  Spread spread_;
   Mechanics mechanics_;
+  Motor motor_;
   Tmc5130Chip driver_;
   Tle5012bChip encoder_;
   std::optional<Joint> joint_;

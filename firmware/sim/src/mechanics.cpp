@@ -9,43 +9,54 @@ namespace {
 
 constexpr double kTwoPi = 6.283185307179586;
 constexpr double kRotorInertia = 5.5e-6;
-constexpr double kPolePairs = 50.0;
-// Of the swing of the rotor about its field.
-constexpr double kDampingRatio = 0.05;
-// Torque ripple at one, two and four times the electrical frequency, as shares of the peak.
-constexpr double kRipple1 = 0.08, kRipple2 = 0.04, kRipple4 = 0.03;
-// Shorted coils brake with this much [N m s].
-constexpr double kShortDamping = 4e-3;
+// Damping ratio of a load that swings behind its belt.
 constexpr double kCouplingRatio = 0.1;
+// Change of the rotor's speed per torque in a step [rad/s per N m].
+constexpr double kRotorGain = kStep / kRotorInertia;
 constexpr double kWallRatio = 0.4;
 constexpr double kFar = 1e9;
-
-// sin(2 pi x) by its own polynomial; the error is below 2e-4, far below that of the model.
-double sine(double x) {
-  x -= std::nearbyint(x);
-  const double y = x * (8.0 - 16.0 * std::fabs(x));
-  return y * (0.775 + 0.225 * std::fabs(y));
-}
 
 // Friction can stop a motion within the step but never turn it round.
 double rub(double speed, double limit) {
   return speed > limit ? speed - limit : speed < -limit ? speed + limit : 0.0;
 }
 
+// How far arms differ (docs/simulation.md).
+constexpr double kFrictionTolerance = 0.1;
+constexpr double kInertiaTolerance = 0.05;
+constexpr double kCouplingTolerance = 0.1;
+
 }  // namespace
 
 JointParameters parameters_of(int joint) {
   constexpr double kScrew = -kTwoPi / 0.004;
+  constexpr double kMass = 4.0;  // What J2 lifts [kg].
+  constexpr double kRotor = 0.0072;
   switch (joint) {
     case 1:
-      return {"j1", 35.0, -3.04647, 3.04647, 0.6, 0.5 / (35.0 * 35.0), 0.010, 0.004, 0.3, 0.0, 16.0};
+      return {"j1", 35.0,  -3.04647, 3.04647, 0.6, 0.31 / (35.0 * 35.0), 0.007, 1e-3,
+              kRotor, 0.186, 0.0,    16.0};
     case 2:
-      return {"j2", kScrew, -0.0016, 0.338, 0.11, 3.6e-6, 0.042, 0.004, 0.0, -39.2 / kScrew, 1.2};
+      return {"j2", kScrew, -0.0016, 0.338, 0.11, kMass / (kScrew * kScrew), 0.039, 3e-4,
+              kRotor, 0.0, -9.81 * kMass / kScrew, 1.2};
     case 3:
-      return {"j3", 24.0, -2.62672, 2.62672, -0.9, 0.05 / (24.0 * 24.0), 0.006, 0.003, 0.3, 0.0, 10.0};
+      return {"j3", 24.0,  -2.62672, 2.62672, -0.9, 0.05 / (24.0 * 24.0), 0.002, 0.0,
+              kRotor, 0.3, 0.0,      10.0};
     default:
-      return {"j4", 12.0, -3.01069, 3.01069, 0.4, 0.002 / (12.0 * 12.0), 0.004, 0.003, 0.3, 0.0, 5.0};
+      return {"j4", 12.0,  -3.01069, 3.01069, 0.4, 0.002 / (12.0 * 12.0), 0.001, 0.0,
+              kRotor, 0.3, 0.0,      5.0};
   }
+}
+
+JointParameters parameters_of(int joint, Spread& spread) {
+  JointParameters made = parameters_of(joint);
+  const double rubbing = spread.factor(kFrictionTolerance);
+  made.load_friction *= rubbing;
+  made.load_viscosity *= rubbing;
+  made.rotor_friction *= spread.factor(kFrictionTolerance);
+  made.load_inertia *= spread.factor(kInertiaTolerance);
+  made.coupling *= spread.factor(kCouplingTolerance);
+  return made;
 }
 
 Mechanics::Mechanics(const JointParameters& parameters) : parameters_(parameters) {
@@ -58,6 +69,8 @@ Mechanics::Mechanics(const JointParameters& parameters) : parameters_(parameters
       2.0 * kCouplingRatio * std::sqrt(parameters.coupling * parameters.load_inertia);
   const double mass = parameters.load_inertia + (parameters.coupling == 0.0 ? kRotorInertia : 0.0);
   wall_damping_ = 2.0 * kWallRatio * std::sqrt(parameters.stop_stiffness * mass);
+  load_gain_ = kStep / parameters.load_inertia;
+  rigid_gain_ = kStep / (kRotorInertia + parameters.load_inertia);
   set_position(parameters.initial);
 }
 
@@ -67,7 +80,7 @@ void Mechanics::set_position(double position) {
   load_speed_ = rotor_speed_ = 0.0;
 }
 
-double Mechanics::rotor_turns() const { return rotor_ / kTwoPi; }
+double Mechanics::rotor_turns() const { return rotor_ * (1.0 / kTwoPi); }
 
 void Mechanics::add_obstacle(double position, double stiffness_share) {
   const double place = parameters_.reduction * position;
@@ -100,38 +113,29 @@ double Mechanics::wall_torque() const {
   return torque;
 }
 
-void Mechanics::step(double dt, double field, double field_speed, double peak_torque,
-                     bool shorted) {
-  double motor = 0.0;
-  if (peak_torque > 0.0) {
-    const double electrical = kPolePairs * rotor_ / kTwoPi;
-    const double lead = field / 1024.0 - electrical;
-    const double stiffness = peak_torque * kPolePairs;
-    const double damping = 2.0 * kDampingRatio * std::sqrt(stiffness * kRotorInertia);
-    motor = peak_torque * (sine(lead) + kRipple1 * sine(electrical) +
-                           kRipple2 * sine(2.0 * electrical) + kRipple4 * sine(4.0 * electrical)) +
-            damping * (field_speed * kTwoPi / 51200.0 - rotor_speed_);
-  } else if (shorted) {
-    motor = -kShortDamping * rotor_speed_;
+void Mechanics::step(double motor) {
+  const double rotor_rub = parameters_.rotor_friction * kRotorGain;
+  if (!belt_on_) {
+    rotor_speed_ = rub(rotor_speed_ + motor * kRotorGain, rotor_rub);
+    rotor_ += rotor_speed_ * kStep;
+    return;
   }
-  const double outside = wall_torque() + parameters_.gravity + push_;
+  const double outside = wall_torque() + parameters_.gravity + push_ -
+                         parameters_.load_viscosity * load_speed_;
   const double rubbing = friction_factor_ * parameters_.load_friction;
   if (parameters_.coupling == 0.0) {
-    const double mass = kRotorInertia + parameters_.load_inertia;
-    rotor_speed_ += (motor + outside) * dt / mass;
-    rotor_speed_ = rub(rotor_speed_, (rubbing + parameters_.rotor_friction) * dt / mass);
+    rotor_speed_ = rub(rotor_speed_ + (motor + outside) * rigid_gain_,
+                       (rubbing + parameters_.rotor_friction) * rigid_gain_);
     load_speed_ = rotor_speed_;
   } else {
     const double twist = rotor_ - slip_ - load_;
     const double through = parameters_.coupling * twist +
                            coupling_damping_ * (rotor_speed_ - load_speed_);
-    rotor_speed_ += (motor - through) * dt / kRotorInertia;
-    rotor_speed_ = rub(rotor_speed_, parameters_.rotor_friction * dt / kRotorInertia);
-    load_speed_ += (through + outside) * dt / parameters_.load_inertia;
-    load_speed_ = rub(load_speed_, rubbing * dt / parameters_.load_inertia);
+    rotor_speed_ = rub(rotor_speed_ + (motor - through) * kRotorGain, rotor_rub);
+    load_speed_ = rub(load_speed_ + (through + outside) * load_gain_, rubbing * load_gain_);
   }
-  rotor_ += rotor_speed_ * dt;
-  load_ += load_speed_ * dt;
+  rotor_ += rotor_speed_ * kStep;
+  load_ += load_speed_ * kStep;
 }
 
 }  // namespace bioscara::sim

@@ -1,7 +1,8 @@
 // Rotor, transmission and load of one joint, in motor angles.
 #pragma once
 
-#include <cstdint>
+#include "spread.h"
+#include "virtual_time.h"
 
 namespace bioscara::sim {
 
@@ -13,11 +14,13 @@ struct JointParameters {
   // End stops [rad or m].
   double lower, upper;
   double initial;
-  // Load, seen from the motor [kg m^2]; friction there and at the rotor [N m].
+  // Load, seen from the motor [kg m^2]; its friction [N m], and what grows with speed [N m s].
   double load_inertia;
   double load_friction;
+  double load_viscosity;
+  // Friction of the rotor [N m].
   double rotor_friction;
-  // Coupling, seen from the motor [N m/rad], 0 where load and rotor are one; damping ratio.
+  // Coupling, seen from the motor [N m/rad], 0 where load and rotor are one.
   double coupling;
   // Torque of gravity [N m].
   double gravity;
@@ -25,16 +28,19 @@ struct JointParameters {
   double stop_stiffness;
 };
 
+// Nominal numbers of the joint, and those of one arm, each within its tolerance.
 JointParameters parameters_of(int joint);
+JointParameters parameters_of(int joint, Spread& spread);
 
 class Mechanics {
  public:
   explicit Mechanics(const JointParameters& parameters);
 
-  // One step of `dt` [s] with this field [microsteps, microsteps/s] and peak torque [N m].
-  void step(double dt, double field, double field_speed, double peak_torque, bool shorted);
+  // One step with this torque of the motor on its rotor [N m].
+  void step(double motor);
 
   double rotor_turns() const;
+  double rotor_speed() const { return rotor_speed_; }
   // What the joint does [rad or m, and per second].
   double position() const { return load_ / parameters_.reduction; }
   double velocity() const { return load_speed_ / parameters_.reduction; }
@@ -47,6 +53,8 @@ class Mechanics {
   // Moves the load against the motor by this much of the joint [rad or m].
   void slip(double distance);
   void set_friction_factor(double factor) { friction_factor_ = factor; }
+  // The motor turns alone.
+  void take_off_belt() { belt_on_ = false; }
   void remove_stops() { lower_ = -1e9, upper_ = 1e9; }
   // The hand of a person: torque on the joint [N m or N].
   void push(double force) { push_ = force / parameters_.reduction; }
@@ -64,7 +72,10 @@ class Mechanics {
   double slip_ = 0.0;
   double push_ = 0.0;
   double friction_factor_ = 1.0;
+  bool belt_on_ = true;
   double coupling_damping_ = 0.0;
+  // Change of speed per torque in a step: of the load, of load and rotor in one [rad/s per N m].
+  double load_gain_ = 0.0, rigid_gain_ = 0.0;
   double wall_damping_ = 0.0;
 };
 

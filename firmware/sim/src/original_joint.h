@@ -34,6 +34,8 @@ class OriginalJoint {
     Time duration;
   };
   Answer request(Time now);
+  // Field counter minus encoder at the closed loop's last sample [microsteps].
+  std::int32_t error() const { return error_; }
 
  private:
   // What the main loop is in the middle of.

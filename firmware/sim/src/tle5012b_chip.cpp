@@ -9,8 +9,11 @@ namespace {
 constexpr std::uint16_t kAngleRegister = 0x02;
 constexpr std::uint16_t kMode2Register = 0x08;
 constexpr std::uint16_t kInvert = 0x0008;
-// Error over a turn from magnet and sensor [turns]: 0.4 degrees, well inside the data sheet's 1.
-constexpr double kAccuracy = 0.4 / 360.0;
+// Error that belongs to the angle: 0.3 degrees once a turn (offset of the bridges, magnet off
+// centre), 0.15 twice (amplitudes, orthogonality), 0.05 four times. With the tolerance they add up
+// to 0.75 degrees at most, where the data sheet allows 1.
+constexpr double kDegree = 1.0 / 360.0;
+constexpr double kHarmonicTolerance = 0.5;
 constexpr double kTwoPi = 6.283185307179586;
 
 std::uint8_t crc(const std::uint16_t* words, std::size_t count) {
@@ -26,10 +29,19 @@ std::uint8_t crc(const std::uint16_t* words, std::size_t count) {
 
 }  // namespace
 
+Tle5012bChip::Tle5012bChip(Spread& spread) : harmonics_{{1.0, 0.3, 0.0}, {2.0, 0.15, 0.0}, {4.0, 0.05, 0.0}} {
+  for (Harmonic& part : harmonics_) {
+    part.amplitude *= kDegree * spread.factor(kHarmonicTolerance);
+    part.phase = spread.phase();
+  }
+}
+
 void Tle5012bChip::latch(double turns) {
   if (frozen_) return;
   const double seen = sign_ * turns + jump_;
-  const double read = seen + kAccuracy * std::sin(kTwoPi * seen);
+  double read = seen;
+  for (const Harmonic& part : harmonics_)
+    read += part.amplitude * std::sin(kTwoPi * (part.times * seen + part.phase));
   const double counts = std::floor((read - std::floor(read)) * 32768.0 + noise_);
   angle_ = static_cast<std::uint16_t>(static_cast<std::int32_t>(counts) & 0x7FFF);
 }

@@ -4,10 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "spread.h"
+
 namespace bioscara::sim {
 
 class Tle5012bChip {
  public:
+  explicit Tle5012bChip(Spread& spread);
+
   // `turns`: shaft position in turns, latched at the chip's own rate by the caller.
   void latch(double turns);
   void exchange(std::uint16_t command, std::uint16_t* words, std::size_t count);
@@ -21,6 +25,11 @@ class Tle5012bChip {
   void set_noise(double counts) { noise_ = counts; }
 
  private:
+  // Error at once, twice and four times a turn: amplitude and phase [turns].
+  struct Harmonic {
+    double times, amplitude, phase;
+  };
+  Harmonic harmonics_[3];
   std::uint16_t angle_ = 0;
   std::uint16_t mode2_ = 0;
   double jump_ = 0.0;

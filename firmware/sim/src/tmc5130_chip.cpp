@@ -181,6 +181,12 @@ double Tmc5130Chip::current_share(bool enabled) const {
   return open ? 0.0 : (hold + 1) / 32.0;
 }
 
+bool Tmc5130Chip::chops() const {
+  // stealthChop while a microstep takes at least TPWMTHRS clocks.
+  const bool slow = std::fabs(velocity_) * kVelocity * registers_[TPWMTHRS] <= 1e7;
+  return (registers_[GCONF] & 0x04) == 0 || !slow;
+}
+
 bool Tmc5130Chip::brakes() const {
   return (registers_[IHOLD_IRUN] & 0x1F) == 0 && (registers_[PWMCONF] >> 20 & 3) >= 2;
 }

@@ -27,6 +27,8 @@ class Tmc5130Chip {
   double field_speed() const { return velocity_ * kVelocity; }
   // Current in the coils as a share of full scale, 0 when the bridge is open.
   double current_share(bool enabled) const;
+  // Whether the current is chopped (spreadCycle) and not set by a voltage (stealthChop).
+  bool chops() const;
   // Coils shorted by the freewheel setting.
   bool brakes() const;
   bool standing() const { return velocity_ == 0.0; }

@@ -9,5 +9,7 @@ namespace bioscara::sim {
 using Time = std::int64_t;
 constexpr Time kSecond = 10'000'000;
 constexpr Time kMillisecond = kSecond / 1000;
+// The step of chip, motor and mechanics [s]: 512 clocks of 10 MHz, the ramp generator's own.
+constexpr double kStep = 51.2e-6;
 
 }  // namespace bioscara::sim

@@ -99,8 +99,9 @@ class Joint(JointMotion):
         The joint is enabled first if need be, and stays enabled.
 
         Args:
-            velocity: Speed of the touch [rad/s or m/s], its sign is the direction; None for the
-                configured one.
+            velocity: Least speed of the approach [rad/s or m/s]; its sign is the direction. None
+                for the configured one. Our firmware approaches at 95 rpm of the motor (j2: 110)
+                where that is faster.
             progress: Called with each sample.
             cancel: Asked with each sample; True ends it, the joint is then not homed.
 

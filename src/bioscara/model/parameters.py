@@ -21,7 +21,7 @@ class HomingParameters:
     """How one joint seeks its end stop.
 
     Attributes:
-        velocity: Joint speed of the touch that counts [unit/s]; its sign is the direction.
+        velocity: Least speed of the joint towards its end stop [unit/s]; its sign is the direction.
         threshold: Position error that counts as a touch [microsteps of the motor].
         current_percent: Drive current while homing.
         acceleration: Joint acceleration while homing [unit/s^2].

@@ -16,10 +16,10 @@ from bioscara.planning.trajectory import Trajectory
 
 REDUCED_SPEED = 0.25
 """Speed of the tool until full speed is asked for [m/s]: the reduced speed of ISO 10218-1."""
-COMMANDED_SPEED = 0.92 * REDUCED_SPEED
+COMMANDED_SPEED = 0.89 * REDUCED_SPEED
 """Highest commanded speed while the tool is to keep to that [m/s]. A load that turns round sticks
 for a moment by its dry friction, breaks away and swings, however gently its motor is led: on the
-simulated arm by up to 8 % of the tool's speed on planned paths."""
+simulated arm by up to 12 % of the tool's speed on planned paths."""
 UNPLANNED_SHARE = 0.83
 """Share of that for jogs and raw commands: there joints turn round at any acceleration, and a load
 swings by up to a quarter of the tool's speed."""

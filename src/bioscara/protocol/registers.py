@@ -233,8 +233,9 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.HOME,
         _W,
-        "Seeks the end stop, backs off and touches it again at this speed; the second touch "
-        "becomes encoder zero. Sets NOTHOMED and BUSY at once. Direction 1 is positive.",
+        "Seeks the end stop at this speed, or at 95 rpm (joint 2: 110) if that is faster, backs "
+        "off and touches it again at 17 rpm; the second touch becomes encoder zero. Sets NOTHOMED "
+        "and BUSY at once. Direction 1 is positive.",
         written=(
             _DIRECTION,
             Field("speed", Kind.U8, "rpm", 1, 250),

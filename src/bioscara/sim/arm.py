@@ -120,6 +120,14 @@ class SimulatedArm:
         """Return how far the field is ahead of the rotor [microsteps]; 512 is the pull-out."""
         return self._arm.load_angle(self._number(joint))
 
+    def position_error(self, joint: str) -> float:
+        """Return the error an original joint's closed loop saw last [microsteps].
+
+        It is the field's counter minus the encoder, which the loop sets equal whenever they are 15
+        apart, and not how far the field is ahead of the rotor. 0 for a joint with our firmware.
+        """
+        return self._arm.position_error(self._number(joint))
+
     def has_torque(self, joint: str) -> bool:
         """Return whether current flows in the motor."""
         return self._arm.has_torque(self._number(joint))
@@ -153,6 +161,10 @@ class SimulatedArm:
     def remove_stops(self, joint: str) -> None:
         """Take the joint's end stops away."""
         self._arm.remove_stops(self._number(joint))
+
+    def take_off_belt(self, joint: str) -> None:
+        """Take the joint's belt off, so that its motor turns alone."""
+        self._arm.take_off_belt(self._number(joint))
 
     def slip_belt(self, joint: str, distance: float) -> None:
         """Move the joint against its motor by this much, as a slipping belt does."""

@@ -185,8 +185,10 @@ bool I2cTarget::at_rest() {
 }
 
 void I2cTarget::supervise() {
-  still_ = events_ == seen_ ? static_cast<uint8_t>(still_ + 1) : 0;
-  seen_ = events_;
+  // Read once: an interrupt between two reads would be taken for seen, and its transfer for still.
+  const uint8_t events = events_;
+  still_ = events == seen_ ? static_cast<uint8_t>(still_ + 1) : 0;
+  seen_ = events;
   const bool over = still_ >= kStillMost;
   if (over) still_ = 0;
   if (over ? at_rest() : !suspect_) return;

@@ -7,16 +7,17 @@ namespace bioscara {
 namespace {
 
 constexpr float kAcceleration = kBriskDeceleration;
-constexpr float kBackOffLeast = 30.0F * kStepsPerDegree;
-// The second touch needs this long to come to a steady speed [s].
-constexpr float kRunUp = 0.9F;
+// Speed of the second touch: slow enough for the field to halt before the rotor's pull-out, fast
+// enough to wind up a soft belt within 150 ms.
+constexpr float kTouchSpeed = 17.0F * kStepsPerRpm;
+// It begins so far away that it comes to a steady speed and knows how it runs freely.
+constexpr float kBackOff = 80.0F * kStepsPerDegree;
 constexpr float kBackOffSpeed = 30.0F * kStepsPerRpm;
 // The two touches may differ by this much; the first is made with the speed of the approach.
 constexpr float kAgreement = 10.0F * kStepsPerDegree;
 // Where it comes to rest: inside the limits by more than the check of the orientation turns.
 constexpr float kClear = 2.0F * kStepsPerDegree;
 constexpr int kPause = 200;
-constexpr float kFollowPerTurn = 0.02F;
 
 }  // namespace
 
@@ -24,9 +25,7 @@ void Homing::start(const Configuration& configuration, bool positive, float rpm,
                    uint8_t current_percent, bool twice) {
   configuration_ = configuration;
   direction_ = positive ? 1.0F : -1.0F;
-  slow_ = rpm * kStepsPerRpm;
-  fast_ = (twice ? fmaxf(configuration.homing_rpm, rpm) : rpm) * kStepsPerRpm;
-  back_off_ = fmaxf(kBackOffLeast, slow_ * kRunUp);
+  speed_ = (twice ? fmaxf(configuration.homing_rpm, rpm) : rpm) * kStepsPerRpm;
   threshold_ = threshold;
   current_percent_ = current_percent;
   twice_ = twice;
@@ -34,11 +33,6 @@ void Homing::start(const Configuration& configuration, bool positive, float rpm,
   wait_ = 0;
   ticks_ = 0;
   fault_ = Fault::NONE;
-}
-
-// Slow enough for a soft belt's rise, fast enough for the encoder's error over a turn.
-float Homing::follow() const {
-  return clamp(kFollowPerTurn * fast_ / kStepsPerTurn, 1e-3F, 0.02F);
 }
 
 Homing::Result Homing::fail(Fault fault, float data) {
@@ -50,7 +44,7 @@ Homing::Result Homing::fail(Fault fault, float data) {
 Homing::Result Homing::step(Motion& motion, float encoder) {
   const float seconds = static_cast<float>(++ticks_) * kTickSeconds;
   const float allowed =
-      kTimeMargin * configuration_.range_deg * kStepsPerDegree / fast_ + kTouchSeconds;
+      kTimeMargin * configuration_.range_deg * kStepsPerDegree / speed_ + kTouchSeconds;
   if (seconds > allowed) return fail(Fault::HOMING_TIMEOUT, seconds);
   switch (step_) {
     case Step::BEGIN:
@@ -65,33 +59,34 @@ Homing::Result Homing::step(Motion& motion, float encoder) {
       if (!waited(kPause)) return Result::RUNNING;
       motion.rename(encoder);
       start_ = encoder;
-      touch_.start(threshold_, direction_, 0.0F, false, follow());
+      touch_.start(threshold_, direction_, encoder, encoder);
       step_ = Step::APPROACH;
       return Result::RUNNING;
     case Step::APPROACH:
       return approach(motion, encoder);
     case Step::HALT:
       motion.stop(kHardDeceleration);
-      if (!motion.standing() || !waited(kPause)) return Result::RUNNING;
-      if (!twice_) return Result::TOUCHED;
-      motion.rename(encoder);
+      if (!motion.standing()) return Result::RUNNING;
+      if (!twice_) return waited(kPause) ? Result::TOUCHED : Result::RUNNING;
+      // A rotor that slipped is whole periods behind; by what remains the field presses.
+      motion.rename(encoder + remainderf(motion.position() - encoder, kElectricalPeriod));
       retreat_ = encoder;
       wait_ = 0;
       step_ = Step::BACK_OFF;
       return Result::RUNNING;
     case Step::BACK_OFF: {
-      motion.go(retreat_ - direction_ * back_off_, fmaxf(slow_, kBackOffSpeed), kAcceleration,
+      motion.go(retreat_ - direction_ * kBackOff, kBackOffSpeed, kAcceleration,
                 kAcceleration);
       if (!motion.arrived()) return Result::RUNNING;
       const float moved = (retreat_ - encoder) * direction_;
-      if (moved < 0.5F * back_off_) return fail(Fault::HOMING_OBSTRUCTED, moved / kStepsPerDegree);
+      if (moved < 0.5F * kBackOff) return fail(Fault::HOMING_OBSTRUCTED, moved / kStepsPerDegree);
       step_ = Step::PAUSE;
       return Result::RUNNING;
     }
     case Step::PAUSE:
       if (!waited(kPause)) return Result::RUNNING;
       wait_ = 0;
-      touch_.start(threshold_, direction_, motion.position() - encoder, true);
+      touch_.start(threshold_, direction_, motion.position(), encoder);
       step_ = Step::TOUCH;
       return Result::RUNNING;
     case Step::TOUCH:
@@ -116,9 +111,9 @@ Homing::Result Homing::approach(Motion& motion, float encoder) {
   const float travel = (motion.position() - start_) * direction_ / kStepsPerDegree;
   if (travel > kTravelMargin * configuration_.range_deg)
     return fail(Fault::HOMING_TRAVEL, travel);
-  motion.run(direction_ * fast_, kAcceleration, kAcceleration);
-  const bool at_speed = fabsf(motion.velocity()) > 0.98F * fast_;
-  if (!touch_.update(encoder, motion.position() - encoder, at_speed)) return Result::RUNNING;
+  motion.run(direction_ * speed_, kAcceleration, kAcceleration);
+  const bool at_speed = fabsf(motion.velocity()) > 0.98F * speed_;
+  if (!touch_.update(motion.position(), encoder, at_speed)) return Result::RUNNING;
   first_ = contact_ = encoder;
   wait_ = 0;
   step_ = Step::HALT;
@@ -127,11 +122,11 @@ Homing::Result Homing::approach(Motion& motion, float encoder) {
 
 Homing::Result Homing::touch(Motion& motion, float encoder) {
   const float beyond = (encoder - first_) * direction_;
-  if (beyond > 2.0F * back_off_) return fail(Fault::HOMING_DISAGREEMENT, beyond / kStepsPerDegree);
-  motion.run(direction_ * slow_, kAcceleration, kAcceleration);
-  const bool at_speed = fabsf(motion.velocity()) > 0.98F * slow_;
-  if (!touch_.update(encoder, motion.position() - encoder, at_speed)) return Result::RUNNING;
-  contact_ = touch_.onset();
+  if (beyond > 2.0F * kBackOff) return fail(Fault::HOMING_DISAGREEMENT, beyond / kStepsPerDegree);
+  motion.run(direction_ * kTouchSpeed, kAcceleration, kAcceleration);
+  const bool at_speed = fabsf(motion.velocity()) > 0.98F * kTouchSpeed;
+  if (!touch_.update(motion.position(), encoder, at_speed)) return Result::RUNNING;
+  contact_ = touch_.onset(encoder);
   pressed_ = motion.position() - contact_;
   const float apart = encoder - first_;
   if (fabsf(apart) > kAgreement)

@@ -26,7 +26,6 @@ class Homing {
 
  private:
   enum class Step { BEGIN, SETTLE, APPROACH, HALT, BACK_OFF, PAUSE, TOUCH, HALT_AGAIN, CLEAR };
-  float follow() const;
   Result fail(Fault fault, float data);
   Result approach(Motion& motion, float encoder);
   Result touch(Motion& motion, float encoder);
@@ -36,9 +35,7 @@ class Homing {
   Step step_ = Step::BEGIN;
   Touch touch_;
   float direction_ = 1.0F;
-  float fast_ = 0.0F;
-  float slow_ = 0.0F;
-  float back_off_ = 0.0F;
+  float speed_ = 0.0F;
   float threshold_ = 0.0F;
   uint8_t current_percent_ = 0;
   bool twice_ = true;

@@ -134,8 +134,14 @@ void Joint::supervise() {
       cut(finding.fault, finding.data);
     } else if (finding.fault != Fault::NONE && state_ != JointState::STOPPING &&
                state_ != JointState::FAULTED) {
-      stalled_ = finding.fault == Fault::STALL;
-      latch(finding.fault, finding.data);
+      // A motor whose supply went stalls before the driver is asked again.
+      const Supervisor::Finding cause = driver_fault(motion_.driver().read_gstat(), 0);
+      if (cause.fault != Fault::NONE) {
+        cut(cause.fault, cause.data);
+      } else {
+        stalled_ = finding.fault == Fault::STALL;
+        latch(finding.fault, finding.data);
+      }
     }
   }
   watch_silence();
@@ -193,7 +199,10 @@ void Joint::act() {
       break;
     case JointState::TRACKING:
       tracker_.advance();
-      if (tracker_.velocity() == 0.0F && motion_.standing()) settle(tracker_.position());
+      if (tracker_.velocity() == 0.0F && motion_.standing())
+        settle(tracker_.position());
+      else
+        lead();
       motion_.follow(tracker_.position() + correction_, tracker_.velocity(), max_velocity_,
                      acceleration_);
       break;

@@ -86,6 +86,8 @@ class Joint {
   bool there() const;
   void correct();
   void settle(float goal);
+  void lead();
+  void shift(float off);
   bool resynchronise();
   void hold();
   void latch(Fault fault, float data);
@@ -128,7 +130,7 @@ class Joint {
   float max_velocity_;
   float acceleration_;
   float deceleration_;
-  float threshold_ = 15.0F;
+  float threshold_ = 4.0F;
   float stop_deceleration_;
 
   int32_t zero_counts_ = 0;
@@ -146,6 +148,7 @@ class Joint {
   // Where the encoder is to stand, and by how much the field must lead for that.
   float goal_ = 0.0F;
   float correction_ = 0.0F;
+  bool settling_ = false;
   // The rotor had lost the field at rest, which takes it back to its place.
   bool returning_ = false;
   float run_velocity_ = 0.0F;

@@ -9,11 +9,11 @@ namespace bioscara {
 namespace {
 
 constexpr float kOrientationDegrees = 1.0F;
-// Error that counts as contact [steps] per unit of sensitivity, and its bounds: below is noise of
-// the encoder, above the rotor is close to slipping.
-constexpr float kContactPerUnit = 4.0F;
-constexpr float kContactLeast = 100.0F;
-constexpr float kContactMost = 400.0F;
+// Error that counts as contact [steps] per unit of sensitivity, and its bounds: below is the
+// encoder's own, above the rotor is close to slipping.
+constexpr float kContactPerUnit = 2.5F;
+constexpr float kContactLeast = 75.0F;
+constexpr float kContactMost = 130.0F;
 
 float contact_threshold(float sensitivity) {
   return clamp(kContactPerUnit * sensitivity, kContactLeast, kContactMost);

@@ -12,7 +12,7 @@ constexpr int kRest = 50;
 // Homings of one boot must find the same end stop [counts]; 20 degrees of the motor.
 constexpr int32_t kSameStop = 1820;
 // Position correction: a share of the error each tick, and never more than the angle of full torque.
-constexpr float kCorrectionGain = 0.01F;
+constexpr float kCorrectionGain = 0.03F;
 constexpr float kCorrectionMost = 0.25F * kElectricalPeriod;
 // A rotor at rest that is further away has lost the field; nearer, the correction pulls it back.
 constexpr float kLost = 0.7F * kElectricalPeriod;
@@ -114,10 +114,21 @@ bool Joint::there() const {
   return motion_.arrived() && motion_.position() == roundf(goal_ + correction_);
 }
 
+// At rest: from the threshold on, until it is half of that, so that noise moves nothing.
 void Joint::settle(float goal) {
   const float off = goal - encoder_steps_;
-  if (closed_loop_ && fabsf(off) >= threshold_)
-    correction_ = clamp(correction_ + kCorrectionGain * off, -kCorrectionMost, kCorrectionMost);
+  if (fabsf(off) >= threshold_) settling_ = true;
+  if (fabsf(off) <= 0.5F * threshold_) settling_ = false;
+  if (settling_) shift(off);
+}
+
+// In motion: the field leads the rotor by what friction and load need, so that the rotor and not
+// the field arrives in time.
+void Joint::lead() { shift(motion_.position() - correction_ - encoder_steps_); }
+
+void Joint::shift(float off) {
+  if (!closed_loop_) return;
+  correction_ = clamp(correction_ + kCorrectionGain * off, -kCorrectionMost, kCorrectionMost);
 }
 
 void Joint::correct() {
@@ -131,6 +142,8 @@ void Joint::correct() {
     }
     returning_ = lost;
     settle(goal_);
+  } else if (state_ == JointState::POSITION) {
+    lead();
   }
   motion_.go(goal_ + correction_, max_velocity_, acceleration_, deceleration_);
 }

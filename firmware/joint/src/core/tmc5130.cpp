@@ -141,6 +141,13 @@ void Tmc5130::poll() {
   }
 }
 
+uint8_t Tmc5130::read_gstat() {
+  exchange(GSTAT, 0);
+  const uint8_t status = exchange(XACTUAL, 0) & 0x07;
+  if (status != 0) write(GSTAT, status);
+  return status;
+}
+
 uint8_t Tmc5130::take_gstat() {
   const uint8_t bits = gstat_;
   gstat_ = 0;

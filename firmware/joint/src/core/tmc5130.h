@@ -29,6 +29,8 @@ class Tmc5130 {
   uint32_t drv_status() const { return drv_status_; }
   // Reset, driver error and undervoltage bits since the last call.
   uint8_t take_gstat();
+  // Asks now, not with the next poll that does.
+  uint8_t read_gstat();
 
   // Each writes only what changed.
   void set_target(int32_t position);

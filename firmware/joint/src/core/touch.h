@@ -1,5 +1,5 @@
-// Feels the end stop: the field moves on, the rotor does not, and the error between them grows
-// beyond what running freely needs.
+// Feels the end stop: the field moves on, the rotor does not, and the lead of the field grows
+// against what it was at the same places of the electrical period before.
 #pragma once
 
 #include <math.h>
@@ -10,75 +10,108 @@ namespace bioscara {
 
 class Touch {
  public:
-  // Contact counts from this growth of the error [steps], in this direction of motion. A slow
-  // touch measures its baseline once: a soft belt makes the torque rise so gently that a baseline
-  // that follows would swallow it.
-  // `follow`: share of the error by which the baseline of a fast touch moves each tick.
-  void start(float threshold, float direction, float error, bool slow, float follow = kFollow) {
-    slow_ = slow;
-    follow_ = follow;
-    begun_ = false;
+  // Contact counts from this growth of the lead [steps], in this direction of motion.
+  void start(float threshold, float direction, float field, float encoder) {
     threshold_ = threshold;
     direction_ = direction;
-    baseline_ = error;
-    ticks_ = 0;
-    above_ = 0;
+    first_lead_ = (field - encoder) * direction_;
+    count_ = ticks_ = above_ = near_ = 0;
   }
 
   // One tick. While the motor accelerates its own inertia holds the rotor back, so until then
-  // only an error near pull-out counts.
-  bool update(float encoder, float error, bool at_speed) {
-    const float growth = (error - baseline_) * direction_;
-    note(encoder, growth);
-    ticks_ = at_speed ? ticks_ + 1 : 0;
-    const bool settled = ticks_ > (slow_ ? kMeasured : kBlanking);
-    const float limit = settled ? threshold_ : fmaxf(threshold_, kPullOut);
-    above_ = growth > limit ? above_ + 1 : 0;
-    // From the moment of full speed until contact counts, whatever it is belongs to running freely.
-    const bool follows = !settled ? ticks_ > (slow_ ? kMeasured / 2 : 0)
-                                  : !slow_ && fabsf(growth) < 0.5F * threshold_;
-    if (follows) baseline_ += (slow_ ? kFollow : follow_) * (error - baseline_);
-    return above_ >= 2;
+  // only a lead near pull-out counts.
+  bool update(float field, float encoder, bool at_speed) {
+    const float lead = (field - encoder) * direction_;
+    const float place = encoder * direction_;
+    near_ = lead - first_lead_ > kPullOut ? near_ + 1 : 0;
+    if (near_ >= 2) return true;
+    if (!at_speed) {
+      count_ = ticks_ = above_ = 0;
+      return false;
+    }
+    ++ticks_;
+    if (count_ == 0) next_ = place;
+    for (int i = 0; i < kSamples && place >= next_; ++i) {
+      leads_[count_++ % kSamples] = lead;
+      next_ += kSpacing;
+    }
+    if (count_ < kSamples) return false;
+    const float since = 1.0F - (next_ - place) / kSpacing;
+    const float before = usual(1);
+    growth_ = lead - before - since * (usual(0) - before);
+    place_ = place;
+    above_ = growth_ > threshold_ ? above_ + 1 : 0;
+    return ticks_ > kBlanking && above_ >= kFelt;
   }
 
-  // Where the resistance began [steps]: the belt gives way before the threshold is reached, so the
-  // torques at a quarter of it and at contact are drawn back to none.
-  float onset() const {
-    const float rise = last_torque_ - first_torque_;
-    if (!begun_ || rise < 0.05F) return last_;
-    return first_ - first_torque_ * (last_ - first_) / rise;
+  // Where the resistance began [steps]. Behind a belt or an elastic stop the torque rises in
+  // proportion to the travel, so a straight line through what was felt leads back to none.
+  float onset(float encoder) const {
+    if (count_ < kSamples) return encoder;
+    float x = 0.0F;
+    float y = torque(growth_);
+    const float floor = kFloor * y;
+    float n = 0.0F, sum_x = 0.0F, sum_y = 0.0F, sum_xx = 0.0F, sum_xy = 0.0F;
+    for (int back = 1; back <= kPeriod && y > floor; ++back) {
+      n += 1.0F;
+      sum_x += x;
+      sum_y += y;
+      sum_xx += x * x;
+      sum_xy += x * y;
+      x = next_ - static_cast<float>(back) * kSpacing - place_;
+      y = torque(lead(back) - usual(back));
+    }
+    const float slope = (n * sum_xy - sum_x * sum_y) / (n * sum_xx - sum_x * sum_x);
+    // A single point gives no line.
+    if (!(slope > kSlopeLeast)) return encoder;
+    return (place_ + (sum_x - sum_y / slope) / n) * direction_;
   }
 
  private:
-  void note(float encoder, float growth) {
-    const float angle = clamp(growth, 0.0F, 0.25F * kElectricalPeriod);
-    last_ = encoder;
-    last_torque_ = sinf(angle * (6.2831853F / kElectricalPeriod));
-    if (growth < 0.25F * threshold_) {
-      begun_ = false;
-    } else if (!begun_) {
-      begun_ = true;
-      first_ = last_;
-      first_torque_ = last_torque_;
-    }
+  // What was sampled so many samples ago, 1 being the latest.
+  float lead(int back) const { return leads_[(count_ - back) % kSamples]; }
+
+  // What the lead would be here in running freely: ripple and detent repeat each period, and the
+  // encoder's own error over a turn goes on as it did between the periods before.
+  float usual(int back) const {
+    return lead(back + 2 * kPeriod) + mean(2 * kPeriod) - mean(4 * kPeriod);
   }
 
-  static constexpr int kBlanking = 150;
-  // The baseline follows friction and the encoder's error over a turn, not a contact.
-  static constexpr float kFollow = 0.02F;
-  static constexpr int kMeasured = 300;
-  static constexpr float kPullOut = 400.0F;
+  float mean(int back) const {
+    float sum = 0.0F;
+    for (int i = 1; i <= kPeriod; ++i) sum += lead(back + i);
+    return sum / kPeriod;
+  }
 
+  // Share of the full torque.
+  static float torque(float growth) {
+    return sinf(clamp(growth, 0.0F, 0.25F * kElectricalPeriod) *
+                (6.2831853F / kElectricalPeriod));
+  }
+
+  // At least so long at speed, until a load has swung out behind its belt [ticks].
+  static constexpr int kBlanking = 150;
+  // Ticks in a row that must show the contact.
+  static constexpr int kFelt = 3;
+  static constexpr float kPullOut = 400.0F;
+  // Samples over an electrical period, and the travel of the rotor between two.
+  static constexpr int kPeriod = 16;
+  static constexpr float kSpacing = kElectricalPeriod / kPeriod;
+  static constexpr int kSamples = 5 * kPeriod;
+  // Less than this share of the last torque is noise; a rise of less than this per step, no stop.
+  static constexpr float kFloor = 0.15F;
+  static constexpr float kSlopeLeast = 1e-4F;
+
+  // The lead of the field, each time the rotor has moved on by kSpacing.
+  float leads_[kSamples] = {};
+  int count_ = 0;
+  float next_ = 0.0F;
   float threshold_ = 0.0F;
-  float follow_ = kFollow;
   float direction_ = 1.0F;
-  float baseline_ = 0.0F;
+  float first_lead_ = 0.0F;
+  float place_ = 0.0F, growth_ = 0.0F;
   int ticks_ = 0;
-  int above_ = 0;
-  bool slow_ = false;
-  bool begun_ = false;
-  float first_ = 0.0F, first_torque_ = 0.0F;
-  float last_ = 0.0F, last_torque_ = 0.0F;
+  int above_ = 0, near_ = 0;
 };
 
 }  // namespace bioscara

@@ -1,0 +1,48 @@
+// The stepper motor and the chopper that feeds it: coil currents, torque, drag.
+#pragma once
+
+#include <cstdint>
+
+#include "virtual_time.h"
+
+namespace bioscara::sim {
+
+// What differs from motor to motor; docs/simulation.md gives source and tolerance.
+struct MotorParameters {
+  // Peak torque per ampere of phase current, and back-EMF per rad/s [N m/A, V s/rad].
+  double torque_constant = 0.19;
+  // Drag of the magnet that turns in the iron, at low speed [N m s].
+  double drag = 5.5e-4;
+};
+
+// How the driver feeds the coils during a step.
+struct Supply {
+  // Where the field is to stand [microsteps of 1/1024 electrical period].
+  double field;
+  // Amplitude of the phase currents that are asked for [A]; 0 with an open bridge.
+  double current;
+  // The current is chopped, not voltage-controlled: it is never quite what it is meant to be.
+  bool chopped;
+  // Both coils shorted.
+  bool shorted;
+};
+
+class Motor {
+ public:
+  Motor(const MotorParameters& parameters, std::uint32_t seed)
+      : parameters_(parameters), random_(seed) {}
+
+  // The torque on the rotor [N m] that stands at `turns` and turns at `speed` [rad/s], a step later.
+  double torque(const Supply& supply, double turns, double speed);
+
+ private:
+  // Lets the chopper bring one phase current towards what is asked for.
+  static void drive(double& current, double wanted, double emf);
+  double noise();
+
+  const MotorParameters parameters_;
+  double current_a_ = 0.0, current_b_ = 0.0;
+  std::uint32_t random_;
+};
+
+}  // namespace bioscara::sim
