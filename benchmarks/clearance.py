@@ -8,12 +8,12 @@ from time import perf_counter
 
 from benchmarks.control import homed_stack
 from benchmarks.measure import Row
-from bioscara.control.forward_command_controller import ForwardCommandController
-from bioscara.control.joint_trajectory import Goal, JointTrajectory, Point
+from bioscara.control.controllers.forward_command_controller import ForwardCommandController
+from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point
 from bioscara.kinematics import Scara
 from bioscara.model import load_parameters
-from bioscara.planning.tool_speed import REDUCED_SPEED
-from bioscara.planning.zones import Box, Scene
+from bioscara.planning.collision.scene import Box, Scene
+from bioscara.planning.motions.tool_speed import REDUCED_SPEED
 from bioscara.robot import kinematics_of
 from bioscara.robot.stack import TRAJECTORY, Stack
 
@@ -81,7 +81,7 @@ def rows() -> list[Row]:
     stack.tool_speed.limit = REDUCED_SPEED
     stack.smoothing.windows = load_parameters().belt_periods[:2]
     names, zero = tuple(axis.name for axis in stack.arm.axes), (0.0,) * 4
-    goal = Goal(JointTrajectory(names, (Point(8.0, _START, zero, zero),)), swept=True)
+    goal = Goal(JointTrajectory(names, (Point(8.0, _START, zero, zero),)), collision_checked=True)
     stack.trajectory.send_goal(goal, clock.now())
     for _ in range(1500):
         stack.loop.step()

@@ -20,13 +20,13 @@ from benchmarks.arm import NEAR
 from benchmarks.measure import Row, timings
 from bioscara.bus import Bus, Transaction
 from bioscara.clock import Clock, MonotonicClock
-from bioscara.control.joint_trajectory import Goal, JointTrajectory, Point
-from bioscara.control.realtime import realtime
+from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point
+from bioscara.control.loop.realtime import realtime
 from bioscara.errors import RealtimeError
 from bioscara.hardware import ArmHardware, GripperHardware
 from bioscara.kinematics import Scara
 from bioscara.model import load_parameters
-from bioscara.planning.zones import Scene
+from bioscara.planning.collision.scene import Scene
 from bioscara.robot import kinematics_of
 from bioscara.robot.stack import TRAJECTORY, Stack
 from bioscara.robot.wiring import simulated
@@ -116,7 +116,7 @@ def _swing(stack: Stack, clock: Clock, seconds: float) -> None:
         points.append(Point(points[-1].time + 3.0, place, zero))
     points[0] = Point(3.0, _START, zero)
     trajectory = JointTrajectory(tuple(axis.name for axis in stack.arm.axes), tuple(points))
-    stack.trajectory.send_goal(Goal(trajectory, swept=True), clock.now())
+    stack.trajectory.send_goal(Goal(trajectory, collision_checked=True), clock.now())
 
 
 def _timed(owner: object, name: str, spent: dict[str, list[float]], label: str) -> None:

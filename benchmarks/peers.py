@@ -10,8 +10,8 @@ import ruckig
 import toppra
 
 from bioscara.planning.limits import JointLimits
-from bioscara.planning.profile import Bounds, State
-from bioscara.planning.trajectory import Array
+from bioscara.planning.profiles.segments import Bounds, State
+from bioscara.planning.trajectory.trajectory import Array
 
 
 class Ruckig:

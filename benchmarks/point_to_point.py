@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from benchmarks.measure import Row
 from benchmarks.peers import Ruckig, random_problem
 from bioscara.planning import point_to_point
-from bioscara.planning.double_s import durations, fastest, lasting
-from bioscara.planning.profile import Bounds, State
+from bioscara.planning.profiles.double_s import durations, fastest, lasting
+from bioscara.planning.profiles.segments import Bounds, State
 
 GOAL = (-0.26026, 0.0179, 0.53642, -0.69014)
 """Of planned_time_optimal.yaml, from zero."""

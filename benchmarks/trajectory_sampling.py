@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 
 from benchmarks.measure import Row, timings
-from bioscara.control.joint_trajectory import JointTrajectoryController, Point
-from bioscara.control.joint_trajectory.course import Course
-from bioscara.control.joint_trajectory.messages import JointTrajectory
+from bioscara.control.controllers.joint_trajectory import JointTrajectoryController, Point
+from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
+from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory
 from bioscara.hardware import CommandInterface, State, StateInterface
 
 NAMES = ("j1", "j2", "j3", "j4")
@@ -100,7 +100,7 @@ def rows() -> list[Row]:
     """Measure one sample of four joints, and a whole update of the controller."""
     points = _points()
     peer = statistics.median(timings(_each(_hermite(points)), CALLS))
-    own = statistics.median(timings(_each(Course(points).sample), CALLS))
+    own = statistics.median(timings(_each(Interpolator(points).sample), CALLS))
     update = _update()
     return [
         Row(

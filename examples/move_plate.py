@@ -4,8 +4,8 @@ import math
 import sys
 
 from bioscara.kinematics import Pose
-from bioscara.planning.shapes import Prism
-from bioscara.planning.zones import Scene
+from bioscara.planning.collision.scene import Scene
+from bioscara.planning.collision.shapes import Prism
 from bioscara.robot import Robot
 
 FROM = Pose(0.10, 0.35, 0.011, math.pi / 2)

@@ -3,7 +3,7 @@
 import sys
 
 from bioscara.kinematics import Pose
-from bioscara.planning.waypoints import Motion, Waypoint
+from bioscara.planning.motions.waypoints import Motion, Waypoint
 from bioscara.robot import Robot
 
 HEIGHT = 0.2

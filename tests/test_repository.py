@@ -65,25 +65,6 @@ def test_hz15_the_repository_holds_no_secret() -> None:
     assert [(str(path), found) for path, text in _texts() if (found := _found(text))] == []
 
 
-def test_no_module_is_longer_than_500_lines() -> None:
-    long = {
-        str(path.relative_to(ROOT)): lines
-        for path in (ROOT / "src").rglob("*.py")
-        if (lines := len(path.read_text().splitlines())) > 500
-    }
-    assert long == {}
-
-
-def test_every_package_says_which_modules_it_has() -> None:
-    untold = [
-        str(path.relative_to(ROOT))
-        for package in (ROOT / "src").rglob("__init__.py")
-        for path in sorted(package.parent.glob("[a-z]*.py"))
-        if package.parent.name != "bioscara" and f"``{path.stem}``" not in package.read_text()
-    ]
-    assert untold == []
-
-
 def test_links_in_the_documentation_lead_somewhere() -> None:
     broken = []
     for path, text in _texts():

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bioscara.model import load_parameters
-from bioscara.planning.zones import Scene
+from bioscara.planning.collision.scene import Scene
 from bioscara.report.plan_png import write_plan
 from bioscara.robot.planner import Planner
 

@@ -90,7 +90,7 @@ def test_joints_waits_where_nobody_acknowledges_and_says_so(
     robot = Robot.simulated(v1=True)
     assert isinstance(robot.bus, FirmwareBus)
     robot.bus.arm.set_power("j2", on=False)
-    monkeypatch.setattr("bioscara.cli.joints.open_arm", lambda *_: robot)
+    monkeypatch.setattr("bioscara.cli.commands.joints.open_arm", lambda *_: robot)
     begin = robot.clock.now()
     assert main(["joints"]) == 1
     assert robot.clock.now() - begin > 1.0

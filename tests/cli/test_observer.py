@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
+from bioscara.cli.console import Output
 from bioscara.cli.interruption import Interruption
+from bioscara.cli.live_table import TableView
+from bioscara.cli.live_view import PlainView, make_view, state_word
 from bioscara.cli.observer import Observer
-from bioscara.cli.output import Output
-from bioscara.cli.table import TableView
-from bioscara.cli.views import PlainView, make_view, state_word
 from bioscara.protocol import Flags
 from bioscara.report import CycleRecord, History, JointRecord, Phase, Quality
 from bioscara.report.samples import SampleWriter

@@ -13,8 +13,8 @@ from bioscara.cli import main
 from bioscara.cli.shared_arguments import START
 from bioscara.kinematics import Joints
 from bioscara.planning import read, write_csv
-from bioscara.planning.point_to_point import point_to_point
-from bioscara.planning.scene_file import read_scene
+from bioscara.planning.files.scene_file import read_scene
+from bioscara.planning.motions.point_to_point import point_to_point
 from bioscara.robot.planner import Planner
 from cli.pictures import PARAMETERS, expected, size
 

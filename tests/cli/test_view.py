@@ -18,7 +18,7 @@ import pytest
 
 from bioscara.cli import main
 from bioscara.model import load_parameters
-from bioscara.planning.scene_file import read_scene
+from bioscara.planning.files.scene_file import read_scene
 from cli.pictures import expected
 
 EXAMPLE = Path(__file__).parents[2] / "examples" / "scene.yaml"

@@ -7,8 +7,12 @@ import random
 from dataclasses import replace
 from typing import NamedTuple
 
-from bioscara.control.forward_command_controller import ForwardCommandController
-from bioscara.control.joint_trajectory import JointTrajectory, JointTrajectoryController, Point
+from bioscara.control.controllers.forward_command_controller import ForwardCommandController
+from bioscara.control.controllers.joint_trajectory import (
+    JointTrajectory,
+    JointTrajectoryController,
+    Point,
+)
 from bioscara.hardware import Mode, State
 from control.world import BOTH, NAMES, PARAMETERS, World
 

@@ -11,11 +11,10 @@ import numpy as np
 import numpy.typing as npt
 import pytest
 
-from bioscara.control.clearance import Clearance
-from bioscara.control.controller import Controller
-from bioscara.control.forward_command_controller import ForwardCommandController
-from bioscara.control.jog_controller import JogController
-from bioscara.control.joint_trajectory import (
+from bioscara.control.controllers.controller import Controller
+from bioscara.control.controllers.forward_command_controller import ForwardCommandController
+from bioscara.control.controllers.jog_controller import JogController
+from bioscara.control.controllers.joint_trajectory import (
     ErrorCode,
     Goal,
     JointTrajectory,
@@ -23,12 +22,13 @@ from bioscara.control.joint_trajectory import (
     Point,
     Status,
 )
-from bioscara.control.registry import TYPES
-from bioscara.control.smoothing import Smoothing
-from bioscara.control.tool_speed import ToolSpeedCap
-from bioscara.planning.jog import Jog, JointVelocity, ToolVelocity
-from bioscara.planning.sweep import SLACK
-from bioscara.planning.zones import Box, Scene
+from bioscara.control.limits.averaging import Smoothing
+from bioscara.control.limits.collision_guard import Clearance
+from bioscara.control.limits.tool_speed import ToolSpeedCap
+from bioscara.control.manager.controller_types import TYPES
+from bioscara.planning.collision.scene import Box, Scene
+from bioscara.planning.collision.swept import SLACK
+from bioscara.planning.motions.jog import Jog, JointVelocity, ToolVelocity
 from bioscara.robot import kinematics_of
 from control.wild import WildParameters
 from control.world import BOTH, NAMES, PARAMETERS, World
@@ -120,7 +120,7 @@ class Guarded:
         forward.command(values)
         return forward
 
-    def follow(self, goal: Sequence[float], seconds: float, *, swept: bool):  # type: ignore[no-untyped-def]
+    def follow(self, goal: Sequence[float], seconds: float, *, collision_checked: bool):  # type: ignore[no-untyped-def]
         controller = self.world.load(
             "jtc",
             JointTrajectoryController.TYPE,
@@ -137,13 +137,15 @@ class Guarded:
         )
         assert isinstance(controller, JointTrajectoryController)
         self.world.switch("jtc")
-        return controller, controller.send_goal(self.goal(goal, seconds, swept=swept), self.now)
+        return controller, controller.send_goal(
+            self.goal(goal, seconds, collision_checked=collision_checked), self.now
+        )
 
-    def goal(self, goal: Sequence[float], seconds: float, *, swept: bool) -> Goal:
+    def goal(self, goal: Sequence[float], seconds: float, *, collision_checked: bool) -> Goal:
         zero = (0.0,) * 4
         points = (Point(0.0, tuple(self.here), zero, zero), Point(seconds, tuple(goal), zero, zero))
         trajectory = JointTrajectory(NAMES, points)
-        return Goal(trajectory, swept=True) if swept else Goal(trajectory)
+        return Goal(trajectory, collision_checked=True) if collision_checked else Goal(trajectory)
 
     @property
     def now(self) -> float:
@@ -258,7 +260,7 @@ def test_a_stream_that_is_clear_passes_bit_for_bit(interface: str, scene: Scene)
 
 def test_a_trajectory_that_nobody_swept_ends_in_front_of_a_zone() -> None:
     arm = Guarded(WALL)
-    controller, goal = arm.follow(BEYOND, 4.0, swept=False)
+    controller, goal = arm.follow(BEYOND, 4.0, collision_checked=False)
     rows = arm.run(400)
     assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin
     assert goal.status is Status.ABORTED
@@ -268,7 +270,7 @@ def test_a_trajectory_that_nobody_swept_ends_in_front_of_a_zone() -> None:
     assert np.array_equal(rows[-1], rows[-100])
     require_gentle(rows)
     assert WALL.clearance(ARM, [arm.measured()])[0] < 0.05
-    back = controller.send_goal(arm.goal(START, 3.0, swept=False), arm.now)
+    back = controller.send_goal(arm.goal(START, 3.0, collision_checked=False), arm.now)
     arm.run(320)
     assert back.status is Status.SUCCEEDED
 
@@ -278,7 +280,7 @@ def test_a_trajectory_that_was_swept_is_not_looked_at() -> None:
     for guarded in (True, False):
         # Through the zone: whoever says that it was swept is believed.
         arm = Guarded(WALL, guarded=guarded)
-        _, goal = arm.follow(BEYOND, 4.0, swept=True)
+        _, goal = arm.follow(BEYOND, 4.0, collision_checked=True)
         runs.append(arm.run(450))
         assert goal.status is Status.SUCCEEDED
         assert arm.clearance.interventions == 0
@@ -289,7 +291,7 @@ def test_cancelled_beside_a_wall_the_ramp_is_not_hindered() -> None:
     runs = []
     for guarded in (True, False):
         arm = Guarded(WALL, guarded=guarded)
-        controller, _ = arm.follow(BEYOND, 3.0, swept=True)
+        controller, _ = arm.follow(BEYOND, 3.0, collision_checked=True)
         rows = [arm.run(120)]
         controller.cancel(arm.now)
         rows.append(arm.run(100))

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from bioscara.control.limiting import Limiter
-from bioscara.control.manager import ControllerManager
-from bioscara.control.schedule import Schedule
+from bioscara.control.limits.limiter import Limiter
+from bioscara.control.manager.manager import ControllerManager
+from bioscara.control.manager.update_rate import Schedule
 from bioscara.errors import (
     ConfigurationError,
     HardwareError,

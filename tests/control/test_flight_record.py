@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from tests.control.world import NAMES, World
 
-from bioscara.control.flight_record import SECONDS, Evidence
+from bioscara.control.faults.flight_recorder import SECONDS, Evidence
 
 
 def test_it_keeps_the_last_seconds_and_no_more() -> None:

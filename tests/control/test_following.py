@@ -6,8 +6,8 @@ import pytest
 from tests.control.test_loop import moving
 from tests.control.world import LIMITS, NAMES, World
 
-from bioscara.control.following import FLOOR_SHARE, LAG
-from bioscara.control.supervisor import FaultState
+from bioscara.control.faults.following_error import FLOOR_SHARE, LAG
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import FollowingError
 from bioscara.hardware.axis import Axis
 

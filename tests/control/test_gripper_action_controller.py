@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.clock import SimulatedClock
-from bioscara.control.goals import Status
-from bioscara.control.gripper_action_controller import GripperActionController
-from bioscara.control.gripper_messages import GripperGoal, GripperGoalHandle
-from bioscara.control.limiting import Limiter
-from bioscara.control.manager import ControllerManager
+from bioscara.control.controllers.goals import Status
+from bioscara.control.controllers.gripper_action_controller import GripperActionController
+from bioscara.control.controllers.gripper_messages import GripperGoal, GripperGoalHandle
+from bioscara.control.limits.limiter import Limiter
+from bioscara.control.manager.manager import ControllerManager
 from bioscara.drivers import Gripper, Pwm, Quality
 from bioscara.errors import ConfigurationError, GoalRejectedError, SwitchError
 from bioscara.hardware import CommandInterface, HardwareComponent, State, StateInterface

@@ -6,12 +6,15 @@ import math
 
 import pytest
 
-from bioscara.control.forward_command_controller import ForwardCommandController
-from bioscara.control.hold_controller import HoldController
-from bioscara.control.homing_controller import HomingController
-from bioscara.control.joint_state_broadcaster import DynamicJointState, JointStateBroadcaster
-from bioscara.control.limiting import Limiter
-from bioscara.control.manager import ControllerManager
+from bioscara.control.controllers.forward_command_controller import ForwardCommandController
+from bioscara.control.controllers.hold_controller import HoldController
+from bioscara.control.controllers.homing_controller import HomingController
+from bioscara.control.controllers.joint_state_broadcaster import (
+    DynamicJointState,
+    JointStateBroadcaster,
+)
+from bioscara.control.limits.limiter import Limiter
+from bioscara.control.manager.manager import ControllerManager
 from bioscara.drivers import Quality
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.hardware import State

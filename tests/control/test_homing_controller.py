@@ -9,10 +9,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bioscara.bus.injection import Direction, When
-from bioscara.control.faults import FaultKind
-from bioscara.control.goals import Status
-from bioscara.control.homing_controller import HomingController, HomingGoal
-from bioscara.control.supervisor import FaultState
+from bioscara.control.controllers.goals import Status
+from bioscara.control.controllers.homing_controller import HomingController, HomingGoal
+from bioscara.control.faults.kinds import FaultKind
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.drivers import Quality
 from bioscara.errors import (
     ConfigurationError,

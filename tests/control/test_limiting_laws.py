@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bioscara.control.guard import Guard
+from bioscara.control.limits.joint_limiter import JointLimiter
 from bioscara.hardware import CommandInterface, StateInterface
 from bioscara.model import JointParameters, load_parameters
 
@@ -32,7 +32,7 @@ class Bench:
         self.position.value, self.velocity.value = start, 0.0
         for command in (self.position, self.velocity):
             command.owner = "test" if command.kind in kinds else None
-        self.guard = Guard(limits, self.position, self.velocity, self.measured, self.speed)
+        self.guard = JointLimiter(limits, self.position, self.velocity, self.measured, self.speed)
         self.guard.begin()
 
     def send(self, position: float, velocity: float = 0.0, period: float | None = None) -> float:

@@ -15,22 +15,22 @@ from hypothesis import strategies as st
 from tests.control.world import LIMITS, NAMES, NEAR, PARAMETERS, World
 
 from bioscara.clock import Clock
-from bioscara.control.faults import FaultKind
-from bioscara.control.forward_command_controller import ForwardCommandController
-from bioscara.control.joint_trajectory import (
+from bioscara.control.controllers.forward_command_controller import ForwardCommandController
+from bioscara.control.controllers.joint_trajectory import (
     Goal,
     JointTrajectory,
     JointTrajectoryController,
     Point,
 )
-from bioscara.control.limiting import Limiter
-from bioscara.control.loop import Loop
-from bioscara.control.manager import ControllerManager
-from bioscara.control.statistics import Histogram
-from bioscara.control.supervisor import FaultState
+from bioscara.control.faults.kinds import FaultKind
+from bioscara.control.faults.supervisor import FaultState
+from bioscara.control.limits.limiter import Limiter
+from bioscara.control.loop.loop import Loop
+from bioscara.control.manager.manager import ControllerManager
+from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import ConfigurationError, OverrunError
 from bioscara.hardware import State
-from bioscara.hardware.modes import Mode
+from bioscara.hardware.command_modes import Mode
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 

@@ -9,8 +9,8 @@ from typing import cast
 
 import pytest
 
-from bioscara.control.faults import FaultKind
-from bioscara.control.supervisor import FaultState
+from bioscara.control.faults.kinds import FaultKind
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import FaultedError, SwitchError
 from bioscara.hardware import Mode, State
 from control.switching_at_speed import switch_at_random

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from bioscara.control.limiting import Limiter
-from bioscara.control.manager import ControllerManager
-from bioscara.control.switching import Strictness
+from bioscara.control.limits.limiter import Limiter
+from bioscara.control.manager.manager import ControllerManager
+from bioscara.control.manager.switch_request import Strictness
 from bioscara.errors import (
     ConfigurationError,
     LifecycleError,

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from bioscara.control.gripper_messages import GripperGoal
-from bioscara.control.joint_trajectory import Goal, JointTrajectory, Point, Tolerance
+from bioscara.control.controllers.gripper_messages import GripperGoal
+from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point, Tolerance
 from bioscara.hardware import State
 from bioscara.robot import Robot
 from bioscara.robot.stack import GRIPPER

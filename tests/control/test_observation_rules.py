@@ -11,11 +11,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bioscara.control.diagnostics import EXECUTION_TIME, PERIODICITY, Level, Threshold, diagnose
-from bioscara.control.introspection import introspect
-from bioscara.control.limiting import Limiter
-from bioscara.control.manager import ControllerManager
-from bioscara.control.statistics import Spread, Summary
+from bioscara.control.limits.limiter import Limiter
+from bioscara.control.manager.diagnostics import (
+    EXECUTION_TIME,
+    PERIODICITY,
+    Level,
+    Threshold,
+    diagnose,
+)
+from bioscara.control.manager.introspection import introspect
+from bioscara.control.manager.manager import ControllerManager
+from bioscara.control.manager.statistics import Spread, Summary
 from bioscara.errors import SwitchError
 from bioscara.hardware import State
 from control.wild import Box, Wild, boom, wild

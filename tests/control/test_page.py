@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.control.faults import FaultKind
+from bioscara.control.faults.kinds import FaultKind
 
 PAGE = (Path(__file__).parents[2] / "docs" / "loop.md").read_text()
 

@@ -14,9 +14,9 @@ import pytest
 from benchmarks.control import hold
 from tests.control.world import World
 
-from bioscara.control.loop import Loop
-from bioscara.control.realtime import conditions, realtime, sharpen_timers
-from bioscara.control.watchdog import Watchdog
+from bioscara.control.loop.loop import Loop
+from bioscara.control.loop.realtime import conditions, realtime, sharpen_timers
+from bioscara.control.loop.systemd import Watchdog
 from bioscara.errors import ConfigurationError
 
 
@@ -28,7 +28,7 @@ def test_a_priority_that_does_not_exist_is_refused(priority: int) -> None:
 
 ASK = """
 import os
-from bioscara.control.realtime import realtime
+from bioscara.control.loop.realtime import realtime
 from bioscara.errors import RealtimeError
 if {drop}:
     import resource

@@ -14,17 +14,17 @@ import pytest
 from pydantic import ValidationError
 
 from bioscara.bus import Transaction
-from bioscara.control.joint_trajectory.parameters import (
+from bioscara.control.controllers.joint_trajectory.parameters import (
     Constraints,
     JointConstraints,
     SpeedScaling,
 )
-from bioscara.control.joint_trajectory.pid import Gains
-from bioscara.control.limiting import Limiter
-from bioscara.control.manager import ControllerManager
-from bioscara.control.parameters import Section
-from bioscara.control.realtime import PRIORITY, realtime
-from bioscara.control.registry import TYPES
+from bioscara.control.controllers.joint_trajectory.pid import Gains
+from bioscara.control.controllers.parameters import Section
+from bioscara.control.limits.limiter import Limiter
+from bioscara.control.loop.realtime import PRIORITY, realtime
+from bioscara.control.manager.controller_types import TYPES
+from bioscara.control.manager.manager import ControllerManager
 from bioscara.errors import BioscaraError, BusUnavailableError, GripperError, SwitchError
 from bioscara.hardware import ArmHardware, GripperHardware, State
 from bioscara.hardware.urdf_reader import Urdf
@@ -190,7 +190,7 @@ def test_no_number_of_any_parameter_is_infinite_but_where_that_means_unbounded(
 ASK = """
 import os
 from pathlib import Path
-from bioscara.control.realtime import realtime
+from bioscara.control.loop.realtime import realtime
 from bioscara.errors import RealtimeError
 def look():
     status = Path("/proc/self/status").read_text().split("VmLck:")[1].split()[0]

@@ -8,8 +8,8 @@ import pytest
 from tests.control.test_loop import come_to_rest, moving
 from tests.control.world import NAMES, NEAR, World
 
-from bioscara.control.faults import Fault, FaultKind, Stop, classify
-from bioscara.control.supervisor import FaultState
+from bioscara.control.faults.kinds import Fault, FaultKind, Stop, classify
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import (
     ControllerError,
     FaultedError,

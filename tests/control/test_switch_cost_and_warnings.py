@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.drivers.session import SILENCE
 from bioscara.errors import JointError, ModeSwitchError
 from bioscara.hardware import GripperHardware, State
 from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF
+from bioscara.protocol import SILENCE
 from bioscara.sim import SimulatedArm, SimulatedServo
 from control.wild import Wild, wild
 from control.world import LIMITS, NAMES, World

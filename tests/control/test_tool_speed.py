@@ -7,8 +7,8 @@ from itertools import pairwise
 
 import pytest
 
-from bioscara.control.forward_command_controller import ForwardCommandController
-from bioscara.control.tool_speed import ToolSpeedCap
+from bioscara.control.controllers.forward_command_controller import ForwardCommandController
+from bioscara.control.limits.tool_speed import ToolSpeedCap
 from bioscara.robot import kinematics_of
 from control.world import NAMES, PARAMETERS, World
 

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 
-from bioscara.control.controller import Controller
-from bioscara.control.limiting import Limiter
-from bioscara.control.manager import ControllerManager
-from bioscara.control.parameters import Parameters
-from bioscara.control.registry import TYPES
-from bioscara.control.supervisor import FaultState
+from bioscara.control.controllers.controller import Controller
+from bioscara.control.controllers.parameters import Parameters
+from bioscara.control.faults.supervisor import FaultState
+from bioscara.control.limits.limiter import Limiter
+from bioscara.control.manager.controller_types import TYPES
+from bioscara.control.manager.manager import ControllerManager
 from bioscara.errors import HardwareError
 from bioscara.hardware import POSITION, CommandInterface, HardwareComponent, State, StateInterface
 from bioscara.model import JointParameters

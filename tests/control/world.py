@@ -7,12 +7,12 @@ from pathlib import Path
 from typing import Any
 
 from bioscara.bus import FaultyBus
-from bioscara.control.controller import AnyController
-from bioscara.control.flight_record import FlightRecord
-from bioscara.control.limiting import Limiter
-from bioscara.control.loop import Cycle, Loop
-from bioscara.control.manager import ControllerManager
-from bioscara.control.supervisor import Supervisor
+from bioscara.control.controllers.controller import AnyController
+from bioscara.control.faults.flight_recorder import FlightRecord
+from bioscara.control.faults.supervisor import Supervisor
+from bioscara.control.limits.limiter import Limiter
+from bioscara.control.loop.loop import Cycle, Loop
+from bioscara.control.manager.manager import ControllerManager
 from bioscara.hardware import ArmHardware
 from bioscara.model import JointParameters, load_parameters
 from bioscara.sim import FirmwareBus, SimulatedArm

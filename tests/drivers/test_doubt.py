@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from bioscara.bus import Direction, FaultyBus, When
 from bioscara.drivers import Joint, JointSample, Quality, Setpoint, read_states, track
-from bioscara.drivers.plausibility import Plausibility
+from bioscara.drivers.link.plausibility import Plausibility
 from bioscara.errors import (
     CorruptFrameError,
     JointResetError,

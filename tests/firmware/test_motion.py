@@ -8,7 +8,7 @@ import random
 import pytest
 
 from bioscara.drivers import Joint, Setpoint, track
-from bioscara.drivers.sample import JointSample
+from bioscara.drivers.joint.sample import JointSample
 from bioscara.model import load_parameters
 from bioscara.protocol import Fault, Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bioscara.control.forward_command_controller import ForwardCommandController
+from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import ModeSwitchError
 from bioscara.hardware import Mode, State
-from bioscara.hardware.capacity import Capacity, highest_rate
+from bioscara.hardware.bus_budget import Capacity, highest_rate
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 from control.world import NAMES, NEAR, PARAMETERS

@@ -13,12 +13,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from bioscara.control.forward_command_controller import ForwardCommandController
+from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import FollowingError, GoalAbortedError, StalledError
 from bioscara.hardware import State
 from bioscara.model import load_parameters
-from bioscara.planning.shapes import Prism
-from bioscara.planning.zones import Scene
+from bioscara.planning.collision.scene import Scene
+from bioscara.planning.collision.shapes import Prism
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
 from bioscara.robot.planner import Planner

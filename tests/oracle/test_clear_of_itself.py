@@ -25,7 +25,7 @@ from bioscara.errors import (
     ZoneError,
 )
 from bioscara.planning import Trajectory
-from bioscara.planning.jog import JointVelocity, ToolVelocity
+from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from oracle.plant import (
     ARM,
     CENTER,

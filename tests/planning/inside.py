@@ -9,9 +9,9 @@ import numpy as np
 import numpy.typing as npt
 
 from bioscara.kinematics import Scara
-from bioscara.planning.bodies import GRIPPER, WIDTHS, arm_of
-from bioscara.planning.shapes import Prism
-from bioscara.planning.zones import Box, Cylinder
+from bioscara.planning.collision.arm_bodies import GRIPPER, WIDTHS, arm_of
+from bioscara.planning.collision.scene import Box, Cylinder
+from bioscara.planning.collision.shapes import Prism
 
 Array = npt.NDArray[np.float64]
 

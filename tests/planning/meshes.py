@@ -18,7 +18,7 @@ import numpy.typing as npt
 import pinocchio as pin
 
 from bioscara.model.urdf import DESCRIPTION, URDF
-from bioscara.planning.shapes import Prism
+from bioscara.planning.collision.shapes import Prism
 
 Array = npt.NDArray[np.float64]
 HAND = ("gripper_base", "left_jaw_link", "right_jaw_link")

@@ -8,7 +8,7 @@ import os
 import numpy as np
 
 from bioscara.kinematics import Geometry, Joints, Pose, Scara
-from bioscara.planning.zones import Box, Cylinder, Scene
+from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from planning.limits import LIMITS
 
 ARM = Scara(Geometry(0.329476, 0.285, 0.135), LIMITS, Pose(0.11908, 0.0, -0.14409))

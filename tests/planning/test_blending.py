@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 
 from bioscara.kinematics import Pose
 from bioscara.kinematics.pose import wrapped
-from bioscara.planning.blending import rounded
-from bioscara.planning.path import LEVER, Arc, Line
+from bioscara.planning.paths.blending import rounded
+from bioscara.planning.paths.path import LEVER, Arc, Line
 from planning.test_path import apart, derivatives_agree, poses, sampled
 
 

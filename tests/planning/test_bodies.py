@@ -18,10 +18,10 @@ from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import load_parameters
 from bioscara.model.meshes import read_stl
 from bioscara.model.urdf import DESCRIPTION
-from bioscara.planning.bodies import GRIPPER, WIDTHS, arm_of, frames
-from bioscara.planning.meeting import OWN_MARGIN
-from bioscara.planning.shapes import Prism
-from bioscara.planning.zones import Scene
+from bioscara.planning.collision.arm_bodies import GRIPPER, WIDTHS, arm_of, frames
+from bioscara.planning.collision.arm_pairs import OWN_MARGIN
+from bioscara.planning.collision.scene import Scene
+from bioscara.planning.collision.shapes import Prism
 from planning.limits import LIMITS
 from planning.meshes import LINKS, NAMES, gaps, parts_of, places
 from planning.scenes import ARM, COUNT, random_joints

@@ -19,11 +19,11 @@ from bioscara.errors import (
 from bioscara.kinematics import Geometry, Joints, Pose, Scara, batch
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, check
-from bioscara.planning.cartesian import circular, linear
-from bioscara.planning.joint_path import along
-from bioscara.planning.parameterisation import parameterise
-from bioscara.planning.path import Arc, Joined, Line, Path
+from bioscara.planning.motions.cartesian import circular, linear
+from bioscara.planning.paths.inverse_kinematics import along
+from bioscara.planning.paths.path import Arc, Joined, Line, Path
 from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.topp.topp import parameterise
 from planning.limits import LIMITS
 
 PARAMETERS = load_parameters()

@@ -14,9 +14,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.errors import TrajectoryError
-from bioscara.planning import Trajectory, check, files, fit, point_to_point, read, write_csv
-from bioscara.planning.message_text import ITEMS_MAX
-from bioscara.planning.ros_yaml import trajectory_of_yaml
+from bioscara.planning import Trajectory, check, fit, point_to_point, read, write_csv
+from bioscara.planning.files import trajectory_file
+from bioscara.planning.files.ros_message_parser import ITEMS_MAX
+from bioscara.planning.files.ros_yaml import trajectory_of_yaml
 from planning.limits import LIMITS, NAMES
 
 DATA = Path(__file__).parents[1] / "data"
@@ -72,12 +73,12 @@ def test_what_could_not_be_read_again_is_not_written(
     whole = Trajectory(NAMES, times[:30_000], values, values, values)
     write_csv(path, whole)
     assert path.stat().st_size > 8 * 2**20
-    assert path.stat().st_size / 30_000 * ITEMS_MAX < files.CSV_MAX
+    assert path.stat().st_size / 30_000 * ITEMS_MAX < trajectory_file.CSV_MAX
     assert np.array_equal(read(path).trajectory.accelerations, whole.accelerations)
     path = tmp_path / "never.csv"
     with pytest.raises(TrajectoryError, match=r"takes 100001 points .* a file holds 100000 and"):
         write_csv(path, Trajectory(["j1"], times, times[:, None]))
-    monkeypatch.setattr(files, "CSV_MAX", 2**20)
+    monkeypatch.setattr(trajectory_file, "CSV_MAX", 2**20)
     with pytest.raises(TrajectoryError, match=r"never\.csv: .* and 8\.\d MiB, .* and 1; split it"):
         write_csv(path, whole)
     assert not path.exists()

@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError, LimitError, ZoneError
 from bioscara.kinematics import Joints, Scara
-from bioscara.planning.jog import EXPIRY, Jog, JointVelocity, ToolVelocity
-from bioscara.planning.zones import Box, Cylinder, Scene
+from bioscara.planning.collision.scene import Box, Cylinder, Scene
+from bioscara.planning.motions.jog import EXPIRY, Jog, JointVelocity, ToolVelocity
 from planning.inside import touched
 from planning.limits import LIMITS
 from planning.scenes import ARM, COUNT, free_joints, random_scene

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from bioscara.kinematics import Geometry, Joints, Pose, Scara
-from bioscara.planning.joint_path import along
-from bioscara.planning.path import Arc, Joined, Line, Path
-from bioscara.planning.path_limits import look
+from bioscara.planning.paths.inverse_kinematics import along
+from bioscara.planning.paths.path import Arc, Joined, Line, Path
+from bioscara.planning.topp.constraints import look
 from planning.limits import LIMITS
 
 ARM = Scara(

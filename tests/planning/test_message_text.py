@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
 from bioscara.errors import TrajectoryError
-from bioscara.planning.message_text import DEPTH_MAX, first_document
+from bioscara.planning.files.ros_message_parser import DEPTH_MAX, first_document
 
 DATA = Path(__file__).parents[1] / "data"
 FILES = tuple((DATA / name).read_text() for name in ("planned_pilz_ptp.yaml",))

@@ -7,11 +7,11 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from bioscara.planning.bodies import WIDTHS, WRIST, Body, arm_of, frames, reaches
-from bioscara.planning.layout import Layout
-from bioscara.planning.nearby import Nearby
-from bioscara.planning.shapes import Prism
-from bioscara.planning.zones import Scene
+from bioscara.planning.collision.arm_bodies import WIDTHS, WRIST, Body, arm_of, frames, reaches
+from bioscara.planning.collision.broad_phase import Nearby
+from bioscara.planning.collision.scene import Scene
+from bioscara.planning.collision.scene_pairs import Layout
+from bioscara.planning.collision.shapes import Prism
 from planning.scenes import ARM, random_joints, random_scene
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
-from bioscara.planning.path import LEVER, Arc, Joined, Line, Path
+from bioscara.planning.paths.path import LEVER, Arc, Joined, Line, Path
 
 lengths = st.floats(-0.6, 0.6)
 poses = st.builds(Pose, lengths, lengths, st.floats(0.0, 0.4), st.floats(-4.0, 4.0))

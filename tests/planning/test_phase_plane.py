@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from bioscara.planning.phase_plane import Rows, fastest
+from bioscara.planning.topp.phase_plane import Rows, fastest
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.planning import Trajectory, check, point_to_point, state_to_state
-from bioscara.planning.double_s import durations, fastest, lasting
-from bioscara.planning.fit import stretched
-from bioscara.planning.profile import Bounds, Profile, State
+from bioscara.planning.profiles.double_s import durations, fastest, lasting
+from bioscara.planning.profiles.segments import Bounds, Profile, State
+from bioscara.planning.trajectory.retiming import stretched
 from planning.limits import LIMITS, NAMES
 
 GOAL = (-0.26026, 0.0179, 0.53642, -0.69014)

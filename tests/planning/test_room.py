@@ -10,9 +10,9 @@ import pytest
 
 from bioscara.errors import InvalidArgumentError, ZoneError
 from bioscara.kinematics import Joints
-from bioscara.planning.room import Room
-from bioscara.planning.sweep import SLACK
-from bioscara.planning.zones import Box, Scene
+from bioscara.planning.collision.scene import Box, Scene
+from bioscara.planning.collision.stop_guard import StopGuard
+from bioscara.planning.collision.swept import SLACK
 from planning.scenes import ARM, random_joints, random_scene
 
 COUNT = int(os.environ.get("BIOSCARA_RANDOM_MOVES", "1000"))
@@ -27,7 +27,7 @@ def clearances(scene: Scene, rows: np.ndarray) -> np.ndarray:
 
 def scene_reach() -> np.ndarray:
     """Return how far a point of the arm moves at most per movement of each joint."""
-    return np.array(Room(ARM, WALL).reach)
+    return np.array(StopGuard(ARM, WALL).reach)
 
 
 def test_it_agrees_with_a_dense_look_at_random_ways() -> None:
@@ -36,7 +36,7 @@ def test_it_agrees_with_a_dense_look_at_random_ways() -> None:
     passed = refused = 0
     while passed + refused < COUNT:
         scene = random_scene(rng)
-        room, before = Room(ARM, scene), np.array(random_joints(rng))
+        room, before = StopGuard(ARM, scene), np.array(random_joints(rng))
         for _ in range(10):
             step, way = rng.normal(size=(2, 4)) * [0.05, 0.01, 0.05, 0.1]
             here, rest = before + step, before + step + way * rng.uniform(0.0, 4.0)
@@ -59,7 +59,7 @@ def test_it_agrees_with_a_dense_look_at_random_ways() -> None:
 
 
 def test_ways_that_are_not_straight_pass_in_the_free_only() -> None:
-    room, near = Room(ARM, WALL), (0.36, *START[1:])
+    room, near = StopGuard(ARM, WALL), (0.36, *START[1:])
     room.check((START, START, (0.31, *START[1:])), together=False)
     room.check((near, near, near))
     with pytest.raises(ZoneError, match="wall"):
@@ -68,7 +68,7 @@ def test_ways_that_are_not_straight_pass_in_the_free_only() -> None:
 
 def test_what_is_nearer_already_may_leave_but_not_come_nearer() -> None:
     scene = Scene((Box("reader", (0.3, 0.45, 0.0), (0.7, 0.8, 0.6)),), margin=0.02)
-    room = Room(ARM, scene)
+    room = StopGuard(ARM, scene)
     assert scene.clearance(ARM, [START]) < 0.0
     away, nearer = (START.j1 - 0.1, *START[1:]), (START.j1 + 0.1, *START[1:])
     room.check((START, START, START))
@@ -83,4 +83,4 @@ def test_an_unknown_position_does_not_pass(value: float, which: int) -> None:
     states = [START, START, START]
     states[which] = START._replace(j4=value)
     with pytest.raises(InvalidArgumentError, match="finite"):
-        Room(ARM, WALL).check(states)
+        StopGuard(ARM, WALL).check(states)

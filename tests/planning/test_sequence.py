@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError, UnreachableError
 from bioscara.kinematics import Geometry, Joints, Pose, Scara, batch
-from bioscara.planning.blending import rounded
-from bioscara.planning.check import check
-from bioscara.planning.parameterisation import parameterise
-from bioscara.planning.path import Line
-from bioscara.planning.sequence import sequence
+from bioscara.planning.motions.sequence import sequence
+from bioscara.planning.motions.waypoints import Motion, Waypoint, approach, retract
+from bioscara.planning.paths.blending import rounded
+from bioscara.planning.paths.path import Line
 from bioscara.planning.tool_limits import ToolLimits
-from bioscara.planning.waypoints import Motion, Waypoint, approach, retract
+from bioscara.planning.topp.topp import parameterise
+from bioscara.planning.trajectory.validation import check
 from planning.limits import LIMITS
 
 ARM = Scara(Geometry(0.329476, 0.285, 0.135), LIMITS)

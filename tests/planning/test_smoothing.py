@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 from bioscara.kinematics import Joints, Pose, batch
 from bioscara.planning import Waypoint, check, linear, point_to_point, sequence
-from bioscara.planning.averaging import averaged, most_jerk
-from bioscara.planning.smoothing import Smoothed
+from bioscara.planning.moving_average import Smoothed
+from bioscara.planning.trajectory.averaging import averaged, most_jerk
 from planning.limits import LIMITS, NAMES
 from planning.scenes import ARM
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from bioscara.errors import TrajectoryError
 from bioscara.planning import Trajectory, check, fit
-from bioscara.planning.extrema import extrema
+from bioscara.planning.trajectory.extrema import extrema
 from planning.limits import LIMITS, NAMES
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from bioscara.kinematics import Joints
 from bioscara.planning import check, point_to_point
-from bioscara.planning.unfolding import OPEN, by_open_elbow, joined
+from bioscara.planning.collision.unfolding import OPEN, by_open_elbow, joined
 from planning.limits import LIMITS
 
 NAMES = tuple(limit.name for limit in LIMITS)

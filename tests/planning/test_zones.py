@@ -15,12 +15,12 @@ from hypothesis import strategies as st
 from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints
 from bioscara.planning import point_to_point
-from bioscara.planning.bodies import GRIPPER
-from bioscara.planning.layout import LINKS
-from bioscara.planning.scene_file import read_scene
-from bioscara.planning.shapes import Prism
-from bioscara.planning.trajectory import Trajectory
-from bioscara.planning.zones import Box, Cylinder, Scene
+from bioscara.planning.collision.arm_bodies import GRIPPER
+from bioscara.planning.collision.scene import Box, Cylinder, Scene
+from bioscara.planning.collision.scene_pairs import LINKS
+from bioscara.planning.collision.shapes import Prism
+from bioscara.planning.files.scene_file import read_scene
+from bioscara.planning.trajectory.trajectory import Trajectory
 from planning.inside import beyond, points_of, touched
 from planning.limits import LIMITS, NAMES
 from planning.scenes import ARM, COUNT, free_joints, random_joints, random_scene

@@ -13,9 +13,9 @@ from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Pose, Scara, batch
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, read
-from bioscara.planning.shapes import Prism
+from bioscara.planning.collision.scene import Box, Cylinder, Scene
+from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.tool_limits import FULL, ToolLimits
-from bioscara.planning.zones import Box, Cylinder, Scene
 from bioscara.report.plan_png import draw_plan, require_matplotlib, write_plan
 from bioscara.robot import kinematics_of
 

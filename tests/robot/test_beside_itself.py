@@ -14,11 +14,11 @@ from hypothesis import strategies as st
 from bioscara.errors import MotionCancelledError, ZoneError
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point
-from bioscara.planning.bodies import WIDTHS
-from bioscara.planning.jog import JointVelocity
-from bioscara.planning.shapes import Prism
-from bioscara.planning.standing import STAND
-from bioscara.planning.zones import Cylinder, Scene
+from bioscara.planning.collision.arm_bodies import WIDTHS
+from bioscara.planning.collision.goal_slack import STAND
+from bioscara.planning.collision.scene import Cylinder, Scene
+from bioscara.planning.collision.shapes import Prism
+from bioscara.planning.motions.jog import JointVelocity
 from bioscara.robot import Robot
 from bioscara.robot.planner import RESERVE, Planner
 from planning.scenes import COUNT

@@ -7,10 +7,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.robot.test_turn import NEAR, Gate, Other, Scene
+from tests.robot.test_call_arbiter import NEAR, Gate, Other, Scene
 
-from bioscara.control.faults import FaultKind
-from bioscara.control.supervisor import FaultState
+from bioscara.control.faults.kinds import FaultKind
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import (
     BusyError,
     FaultedError,

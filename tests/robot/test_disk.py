@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import pytest
 
-from bioscara.control.loop import Cycle, Loop
+from bioscara.control.loop.loop import Cycle, Loop
 from bioscara.drivers import Gripper, Pwm
 from bioscara.errors import GripperError, MotionCancelledError
 from bioscara.model import load_parameters
-from bioscara.planning.jog import JointVelocity
+from bioscara.planning.motions.jog import JointVelocity
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 

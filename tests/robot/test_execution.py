@@ -12,9 +12,9 @@ from bioscara.errors import GoalAbortedError, TrajectoryError, ZoneError
 from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
 from bioscara.planning import point_to_point
-from bioscara.planning.fit import stretched
-from bioscara.planning.waypoints import Waypoint
-from bioscara.planning.zones import Box, Scene
+from bioscara.planning.collision.scene import Box, Scene
+from bioscara.planning.motions.waypoints import Waypoint
+from bioscara.planning.trajectory.retiming import stretched
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 from bioscara.robot.planner import Plan

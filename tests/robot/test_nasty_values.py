@@ -13,8 +13,8 @@ import pytest
 from bioscara.kinematics import Joints, Pose
 from bioscara.model import load_parameters
 from bioscara.planning import Motion, ToolLimits, Trajectory, Waypoint, approach, retract
-from bioscara.planning.jog import JointVelocity, ToolVelocity
-from bioscara.planning.zones import Box, Cylinder, Scene
+from bioscara.planning.collision.scene import Box, Cylinder, Scene
+from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.robot import Robot
 from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.planner import Planner

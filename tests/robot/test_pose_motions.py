@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from bioscara.control.forward_command_controller import ForwardCommandController
+from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import (
     InvalidArgumentError,
     MotionCancelledError,
@@ -20,9 +20,9 @@ from bioscara.errors import (
 )
 from bioscara.kinematics import Pose, batch
 from bioscara.model import load_parameters
-from bioscara.planning.jog import JointVelocity, ToolVelocity
-from bioscara.planning.waypoints import Motion, Waypoint
-from bioscara.planning.zones import Box, Cylinder, Scene
+from bioscara.planning.collision.scene import Box, Cylinder, Scene
+from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+from bioscara.planning.motions.waypoints import Motion, Waypoint
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
 from bioscara.robot.poses import NamedPose

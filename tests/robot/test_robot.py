@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bioscara.control.faults import FaultKind
+from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import (
     BioscaraError,
     FaultedError,
@@ -28,7 +28,7 @@ from bioscara.errors import (
 )
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point
-from bioscara.planning.tool_speed import COMMANDED_SPEED
+from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
@@ -494,7 +494,7 @@ def _grid(trajectory: Trajectory) -> Iterator[float]:
 
 
 def test_a_goal_is_refused_by_a_controller_that_is_not_active(scene: Scene) -> None:
-    from bioscara.control.joint_trajectory import Goal, JointTrajectory  # noqa: PLC0415
+    from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory  # noqa: PLC0415
 
     stack = scene.robot._running()
     trajectory = point_to_point(NAMES, START, START, ARM.joints)

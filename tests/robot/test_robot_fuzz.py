@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 
 from bioscara.bus import Bus, FaultyBus, Transaction, When
-from bioscara.control.supervisor import FaultState
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.drivers import Gripper, Pwm, Quality
 from bioscara.errors import BioscaraError
 from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
-from bioscara.planning.jog import JointVelocity
+from bioscara.planning.motions.jog import JointVelocity
 from bioscara.protocol import Register, ResetCause
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot

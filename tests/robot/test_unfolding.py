@@ -9,7 +9,7 @@ from bioscara.errors import ZoneError
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
 from bioscara.planning import point_to_point
-from bioscara.planning.unfolding import OPEN
+from bioscara.planning.collision.unfolding import OPEN
 from bioscara.robot.planner import Planner
 
 ARM = load_parameters()

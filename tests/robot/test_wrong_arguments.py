@@ -11,8 +11,8 @@ import pytest
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
-from bioscara.planning.jog import ToolVelocity
-from bioscara.planning.waypoints import Waypoint
+from bioscara.planning.motions.jog import ToolVelocity
+from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 

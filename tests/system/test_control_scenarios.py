@@ -12,10 +12,9 @@ from pathlib import Path
 import pytest
 
 from bioscara.bus import FaultyBus
-from bioscara.control.faults import FaultKind
-from bioscara.control.joint_trajectory import Goal, JointTrajectory, Point, Status
-from bioscara.control.supervisor import FaultState
-from bioscara.drivers.session import SILENCE
+from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point, Status
+from bioscara.control.faults.kinds import FaultKind
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import (
     BioscaraError,
     FaultedError,
@@ -30,6 +29,7 @@ from bioscara.errors import (
 )
 from bioscara.hardware import State
 from bioscara.model import load_parameters
+from bioscara.protocol import SILENCE
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm

@@ -16,7 +16,7 @@ import pytest
 from tests.system.observed_arm import truth
 
 from bioscara.clock import MonotonicClock
-from bioscara.control.faults import FaultKind
+from bioscara.control.faults.kinds import FaultKind
 from bioscara.drivers import Joint
 from bioscara.errors import FaultedError, JointFaultError, NotEnabledError
 from bioscara.model import load_parameters

@@ -10,11 +10,11 @@ from contextlib import suppress
 import numpy as np
 import pytest
 
-from bioscara.control.forward_command_controller import ForwardCommandController
+from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import BioscaraError, MotionCancelledError
 from bioscara.kinematics import Joints, Pose
 from bioscara.planning import Trajectory, Waypoint
-from bioscara.planning.jog import JointVelocity, ToolVelocity
+from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.robot.planner import Plan
 from bioscara.robot.stack import HOLD
 from system.loads import NAMES, PARAMETERS, Loads, carried_on, speeds

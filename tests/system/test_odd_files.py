@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from bioscara.bus.recording import HEADER, read_recording
-from bioscara.drivers.width_file import read_width
+from bioscara.drivers.gripper.width_store import read_width
 from bioscara.errors import BioscaraError
 from bioscara.hardware import Urdf
 from bioscara.model import load_parameters
-from bioscara.planning.files import read
-from bioscara.planning.scene_file import read_scene
+from bioscara.planning.files.scene_file import read_scene
+from bioscara.planning.files.trajectory_file import read
 from bioscara.robot.teach_file import load_table
 from bioscara.robot.tools import fingers
 

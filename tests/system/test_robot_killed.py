@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 from tests.system.observed_arm import truth
 
-from bioscara.control.faults import FaultKind
+from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import FaultedError
 from bioscara.model import load_parameters
 from bioscara.robot import Robot

@@ -21,7 +21,7 @@ from bioscara.model.urdf import URDF
 viser = pytest.importorskip("viser", reason="pip install 'bioscara[view]': the 3D page")
 
 from bioscara.errors import ConfigurationError  # noqa: E402
-from bioscara.planning.zones import Box, Cylinder, Scene  # noqa: E402
+from bioscara.planning.collision.scene import Box, Cylinder, Scene  # noqa: E402
 from bioscara.viewer.page import Page  # noqa: E402
 from bioscara.viewer.tree import Tree  # noqa: E402
 from bioscara.viewer.zones import edges, solid  # noqa: E402

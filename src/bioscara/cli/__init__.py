@@ -1,13 +1,9 @@
-"""The command line: words go in, one arm moves, a person reads what happened.
+"""The command line: arguments go in, one arm moves, a person reads what happened.
 
-``arguments`` and ``shared_arguments`` know the words; one module per command does the work:
-``demo``, ``run``, ``move``, ``plan``, ``poses``, ``joints``, ``simulate``, ``view``, ``flash``.
-``arm`` is the one that is named, ``job`` what ``demo`` and ``run`` have in common, ``target`` where
-``plan`` and ``move`` go (``target_checks``), ``taught`` what has a name in the table, ``pictures``
-the files that they write. ``views``, ``table`` and ``observer`` show and record a motion without
-ever holding it up, ``output`` may go away, ``warned`` and ``latched`` tell what happened,
-``interruption`` turns Ctrl-C into a request, ``flashed`` is a joint that is flashed, seen from its
-bus, ``status`` is how it ends. Nothing heavy is imported before it is needed.
+Begin with ``commands``, one module each, and ``arguments``. ``connect`` opens the arm that is
+named, ``target`` is where ``plan`` and ``move`` go, ``job`` what ``demo`` and ``run`` have in
+common. ``live_view`` and ``observer`` show and record a motion without ever delaying it. Nothing
+heavy is imported before it is needed.
 """
 
 from __future__ import annotations
@@ -19,7 +15,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bioscara.cli.arguments import parse
-from bioscara.cli.status import Status
+from bioscara.cli.exit_status import Status
 from bioscara.errors import BioscaraError, HardwareError
 from bioscara.printing import printable
 

@@ -106,7 +106,7 @@ class Options(argparse.Namespace):
 
     def load_command(self) -> Callable[[Options], int]:
         """Import the module of the command and return what runs it."""
-        module = importlib.import_module(f"bioscara.cli.{self.command}")
+        module = importlib.import_module(f"bioscara.cli.commands.{self.command}")
         run: Callable[[Options], int] = module.run
         return run
 

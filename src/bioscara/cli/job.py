@@ -11,23 +11,23 @@ from typing import NamedTuple
 from bioscara import __version__
 from bioscara.cli import complain
 from bioscara.cli.arguments import Options
-from bioscara.cli.arm import open_arm
+from bioscara.cli.arm_warnings import Warnings
+from bioscara.cli.commands.joints import firmware
+from bioscara.cli.connect import open_arm
+from bioscara.cli.console import Output
+from bioscara.cli.exit_status import Status
+from bioscara.cli.fault_messages import acknowledge, require_noted, the_way_on
 from bioscara.cli.interruption import Interruption
-from bioscara.cli.joints import firmware
-from bioscara.cli.latched import acknowledge, require_noted, the_way_on
+from bioscara.cli.live_view import make_view
 from bioscara.cli.observer import Observer
-from bioscara.cli.output import Output
-from bioscara.cli.status import Status
-from bioscara.cli.views import make_view
-from bioscara.cli.warned import Warnings
-from bioscara.control.realtime import realtime
+from bioscara.control.loop.realtime import realtime
 from bioscara.drivers import Joint
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read, write_csv
 from bioscara.planning import fit as stretch
-from bioscara.planning.tool_speed import REDUCED_SPEED, reduced
-from bioscara.planning.zones import Scene
+from bioscara.planning.collision.scene import Scene
+from bioscara.planning.motions.tool_speed import REDUCED_SPEED, reduced
 from bioscara.report import CycleRecord, History, JointInfo, Outcome, RunFolder, Summary, png, text
 from bioscara.report.folder import TRAJECTORY, default_path
 from bioscara.robot import Robot, kinematics_of

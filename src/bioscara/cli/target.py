@@ -7,14 +7,14 @@ import math
 from bioscara.cli.arguments import Options
 from bioscara.cli.shared_arguments import START
 from bioscara.cli.target_checks import check_target
-from bioscara.cli.taught import by_name, taught
+from bioscara.cli.taught_table import by_name, taught
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose, Scara, batch
 from bioscara.model import ArmParameters
-from bioscara.planning.extrema import extrema
-from bioscara.planning.scene_file import read_scene
-from bioscara.planning.tool_speed import peak_tool_speed
-from bioscara.planning.zones import Scene
+from bioscara.planning.collision.scene import Scene
+from bioscara.planning.files.scene_file import read_scene
+from bioscara.planning.motions.tool_speed import peak_tool_speed
+from bioscara.planning.trajectory.extrema import extrema
 from bioscara.robot.planner import Plan, Planner
 
 

@@ -8,13 +8,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from bioscara.cli.arguments import Options
-from bioscara.cli.taught import by_name
+from bioscara.cli.taught_table import by_name
 from bioscara.errors import InvalidArgumentError, UnreachableError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
+from bioscara.planning.collision.goal_slack import STAND
+from bioscara.planning.collision.scene import Scene
 from bioscara.planning.limits import check_share
-from bioscara.planning.standing import STAND
-from bioscara.planning.zones import Scene
 from bioscara.robot.planner import Planner
 from bioscara.robot.tools import check_number
 

@@ -10,27 +10,26 @@ from contextlib import suppress
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers import Joint, await_power_up
-from bioscara.drivers.session import SILENCE
 from bioscara.errors import BioscaraError, HardwareError, HomingError
 from bioscara.hardware.axis import HALTED, Axis
-from bioscara.hardware.capacity import Capacity
+from bioscara.hardware.bus_budget import Capacity
+from bioscara.hardware.command_modes import MOTION, Mode
 from bioscara.hardware.component import HardwareComponent
-from bioscara.hardware.description import read_arm
-from bioscara.hardware.exchange import Exchange
+from bioscara.hardware.cyclic_io import Exchange
 from bioscara.hardware.lifecycle import State
-from bioscara.hardware.modes import MOTION, Mode
-from bioscara.hardware.stopping import stop_and_disable
-from bioscara.hardware.switching import (
+from bioscara.hardware.mode_switching import (
     check_capacity,
     check_homing,
     check_modes,
     doubts,
     plan_modes,
 )
+from bioscara.hardware.ros2_control_tags import read_arm
+from bioscara.hardware.safe_stop import stop_and_disable
 from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import JointParameters
 from bioscara.model.tags import ARM_COMPONENT
-from bioscara.protocol import Flags
+from bioscara.protocol import SILENCE, Flags
 
 _log = logging.getLogger(__name__)
 

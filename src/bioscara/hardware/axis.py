@@ -6,8 +6,9 @@ import math
 
 from bioscara.clock import Clock
 from bioscara.drivers import Joint, JointSample, Quality, Setpoint
-from bioscara.drivers.sample import UNKNOWN
+from bioscara.drivers.joint.sample import UNKNOWN
 from bioscara.errors import BioscaraError, JointError, JointLostError, JointResetError
+from bioscara.hardware.command_modes import MOTION, Mode
 from bioscara.hardware.homing import Homing
 from bioscara.hardware.interfaces import (
     HOME,
@@ -16,7 +17,6 @@ from bioscara.hardware.interfaces import (
     CommandInterface,
     StateInterface,
 )
-from bioscara.hardware.modes import MOTION, Mode
 from bioscara.protocol import Flags
 
 HALTED = int(Flags.STALL | Flags.NOTENABLED | Flags.FAULT)

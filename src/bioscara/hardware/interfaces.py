@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from bioscara.drivers import Quality
+from bioscara.drivers import Quality as Quality
 from bioscara.errors import BioscaraError
 
 POSITION, VELOCITY, HOME = "position", "velocity", "home"

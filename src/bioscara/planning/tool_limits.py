@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 
 from bioscara.arguments import number
 from bioscara.errors import InvalidArgumentError
-from bioscara.planning.tool_speed import REDUCED_SPEED
+from bioscara.planning.motions.tool_speed import REDUCED_SPEED
 
 LEAST = 1e-6
 """Least limit of the tool, in its unit; below it, a way of a metre takes days."""

@@ -24,3 +24,5 @@ from bioscara.protocol.enums import ResetCause as ResetCause
 from bioscara.protocol.registers import MAGIC as MAGIC
 from bioscara.protocol.registers import PROTOCOL as PROTOCOL
 from bioscara.protocol.registers import REGISTERS as REGISTERS
+from bioscara.protocol.registers import SILENCE as SILENCE
+from bioscara.protocol.registers import WATCHDOG_MS as WATCHDOG_MS

@@ -28,6 +28,10 @@ VELOCITY_STEP_RPM = 0.1
 PROTOCOL = 2
 """The newest version of the protocol."""
 
+WATCHDOG_MS = 60
+"""Silence after which a moving joint stops [ms]: three lost cycles of 50 Hz."""
+SILENCE = 1e-3 * WATCHDOG_MS
+"""The same [s]."""
 MAGIC = 0x4253
 """First two bytes of HELLO's answer, the letters ``SB`` in wire order."""
 

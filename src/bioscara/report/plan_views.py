@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bioscara.kinematics import Pose, Scara
-from bioscara.planning.zones import Scene, Zone
+from bioscara.planning.collision.scene import Scene, Zone
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

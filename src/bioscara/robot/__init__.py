@@ -3,7 +3,7 @@
 ``robot`` has the one object and its motions, ``connection`` what it is without them,
 ``pose_motions`` and ``planner`` the motions of the tool, ``looking`` what is seen of it,
 ``fault_handling`` engaging it and the way out of a fault, ``homing_rules`` which joints are homed
-together, ``gripper`` the jaws. ``turn`` lets one
+together, ``gripper`` the jaws. ``call_arbiter`` lets one
 call at a time use it. Behind them ``wiring`` finds the devices, ``stack`` wires everything above
 these, ``running`` keeps the loop going while something moves, ``records`` is what the joints said,
 ``pacing`` simulated time for people who watch. ``tools`` and ``poses`` are what has a name,

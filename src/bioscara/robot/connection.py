@@ -11,7 +11,7 @@ from typing import Self
 from bioscara.arguments import flag, number, shown
 from bioscara.bus import Bus
 from bioscara.clock import Clock
-from bioscara.control.schedule import require_rate
+from bioscara.control.manager.update_rate import require_rate
 from bioscara.drivers import Gripper, Joint
 from bioscara.errors import (
     HardwareError,
@@ -21,9 +21,10 @@ from bioscara.errors import (
     NotInitializedError,
 )
 from bioscara.hardware import ArmHardware, GripperHardware, State
-from bioscara.hardware.stopping import release
+from bioscara.hardware.safe_stop import release
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.protocol import Flags
+from bioscara.robot.call_arbiter import CallArbiter, exclusive
 from bioscara.robot.fault_handling import FaultHandling
 from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.pacing import PacedClock
@@ -31,7 +32,6 @@ from bioscara.robot.planner import Planner
 from bioscara.robot.records import Cancelled, Observe, ignore, never
 from bioscara.robot.running import Motion
 from bioscara.robot.stack import Stack
-from bioscara.robot.turn import Turn, exclusive
 from bioscara.robot.wiring import named, real_gripper, simulated
 
 FAULTS = Path("faults")
@@ -85,7 +85,7 @@ class Connection(FaultHandling):
             raise InvalidArgumentError(f"evidence is {shown(evidence)}; give the path of a folder")
         self.bus, self.clock = bus, clock
         self.parameters, self.description = parameters, description
-        self._turn = Turn()
+        self._turn = CallArbiter()
         self._arm = ArmHardware("bioscara_arm", bus, clock, parameters.joints)
         self._jaws = GripperHardware(
             "bioscara_gripper", "gripper", gripper or real_gripper(parameters, clock), clock

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bioscara.control.faults import Fault
-from bioscara.control.supervisor import FaultState
+from bioscara.control.faults.kinds import Fault
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import BioscaraError, HardwareError
 from bioscara.hardware import State
-from bioscara.hardware.stopping import release
+from bioscara.hardware.safe_stop import release
 from bioscara.protocol import Flags
+from bioscara.robot.call_arbiter import exclusive
 from bioscara.robot.looking import Looking
-from bioscara.robot.turn import exclusive
 
 
 class FaultHandling(Looking):

@@ -7,15 +7,15 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from bioscara.arguments import number
-from bioscara.control.goals import Status
-from bioscara.control.gripper_messages import GripperGoal, GripperResult
+from bioscara.control.controllers.goals import Status
+from bioscara.control.controllers.gripper_messages import GripperGoal, GripperResult
 from bioscara.errors import GoalRejectedError, GripperError, NotHomedError
 from bioscara.hardware import GripperHardware, State
 from bioscara.model import GripperParameters
 from bioscara.report import Phase
+from bioscara.robot.call_arbiter import CallArbiter, exclusive
 from bioscara.robot.running import Motion
 from bioscara.robot.stack import GRIPPER, Stack
-from bioscara.robot.turn import Turn, exclusive
 
 
 class RobotGripper:
@@ -38,7 +38,7 @@ class RobotGripper:
         self,
         hardware: GripperHardware,
         parameters: GripperParameters,
-        turn: Turn,
+        turn: CallArbiter,
         stack: Callable[[], Stack],
         motion: Callable[[], Motion],
         now: Callable[[], float],

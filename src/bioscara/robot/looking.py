@@ -6,13 +6,13 @@ import math
 from abc import ABC, abstractmethod
 
 from bioscara.clock import Clock
-from bioscara.control.joint_state_broadcaster import JointStates
+from bioscara.control.controllers.joint_state_broadcaster import JointStates
 from bioscara.errors import BioscaraError, NotHomedError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters
+from bioscara.robot.call_arbiter import CallArbiter
 from bioscara.robot.planner import Planner
 from bioscara.robot.stack import Stack
-from bioscara.robot.turn import Turn
 
 
 class Looking(ABC):
@@ -27,7 +27,7 @@ class Looking(ABC):
     clock: Clock
     parameters: ArmParameters
     plan: Planner
-    _turn: Turn
+    _turn: CallArbiter
 
     @abstractmethod
     def _running(self) -> Stack:

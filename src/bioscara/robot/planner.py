@@ -14,26 +14,26 @@ from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters
 from bioscara.model.parameters import JERK_TIME
 from bioscara.planning import Trajectory, check
-from bioscara.planning.averaging import averaged, most_jerk
-from bioscara.planning.cartesian import circular, linear
-from bioscara.planning.fit import stretch_factor, stretched
-from bioscara.planning.jog import Jog
+from bioscara.planning.collision.scene import Scene
+from bioscara.planning.collision.unfolding import by_open_elbow, joined
 from bioscara.planning.limits import check_share
-from bioscara.planning.point_to_point import point_to_point
-from bioscara.planning.sequence import sequence
-from bioscara.planning.tool_limits import FULL, ToolLimits
-from bioscara.planning.tool_speed import (
+from bioscara.planning.motions.cartesian import circular, linear
+from bioscara.planning.motions.jog import Jog
+from bioscara.planning.motions.point_to_point import point_to_point
+from bioscara.planning.motions.sequence import sequence
+from bioscara.planning.motions.tool_speed import (
     COMMANDED_SPEED,
     REDUCED_SPEED,
     UNPLANNED_SHARE,
     reduced,
 )
-from bioscara.planning.unfolding import by_open_elbow, joined
-from bioscara.planning.waypoints import Waypoint
-from bioscara.planning.zones import Scene
+from bioscara.planning.motions.waypoints import Waypoint
+from bioscara.planning.tool_limits import FULL, ToolLimits
+from bioscara.planning.trajectory.averaging import averaged, most_jerk
+from bioscara.planning.trajectory.retiming import stretch_factor, stretched
+from bioscara.robot.call_arbiter import CallArbiter, exclusive
 from bioscara.robot.poses import TeachTable
 from bioscara.robot.tools import Tool, fingers, kinematics_of
-from bioscara.robot.turn import Turn, exclusive
 
 RESERVE = 0.8
 """Share of a joint's acceleration that motions planned here use. With all of it a joint that slips
@@ -82,7 +82,7 @@ class Planner:
         self,
         parameters: ArmParameters,
         measured: Callable[[], Sequence[float]],
-        turn: Turn | None = None,
+        turn: CallArbiter | None = None,
         widths: Callable[[], tuple[float, float]] | None = None,
     ) -> None:
         self._tool = fingers(parameters)
@@ -91,7 +91,7 @@ class Planner:
         every = parameters.gripper.lower, parameters.gripper.upper
         self._widths = widths or (lambda: every)
         self._scene = self._surroundings = Scene(widths=every)
-        self._turn = turn or Turn()
+        self._turn = turn or CallArbiter()
         self._full_speed = False
         self._limits, self._measured = parameters.joints, measured
         self._periods = parameters.belt_periods

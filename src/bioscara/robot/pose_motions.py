@@ -6,11 +6,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 
 from bioscara.kinematics import Pose
-from bioscara.planning.jog import JointVelocity, ToolVelocity
-from bioscara.planning.waypoints import Waypoint
+from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+from bioscara.planning.motions.waypoints import Waypoint
+from bioscara.robot.call_arbiter import CallArbiter, exclusive
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.records import Cancelled, Observe, ignore, never
-from bioscara.robot.turn import Turn, exclusive
 
 Velocity = JointVelocity | ToolVelocity
 
@@ -27,7 +27,7 @@ class PoseMotions(ABC):
     """
 
     plan: Planner
-    _turn: Turn
+    _turn: CallArbiter
 
     @abstractmethod
     def _carry_out(

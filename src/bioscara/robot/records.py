@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from bioscara.control.loop import Cycle
+from bioscara.control.loop.loop import Cycle
 from bioscara.drivers import Quality as SampleQuality
 from bioscara.hardware.axis import Axis
 from bioscara.report import CycleRecord, JointRecord, Phase, Quality

@@ -6,15 +6,16 @@ import math
 from collections.abc import Callable, Sequence
 
 from bioscara.arguments import flag, shown
-from bioscara.control.goals import Status
+from bioscara.control.controllers.goals import Status
 from bioscara.errors import (
     HomingError,
     InvalidArgumentError,
     TrajectoryError,
 )
 from bioscara.planning import Trajectory
-from bioscara.planning.tool_speed import COMMANDED_SPEED, UNPLANNED_SHARE
+from bioscara.planning.motions.tool_speed import COMMANDED_SPEED, UNPLANNED_SHARE
 from bioscara.report import Phase
+from bioscara.robot.call_arbiter import exclusive
 from bioscara.robot.connection import Connection
 from bioscara.robot.homing_rules import joints_to_home
 from bioscara.robot.planner import Plan
@@ -22,7 +23,6 @@ from bioscara.robot.pose_motions import PoseMotions, Velocity
 from bioscara.robot.records import Cancelled, Observe, ignore, never
 from bioscara.robot.running import SETTLING
 from bioscara.robot.stack import HOMING, JOG, TRAJECTORY
-from bioscara.robot.turn import exclusive
 
 START_TOLERANCE = {"rad": math.radians(1.0), "m": 2e-3}
 """How far from its start a trajectory may find the arm: from there it is joined by a ramp."""

@@ -9,9 +9,9 @@ from typing import TypeVar
 
 from bioscara.arguments import function, number
 from bioscara.clock import Clock
-from bioscara.control.goals import Pursued, Status
-from bioscara.control.joint_trajectory import Goal, JointTrajectory
-from bioscara.control.supervisor import FaultState
+from bioscara.control.controllers.goals import Pursued, Status
+from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory
+from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import (
     GoalAbortedError,
     InvalidArgumentError,
@@ -20,9 +20,9 @@ from bioscara.errors import (
 )
 from bioscara.planning import Trajectory
 from bioscara.report import Phase
+from bioscara.robot.call_arbiter import CallArbiter
 from bioscara.robot.records import Cancelled, Observe, Recorder, ignore
 from bioscara.robot.stack import Stack
-from bioscara.robot.turn import Turn
 
 SETTLING = 0.3
 """How long the end of a trajectory is held, so that the arm is seen to rest there [s]."""
@@ -57,7 +57,7 @@ class Motion:
         origin: float,
         observe: Observe,
         cancelled: Cancelled,
-        turn: Turn,
+        turn: CallArbiter,
         speed: Callable[[], float],
         timeout: float | None = None,
     ) -> None:
@@ -88,7 +88,10 @@ class Motion:
             BioscaraError: What stopped the arm.
         """
         self._keep_speed()
-        now, message = self._clock.now(), Goal(JointTrajectory.of(trajectory), swept=True)
+        now, message = (
+            self._clock.now(),
+            Goal(JointTrajectory.of(trajectory), collision_checked=True),
+        )
         zero = now + until_start
         goal = self.pursue(
             lambda: self._stack.trajectory.send_goal(message, now), phase, zero, self._keep_speed

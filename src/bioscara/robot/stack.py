@@ -8,29 +8,29 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from bioscara.clock import Clock, MonotonicClock
-from bioscara.control.clearance import Clearance
-from bioscara.control.flight_record import FlightRecord
-from bioscara.control.following import allowed
-from bioscara.control.gripper_action_controller import GripperActionController
-from bioscara.control.hold_controller import HoldController
-from bioscara.control.homing_controller import HomingController
-from bioscara.control.jog_controller import JogController
-from bioscara.control.joint_state_broadcaster import JointStateBroadcaster
-from bioscara.control.joint_trajectory import JointTrajectoryController
-from bioscara.control.limiting import Limiter
-from bioscara.control.loop import Loop
-from bioscara.control.manager import ControllerManager
-from bioscara.control.realtime import sharpen_timers
-from bioscara.control.smoothing import Smoothing
-from bioscara.control.supervisor import Supervisor
-from bioscara.control.tool_speed import ToolSpeedCap
-from bioscara.control.watchdog import Watchdog
+from bioscara.control.controllers.gripper_action_controller import GripperActionController
+from bioscara.control.controllers.hold_controller import HoldController
+from bioscara.control.controllers.homing_controller import HomingController
+from bioscara.control.controllers.jog_controller import JogController
+from bioscara.control.controllers.joint_state_broadcaster import JointStateBroadcaster
+from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
+from bioscara.control.faults.flight_recorder import FlightRecord
+from bioscara.control.faults.following_error import allowed
+from bioscara.control.faults.supervisor import Supervisor
+from bioscara.control.limits.averaging import Smoothing
+from bioscara.control.limits.collision_guard import Clearance
+from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.tool_speed import ToolSpeedCap
+from bioscara.control.loop.loop import Loop
+from bioscara.control.loop.realtime import sharpen_timers
+from bioscara.control.loop.systemd import Watchdog
+from bioscara.control.manager.manager import ControllerManager
 from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, Mode, State
-from bioscara.hardware.capacity import Capacity, highest_rate
+from bioscara.hardware.bus_budget import Capacity, highest_rate
 from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters, JointParameters
-from bioscara.planning.tool_speed import COMMANDED_SPEED
-from bioscara.planning.zones import Scene
+from bioscara.planning.collision.scene import Scene
+from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
 
 C = TypeVar("C")
 

@@ -16,7 +16,7 @@ from bioscara.errors import ConfigurationError
 from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model.meshes import read_stl
 from bioscara.model.urdf import DESCRIPTION, URDF
-from bioscara.planning.zones import Scene
+from bioscara.planning.collision.scene import Scene
 from bioscara.viewer.guard import guarded
 from bioscara.viewer.tree import Tree
 from bioscara.viewer.zones import add_scene

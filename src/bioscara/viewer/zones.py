@@ -6,8 +6,8 @@ import numpy as np
 import numpy.typing as npt
 import viser
 
-from bioscara.planning.shapes import Prism
-from bioscara.planning.zones import Scene, Zone
+from bioscara.planning.collision.scene import Scene, Zone
+from bioscara.planning.collision.shapes import Prism
 
 _OUT, _IN, _TABLE = (214, 39, 40), (44, 160, 44), (150, 111, 71)
 _OPACITY = 0.35

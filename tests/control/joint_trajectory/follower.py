@@ -5,14 +5,14 @@ from __future__ import annotations
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from bioscara.control.joint_trajectory import (
+from bioscara.control.controllers.joint_trajectory import (
     Goal,
     GoalHandle,
     JointTrajectory,
     JointTrajectoryController,
     Point,
 )
-from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.hardware import CommandInterface, StateInterface
 from control.world import BOTH, LIMITS, NAMES, World
 

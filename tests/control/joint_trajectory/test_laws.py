@@ -10,14 +10,14 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from bioscara.control.joint_trajectory import ErrorCode, Point, Status
-from bioscara.control.joint_trajectory.course import Course
-from bioscara.control.joint_trajectory.messages import JointTrajectory, JointValues
-from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.joint_trajectory.player import Player
-from bioscara.control.joint_trajectory.requests import Request
-from bioscara.control.joint_trajectory.upsampling import upsampled
-from bioscara.control.joint_trajectory.validation import validate
+from bioscara.control.controllers.joint_trajectory import ErrorCode, Point, Status
+from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
+from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory, JointValues
+from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.controllers.joint_trajectory.requests import Request
+from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
+from bioscara.control.controllers.joint_trajectory.upsampling import upsampled
+from bioscara.control.controllers.joint_trajectory.validation import validate
 from bioscara.errors import GoalRejectedError, TrajectoryError
 from control.joint_trajectory.follower import BRAKES, MIDDLE, NOTHING, Follower, smooth
 from control.world import LIMITS, World
@@ -53,7 +53,7 @@ def test_the_curve_passes_through_every_point_as_far_as_that_is_given(
     drawn: tuple[int, list[Point]],
 ) -> None:
     fields, through = drawn
-    course = Course(through)
+    course = Interpolator(through)
     course.begin(JointValues((0.0, 0.0), (0.1, 0.1), (0.0, 0.0)), 0.0)
     for point in through:
         for time in (point.time - 1e-9, point.time):
@@ -69,7 +69,7 @@ def test_the_curve_passes_through_every_point_as_far_as_that_is_given(
 def test_the_lead_in_begins_in_the_start_state(
     through: list[Point], where: tuple[float, float], speed: tuple[float, float]
 ) -> None:
-    course = Course(through)
+    course = Interpolator(through)
     state = JointValues(where, speed, (0.0, 0.0))
     course.begin(state, -0.5)
     close(course.sample(-0.5).values, state, 3, 1e-9)
@@ -78,7 +78,7 @@ def test_the_lead_in_begins_in_the_start_state(
 @given(points(1, count=3))
 def test_an_upsampled_curve_is_twice_continuous_and_keeps_its_points(through: list[Point]) -> None:
     smoothed = upsampled(through)
-    course = Course(smoothed)
+    course = Interpolator(smoothed)
     for point, given_point in zip(smoothed, through, strict=True):
         assert point.positions == given_point.positions
     for point in smoothed[1:-1]:
@@ -106,15 +106,15 @@ def test_splicing_is_continuous_in_position_and_velocity(
     first[-1] = first[-1]._replace(velocities=(0.0, 0.0))
     second[-1] = second[-1]._replace(velocities=(0.0, 0.0))
     rest = JointValues((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
-    player = Player(parameters, PERIOD, rest.positions, 100.0)
-    player.waiting = Request(Course(first), 0.0, frozenset())
+    player = TrajectorySampler(parameters, PERIOD, rest.positions, 100.0)
+    player.waiting = Request(Interpolator(first), 0.0, frozenset())
     at = min(at, first[-1].time / scaling - 2 * PERIOD)
     cycles = max(round(at / PERIOD), 1)
     outputs = []
     for cycle in range(1, cycles + 120):
         now = 100.0 + cycle * PERIOD
         if cycle == cycles:
-            player.waiting = Request(Course(second), now + lead, frozenset())
+            player.waiting = Request(Interpolator(second), now + lead, frozenset())
         player.advance(now, PERIOD, rest)
         outputs.append((player.ahead(), player.course))
     steepness = {
@@ -139,8 +139,8 @@ def commands(
         "t", {"joints": ("a", "b"), "speed_scaling": {"initial_scaling_factor": scaling}}
     )
     rest = JointValues((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
-    player = Player(parameters, PERIOD, rest.positions, 0.0)
-    player.waiting = Request(Course(first), 0.0, frozenset())
+    player = TrajectorySampler(parameters, PERIOD, rest.positions, 0.0)
+    player.waiting = Request(Interpolator(first), 0.0, frozenset())
     outputs = []
     for cycle in range(cycles):
         player.waiting = others.get(cycle, player.waiting)
@@ -167,7 +167,7 @@ def test_joints_that_partial_goals_leave_out_are_commanded_as_if_none_had_come(
         requests = {}
         for index, each in enumerate(others, 1):
             start = (index * apart * PERIOD + lead) if lead else 0.0
-            requests[index * apart] = Request(Course(each), start, missing)
+            requests[index * apart] = Request(Interpolator(each), start, missing)
         return commands(first, requests, cycles, scaling)
 
     partial = run(frozenset({0}))
@@ -204,11 +204,11 @@ def test_what_is_accepted_fails_in_no_cycle(
         "t", {"joints": ("a", "b"), "allow_nonzero_velocity_at_trajectory_end": True}
     )
     here = JointValues((0.0, 0.0), (0.1, 0.1), (0.0, 0.0))
-    player = Player(parameters, PERIOD, here.positions, 100.0)
+    player = TrajectorySampler(parameters, PERIOD, here.positions, 100.0)
     sent = JointTrajectory(("a", "b"), (Point(time, *fields),), stamp)
-    running = Course([Point(0.0, (0.0, 0.0)), Point(1.0, (1.0, 1.0))])
+    running = Interpolator([Point(0.0, (0.0, 0.0)), Point(1.0, (1.0, 1.0))])
     try:
-        course = Course(validate(sent, parameters, 100.0, here.positions, here.positions, {}))
+        course = Interpolator(validate(sent, parameters, 100.0, here.positions, here.positions, {}))
     except (GoalRejectedError, TrajectoryError):
         return
     if again:
@@ -223,13 +223,13 @@ def test_what_is_accepted_fails_in_no_cycle(
 def test_partial_goals_that_never_cease_do_not_pile_up() -> None:
     first = [Point(0.0, (0.0, 0.0), (0.1, 0.0)), Point(100.0, (10.0, 0.0), (0.1, 0.0))]
     goals = {
-        cycle: Request(Course([Point(1.0, (9.0, 1.0))]), 0.0, frozenset({0}))
+        cycle: Request(Interpolator([Point(1.0, (9.0, 1.0))]), 0.0, frozenset({0}))
         for cycle in range(1, 3000)
     }
     assert commands(first, goals, 3000, 1.0)[-1].positions[0] == pytest.approx(3.0)
 
 
-def _steepness(course: Course) -> float:
+def _steepness(course: Interpolator) -> float:
     """Return the highest acceleration on a course, from a fine sampling, with room."""
     begin, end = course.begins, course.duration
     count = 60

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from bioscara.control.joint_trajectory import Gains, Point, Status
-from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.joint_trajectory.pid import Pid
+from bioscara.control.controllers.joint_trajectory import Gains, Point, Status
+from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.controllers.joint_trajectory.pid import Pid
 from bioscara.errors import ConfigurationError, GoalRejectedError, LimitError
 from bioscara.hardware import State
 from control.joint_trajectory.follower import NOTHING, TYPE, Follower, alone

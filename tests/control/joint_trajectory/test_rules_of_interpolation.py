@@ -10,10 +10,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from bioscara.control.joint_trajectory import Point, Status
-from bioscara.control.joint_trajectory.course import Course
-from bioscara.control.joint_trajectory.messages import JointTrajectory, JointValues
-from bioscara.control.joint_trajectory.upsampling import timed, upsampled
+from bioscara.control.controllers.joint_trajectory import Point, Status
+from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
+from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory, JointValues
+from bioscara.control.controllers.joint_trajectory.upsampling import timed, upsampled
 from bioscara.errors import GoalRejectedError
 from control.joint_trajectory.follower import NOTHING, Follower
 from control.world import NAMES
@@ -26,7 +26,7 @@ def test_rule_11_a_quintic_a_cubic_or_a_line_by_what_both_ends_have() -> None:
         Point(2.0, (3.0,), (0.0,), (0.0,)),
         Point(3.0, (4.0,), (0.0,), (0.0,)),
     ]
-    course = Course(points)
+    course = Interpolator(points)
     assert course.sample(0.25).values == JointValues((0.5,), (2.0,), (0.0,))
     cubic = course.sample(1.25).values
     assert cubic.positions == pytest.approx((2.0 + 3 * 0.25**2 - 2 * 0.25**3,))
@@ -34,7 +34,7 @@ def test_rule_11_a_quintic_a_cubic_or_a_line_by_what_both_ends_have() -> None:
     assert cubic.accelerations == pytest.approx((6 - 12 * 0.25,))
     quintic = course.sample(2.25).values
     assert quintic.positions == pytest.approx((3.0 + 10 * 0.25**3 - 15 * 0.25**4 + 6 * 0.25**5,))
-    line = Course([points[1], Point(3.0, (4.0,))]).sample(1.5).values
+    line = Interpolator([points[1], Point(3.0, (4.0,))]).sample(1.5).values
     assert line == JointValues((2.5,), (1.0,), (0.0,))
 
 
@@ -54,7 +54,7 @@ def test_rule_11_the_curve_is_the_polynomial_of_what_both_ends_have(
         for time in (begin, begin + 1.5)
     ]
     at = begin + 1.4999 * share
-    values = Course(ends).sample(at).values
+    values = Interpolator(ends).sample(at).values
     assert [value for (value,) in values] == pytest.approx(
         [float(each(at)) for each in derivatives], abs=1e-8
     )
@@ -62,7 +62,7 @@ def test_rule_11_the_curve_is_the_polynomial_of_what_both_ends_have(
 
 def test_rule_12_before_the_first_point_it_comes_from_the_start_state() -> None:
     state = JointValues((1.0,), (0.5,), (0.0,))
-    cubic, line = Course([Point(1.0, (2.0,), (0.0,))]), Course([Point(1.0, (2.0,))])
+    cubic, line = Interpolator([Point(1.0, (2.0,), (0.0,))]), Interpolator([Point(1.0, (2.0,))])
     for course in (cubic, line):
         course.begin(state, 0.0)
         assert course.sample(0.0).values.positions == (1.0,)
@@ -116,7 +116,7 @@ def test_rule_13_a_first_point_at_time_zero_is_stepped_to_within_the_limits(
 
 
 def test_rule_14_after_the_last_point_it_stays_there_at_rest() -> None:
-    course = Course([Point(0.0, (0.0,), (0.0,)), Point(1.0, (2.0,), (1.0,))])
+    course = Interpolator([Point(0.0, (0.0,), (0.0,)), Point(1.0, (2.0,), (1.0,))])
     assert course.sample(1.0).values == JointValues((2.0,), (1.0,), (0.0,))
     assert course.sample(1.5).values == JointValues((2.0,), (0.0,), (0.0,))
     assert course.sample(1.5).point == 2
@@ -124,7 +124,7 @@ def test_rule_14_after_the_last_point_it_stays_there_at_rest() -> None:
 
 def test_rule_15_without_interpolation_the_next_point_is_output() -> None:
     points = [Point(1.0, (1.0,)), Point(2.0, (2.0,)), Point(3.0, (5.0,))]
-    course = Course(points, interpolate=False)
+    course = Interpolator(points, interpolate=False)
     course.begin(JointValues((0.5,), (9.0,), (0.0,)), 0.0)
     outputs = [course.sample(time).values.positions[0] for time in (0.0, 0.9, 1.1, 2.5, 3.5)]
     assert outputs == [0.5, 0.5, 2.0, 5.0, 5.0]
@@ -265,7 +265,7 @@ def test_rule_19_positions_alone_get_the_velocities_of_a_smooth_spline() -> None
     assert smooth[0].velocities == smooth[-1].velocities == (0.0, 0.0)
     assert [point.velocities[1] for point in smooth] == [0.0] * 5
     assert [point._replace(velocities=()) for point in smooth] == points
-    course = Course(smooth)
+    course = Interpolator(smooth)
     for time, _ in rows[1:-1]:
         left, right = course.sample(time - 1e-9).values, course.sample(time + 1e-9).values
         assert left.velocities == pytest.approx(right.velocities, abs=1e-6)

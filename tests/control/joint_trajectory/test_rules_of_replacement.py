@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from bioscara.control.joint_trajectory import (
+from bioscara.control.controllers.joint_trajectory import (
     ErrorCode,
     Goal,
     JointTrajectory,
@@ -16,8 +16,8 @@ from bioscara.control.joint_trajectory import (
     Status,
     Tolerance,
 )
-from bioscara.control.joint_trajectory.course import Course
-from bioscara.control.joint_trajectory.messages import JointValues
+from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
+from bioscara.control.controllers.joint_trajectory.messages import JointValues
 from bioscara.errors import GoalRejectedError
 from control.joint_trajectory.follower import BRAKES, NOTHING, Follower, alone, smooth
 from control.world import LIMITS, NAMES
@@ -141,7 +141,7 @@ def test_rule_20_a_ramp_to_rest_is_replaced_at_once(follower: Callable[..., Foll
 
 
 def test_rule_20_one_that_is_over_when_it_is_taken_leaves_the_joints_at_its_end() -> None:
-    course = Course([Point(0.0, (0.0,), (0.0,)), Point(1.0, (2.0,), (0.0,))])
+    course = Interpolator([Point(0.0, (0.0,), (0.0,)), Point(1.0, (2.0,), (0.0,))])
     now = 1.0 - 5e-7
     course.begin(JointValues((0.5,), (0.0,), (0.0,)), now, bridge=True)
     assert course.sample(now).values.positions == pytest.approx((2.0,))

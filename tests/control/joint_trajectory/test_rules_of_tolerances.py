@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import pytest
 
-from bioscara.control.joint_trajectory import (
+from bioscara.control.controllers.joint_trajectory import (
     ErrorCode,
     Goal,
     JointTrajectory,
@@ -14,10 +14,13 @@ from bioscara.control.joint_trajectory import (
     Status,
     Tolerance,
 )
-from bioscara.control.joint_trajectory.judging import Judge, Verdict
-from bioscara.control.joint_trajectory.messages import JointValues
-from bioscara.control.joint_trajectory.parameters import Constraints
-from bioscara.control.joint_trajectory.tolerances import (
+from bioscara.control.controllers.joint_trajectory.messages import JointValues
+from bioscara.control.controllers.joint_trajectory.parameters import Constraints
+from bioscara.control.controllers.joint_trajectory.tolerance_monitor import (
+    ToleranceMonitor,
+    Verdict,
+)
+from bioscara.control.controllers.joint_trajectory.tolerances import (
     Tolerances,
     Violation,
     choose,
@@ -47,7 +50,7 @@ def test_rule_29_what_is_0_is_not_checked_and_a_joint_that_moves_has_not_arrived
 
     def at_end(speed: float) -> Verdict | None:
         error = JointValues((9.0, -9.0), (0.0, speed), (9.0, 9.0))
-        judge = Judge(JOINTS, default, 0.0, velocity=True)
+        judge = ToleranceMonitor(JOINTS, default, 0.0, velocity=True)
         assert judge.on_the_way(error, 1.0) is None
         return judge.at_the_end(error, 5.0)
 

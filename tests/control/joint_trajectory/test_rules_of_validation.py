@@ -7,11 +7,11 @@ from collections.abc import Callable
 
 import pytest
 
-from bioscara.control.joint_trajectory import Goal, JointTrajectory, Point, Status
-from bioscara.control.joint_trajectory.course import Course
-from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.joint_trajectory.splicing import Spliced
-from bioscara.control.joint_trajectory.validation import validate
+from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point, Status
+from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
+from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.controllers.joint_trajectory.splicing import Spliced
+from bioscara.control.controllers.joint_trajectory.validation import validate
 from bioscara.errors import GoalRejectedError
 from control.joint_trajectory.follower import NOTHING, Follower
 from control.world import BOTH, LIMITS, NAMES
@@ -388,8 +388,8 @@ def test_rule_10_they_go_on_also_where_the_new_one_began_in_the_past(
 
 
 def test_rule_10_the_new_ones_joints_wait_at_their_end_for_the_others() -> None:
-    running = Course([Point(0.0, (0.0, 0.0), (1.0, 1.0)), Point(4.0, (4.0, 4.0), (0.0, 0.0))])
-    new = Course([Point(1.0, (5.0, 9.0), (0.0, 0.0)), Point(2.0, (6.0, 9.0), (0.0, 0.0))])
+    running = Interpolator([Point(0.0, (0.0, 0.0), (1.0, 1.0)), Point(4.0, (4.0, 4.0), (0.0, 0.0))])
+    new = Interpolator([Point(1.0, (5.0, 9.0), (0.0, 0.0)), Point(2.0, (6.0, 9.0), (0.0, 0.0))])
     spliced = Spliced(new, {1}, running, 1.0)
     assert (spliced.duration, spliced.end) == (3.0, (6.0, 4.0))
     for time in (1.0, 1.7, 2.0, 2.5, 3.0):

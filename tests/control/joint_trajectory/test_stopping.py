@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bioscara.control.joint_trajectory import JointTrajectory
-from bioscara.control.joint_trajectory.course import Course
-from bioscara.control.joint_trajectory.messages import JointValues
-from bioscara.control.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.joint_trajectory.player import Player
-from bioscara.control.joint_trajectory.requests import Request
-from bioscara.control.joint_trajectory.stopping import Braked
+from bioscara.control.controllers.joint_trajectory import JointTrajectory
+from bioscara.control.controllers.joint_trajectory.braking import Braked
+from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
+from bioscara.control.controllers.joint_trajectory.messages import JointValues
+from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.controllers.joint_trajectory.requests import Request
+from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
 from bioscara.planning import point_to_point
 from bioscara.robot.planner import RESERVE
 from planning.limits import LIMITS, NAMES
@@ -35,7 +35,7 @@ def test_it_stays_on_the_curve_within_the_decelerations(
     rng = np.random.default_rng(seed)
     move = point_to_point(NAMES, random_joints(rng), random_joints(rng), PLANNED)
     begin = share * move.duration
-    ramp = Braked(Course(JointTrajectory.of(move).points), begin, pace, MOST, PERIOD)
+    ramp = Braked(Interpolator(JointTrajectory.of(move).points), begin, pace, MOST, PERIOD)
     instants = np.arange(0.0, ramp.duration + 0.05, 1e-3)
     values = [ramp.sample(float(instant)).values for instant in instants]
     positions, speeds, gains = (np.array([value[field] for value in values]) for field in range(3))
@@ -59,7 +59,7 @@ def test_it_stays_on_the_curve_within_the_decelerations(
 
 def test_it_takes_as_long_as_the_slowest_joint_needs() -> None:
     move = point_to_point(NAMES, (-2.0, 0.2, -1.0, 0.0), (2.0, 0.2, 1.0, 1.0), LIMITS)
-    course, cruise = Course(JointTrajectory.of(move).points), move.duration / 2.0
+    course, cruise = Interpolator(JointTrajectory.of(move).points), move.duration / 2.0
     speeds = course.sample(cruise).values.velocities
     ramp = Braked(course, cruise, 1.0, MOST, PERIOD)
     needed = max(abs(speed) / most for speed, most in zip(speeds, MOST, strict=True))
@@ -70,20 +70,22 @@ def test_it_takes_as_long_as_the_slowest_joint_needs() -> None:
 @pytest.mark.parametrize("begin", [-1.0, 0.0, 1e3])
 def test_where_nothing_moves_nothing_begins(begin: float, pace: float) -> None:
     move = point_to_point(NAMES, (0.0, 0.2, 0.0, 0.0), (1.0, 0.2, 1.0, 1.0), LIMITS)
-    course = Course(JointTrajectory.of(move).points)
+    course = Interpolator(JointTrajectory.of(move).points)
     ramp = Braked(course, begin, pace, MOST, PERIOD)
     assert ramp.sample(0.0).values.positions == pytest.approx(course.sample(begin).values.positions)
     assert ramp.end == pytest.approx(ramp.sample(1e3).values.positions)
 
 
 @pytest.mark.parametrize("line", range(12))
-@pytest.mark.parametrize("swept", [True, False])
-def test_an_interrupted_beginning_of_it_can_be_begun_again(line: int, *, swept: bool) -> None:
+@pytest.mark.parametrize("collision_checked", [True, False])
+def test_an_interrupted_beginning_of_it_can_be_begun_again(
+    line: int, *, collision_checked: bool
+) -> None:
     move = point_to_point(NAMES, (0.0, 0.2, 0.0, 0.0), (1.0, 0.2, 1.0, 1.0), PLANNED)
     begin = move.sample_many(np.array([0.0]))[0][0]
-    player = Player(JointTrajectoryParameters(joints=NAMES), PERIOD, begin, 0.0)
-    course = Course(JointTrajectory.of(move).points)
-    player.waiting = Request(course, 0.0, frozenset(), swept=swept)
+    player = TrajectorySampler(JointTrajectoryParameters(joints=NAMES), PERIOD, begin, 0.0)
+    course = Interpolator(JointTrajectory.of(move).points)
+    player.waiting = Request(course, 0.0, frozenset(), collision_checked=collision_checked)
     nowhere = JointValues(tuple(begin), (0.0,) * 4, (0.0,) * 4)
     times = PERIOD * np.arange(1, 500)
     left = line
@@ -120,7 +122,7 @@ def test_an_interrupted_beginning_of_it_can_be_begun_again(line: int, *, swept: 
 
 def test_where_it_takes_a_least_time_the_pace_bends_gradually() -> None:
     move = point_to_point(NAMES, (-0.5, 0.2, 0.3, 0.0), (0.5, 0.2, 0.3, 0.0), PLANNED, speed=0.3)
-    course, cruise, least = Course(JointTrajectory.of(move).points), move.duration / 2.0, 0.27
+    course, cruise, least = Interpolator(JointTrajectory.of(move).points), move.duration / 2.0, 0.27
     ramp = Braked(course, cruise, 1.0, MOST, PERIOD, least)
     assert ramp.duration == pytest.approx(least, abs=3 * PERIOD)
     speeds = [ramp.sample(t).values.velocities[0] for t in np.arange(0.0, 0.4, PERIOD)]

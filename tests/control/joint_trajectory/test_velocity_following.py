@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bioscara.control.joint_trajectory import Goal, JointTrajectory, Status
+from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Status
 from bioscara.planning import read
 from control.joint_trajectory.follower import Follower
 from control.world import NAMES, World

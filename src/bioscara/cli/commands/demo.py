@@ -1,0 +1,29 @@
+"""``bioscara demo``."""
+
+from __future__ import annotations
+
+from importlib.resources import as_file, files
+
+from bioscara.cli.arguments import Options
+from bioscara.cli.job import prepare, run_job
+from bioscara.model import load_parameters
+from bioscara.planning.collision.scene import Scene
+
+
+def run(options: Options) -> int:
+    """Home the arm, follow the trajectory that comes with the package, report.
+
+    Raises:
+        BioscaraError: Something was in the way before anything moved.
+    """
+    parameters = load_parameters()
+    with as_file(files("bioscara.cli").joinpath("demo.csv")) as path:
+        plan = prepare(
+            path,
+            "demo",
+            "demonstration: lower, lift, swing over",
+            parameters,
+            Scene(),
+            full_speed=options.full_speed,
+        )
+    return run_job(plan, parameters, options)

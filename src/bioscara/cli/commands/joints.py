@@ -1,0 +1,81 @@
+"""``bioscara joints``."""
+
+from __future__ import annotations
+
+from bioscara.cli import complain
+from bioscara.cli.arguments import Options
+from bioscara.cli.connect import open_arm
+from bioscara.cli.console import Output
+from bioscara.cli.exit_status import Status
+from bioscara.drivers import Joint, await_power_up
+from bioscara.errors import BioscaraError, BusUnavailableError
+from bioscara.model import load_parameters
+from bioscara.protocol import Capability, Flags
+
+_HEADINGS = ("joint", "address", "firmware", "flags", "homed", "reset", "fault", "errors")
+
+
+def run(options: Options) -> int:
+    """List the joints; nothing moves.
+
+    Raises:
+        BusUnavailableError: The bus cannot be opened.
+        OSError: Standard output cannot be written.
+    """
+    output = Output()
+    robot = open_arm(options, load_parameters())
+    output.line(f"arm: {robot.description}")
+    missing: list[str] = []
+    rows: list[tuple[str, ...]] = [_HEADINGS]
+    with robot.bus:
+        addresses = {joint.name: joint.parameters.address for joint in robot.joints}
+        await_power_up(robot.bus, robot.clock, addresses, complain)
+        for joint in robot.joints:
+            try:
+                joint.init()
+                rows.append(_row(joint))
+            except BusUnavailableError:
+                raise
+            except BioscaraError as error:
+                missing.append(f"{joint.name}: {str(error).removeprefix(f'{joint.name}: ')}")
+                # Who said hello is there, though it is another joint or too new to talk to.
+                who = "missing" if joint.hello is None else firmware(joint)
+                rows.append((joint.name, f"{joint.parameters.address:#04x}", who, *"-----"))
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    for row in rows:
+        cells = zip(row, widths, strict=True)
+        output.line("  ".join(cell.ljust(width) for cell, width in cells).rstrip())
+    for sentence in missing:
+        complain(sentence)
+    output.check()
+    return Status.FAILED if missing else Status.OK
+
+
+def _row(joint: Joint) -> tuple[str, ...]:
+    flags = Flags(joint.get_flags())
+    reset, fault, errors = "not told", "not told", "not told"
+    if joint.hello is not None:
+        report = joint.get_fault()
+        reset = joint.hello.reset_cause.name.lower().replace("_", " ")
+        fault = "none" if report.fault == "NONE" else f"{report.fault} ({report.data:g})"
+        errors = f"{report.crc_errors} broken, {report.refusals} refused"
+        if joint.hello.capabilities & Capability.BUS_ERRORS:
+            errors += f", {joint.get_bus_errors()} of the bus"
+    return (
+        joint.name,
+        f"{joint.parameters.address:#04x}",
+        firmware(joint),
+        " ".join(flag.name or "" for flag in flags) or "none",
+        "no" if flags & Flags.NOTHOMED else "yes",
+        reset,
+        fault,
+        errors,
+    )
+
+
+def firmware(joint: Joint) -> str:
+    """Return which protocol and firmware a joint has, in words."""
+    if joint.hello is None:
+        return "protocol 1"
+    major, minor = joint.hello.firmware
+    return f"protocol {joint.hello.protocol}, firmware {major}.{minor}"

@@ -1,0 +1,84 @@
+"""``bioscara move``."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+
+from bioscara.cli import complain
+from bioscara.cli.arguments import Options
+from bioscara.cli.arm_warnings import Warnings
+from bioscara.cli.connect import open_arm
+from bioscara.cli.console import Output
+from bioscara.cli.exit_status import Status
+from bioscara.cli.fault_messages import acknowledge, require_noted, the_way_on
+from bioscara.cli.interruption import Interruption
+from bioscara.cli.plots import require_files, write_picture, write_trajectory
+from bioscara.cli.target import describe, plan_target, target_planner
+from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
+from bioscara.model import load_parameters
+from bioscara.report import CycleRecord
+from bioscara.robot import Robot
+
+
+def run(options: Options) -> int:
+    """Home the arm where need be, move it to a target and release it.
+
+    Raises:
+        BioscaraError: It could not be moved there, and nothing moved.
+        OSError: Standard output cannot be written.
+    """
+    require_files(options)
+    parameters, output = load_parameters(), Output()
+    wanted = target_planner(options, parameters)
+    robot = open_arm(options, parameters)
+    robot.plan.table, robot.plan.scene = wanted.table, wanted.scene
+    robot.plan.use_tool(options.tool)
+    with Interruption() as cancelled, robot:
+        output.line(f"arm: {robot.description}")
+        require_noted(robot, options)
+        acknowledge(robot, output.line)
+        output.line("homing the joints that are not homed")
+        warnings = Warnings(robot)
+        try:
+            status = _move(robot, options, cancelled, output)
+        finally:
+            for sentence in warnings.fresh():
+                output.line(sentence)
+        if status is not Status.OK:
+            return status
+        x, y, z, yaw = robot.pose
+        output.line(f"tool at ({x:z.4f}, {y:z.4f}, {z:z.4f}) m, yaw {math.degrees(yaw):z.1f} deg")
+    output.check()
+    return Status.OK
+
+
+def _move(robot: Robot, options: Options, cancelled: Interruption, output: Output) -> Status:
+    """Home the arm and move it; complain of what stopped it.
+
+    Raises:
+        InvalidArgumentError: It was refused before anything moved.
+    """
+    last: deque[CycleRecord] = deque(maxlen=1)
+    try:
+        robot.home(last.append, cancelled)
+        plan = plan_target(robot.plan, options)
+        for line in describe(plan, robot.kinematics):
+            output.line(line)
+        if options.csv is not None:
+            output.line(write_trajectory(options.csv, plan.trajectory))
+        if options.plot is not None:
+            picture = write_picture(options.plot, plan, robot.plan, robot.parameters, "move")
+            output.line(picture)
+        robot.execute(plan, last.append, cancelled)
+    except MotionCancelledError as error:
+        complain(f"{error}; all joints were stopped and disabled")
+        return Status.INTERRUPTED
+    except BioscaraError as error:
+        # No cycle of a motion was seen: nothing moved yet.
+        if isinstance(error, InvalidArgumentError) and not last:
+            raise
+        told = robot.faults[0] if robot.faults else error
+        complain(f"{told}{the_way_on(robot)}; all joints were stopped and disabled")
+        return Status.FAILED
+    return Status.OK

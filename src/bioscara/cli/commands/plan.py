@@ -1,0 +1,30 @@
+"""``bioscara plan``."""
+
+from __future__ import annotations
+
+from bioscara.cli.arguments import Options
+from bioscara.cli.console import Output
+from bioscara.cli.exit_status import Status
+from bioscara.cli.plots import require_files, write_picture, write_trajectory
+from bioscara.cli.target import describe, plan_target, target_planner
+from bioscara.model import load_parameters
+
+
+def run(options: Options) -> int:
+    """Plan a motion and tell about it; no arm is needed and nothing moves.
+
+    Raises:
+        BioscaraError: It cannot be planned.
+    """
+    require_files(options)
+    parameters, output = load_parameters(), Output()
+    planner = target_planner(options, parameters)
+    plan = plan_target(planner, options)
+    for line in describe(plan, planner.kinematics):
+        output.line(line)
+    if options.csv is not None:
+        output.line(write_trajectory(options.csv, plan.trajectory))
+    if options.plot is not None:
+        output.line(write_picture(options.plot, plan, planner, parameters, "plan"))
+    output.check()
+    return Status.OK

@@ -1,0 +1,175 @@
+"""``bioscara poses``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import nullcontext
+from dataclasses import replace
+from pathlib import Path
+
+from bioscara.cli.arguments import Options
+from bioscara.cli.connect import open_arm
+from bioscara.cli.console import Output
+from bioscara.cli.exit_status import Status
+from bioscara.cli.plots import require_drawing, write_picture
+from bioscara.cli.target import planner_from
+from bioscara.cli.taught_table import by_name, taught
+from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
+from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.model import ArmParameters, load_parameters
+from bioscara.robot.poses import BUILT_IN, NamedPose
+from bioscara.robot.teach_file import changing, load_table, save_table
+from bioscara.robot.tools import fingers, kinematics_with
+
+_JOINTS = "joints [rad m rad rad]"
+_PLACE = "tool at [m m m rad]"
+
+
+def run(options: Options) -> int:
+    """List, show, save or delete poses; nothing moves.
+
+    Raises:
+        InvalidArgumentError: There is no such pose or tool, or the arm cannot take it.
+        ConfigurationError: The file cannot be read or written.
+        BioscaraError: The arm does not tell where it is.
+        OSError: Standard output cannot be written.
+    """
+    output, parameters = Output(), load_parameters()
+    actions = {"list": _list, "show": _show, "save": _save, "delete": _delete}
+    with changing(options.table) if options.action in {"save", "delete"} else nullcontext():
+        lines = actions[options.action](options, parameters)
+    for line in lines:
+        output.line(line)
+    output.check()
+    return Status.OK
+
+
+def _list(options: Options, parameters: ArmParameters) -> list[str]:
+    table = taught(options, fingers(parameters))
+    poses = [("pose", _JOINTS, _PLACE, "tool", "calibration")]
+    poses += [
+        (
+            pose.name,
+            _numbers(pose.joints),
+            _numbers(pose.pose_tool_in_base),
+            pose.tool,
+            pose.calibration or "-",
+        )
+        for pose in table.all_poses()
+    ]
+    tools = [("tool", "offset in the flange [m m m rad]", "mass [kg]")]
+    tools += [
+        (tool.name, _numbers(tool.pose_tool_in_flange), f"{tool.mass:g}")
+        for tool in table.all_tools()
+    ]
+    lines = [*_columns(poses), "", *_columns(tools)]
+    if not options.table.exists():
+        lines += ["", f"{options.table} does not exist: these are what every arm has"]
+    return lines
+
+
+def _show(options: Options, parameters: ArmParameters) -> list[str]:
+    require_drawing(options.plot)
+    table = taught(options, fingers(parameters))
+    pose = by_name(options, table.pose, options.name)
+    tool = table.tool(pose.tool)
+    arm = kinematics_with(parameters, tool)
+    lines = [f"pose {pose.name}, {'built in' if pose in BUILT_IN else f'from {options.table}'}"]
+    joints, place, problem = pose.joints, pose.pose_tool_in_base, ""
+    if joints is not None:
+        place, problem = arm.forward(joints), "; ".join(arm.beyond(joints))
+    elif place is not None:
+        joints, problem = _reached(arm, place)
+    rows = [
+        (_JOINTS if pose.joints is not None else f"one way, {_JOINTS}", _numbers(joints)),
+        (_PLACE, _numbers(place)),
+        ("tool", f"{tool.name}, {tool.mass:g} kg"),
+        ("calibration", pose.calibration or "-"),
+        ("the arm can", "take it" if not problem else f"not take it: {problem}"),
+    ]
+    lines += [f"  {line}" for line in _columns(rows)]
+    if options.plot is not None:
+        lines += [_drawn(options.plot, pose, options, parameters)]
+    return lines
+
+
+def _drawn(path: Path, pose: NamedPose, options: Options, parameters: ArmParameters) -> str:
+    """Draw the motion to a pose; return the sentence that says so.
+
+    Raises:
+        InvalidArgumentError: The arm cannot go there, or the file cannot be written.
+    """
+    planner = planner_from(options, parameters)
+    planner.use_tool(pose.tool)
+    plan = planner.named(pose.name)
+    return write_picture(path, plan, planner, parameters, f"pose {pose.name}")
+
+
+def _reached(arm: Scara, place: Pose) -> tuple[Joints | None, str]:
+    """Return the joints that reach a place from the middle, or why there are none."""
+    centre = Joints(*(0.5 * (limit.lower + limit.upper) for limit in arm.limits))
+    try:
+        return arm.solve(place, centre), ""
+    except UnreachableError as error:
+        return None, str(error)
+
+
+def _save(options: Options, parameters: ArmParameters) -> list[str]:
+    table = taught(options, fingers(parameters))
+    arm = kinematics_with(parameters, by_name(options, table.tool, options.tool))
+    joints, place, problem = None, None, ""
+    if options.pose is not None:
+        place = Pose(*options.pose)
+    else:
+        joints = _here(options, parameters) if options.joints is None else Joints(*options.joints)
+    pose = NamedPose(options.name, joints, place, options.tool, options.calibration)
+    if joints is not None:
+        place, problem = arm.forward(joints), "; ".join(arm.beyond(joints))
+        pose = replace(pose, pose_tool_in_base=place)
+    elif place is not None:
+        problem = _reached(arm, place)[1]
+    if problem:
+        raise InvalidArgumentError(f"pose {options.name} is not saved: {problem}")
+    changed = table.with_pose(pose)
+    save_table(options.table, changed)
+    return [f"saved {options.name} to {options.table}: tool {options.tool} at {place}"]
+
+
+def _delete(options: Options, parameters: ArmParameters) -> list[str]:
+    built_in = any(pose.name == options.name for pose in BUILT_IN)
+    # That a pose is built in is the better answer, also where there is no file.
+    table = (
+        taught(options, fingers(parameters))
+        if built_in
+        else load_table(options.table, fingers(parameters))
+    )
+    save_table(options.table, table.without_pose(options.name))
+    return [f"deleted {options.name} from {options.table}"]
+
+
+def _here(options: Options, parameters: ArmParameters) -> Joints:
+    """Return where the joints of the arm are.
+
+    Raises:
+        InvalidArgumentError: It is not homed.
+    """
+    with open_arm(options, parameters) as robot:
+        try:
+            return robot.plan.here()
+        except NotHomedError as error:
+            raise InvalidArgumentError(
+                f"pose {options.name} is not saved: {error.joint} is not homed, so it does not "
+                "know where it is; 'bioscara move --name center' homes the arm, and moves it"
+            ) from error
+
+
+def _numbers(values: Joints | Pose | None) -> str:
+    return "-" if values is None else " ".join(f"{value:+z.4f}" for value in values)
+
+
+def _columns(rows: Sequence[tuple[str, ...]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
+        for row in rows
+    ]

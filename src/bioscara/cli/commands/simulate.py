@@ -1,0 +1,26 @@
+"""``bioscara simulate``."""
+
+from __future__ import annotations
+
+from bioscara.cli.arguments import Options
+from bioscara.cli.console import Output
+from bioscara.cli.exit_status import Status
+from bioscara.cli.interruption import Interruption
+from bioscara.sim import SimulatedArm, serve
+
+
+def run(options: Options) -> int:
+    """Simulate an arm behind a Unix socket until Ctrl-C.
+
+    Raises:
+        BioscaraError: The socket cannot be used.
+        OSError: Standard output cannot be written.
+    """
+    output = Output()
+    arm = SimulatedArm(seed=options.seed, v1=options.v1)
+    firmware = "their original firmware" if options.v1 else "this project's firmware"
+    invitation = f"simulated arm, joints with {firmware}: --bus sim:{options.socket}"
+    with Interruption() as cancelled:
+        serve(arm, options.socket, cancelled, listening=lambda: output.line(invitation))
+    output.check()
+    return Status.OK

@@ -1,0 +1,65 @@
+"""``bioscara view``."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from pathlib import Path
+
+from bioscara.cli.arguments import Options
+from bioscara.cli.console import Output
+from bioscara.cli.exit_status import Status
+from bioscara.cli.interruption import Interruption
+from bioscara.cli.plots import require_drawing, write_picture
+from bioscara.cli.target import wanted_scene
+from bioscara.errors import ConfigurationError
+from bioscara.model import load_parameters
+from bioscara.planning.collision.scene import Scene
+from bioscara.robot.planner import Planner
+
+
+def run(options: Options) -> int:
+    """Show the arm's description in the browser until Ctrl-C, then draw what is to be drawn.
+
+    Raises:
+        ConfigurationError: viser is not installed, or the scene cannot be read.
+        InvalidArgumentError: The motion of the sliders cannot be drawn, or not be done.
+        OSError: Standard output cannot be written.
+    """
+    try:
+        # Here and not above: it takes a second to import, and comes with an extra.
+        from bioscara.viewer.page import Page  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        if error.name != "viser":
+            raise
+        raise ConfigurationError(
+            "the 3D view needs viser, which is not installed: pip install 'bioscara[view]'"
+        ) from error
+    require_drawing(options.plot)
+    output, scene = Output(), wanted_scene(options)
+    page = Page(options.port, scene)
+    start = dict(page.positions)
+    try:
+        with Interruption() as cancelled:
+            output.line(f"the arm in 3D: {page.url} (from this computer only; Ctrl-C ends it)")
+            while not cancelled():
+                time.sleep(0.1)
+    finally:
+        page.close()
+    if options.plot is not None:
+        output.line(_drawn(options.plot, start, page.positions, scene))
+    output.check()
+    return Status.OK
+
+
+def _drawn(path: Path, start: Mapping[str, float], goal: Mapping[str, float], scene: Scene) -> str:
+    """Draw the motion from one place of the sliders to another; return the sentence that says so.
+
+    Raises:
+        InvalidArgumentError: It leads through something, or the file cannot be written.
+    """
+    parameters = load_parameters()
+    here, there = ([places[joint.name] for joint in parameters.joints] for places in (start, goal))
+    planner = Planner(parameters, lambda: here)
+    planner.scene = scene
+    return write_picture(path, planner.joints(there), planner, parameters, "view")

@@ -1,0 +1,112 @@
+"""The joint that is flashed, on its bus: into its bootloader before, who it is afterwards."""
+
+from __future__ import annotations
+
+from bioscara.cli import complain
+from bioscara.cli.commands.joints import firmware
+from bioscara.cli.console import Output
+from bioscara.cli.exit_status import Status
+from bioscara.clock import Clock
+from bioscara.drivers import Joint
+from bioscara.errors import (
+    BioscaraError,
+    BusUnavailableError,
+    CommunicationError,
+    FlashError,
+    NotSupportedError,
+)
+from bioscara.flashing import Dfu, Image, Programmer
+from bioscara.flashing.image import dotted
+from bioscara.protocol import Flags
+
+_PATIENCE, _PAUSE = 5.0, 0.1
+"""How long the new firmware may take to answer, and between two questions [s]."""
+
+
+class Flashed:
+    """One joint on its bus.
+
+    Args:
+        joint: The joint.
+        clock: Time of its bus.
+        output: Where people read.
+    """
+
+    def __init__(self, joint: Joint, clock: Clock, output: Output) -> None:
+        self._joint, self._clock, self._output = joint, clock, output
+        self._boot_id: int | None = None
+
+    def prepare(self, programmer: Programmer) -> None:
+        """Bring the joint into its bootloader, if it can be asked to and must be.
+
+        A joint that does not answer, or cannot be asked, is left to its BOOT button.
+
+        Raises:
+            FlashError: The board in its bootloader is another than this joint.
+            IncorrectStateError: The joint is enabled.
+            BusUnavailableError: The bus cannot be opened.
+        """
+        joint = self._joint
+        waiting = programmer.look() if isinstance(programmer, Dfu) else []
+        try:
+            joint.init()
+        except BusUnavailableError:
+            raise
+        except BioscaraError as error:
+            self._output.line(f"not asked for its bootloader: {error}")
+            return
+        self._output.line(f"{joint.name} has {firmware(joint)}")
+        if joint.hello is not None:
+            self._boot_id = joint.hello.boot_id
+        if not joint.session.flags & Flags.NOTENABLED:
+            raise FlashError(
+                f"{joint.name} is enabled, and its load may fall: end the program that uses it"
+            )
+        if not isinstance(programmer, Dfu):
+            return
+        if waiting:
+            raise FlashError(
+                f"{joint.name} answers on the bus, so the board in its bootloader, "
+                f"{', '.join(each.serial for each in waiting)}, is another one: disconnect it, or "
+                "leave out --bus to flash it"
+            )
+        if joint.version == 1:
+            self._output.line("not asked for its bootloader: the original firmware has no request")
+            return
+        try:
+            joint.start_bootloader()
+        except NotSupportedError as error:
+            self._output.line(f"not asked for its bootloader: {error}")
+            return
+        self._output.line("asked to start its bootloader")
+        programmer.wait()
+
+    def confirm(self, image: Image) -> Status:
+        """Ask the joint who it is, and compare that with the image.
+
+        Raises:
+            BusUnavailableError: The bus cannot be opened.
+        """
+        joint, expected = self._joint, dotted(image.version[:2])
+        end = self._clock.now() + _PATIENCE
+        while True:
+            try:
+                joint.init()
+                break
+            except BusUnavailableError:
+                raise
+            except BioscaraError as error:
+                if isinstance(error, CommunicationError) and self._clock.now() < end:
+                    self._clock.sleep_until(self._clock.now() + _PAUSE)
+                    continue
+                complain(f"flashed, but not confirmed: {error}")
+                return Status.FAILED
+        hello = joint.hello
+        if hello is None or hello.firmware != image.version[:2] or hello.boot_id == self._boot_id:
+            complain(
+                f"{joint.name} answers with {firmware(joint)}, not restarted with {expected}: "
+                "another board was flashed; look where the cable goes"
+            )
+            return Status.FAILED
+        self._output.line(f"confirmed: {joint.name} answers with {firmware(joint)}")
+        return Status.OK

@@ -1,0 +1,159 @@
+"""What every controller is."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping, Sequence
+from typing import Any, ClassVar, Generic, TypeVar
+
+from bioscara.control.controllers.parameters import Parameters
+from bioscara.control.manager.statistics import UpdateStatistics
+from bioscara.errors import ControllerError
+from bioscara.hardware import CommandInterface, State, StateInterface
+from bioscara.model import JointParameters
+
+WARNINGS = 100
+"""How many warnings are kept: the latest."""
+
+P = TypeVar("P", bound=Parameters)
+
+
+def interfaces(joints: Sequence[str], kinds: Sequence[str]) -> tuple[str, ...]:
+    """Return the names of these interfaces of these joints, one kind after the other."""
+    return tuple(f"{joint}/{kind}" for kind in kinds for joint in joints)
+
+
+class Controller(ABC, Generic[P]):
+    """Turns measured states into commands, a cycle at a time.
+
+    A subclass names its ``TYPE`` and its ``PARAMETERS``, tells which interfaces it needs once it
+    is configured, and implements :meth:`update`. The manager hands it the handles of those
+    interfaces, in the order in which it named them, before ``on_activate``.
+
+    Args:
+        name: Name of the controller.
+        parameters: Its checked parameters.
+
+    Attributes:
+        name: As given.
+        parameters: As given.
+        state: Where it is in its life; changed by the manager only.
+        nominal_period: Time from update to update as it should be [s]; set before ``on_activate``.
+        commanded_speeds: Velocity at which each claimed joint was commanded when the controller
+            was activated [rad/s or m/s], by joint; 0 for one that was at rest.
+        limits: Those of the joints of the hardware that it commands, by joint; set before
+            ``on_activate``.
+        command_handles: The claimed command interfaces while it is active.
+        state_handles: The state interfaces while it is active.
+        statistics: What its updates were like since it was activated last.
+    """
+
+    TYPE: ClassVar[str]
+    PARAMETERS: ClassVar[type[Parameters]]
+
+    def __init__(self, name: str, parameters: P) -> None:
+        self.name, self.parameters = name, parameters
+        self.state = State.UNCONFIGURED
+        self.nominal_period = 0.0
+        self.commanded_speeds: dict[str, float] = {}
+        self.limits: Mapping[str, JointParameters] = {}
+        self.command_handles: tuple[CommandInterface, ...] = ()
+        self.state_handles: tuple[StateInterface, ...] = ()
+        self.statistics = UpdateStatistics()
+
+    def __repr__(self) -> str:
+        return f"<{self.TYPE} {self.name} {self.state.label}>"
+
+    @property
+    def command_interfaces(self) -> tuple[str, ...]:
+        """Names of the command interfaces that it claims, valid once configured; here none."""
+        return ()
+
+    @property
+    def state_interfaces(self) -> tuple[str, ...]:
+        """Names of the state interfaces that it reads, valid once configured; here none."""
+        return ()
+
+    @property
+    def collision_checked(self) -> bool:
+        """Whether what it commands, begun from rest, was shown to keep the arm clear of all."""
+        return False
+
+    def on_hindered(self, text: str, rest: Mapping[str, float]) -> None:
+        """Take note that the arm is braked because what is commanded is not clear.
+
+        Called on controllers that are not ``collision_checked``, once for each time that the arm is
+        braked.
+
+        Args:
+            text: Why, in words.
+            rest: Where the joints come to rest, by name [rad or m].
+        """
+
+    def on_configure(self) -> None:
+        """Check what the parameters mean together.
+
+        Raises:
+            ConfigurationError: They cannot be used.
+        """
+
+    def on_activate(self, time: float) -> None:
+        """Get ready to be updated; the handles are set and hold what was measured.
+
+        Args:
+            time: Now [s].
+
+        Raises:
+            BioscaraError: It cannot be activated now.
+        """
+
+    def on_deactivate(self, time: float) -> None:
+        """Let go; the handles are still set.
+
+        Args:
+            time: Now [s].
+        """
+
+    def on_cleanup(self) -> None:
+        """Forget what ``on_configure`` made."""
+
+    @abstractmethod
+    def update(self, time: float, period: float) -> None:
+        """Write the command handles.
+
+        Args:
+            time: Begin of the cycle [s].
+            period: Time since this controller's last update [s].
+
+        Raises:
+            BioscaraError: It cannot go on; the manager switches it off.
+        """
+
+    def bind(
+        self,
+        commands: Mapping[str, CommandInterface],
+        states: Mapping[str, StateInterface],
+    ) -> None:
+        """Take the handles of the interfaces that it named.
+
+        Args:
+            commands: All command interfaces, by name.
+            states: All state interfaces, by name.
+
+        Raises:
+            ControllerError: One does not exist.
+        """
+        missing = [name for name in self.command_interfaces if name not in commands]
+        missing += [name for name in self.state_interfaces if name not in states]
+        if missing:
+            raise ControllerError(f"{self.name}: no interface {', '.join(missing)}", self.name)
+        self.command_handles = tuple(commands[name] for name in self.command_interfaces)
+        self.state_handles = tuple(states[name] for name in self.state_interfaces)
+
+    def unbind(self) -> None:
+        """Let the handles go."""
+        self.command_handles, self.state_handles = (), ()
+
+
+AnyController = Controller[Any]
+"""A controller, whatever its parameters."""

@@ -1,0 +1,76 @@
+"""Passes commands on to the joints as they come."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+from bioscara.arguments import items, number
+from bioscara.control.controllers.controller import Controller, interfaces
+from bioscara.control.controllers.parameters import Parameters
+from bioscara.errors import ConfigurationError, InvalidArgumentError
+from bioscara.hardware import VELOCITY
+
+
+class ForwardCommandParameters(Parameters):
+    """Parameters, named as in ros2_controllers.
+
+    Attributes:
+        joints: Names of the joints.
+        interface_name: Which interface of them is commanded.
+    """
+
+    joints: tuple[str, ...]
+    interface_name: Literal["position", "velocity"]
+
+
+class ForwardCommandController(Controller[ForwardCommandParameters]):
+    """Writes the last command that it was given.
+
+    Until there is one joints come to rest: a velocity is 0, a position stays as it was commanded.
+    """
+
+    TYPE = "forward_command_controller/ForwardCommandController"
+    PARAMETERS = ForwardCommandParameters
+    _command: tuple[float, ...] | None = None
+
+    @property
+    def command_interfaces(self) -> tuple[str, ...]:
+        """The named interface of each joint."""
+        return interfaces(self.parameters.joints, (self.parameters.interface_name,))
+
+    def on_configure(self) -> None:
+        """Check that there is a joint."""
+        if not self.parameters.joints:
+            raise ConfigurationError(f"{self.name}: parameter joints names none")
+
+    def on_activate(self, time: float) -> None:
+        """Forget commands of before."""
+        moves = self.parameters.interface_name == VELOCITY
+        self._command = (0.0,) * len(self.parameters.joints) if moves else None
+
+    def command(self, values: Sequence[float]) -> None:
+        """Give the command of the next cycle and all that follow.
+
+        Args:
+            values: One for each joint, SI units.
+
+        Raises:
+            InvalidArgumentError: There is not one for each joint, or one is not finite.
+        """
+        joints, kind = self.parameters.joints, self.parameters.interface_name
+        given = items(f"{self.name}: the values", values, "give one for each joint")
+        if len(given) != len(joints):
+            raise InvalidArgumentError(
+                f"{self.name}: {len(given)} values for the joints {', '.join(joints)}"
+            )
+        self._command = tuple(
+            number(f"{self.name}: {joint} {kind}", value)
+            for joint, value in zip(joints, given, strict=True)
+        )
+
+    def update(self, time: float, period: float) -> None:
+        """Write the last command."""
+        if self._command is not None:
+            for handle, value in zip(self.command_handles, self._command, strict=True):
+                handle.value = value

@@ -1,0 +1,268 @@
+"""Homes joints one after the other: any of them by a trigger, or several in their order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from bioscara.arguments import number, shown
+from bioscara.control.controllers.controller import Controller, interfaces
+from bioscara.control.controllers.goals import Pursued, Status
+from bioscara.control.controllers.parameters import Parameters, Positive
+from bioscara.errors import ConfigurationError, GoalRejectedError
+from bioscara.hardware import HOME, VELOCITY, State
+from bioscara.hardware.interfaces import Quality
+
+
+class HomingParameters(Parameters):
+    """Parameters of the homing controller.
+
+    Attributes:
+        joints: Names of the joints, in the order in which they are homed.
+        timeout: Longest time that one joint may take [s].
+        max_travel: Farthest that each joint may go towards its end stop [rad or m], in the order
+            of ``joints``; empty where only the joints themselves and the time bound it.
+    """
+
+    joints: tuple[str, ...]
+    timeout: Positive = 300.0
+    max_travel: tuple[Positive, ...] = ()
+
+
+class HomingProgress(NamedTuple):
+    """How far the joint that is homing got.
+
+    Attributes:
+        joint: Its name.
+        elapsed: Time since it was told to [s].
+        travel: How far it went towards its end stop [rad or m]. It has no position yet, so this
+            is its velocity, summed up.
+    """
+
+    joint: str
+    elapsed: float
+    travel: float
+
+
+class HomingGoal(Pursued):
+    """Joints to home, one after the other; changed by the controller until it ends.
+
+    Args:
+        directions: By joint, a number whose sign is the direction; in the order of homing.
+
+    Attributes:
+        directions: As given.
+        joints: Its joints.
+        done_joints: Those that are homed by now.
+        current: The one that is homing; None before and after.
+        progress: How far that one, or the last one, got; None before the first.
+        status: How far it got as a whole.
+        text: Why it ended early.
+    """
+
+    __slots__ = ("current", "directions", "done_joints", "joints", "progress", "status", "text")
+
+    def __init__(self, directions: Mapping[str, float]) -> None:
+        self.directions = dict(directions)
+        self.joints = tuple(directions)
+        self.done_joints: list[str] = []
+        self.current: str | None = None
+        self.progress: HomingProgress | None = None
+        self.status = Status.EXECUTING
+        self.text = ""
+
+    def end(self, status: Status, text: str = "") -> None:
+        """End it; called by the controller."""
+        self.status, self.text, self.current = status, text, None
+
+
+class HomingController(Controller[HomingParameters]):
+    """Commands ``home``: the sign is the direction, 0 stops; the hardware resets it at the end.
+
+    One joint homes at a time: while one is engaged, the bus is not free for another.
+
+    Attributes:
+        goal: What runs or ended last, a sequence or a single joint; None before the first.
+    """
+
+    TYPE = "single_trigger_controller/SingleTriggerController"
+    PARAMETERS = HomingParameters
+
+    def __init__(self, name: str, parameters: HomingParameters) -> None:
+        super().__init__(name, parameters)
+        self.goal: HomingGoal | None = None
+        self._index = 0
+        self._since = self._travel = 0.0
+        self._stopping = False
+
+    @property
+    def command_interfaces(self) -> tuple[str, ...]:
+        """Home of each joint."""
+        return interfaces(self.parameters.joints, (HOME,))
+
+    @property
+    def state_interfaces(self) -> tuple[str, ...]:
+        """Home, then velocity of each joint."""
+        return interfaces(self.parameters.joints, (HOME, VELOCITY))
+
+    def on_configure(self) -> None:
+        """Check that there is a joint, and a limit for each or for none."""
+        joints, limits = self.parameters.joints, self.parameters.max_travel
+        if not joints:
+            raise ConfigurationError(f"{self.name}: parameter joints names none")
+        if limits and len(limits) != len(joints):
+            raise ConfigurationError(
+                f"{self.name}: {len(limits)} max_travel for {len(joints)} joints; give one for "
+                "each of them, or none"
+            )
+
+    def on_activate(self, time: float) -> None:
+        """Home nothing yet."""
+        self._stopping = False
+
+    def on_deactivate(self, time: float) -> None:
+        """Stop whatever is homing; the goal says why, if the joint did."""
+        seeking = self.goal is not None and self.goal.current is not None
+        problem = self.command_handles[self._index].problem if seeking else None
+        self._stop(Status.ABORTED, str(problem or "the homing controller was deactivated"))
+
+    def trigger(self, joint: str, command: float) -> HomingGoal | None:
+        """Command one joint, as the topic of the original does.
+
+        Args:
+            joint: Name of the joint.
+            command: Its sign is the direction; 0 stops the joint, and with it the sequence that
+                it is part of.
+
+        Returns:
+            What was started; None for 0.
+
+        Raises:
+            GoalRejectedError: The controller is not active, there is no such joint, the command
+                is not finite, or something is homing.
+        """
+        self._require_ready((joint,))
+        if number(f"{joint}: home command", command, error=GoalRejectedError):
+            return self.send_goal({joint: command})
+        if self.goal is not None and joint in self.goal.joints:
+            self.cancel()
+        return None
+
+    def send_goal(self, directions: Mapping[str, float]) -> HomingGoal:
+        """Home several joints one after the other, in the order of the parameters.
+
+        Args:
+            directions: By joint, a number whose sign is the direction of its homing.
+
+        Raises:
+            GoalRejectedError: The controller is not active, there is no such joint or none at
+                all, a direction is 0 or not finite, or something is homing.
+        """
+        if not isinstance(directions, Mapping):
+            raise GoalRejectedError(
+                f"{self.name}: the goal is {shown(directions)}; give a direction for each joint"
+            )
+        self._require_ready(directions)
+        if not directions:
+            raise GoalRejectedError(f"{self.name}: the goal names no joint to home")
+        directions = {
+            joint: number(f"{joint}: home command", direction, error=GoalRejectedError)
+            for joint, direction in directions.items()
+        }
+        for joint, direction in directions.items():
+            if direction == 0.0:
+                raise GoalRejectedError(
+                    f"{joint}: home command {direction:g} has no direction; give a finite number "
+                    "above or below 0"
+                )
+        if self.goal is not None and not self.goal.done:
+            raise GoalRejectedError(
+                f"{self.goal.current or self.goal.joints[0]} is homing; cancel that first"
+            )
+        order = self.parameters.joints
+        self.goal = HomingGoal({name: directions[name] for name in order if name in directions})
+        return self.goal
+
+    def cancel(self) -> None:
+        """Stop the joint that is homing and end the goal; nothing happens if there is none."""
+        self._stop(Status.CANCELED, "homing was cancelled")
+
+    def update(self, time: float, period: float) -> None:
+        """Start the next joint, or look after the one that is homing."""
+        goal = self.goal
+        if self._stopping:
+            # The hardware sees a stop only if it stays for a cycle.
+            self._stopping = False
+        elif goal is None or goal.done:
+            return
+        elif goal.current is None:
+            self._next(goal, time)
+        else:
+            self._watch(goal, goal.current, time, period)
+
+    def _next(self, goal: HomingGoal, time: float) -> None:
+        if len(goal.done_joints) == len(goal.joints):
+            goal.end(Status.SUCCEEDED)
+            return
+        joint = goal.joints[len(goal.done_joints)]
+        self._index, self._since, self._travel = self.parameters.joints.index(joint), time, 0.0
+        goal.current, goal.progress = joint, HomingProgress(joint, 0.0, 0.0)
+        handle = self.command_handles[self._index]
+        handle.problem, handle.value = None, math.copysign(1.0, goal.directions[joint])
+
+    def _watch(self, goal: HomingGoal, joint: str, time: float, period: float) -> None:
+        handle, home = self.command_handles[self._index], self.state_handles[self._index]
+        elapsed = time - self._since
+        speed = self.state_handles[len(self.parameters.joints) + self._index].value
+        if math.isfinite(speed):
+            self._travel += math.copysign(1.0, goal.directions[joint]) * speed * period
+        goal.progress = HomingProgress(joint, elapsed, self._travel)
+        if handle.problem is not None:
+            self._stop(Status.ABORTED, str(handle.problem))
+        elif handle.value:
+            self._bound(joint, elapsed)
+        elif home.quality is not Quality.FRESH:
+            return  # The joint ended; what became of it comes with its next answer.
+        elif home.value > 0.0:
+            goal.done_joints.append(joint)
+            self._next(goal, time)
+        else:
+            self._stop(Status.ABORTED, f"{joint} was stopped before it was homed; home it again")
+
+    def _bound(self, joint: str, elapsed: float) -> None:
+        """Stop a joint that takes too long or goes too far."""
+        parameters = self.parameters
+        remedy = "it was stopped; look whether it moves freely and has its end stop, then home it"
+        if elapsed > parameters.timeout:
+            self._stop(
+                Status.ABORTED,
+                f"{joint} was not homed within the timeout of {parameters.timeout:g} s; {remedy}",
+            )
+        elif parameters.max_travel and self._travel > parameters.max_travel[self._index]:
+            self._stop(
+                Status.ABORTED,
+                f"{joint} went {self._travel:.4g} towards its end stop without touching it, "
+                f"max_travel is {parameters.max_travel[self._index]:.4g}; {remedy}",
+            )
+
+    def _stop(self, status: Status, text: str) -> None:
+        """Stop the joint that is homing, if one is, and end the goal."""
+        goal = self.goal
+        if goal is None or goal.done:
+            return
+        if goal.current is not None:
+            self.command_handles[self._index].value = 0.0
+            self._stopping = True
+        goal.end(status, text)
+
+    def _require_ready(self, joints: Iterable[str]) -> None:
+        if self.state is not State.ACTIVE:
+            raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
+        for joint in joints:
+            if not isinstance(joint, str) or joint not in self.parameters.joints:
+                name = shown(joint).strip("'")
+                raise GoalRejectedError(
+                    f"{name} is not a joint of {self.name}; it has "
+                    f"{', '.join(self.parameters.joints)}"
+                )

@@ -1,0 +1,108 @@
+"""Moves the joints by streamed velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Literal
+
+from bioscara.control.controllers.controller import Controller, interfaces
+from bioscara.control.controllers.parameters import Parameters
+from bioscara.errors import ConfigurationError, GoalRejectedError
+from bioscara.hardware import POSITION, VELOCITY, State
+from bioscara.planning.motions.jog import Jog, JointVelocity, ToolVelocity
+
+
+class JogParameters(Parameters):
+    """Parameters of the jog controller.
+
+    Attributes:
+        joints: Names of the four joints.
+        command_interfaces: ``("position",)``, or ``("position", "velocity")``.
+    """
+
+    joints: tuple[str, ...]
+    command_interfaces: tuple[Literal["position", "velocity"], ...] = ("position",)
+
+
+class JogController(Controller[JogParameters]):
+    """Commands what a :class:`~bioscara.planning.motions.jog.Jog` makes of streamed velocities.
+
+    Attributes:
+        prepare: Returns a jog that starts where the joints are commanded to be; set before
+            activation by whoever knows the arm's shape and surroundings.
+        jog: The one that runs; None before the first activation.
+    """
+
+    TYPE = "bioscara_controllers/JogController"
+    PARAMETERS = JogParameters
+    prepare: Callable[[tuple[float, ...]], Jog] | None = None
+    jog: Jog | None = None
+
+    @property
+    def command_interfaces(self) -> tuple[str, ...]:
+        """Each commanded kind of all joints, one kind after the other."""
+        return interfaces(self.parameters.joints, self.parameters.command_interfaces)
+
+    @property
+    def collision_checked(self) -> bool:
+        """True: a jog always has room to come to rest."""
+        return True
+
+    def on_configure(self) -> None:
+        """Check that the parameters fit one another."""
+        parameters = self.parameters
+        if len(parameters.joints) != len(JointVelocity._fields):
+            raise ConfigurationError(f"{self.name}: joints must name all four joints of the arm")
+        if parameters.command_interfaces not in ((POSITION,), (POSITION, VELOCITY)):
+            raise ConfigurationError(
+                f"{self.name}: command_interfaces {list(parameters.command_interfaces)}: it is "
+                "position, or position and velocity"
+            )
+
+    def on_activate(self, time: float) -> None:
+        """Begin where the joints are commanded to be.
+
+        Raises:
+            GoalRejectedError: Nobody said what the arm looks like.
+            ZoneError: The arm is too near to something.
+        """
+        if self.prepare is None:
+            raise GoalRejectedError(f"{self.name}: it does not know the arm; set prepare first")
+        count = len(self.parameters.joints)
+        self.jog = self.prepare(tuple(handle.value for handle in self.command_handles[:count]))
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the joints are commanded to stand."""
+        return self.jog is None or not any(self.jog.velocities)
+
+    def command(
+        self, velocity: JointVelocity | ToolVelocity, time: float, share: float = 1.0
+    ) -> None:
+        """Ask for a velocity; it expires 0.15 s later.
+
+        Args:
+            velocity: Of the joints or of the tool.
+            time: Now [s].
+            share: Of the velocity, 0 to 1.
+
+        Raises:
+            GoalRejectedError: The controller is not active.
+            InvalidArgumentError: A value is not finite, or too large.
+        """
+        if self.jog is None or self.state is not State.ACTIVE:
+            raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
+        self.jog.command(velocity, time, share)
+
+    def cancel(self, time: float) -> None:
+        """Come to rest on the way that was found clear."""
+        if self.jog is not None:
+            self.jog.command(JointVelocity(), time)
+
+    def update(self, time: float, period: float) -> None:
+        """Command where the joints are to be one cycle from now."""
+        if self.jog is None:
+            raise GoalRejectedError(f"{self.name} was never activated")
+        positions, velocities = self.jog.step(time, period)
+        for handle, value in zip(self.command_handles, (*positions, *velocities), strict=False):
+            handle.value = value

@@ -1,0 +1,137 @@
+"""Tells the state of all joints."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from bioscara.control.controllers.controller import Controller, interfaces
+from bioscara.control.controllers.parameters import Parameters
+from bioscara.errors import ConfigurationError
+from bioscara.hardware import POSITION, VELOCITY, CommandInterface, StateInterface
+from bioscara.hardware.interfaces import Quality
+
+
+class JointStates(NamedTuple):
+    """What all joints were last seen to do; every field but the first has one entry per joint.
+
+    Attributes:
+        time: Begin of the cycle [s].
+        names: The joints.
+        positions: [rad or m]; NaN where unknown.
+        velocities: [rad/s or m/s]; NaN where unknown.
+        qualities: How far the position can be believed.
+        stamps: When it was measured [s].
+    """
+
+    time: float
+    names: tuple[str, ...]
+    positions: tuple[float, ...]
+    velocities: tuple[float, ...]
+    qualities: tuple[Quality, ...]
+    stamps: tuple[float, ...]
+
+
+class DynamicJointState(NamedTuple):
+    """Every interface of one joint.
+
+    Attributes:
+        joint: Its name.
+        interfaces: What is measured of it, for example ``"home"``.
+        values: One for each, SI units; NaN where unknown.
+    """
+
+    joint: str
+    interfaces: tuple[str, ...]
+    values: tuple[float, ...]
+
+
+class JointStateParameters(Parameters):
+    """Parameters, named as in ros2_controllers.
+
+    Attributes:
+        joints: Names of the joints.
+        extra_joints: Joints that no hardware has; they are told to be at 0.
+    """
+
+    joints: tuple[str, ...]
+    extra_joints: tuple[str, ...] = ()
+
+
+class JointStateBroadcaster(Controller[JointStateParameters]):
+    """Keeps what the joints were last seen to do; silent while it is inactive.
+
+    Attributes:
+        states: What the last cycle brought; None while it is inactive.
+    """
+
+    TYPE = "joint_state_broadcaster/JointStateBroadcaster"
+    PARAMETERS = JointStateParameters
+
+    def __init__(self, name: str, parameters: JointStateParameters) -> None:
+        super().__init__(name, parameters)
+        self.states: JointStates | None = None
+        self._names = (*parameters.joints, *parameters.extra_joints)
+        self._handles: dict[str, StateInterface] = {}
+        self._positions: tuple[StateInterface, ...] = ()
+        self._velocities: tuple[StateInterface, ...] = ()
+
+    @property
+    def state_interfaces(self) -> tuple[str, ...]:
+        """Position of each joint; what else a joint has is told without being required."""
+        return interfaces(self.parameters.joints, (POSITION,))
+
+    @property
+    def dynamic_states(self) -> tuple[DynamicJointState, ...]:
+        """Every interface of every joint, as it is now; none while it is inactive."""
+        found: dict[str, list[StateInterface]] = {joint: [] for joint in self.parameters.joints}
+        for handle in self._handles.values():
+            if handle.joint in found:
+                found[handle.joint].append(handle)
+        return tuple(
+            DynamicJointState(joint, tuple(h.kind for h in hs), tuple(h.value for h in hs))
+            for joint, hs in found.items()
+            if hs
+        )
+
+    def on_configure(self) -> None:
+        """Check that there is something to tell, and nothing twice."""
+        if not self.parameters.joints:
+            raise ConfigurationError(f"{self.name}: parameter joints names none")
+        for name in self._names:
+            if self._names.count(name) > 1:
+                raise ConfigurationError(f"{self.name}: {name} is named twice")
+
+    def bind(
+        self,
+        commands: Mapping[str, CommandInterface],
+        states: Mapping[str, StateInterface],
+    ) -> None:
+        """Take also the handles that not every joint has."""
+        super().bind(commands, states)
+        self._handles = dict(states)
+        self._positions = self.state_handles
+        self._velocities = tuple(
+            # A joint without this interface: its handle is one that nobody ever writes.
+            states.get(f"{joint}/{VELOCITY}") or StateInterface(joint, VELOCITY)
+            for joint in self.parameters.joints
+        )
+
+    def unbind(self) -> None:
+        """Let the handles go, and tell nothing any more."""
+        super().unbind()
+        self._handles, self._positions, self._velocities = {}, (), ()
+        self.states = None
+
+    def update(self, time: float, period: float) -> None:
+        """Take what was measured."""
+        extra = len(self.parameters.extra_joints)
+        zeros, positions = (0.0,) * extra, self._positions
+        self.states = JointStates(
+            time,
+            self._names,
+            (*[handle.value for handle in positions], *zeros),
+            (*[handle.value for handle in self._velocities], *zeros),
+            (*[handle.quality for handle in positions], *(Quality.FRESH,) * extra),
+            (*[handle.stamp for handle in positions], *(time,) * extra),
+        )

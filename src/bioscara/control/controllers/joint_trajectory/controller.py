@@ -1,0 +1,314 @@
+"""The joint trajectory controller."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Mapping
+
+from bioscara.arguments import number
+from bioscara.control.controllers.controller import WARNINGS, Controller, interfaces
+from bioscara.control.controllers.goals import Status
+from bioscara.control.controllers.joint_trajectory.interfaces import Handles
+from bioscara.control.controllers.joint_trajectory.messages import (
+    ControllerState,
+    ErrorCode,
+    Feedback,
+    Goal,
+    GoalHandle,
+    JointTrajectory,
+    JointValues,
+)
+from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
+from bioscara.control.controllers.joint_trajectory.pid import Gains, Pid
+from bioscara.control.controllers.joint_trajectory.requests import accept
+from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
+from bioscara.control.controllers.joint_trajectory.tolerance_monitor import ToleranceMonitor
+from bioscara.control.controllers.joint_trajectory.tolerances import choose, defaults
+from bioscara.control.controllers.joint_trajectory.upsampling import timed
+from bioscara.control.controllers.joint_trajectory.validation import plain, plain_goal
+from bioscara.errors import ConfigurationError, GoalRejectedError
+from bioscara.hardware import VELOCITY
+
+
+class JointTrajectoryController(Controller[JointTrajectoryParameters]):
+    """Follows trajectories, one at a time, and holds when there is none.
+
+    What is commanded in a cycle is the trajectory one cycle ahead; errors compare what was
+    measured with the trajectory at the time of the measurement. A new trajectory takes over from
+    one that runs without a jump of position or velocity, as far as its first point allows.
+
+    Attributes:
+        goal: The goal that runs or ended last; None before the first.
+        feedback: Where the joints were in the last cycle, also while it holds; None while it is
+            inactive.
+        warnings: What was worth saying but stopped nothing; the latest.
+    """
+
+    TYPE = "joint_trajectory_controller/JointTrajectoryController"
+    PARAMETERS = JointTrajectoryParameters
+
+    def __init__(self, name: str, parameters: JointTrajectoryParameters) -> None:
+        super().__init__(name, parameters)
+        self.goal: GoalHandle | None = None
+        self.feedback: Feedback | None = None
+        self.warnings: deque[str] = deque(maxlen=WARNINGS)
+        self._sampler: TrajectorySampler | None = None
+        self._share = 1.0
+
+    @property
+    def command_interfaces(self) -> tuple[str, ...]:
+        """Each commanded kind of all joints, one kind after the other."""
+        return interfaces(self.parameters.joints, self.parameters.command_interfaces)
+
+    @property
+    def state_interfaces(self) -> tuple[str, ...]:
+        """Each measured kind of all joints, one kind after the other."""
+        return interfaces(self.parameters.joints, self.parameters.state_interfaces)
+
+    @property
+    def holding(self) -> bool:
+        """Whether it follows nothing."""
+        return self._sampler is None or (self._sampler.holding and self._sampler.waiting is None)
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether the joints are commanded to stand, or it commands nothing."""
+        return self._sampler is None or self._sampler.at_rest
+
+    @property
+    def scaling(self) -> float:
+        """Share of the planned speed that is gone at now."""
+        return self._active().scaling
+
+    @property
+    def controller_state(self) -> ControllerState | None:
+        """What it did in its last cycle; None while it is inactive."""
+        told = self.feedback
+        if told is None:
+            return None
+        measured = len(self.parameters.state_interfaces)
+        return ControllerState(
+            told.time,
+            self.parameters.joints,
+            told.trajectory_time,
+            told.desired,
+            told.actual.first(measured),
+            told.error.first(measured),
+            {handle.name: handle.value for handle in self._handles.commands},
+            self.scaling,
+        )
+
+    @property
+    def collision_checked(self) -> bool:
+        """Whether the goal that it follows, or followed before it held, was swept."""
+        return self._sampler is None or self._sampler.collision_checked
+
+    def on_hindered(self, text: str, rest: Mapping[str, float]) -> None:
+        """Abort a goal that runs, and hold where the arm comes to rest."""
+        sampler = self._active()
+        if not self.holding:
+            self._end_goal(Status.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED, text)
+        sampler.rest([rest[joint] for joint in self.parameters.joints])
+
+    def on_configure(self) -> None:
+        """Check that the parameters fit one another."""
+        parameters = self.parameters
+        parameters.check(self.name)
+        joints, constraints = parameters.joints, parameters.constraints
+        kinds = parameters.command_interfaces
+        self._velocity_only = kinds == (VELOCITY,)
+        self._pids = [Pid(parameters.gains.get(joint, Gains())) for joint in joints]
+        self._defaults = defaults(joints, constraints)
+        self._decelerations = [constraints.of(joint).max_deceleration_on_cancel for joint in joints]
+        timeout = parameters.cmd_timeout
+        if 0.0 < timeout <= constraints.goal_time:
+            self.warnings.append(
+                f"{self.name}: cmd_timeout {timeout:g} s is ignored: it must be longer than "
+                f"goal_time {constraints.goal_time:g} s"
+            )
+            timeout = 0.0
+        velocity = VELOCITY in kinds and VELOCITY in parameters.state_interfaces
+        self._judge = ToleranceMonitor(joints, self._defaults, timeout, velocity=velocity)
+
+    def on_activate(self, time: float) -> None:
+        """Hold: the last commands where they are known, else what is measured."""
+        parameters = self.parameters
+        handles = Handles(self.command_handles, self.state_handles, len(parameters.joints))
+        for pid in self._pids:
+            pid.reset()
+        last = parameters.set_last_command_interface_value_as_state_on_activation
+        known = last and handles.fully_commanded()
+        held = handles.commanded() if known else handles.measured().positions
+        self._handles = handles
+        self._sampler = TrajectorySampler(parameters, self.nominal_period, held, time)
+        self._sampler.share = self._share
+
+    def on_deactivate(self, time: float) -> None:
+        """Abort a goal that runs; positions stay as commanded, velocities become 0."""
+        self._end_goal(
+            Status.ABORTED,
+            ErrorCode.INVALID_GOAL,
+            "Current goal cancelled during deactivate transition.",
+        )
+        self._sampler = self.feedback = None
+        self._handles.stop()
+
+    def set_scaling(self, factor: float) -> None:
+        """Choose the share of the planned speed; in motion it is gone over to gradually.
+
+        Args:
+            factor: 0 pauses; above 1 is faster than planned.
+
+        Raises:
+            GoalRejectedError: It is negative or not finite, or the controller is not active; the
+                factor stays.
+        """
+        self._active().scale(factor)
+
+    def slow_down(self, share: float) -> None:
+        """Go on at a share of the speed that was chosen or will be, until another share is given.
+
+        Args:
+            share: 1 for the chosen speed itself.
+        """
+        self._share = number("speed share", share)
+        if self._sampler is not None:
+            self._sampler.share = self._share
+
+    def set_gains(self, joint: str, gains: Gains) -> None:
+        """Change the gains of a joint, at any time after the controller was configured.
+
+        Raises:
+            ConfigurationError: It has no such joint.
+        """
+        joints = self.parameters.joints
+        if joint not in joints:
+            raise ConfigurationError(f"gains.{joint}: {self.name} has {', '.join(joints)}")
+        self._pids[joints.index(joint)].gains = gains
+
+    def send_goal(self, goal: Goal, time: float) -> GoalHandle:
+        """Take a goal; one that runs ends ABORTED.
+
+        Args:
+            goal: What to follow.
+            time: Now [s].
+
+        Raises:
+            GoalRejectedError: The controller is not active, or the goal breaks a rule; what runs
+                goes on.
+        """
+        sampler, goal = self._active(), plain_goal(goal)
+        time = number("the time", time, error=GoalRejectedError)
+        request = accept(goal.trajectory, self.parameters, self._handles, self.limits, time)
+        sampler.waiting = request._replace(collision_checked=goal.collision_checked)
+        self._end_goal(
+            Status.ABORTED,
+            ErrorCode.INVALID_GOAL,
+            "Current goal preempted by new incoming action.",
+        )
+        self._judge.tolerances, warning = choose(goal, self.parameters.joints, self._defaults)
+        if warning:
+            self.warnings.append(f"{self.name}: {warning}")
+        self.goal = GoalHandle(goal)
+        return self.goal
+
+    def send_trajectory(self, trajectory: JointTrajectory, time: float) -> None:
+        """Take a trajectory without a goal; a goal that runs is then judged on it.
+
+        Args:
+            trajectory: What to follow.
+            time: Now [s].
+
+        Raises:
+            GoalRejectedError: As :meth:`send_goal`.
+        """
+        sampler, parameters = self._active(), self.parameters
+        trajectory, time = plain(trajectory), number("the time", time, error=GoalRejectedError)
+        upsampling = parameters.positions_upsampling
+        if upsampling.enable:
+            trajectory = timed(trajectory, upsampling.policy_frequency)
+        sampler.waiting = accept(
+            trajectory, parameters, self._handles, self.limits, time, smooth=upsampling.enable
+        )
+        if self._running is None:
+            self._judge.tolerances = self._defaults
+
+    def cancel(self, time: float) -> None:
+        """End what is followed and come to rest; a goal that runs ends CANCELED."""
+        self._end_goal(Status.CANCELED)
+        if not self.holding:
+            self._stop(self._active(), time)
+
+    def query_state(self, time: float) -> JointValues:
+        """Return where the joints should be at some time.
+
+        Args:
+            time: Within the trajectory that is followed [s, arm clock].
+
+        Raises:
+            GoalRejectedError: The controller is not active, or follows nothing.
+            LimitError: The trajectory does not reach there.
+        """
+        sampler, time = self._active(), number("the time", time, error=GoalRejectedError)
+        if sampler.holding:
+            raise GoalRejectedError(f"{self.name} holds: there is no trajectory to ask about")
+        return sampler.query(time, self.name)
+
+    def update(self, time: float, period: float) -> None:
+        """Command the trajectory one cycle ahead, and judge how it is followed."""
+        sampler, handles = self._active(), self._handles
+        actual = handles.measured()
+        desired, point = sampler.advance(time, period, actual)
+        error = handles.error(desired, actual, sampler.pace, time)
+        self.feedback = Feedback(time, sampler.time, point, desired, actual, error)
+        running = self._running
+        if running is not None:
+            running.feedback = self.feedback
+        if not sampler.holding:
+            self._end_if_judged(sampler, error, time)
+        ahead = sampler.ahead()
+        if self._velocity_only:
+            handles.write_velocities(ahead, error, self._pids, sampler.pace, period)
+        else:
+            handles.write(ahead, sampler.pace)
+
+    def _end_if_judged(self, sampler: TrajectorySampler, error: JointValues, time: float) -> None:
+        """End the trajectory where it is reached or failed; then something else is held."""
+        overtime = sampler.time - sampler.course.duration
+        # The way goes on until what waits has ended.
+        if overtime < 0.0 or sampler.waiting is not None:
+            verdict = self._judge.on_the_way(error, sampler.time)
+        else:
+            verdict = self._judge.at_the_end(error, overtime)
+        if verdict is None:
+            return
+        if verdict.status is Status.ABORTED and self._running is None:
+            self.warnings.append(f"{self.name}: {verdict.text}")
+        self._end_goal(*verdict)
+        if verdict.status is Status.SUCCEEDED:
+            sampler.hold(sampler.course.end, time)
+        else:
+            self._stop(sampler, time)
+
+    @property
+    def _running(self) -> GoalHandle | None:
+        return None if self.goal is None or self.goal.done else self.goal
+
+    def _active(self) -> TrajectorySampler:
+        if self._sampler is None:
+            raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
+        return self._sampler
+
+    def _stop(self, sampler: TrajectorySampler, time: float) -> None:
+        """Come to rest: on a ramp where the parameters ask for one, else where the joints are."""
+        if self.parameters.constraints.decelerate_on_cancel and all(self._decelerations):
+            sampler.brake(self._decelerations)
+        else:
+            sampler.hold(self._handles.measured().positions, time)
+
+    def _end_goal(
+        self, status: Status, code: ErrorCode = ErrorCode.SUCCESSFUL, text: str = ""
+    ) -> None:
+        running = self._running
+        if running is not None:
+            running.end(status, code, text)

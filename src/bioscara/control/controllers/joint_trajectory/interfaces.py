@@ -1,0 +1,108 @@
+"""The interfaces of the controlled joints, read and written as a whole."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from bioscara.control.controllers.joint_trajectory.messages import JointValues
+from bioscara.control.controllers.joint_trajectory.pid import Pid
+from bioscara.hardware import POSITION, VELOCITY, CommandInterface, StateInterface
+
+_OLDEST = 0.1
+"""Age up to which a measurement is compared with the past [s]; a watchdog acts long before."""
+
+
+class Handles:
+    """Measured states and commands of all joints, in the controller's order.
+
+    Args:
+        commands: Claimed command interfaces, kind after kind.
+        states: State interfaces, kind after kind; positions first.
+        count: Number of joints.
+
+    Attributes:
+        commands: As given.
+    """
+
+    __slots__ = (
+        "_nothing", "_position_states", "_positions", "_velocities", "_velocity_states", "commands",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        commands: Sequence[CommandInterface],
+        states: Sequence[StateInterface],
+        count: int,
+    ) -> None:
+        self.commands = tuple(commands)
+        self._positions = tuple(each for each in commands if each.kind == POSITION)
+        self._velocities = tuple(each for each in commands if each.kind == VELOCITY)
+        self._position_states, self._velocity_states = tuple(states[:count]), tuple(states[count:])
+        self._nothing = (0.0,) * count
+
+    def measured(self) -> JointValues:
+        """Return what was measured; velocities that are not count as 0."""
+        positions = tuple([state.value for state in self._position_states])
+        velocities = tuple([state.value for state in self._velocity_states])
+        return JointValues(positions, velocities or self._nothing, self._nothing)
+
+    def commanded(self) -> tuple[float, ...]:
+        """Return the position commands, or what is measured where there is none [rad or m]."""
+        measured = [state.value for state in self._position_states]
+        for index, handle in enumerate(self._positions):
+            if math.isfinite(handle.value):
+                measured[index] = handle.value
+        return tuple(measured)
+
+    def fully_commanded(self) -> bool:
+        """Whether positions are commanded and every command is a number."""
+        return bool(self._positions) and all(math.isfinite(each.value) for each in self.commands)
+
+    def error(
+        self, desired: JointValues, actual: JointValues, pace: float, time: float
+    ) -> JointValues:
+        """Return desired minus actual, each joint at the time at which it was measured.
+
+        Args:
+            desired: At ``time``; derivatives by the trajectory's time.
+            actual: As measured.
+            pace: Trajectory time per time.
+            time: Now [s].
+        """
+        positions, velocities = [], []
+        for state, there, speed, change, here, going in zip(
+            self._position_states, *desired, actual.positions, actual.velocities, strict=True
+        ):
+            age = time - state.stamp
+            age = (_OLDEST if age > _OLDEST else age) * pace if age > 0.0 else 0.0
+            positions.append(there - age * (speed - 0.5 * age * change) - here)
+            velocities.append((speed - age * change) * pace - going)
+        return JointValues(tuple(positions), tuple(velocities), self._nothing)
+
+    def write(self, ahead: JointValues, pace: float) -> None:
+        """Command positions, and velocities where they are claimed too."""
+        for handle, value in zip(self._positions, ahead.positions, strict=True):
+            handle.value = value
+        for handle, value in zip(self._velocities, ahead.velocities, strict=False):
+            handle.value = value * pace
+
+    def write_velocities(
+        self,
+        ahead: JointValues,
+        error: JointValues,
+        pids: Sequence[Pid],
+        pace: float,
+        period: float,
+    ) -> None:
+        """Command velocities alone: feed-forward and PID."""
+        for handle, pid, speed, off, off_rate in zip(
+            self._velocities, pids, ahead.velocities, error.positions, error.velocities, strict=True
+        ):
+            forward = pid.gains.ff_velocity_scale * speed * pace
+            handle.value = forward + pid.update(off, off_rate, period)
+
+    def stop(self) -> None:
+        """Command velocity 0; positions stay as they are."""
+        for handle in self._velocities:
+            handle.value = 0.0

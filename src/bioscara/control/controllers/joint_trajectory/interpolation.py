@@ -1,0 +1,166 @@
+"""The curve through the points of a trajectory, as ros2_control draws it."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from bioscara.control.controllers.joint_trajectory.messages import JointValues, Point
+from bioscara.errors import TrajectoryError
+
+Coefficients = tuple[float, float, float, float, float, float]
+
+_SHORTEST = 1e-6
+"""A way to the first point that is shorter in time [s] is none: no cycle samples it."""
+
+
+class Place(NamedTuple):
+    """Where a course is at some time.
+
+    Attributes:
+        values: State of the joints.
+        point: Index of the point that is being approached; the number of points once all are
+            passed.
+    """
+
+    values: JointValues
+    point: int
+
+
+class Interpolator:
+    """Checked points in the controller's order, and the way to the first of them.
+
+    Between two points: a quintic where both have velocities and accelerations, a cubic where both
+    have velocities, a straight line otherwise. Before the first point the curve comes from the
+    state that :meth:`begin` is given; without it the first point is stayed at. After the last
+    point the joints are to rest there, even if it was passed in motion.
+
+    Args:
+        points: At least one, with positions; times increase strictly.
+        interpolate: False to output each point as it is until its time has come.
+
+    Attributes:
+        points: As given.
+        end: Where the joints are to rest [rad or m].
+        duration: Time of the last point [s].
+        begins: Time from which on it is known [s].
+        continuable: Whether a new trajectory may go on from it; a single point is replaced.
+
+    Raises:
+        TrajectoryError: Two points are so far apart or so close in time that no number can hold
+            the curve between them.
+    """
+
+    def __init__(self, points: Sequence[Point], *, interpolate: bool = True) -> None:
+        self.points = tuple(points)
+        self._interpolate = interpolate
+        self._times = [point.time for point in points]
+        self._pieces = [_piece(before, after) for before, after in pairwise(points)]
+        self._lead: tuple[Coefficients, ...] = ()
+        self._lead_to = 0
+        self._first, last = _as_given(points[0]), _as_given(points[-1])
+        self._waiting = self._first
+        self._last, self._rest = Place(last, len(points)), Place(_at_rest(last), len(points))
+        self.duration, self.begins = self._times[-1], self._times[0]
+        self.end, self.continuable = last.positions, len(points) > 1
+
+    def begin(self, state: JointValues, time: float, *, bridge: bool = False) -> None:
+        """Take the state from which the first point is approached.
+
+        Args:
+            state: Where the joints are.
+            time: When [s since the trajectory's start]; negative where that is still to come.
+            bridge: Whether points up to ``time`` are left out, so that the curve goes on from
+                ``state`` even if it begins midway. Otherwise it is where its points say at once.
+
+        Raises:
+            TrajectoryError: No number can hold the curve to the first point.
+        """
+        self.begins, self._waiting = time, _at_rest(state)
+        self._lead_to = bisect_right(self._times, time + _SHORTEST) if bridge else 0
+        if self._lead_to < len(self.points):
+            first = self.points[self._lead_to]
+            if first.time - time > _SHORTEST:
+                # What the start state lacks counts as zero, so that it is as smooth as the rest.
+                self._lead = _piece(Point(time, *state), first)
+
+    def sample(self, time: float) -> Place:
+        """Return the state at ``time`` [s since the trajectory's start]."""
+        times = self._times
+        if time >= self.duration:
+            return self._rest if time > self.duration else self._last
+        index, lead_to = bisect_right(times, time), self._lead_to
+        if not self._interpolate:
+            waits = index <= lead_to
+            return Place(self._waiting if waits else _as_given(self.points[index]), index)
+        if index > lead_to or (index and not self._lead):
+            return Place(_evaluate(self._pieces[index - 1], time - times[index - 1]), index)
+        if self._lead:
+            return Place(_evaluate(self._lead, max(time - self.begins, 0.0)), lead_to)
+        return Place(self._first, 0)
+
+
+def _as_given(point: Point) -> JointValues:
+    nothing = (0.0,) * len(point.positions)
+    return JointValues(point.positions, point.velocities or nothing, point.accelerations or nothing)
+
+
+def _at_rest(values: JointValues) -> JointValues:
+    nothing = (0.0,) * len(values.positions)
+    return JointValues(values.positions, nothing, nothing)
+
+
+def _evaluate(piece: tuple[Coefficients, ...], t: float) -> JointValues:
+    positions, velocities, accelerations = [], [], []
+    for c0, c1, c2, c3, c4, c5 in piece:
+        positions.append(c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5)))))
+        velocities.append(c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4 + t * 5 * c5))))
+        accelerations.append(2 * c2 + t * (6 * c3 + t * (12 * c4 + t * 20 * c5)))
+    return JointValues(tuple(positions), tuple(velocities), tuple(accelerations))
+
+
+def _piece(before: Point, after: Point) -> tuple[Coefficients, ...]:
+    """Return the polynomials of one piece, powers of the time since its begin."""
+    t = after.time - before.time
+    moving = bool(before.velocities and after.velocities)
+    curved = moving and bool(before.accelerations and after.accelerations)
+    pieces = []
+    try:
+        for joint, (p0, p1) in enumerate(zip(before.positions, after.positions, strict=True)):
+            if not moving:
+                pieces.append((p0, (p1 - p0) / t, 0.0, 0.0, 0.0, 0.0))
+                continue
+            speeds = before.velocities[joint], after.velocities[joint]
+            if curved:
+                changes = before.accelerations[joint], after.accelerations[joint]
+                pieces.append(_quintic(p0, p1 - p0, *speeds, *changes, t))
+            else:
+                pieces.append(_cubic(p0, p1 - p0, *speeds, t))
+    except (OverflowError, ZeroDivisionError):
+        pieces.append((math.nan,) * 6)
+    if not math.isfinite(sum(map(sum, pieces))):
+        raise TrajectoryError(
+            f"no curve can be drawn between the points at {before.time:g} s and {after.time:g} s: "
+            "they are too close in time or too far apart"
+        )
+    return tuple(pieces)
+
+
+def _cubic(p0: float, way: float, v0: float, v1: float, t: float) -> Coefficients:
+    return (p0, v0, (3 * way / t - 2 * v0 - v1) / t, (v0 + v1 - 2 * way / t) / t**2, 0.0, 0.0)
+
+
+def _quintic(
+    p0: float, way: float, v0: float, v1: float, a0: float, a1: float, t: float
+) -> Coefficients:
+    return (
+        p0,
+        v0,
+        a0 / 2,
+        (20 * way - (8 * v1 + 12 * v0) * t - (3 * a0 - a1) * t**2) / (2 * t**3),
+        (-30 * way + (14 * v1 + 16 * v0) * t + (3 * a0 - 2 * a1) * t**2) / (2 * t**4),
+        (12 * way - 6 * (v1 + v0) * t + (a1 - a0) * t**2) / (2 * t**5),
+    )

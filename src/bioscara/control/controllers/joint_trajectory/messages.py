@@ -1,0 +1,191 @@
+"""What a joint trajectory controller is asked and what it answers, field by field as in ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import NamedTuple, Self
+
+from bioscara.control.controllers.goals import Pursued, Status
+from bioscara.planning import Trajectory
+
+
+class Point(NamedTuple):
+    """One point of a trajectory; a field that is not given is empty.
+
+    Attributes:
+        time: Time from the start of the trajectory [s].
+        positions: One for each joint [rad or m].
+        velocities: Likewise [rad/s or m/s].
+        accelerations: Likewise [rad/s^2 or m/s^2].
+        effort: Likewise [N m or N].
+    """
+
+    time: float
+    positions: tuple[float, ...] = ()
+    velocities: tuple[float, ...] = ()
+    accelerations: tuple[float, ...] = ()
+    effort: tuple[float, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class JointTrajectory:
+    """A trajectory as it is sent, unchecked.
+
+    Attributes:
+        joint_names: The joints, in the order of the points' values.
+        points: The points.
+        stamp: When it starts [s, arm clock]; 0 for when it is first sampled.
+    """
+
+    joint_names: tuple[str, ...]
+    points: tuple[Point, ...]
+    stamp: float = 0.0
+
+    @classmethod
+    def of(cls, trajectory: Trajectory, stamp: float = 0.0) -> Self:
+        """Return a planned trajectory as it is sent."""
+        rows = trajectory.positions.tolist()
+        nothing: list[list[float]] = [[]] * len(rows)
+        velocities = nothing if trajectory.velocities is None else trajectory.velocities.tolist()
+        accelerations = (
+            nothing if trajectory.accelerations is None else trajectory.accelerations.tolist()
+        )
+        points = zip(trajectory.times.tolist(), rows, velocities, accelerations, strict=True)
+        return cls(
+            trajectory.joint_names,
+            tuple(Point(t, tuple(p), tuple(v), tuple(a)) for t, p, v, a in points),
+            stamp,
+        )
+
+
+class Tolerance(NamedTuple):
+    """How far one joint may be off; above 0 replaces the default, 0 keeps it, -1 erases it.
+
+    Attributes:
+        joint: Name of the joint.
+        position: [rad or m].
+        velocity: [rad/s or m/s].
+        acceleration: [rad/s^2 or m/s^2].
+    """
+
+    joint: str
+    position: float = 0.0
+    velocity: float = 0.0
+    acceleration: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Goal:
+    """A goal of control_msgs/FollowJointTrajectory.
+
+    Attributes:
+        trajectory: What to follow.
+        path_tolerance: How far joints may be off on the way.
+        goal_tolerance: How far at the end.
+        goal_time_tolerance: How much later than planned they may get there [s]; as a tolerance.
+        collision_checked: Whether the sender has checked that the arm keeps clear of everything
+            on the whole path, from rest where it is. Other goals are checked while they run.
+    """
+
+    trajectory: JointTrajectory
+    path_tolerance: tuple[Tolerance, ...] = ()
+    goal_tolerance: tuple[Tolerance, ...] = ()
+    goal_time_tolerance: float = 0.0
+    collision_checked: bool = False
+
+
+class ErrorCode(IntEnum):
+    """Result codes of control_msgs/FollowJointTrajectory."""
+
+    SUCCESSFUL = 0
+    INVALID_GOAL = -1
+    INVALID_JOINTS = -2
+    OLD_HEADER_TIMESTAMP = -3
+    PATH_TOLERANCE_VIOLATED = -4
+    GOAL_TOLERANCE_VIOLATED = -5
+
+
+class JointValues(NamedTuple):
+    """State of all joints of a controller, in its order.
+
+    Attributes:
+        positions: [rad or m].
+        velocities: [rad/s or m/s].
+        accelerations: [rad/s^2 or m/s^2].
+    """
+
+    positions: tuple[float, ...]
+    velocities: tuple[float, ...]
+    accelerations: tuple[float, ...]
+
+    def first(self, count: int) -> JointValues:
+        """Return it with only so many of its fields; the others are empty."""
+        return JointValues(*self[:count], *((),) * (3 - count))
+
+
+class Feedback(NamedTuple):
+    """Where a goal is.
+
+    Attributes:
+        time: Begin of the cycle [s].
+        trajectory_time: Time since the trajectory started [s].
+        point: Index of the point that is being approached.
+        desired: Where the joints should be.
+        actual: Where they are.
+        error: ``desired`` minus ``actual``.
+    """
+
+    time: float
+    trajectory_time: float
+    point: int
+    desired: JointValues
+    actual: JointValues
+    error: JointValues
+
+
+class ControllerState(NamedTuple):
+    """What a controller did in its last cycle; a field without interfaces of its kind is empty.
+
+    Attributes:
+        time: Begin of the cycle [s].
+        joint_names: The joints.
+        trajectory_time: Time since the trajectory's start, or since it holds [s].
+        reference: Where the joints should be.
+        feedback: Where they are.
+        error: ``reference`` minus ``feedback``.
+        output: Value of each command interface, by name.
+        speed_scaling_factor: Share of the planned speed.
+    """
+
+    time: float
+    joint_names: tuple[str, ...]
+    trajectory_time: float
+    reference: JointValues
+    feedback: JointValues
+    error: JointValues
+    output: dict[str, float]
+    speed_scaling_factor: float
+
+
+@dataclass(slots=True)
+class GoalHandle(Pursued):
+    """An accepted goal; changed by the controller until it ends.
+
+    Attributes:
+        goal: What was asked.
+        status: How far it got.
+        error_code: Result once it ended.
+        text: The result in words.
+        feedback: Where it is; None before its first cycle.
+    """
+
+    goal: Goal
+    status: Status = Status.EXECUTING
+    error_code: ErrorCode = ErrorCode.SUCCESSFUL
+    text: str = ""
+    feedback: Feedback | None = field(default=None, repr=False)
+
+    def end(self, status: Status, code: ErrorCode = ErrorCode.SUCCESSFUL, text: str = "") -> None:
+        """End it; called by the controller."""
+        self.status, self.error_code, self.text = status, code, text

@@ -1,0 +1,165 @@
+"""Parameters of the joint trajectory controller, with ros2_controllers' names and defaults."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import ConfigDict, Field
+
+from bioscara.control.controllers.joint_trajectory.pid import Gains
+from bioscara.control.controllers.parameters import NotNegative, Parameters, Positive, Section
+from bioscara.errors import ConfigurationError
+from bioscara.hardware import POSITION, VELOCITY
+
+Kind = Literal["position", "velocity"]
+
+
+class JointConstraints(Section):
+    """How far one joint may be off; 0 is unchecked.
+
+    Attributes:
+        trajectory: On the way [rad or m].
+        goal: At the end [rad or m].
+        max_deceleration_on_cancel: For the ramp after a cancel [rad/s^2 or m/s^2].
+    """
+
+    trajectory: NotNegative = 0.0
+    goal: NotNegative = 0.0
+    max_deceleration_on_cancel: NotNegative = 0.0
+
+
+class Constraints(Section):
+    """What makes a goal fail; every other key is the name of a joint, with its constraints.
+
+    Attributes:
+        stopped_velocity_tolerance: Speed of every joint that counts as standing [rad/s or m/s].
+        goal_time: How much later than planned the goal may be reached [s]; 0 waits for ever.
+        decelerate_on_cancel: Whether a cancelled goal ends on a ramp.
+        least_time_on_cancel: Shortest duration of the ramp of a collision-checked trajectory [s].
+            Above 0, scaling changes gradually too.
+    """
+
+    PER_JOINT = True
+    model_config = ConfigDict(extra="allow")
+    __pydantic_extra__: dict[str, JointConstraints] = Field(init=False)
+
+    stopped_velocity_tolerance: NotNegative = 0.01
+    goal_time: NotNegative = 0.0
+    decelerate_on_cancel: bool = False
+    least_time_on_cancel: NotNegative = 0.0
+
+    @property
+    def joints(self) -> tuple[str, ...]:
+        """Joints that have constraints of their own."""
+        return tuple(self.__pydantic_extra__)
+
+    def of(self, joint: str) -> JointConstraints:
+        """Return the constraints of one joint, by default none."""
+        return self.__pydantic_extra__.get(joint, JointConstraints())
+
+
+class SpeedScaling(Section):
+    """How the trajectory's time may be scaled.
+
+    Attributes:
+        initial_scaling_factor: Scaling at the begin; 0 pauses.
+        state_interface: None of the arm's hardware tells a factor; must stay empty.
+        command_interface: Nor does any take one; must stay empty.
+    """
+
+    initial_scaling_factor: NotNegative = 1.0
+    state_interface: Literal[""] = ""
+    command_interface: Literal[""] = ""
+
+
+class PositionsUpsampling(Section):
+    """What becomes of trajectories without goal that have positions only.
+
+    Attributes:
+        enable: Whether they are passed on a smooth spline.
+        policy_frequency: Of points without times [Hz]; 0 refuses them.
+    """
+
+    enable: bool = False
+    policy_frequency: NotNegative = 0.0
+
+
+class JointTrajectoryParameters(Parameters):
+    """Parameters of the joint trajectory controller; none changes after it is made, but the gains.
+
+    Attributes:
+        joints: Names of the joints.
+        command_interfaces: What is commanded: position, velocity, or both.
+        state_interfaces: What is measured: position, or position and velocity.
+        action_monitor_rate: How often a gateway tells results and feedback [Hz]; here they are
+            known at once.
+        allow_partial_joints_goal: Whether a goal may leave joints out.
+        allow_nonzero_velocity_at_trajectory_end: Whether the last point may be in motion.
+        allow_integration_in_goal_trajectories: Whether missing positions and velocities are
+            integrated from what is given.
+        allow_trajectory_replacement: Whether a new trajectory is spliced into the running one.
+        interpolation_method: ``"splines"`` or ``"none"``.
+        interpolate_from_desired_state: Whether the way to the first point begins where the joints
+            should be, not where they are.
+        set_last_command_interface_value_as_state_on_activation: Whether the last commands are
+            held after activation, not the measured state.
+        cmd_timeout: How long after its end a trajectory is given up [s]; 0 for never.
+        speed_scaling: How the trajectory's time may be scaled.
+        positions_upsampling: What becomes of points that have positions only.
+        gains: Of the velocity PID, by joint.
+        constraints: What makes a goal fail.
+    """
+
+    joints: tuple[str, ...]
+    command_interfaces: tuple[Kind, ...] = ("position",)
+    state_interfaces: tuple[Kind, ...] = ("position", "velocity")
+    action_monitor_rate: Positive = 20.0
+    allow_partial_joints_goal: bool = False
+    allow_nonzero_velocity_at_trajectory_end: bool = False
+    allow_integration_in_goal_trajectories: bool = False
+    allow_trajectory_replacement: bool = True
+    interpolation_method: Literal["splines", "none"] = "splines"
+    interpolate_from_desired_state: bool = False
+    set_last_command_interface_value_as_state_on_activation: bool = True
+    cmd_timeout: NotNegative = 0.0
+    speed_scaling: SpeedScaling = SpeedScaling()
+    positions_upsampling: PositionsUpsampling = PositionsUpsampling()
+    gains: dict[str, Gains] = Field(default_factory=dict)
+    constraints: Constraints = Constraints()
+
+    def check(self, controller: str) -> None:
+        """Check that the parameters fit one another.
+
+        Args:
+            controller: Name of the controller, for messages.
+
+        Raises:
+            ConfigurationError: They do not.
+        """
+        joints, kinds, measured = self.joints, self.command_interfaces, self.state_interfaces
+        if not joints or len(set(joints)) != len(joints):
+            raise ConfigurationError(
+                f"{controller}: parameter joints must name at least one joint, none of them twice; "
+                f"it is {list(joints)}"
+            )
+        if kinds not in ((POSITION,), (VELOCITY,), (POSITION, VELOCITY)):
+            raise ConfigurationError(
+                f"{controller}: command_interfaces {list(kinds)}: it is position, velocity, or "
+                "position and velocity"
+            )
+        if measured not in ((POSITION,), (POSITION, VELOCITY)):
+            raise ConfigurationError(
+                f"{controller}: state_interfaces {list(measured)}: it is position, or position "
+                "and velocity"
+            )
+        if kinds == (VELOCITY,) and measured != (POSITION, VELOCITY):
+            raise ConfigurationError(
+                f"{controller}: to command velocity alone, position and velocity must be measured"
+            )
+        for what, named in (("gains", self.gains), ("constraints", self.constraints.joints)):
+            for joint in named:
+                if joint not in joints:
+                    raise ConfigurationError(
+                        f"{controller}: {what}.{joint} is for no joint of it; it has "
+                        + ", ".join(joints)
+                    )

@@ -1,0 +1,69 @@
+"""A new trajectory that takes over some joints from one that runs."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator, Place
+from bioscara.control.controllers.joint_trajectory.messages import JointValues
+
+
+class Spliced:
+    """A partial trajectory together with what the joints that it leaves out go on to follow.
+
+    It lasts until all of them have ended; each joint waits at its own end.
+
+    Args:
+        course: Of the new trajectory, with some value for the joints that it leaves out.
+        missing: Indices of these joints.
+        running: What runs.
+        offset: Time of ``running`` at the new trajectory's time 0 [s].
+
+    Attributes:
+        end: Where the joints are to rest [rad or m].
+        duration: Time at which the last of them gets there [s].
+        begins: Time from which on it is known [s].
+        continuable: Whether a new trajectory may go on from it.
+    """
+
+    continuable = True
+
+    def __init__(
+        self,
+        course: Interpolator,
+        missing: Collection[int],
+        running: Interpolator | Spliced,
+        offset: float,
+    ) -> None:
+        # Splices of splices refer to the courses themselves, so that they do not pile up.
+        self._sources = [
+            _source(running, joint, offset) if joint in missing else (course, 0.0)
+            for joint in range(len(course.end))
+        ]
+        self._distinct = list(dict.fromkeys([(course, 0.0), *self._sources]))
+        self._rows = [(self._distinct.index(each), j) for j, each in enumerate(self._sources)]
+        self.begins = course.begins
+        self.duration = max(each.duration - ahead for each, ahead in self._distinct)
+        self.end = tuple(each.end[joint] for joint, (each, _) in enumerate(self._sources))
+
+    def sample(self, time: float) -> Place:
+        """Return the state at ``time`` [s since the new trajectory's start], and its point."""
+        places = [course.sample(time + offset) for course, offset in self._distinct]
+        fields = [
+            tuple([places[row].values[field][joint] for row, joint in self._rows])
+            for field in range(3)
+        ]
+        return Place(JointValues(*fields), places[0].point)
+
+    def source(self, joint: int) -> tuple[Interpolator, float]:
+        """Return what a joint follows, and the time of that at time 0 [s]."""
+        return self._sources[joint]
+
+
+def _source(
+    running: Interpolator | Spliced, joint: int, offset: float
+) -> tuple[Interpolator, float]:
+    if isinstance(running, Interpolator):
+        return running, offset
+    course, ahead = running.source(joint)
+    return course, ahead + offset

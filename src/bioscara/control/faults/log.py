@@ -1,0 +1,99 @@
+"""What went wrong since the arm was clear, and the flight record of each time it did."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+from bioscara.control.faults.kinds import Fault, FaultKind, Stop, says_power_is_gone
+from bioscara.control.faults.flight_recorder import Evidence, FlightRecord
+from bioscara.errors import BioscaraError, NotEnabledError
+
+_AT_ONCE = 0.1
+"""Joints that drop out within this time dropped out together [s]."""
+_STRONGEST_FIRST = tuple(Stop)
+
+
+class FaultLog:
+    """Faults in the order in which they came, with evidence for each group that came together.
+
+    Args:
+        record: The last seconds.
+        folder: Where evidence is written; created when there is some.
+        joints: How many joints the arm has.
+
+    Attributes:
+        faults: What went wrong, first cause first.
+    """
+
+    def __init__(self, record: FlightRecord, folder: Path, joints: int) -> None:
+        self._record, self._folder, self._joints = record, folder, joints
+        self._groups: list[tuple[int, Evidence]] = []
+        self.faults: list[Fault] = []
+
+    @property
+    def stop(self) -> Stop:
+        """The strongest stop that any of the faults asks for; there is at least one."""
+        return min((fault.kind.stop for fault in self.faults), key=_STRONGEST_FIRST.index)
+
+    def add(self, fault: Fault) -> bool:
+        """Take a fault; return whether it is the first of its kind from its source."""
+        if any((old.kind, old.source) == (fault.kind, fault.source) for old in self.faults):
+            return False
+        self.faults.append(fault)
+        self._name_power_loss(fault.time)
+        return True
+
+    def freeze(self) -> None:
+        """Set the flight record aside as that of the faults since this was done last."""
+        self._groups.append((len(self.faults), self._record.freeze()))
+
+    def keep(self) -> None:
+        """Write the flight records that were set aside, each with the faults until then.
+
+        What was written before is not written again. Faults whose record was not set aside yet
+        get what there is now.
+
+        Raises:
+            OSError: One cannot be written.
+        """
+        groups, begin = list(self._groups), 0
+        if not groups or groups[-1][0] < len(self.faults):
+            groups.append((len(self.faults), self._record.freeze()))
+        for end, evidence in groups:
+            new = [number for number in range(begin, end) if not self.faults[number].evidence]
+            begin = end
+            if not new:
+                continue
+            name = (
+                f"fault-{self.faults[new[0]].kind.name.lower()}-{datetime.now(UTC):%Y%m%dT%H%M%S}"
+            )
+            path = evidence.write(self._folder, name, [str(fault) for fault in self.faults[:end]])
+            for number in new:
+                self.faults[number] = replace(self.faults[number], evidence=path)
+
+    def clear(self) -> None:
+        """Forget all faults."""
+        self.faults.clear()
+        self._groups.clear()
+
+    def _name_power_loss(self, time: float) -> None:
+        """Make it POWER_LOST where several joints dropped out together as they then do."""
+        latest = [
+            (number, fault)
+            for number, fault in enumerate(self.faults)
+            if time - fault.time <= _AT_ONCE
+        ]
+        # Joints that heard nothing for too long let go by themselves, with power.
+        unheard = any(fault.kind is FaultKind.OVERRUN for _, fault in latest)
+        recent = {
+            fault.source: number
+            for number, fault in reversed(latest)
+            if isinstance(fault.cause, BioscaraError)
+            and says_power_is_gone(fault.cause)
+            and not (unheard and isinstance(fault.cause, NotEnabledError))
+        }
+        if len(recent) >= self._joints - 1:
+            first = min(recent.values())
+            self.faults[first] = replace(self.faults[first], kind=FaultKind.POWER_LOST)

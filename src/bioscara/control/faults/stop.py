@@ -1,0 +1,100 @@
+"""How the joints of an arm come to rest, and when they have."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+from bioscara.control.controllers.controller import AnyController
+from bioscara.control.controllers.hold_controller import HoldController
+from bioscara.control.controllers.jog_controller import JogController
+from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
+from bioscara.control.manager.manager import ControllerManager
+from bioscara.errors import ModeSwitchError
+from bioscara.hardware import HOME, ArmHardware, State
+
+_REST_SHARE = 0.002
+"""Share of its highest speed below which a joint counts as standing."""
+_REST_TIME = 5.0
+"""Time after which a stop counts as ended whatever the joints say [s]."""
+_HALTING = JointTrajectoryController, JogController
+"""Controllers that come to rest on the way that they are on."""
+
+
+class Resting:
+    """Takes the joints of an arm from whoever moves them.
+
+    Args:
+        manager: Runs the arm.
+        arm: Its joints.
+        hold: Name of the configured controller that brings the arm to rest and holds it.
+    """
+
+    def __init__(self, manager: ControllerManager, arm: ArmHardware, hold: str) -> None:
+        self._manager, self._arm, self._hold = manager, arm, hold
+
+    def at_rest(self, time: float, since: float) -> bool:
+        """Return whether all joints that can be reached stand, or had long enough to do so.
+
+        Not yet in the cycle in which they were told: what it saw is part of the evidence.
+
+        Args:
+            time: Now [s].
+            since: When they were told to stop [s].
+        """
+        if time <= since:
+            return False
+        if self._arm.state is not State.ACTIVE or time - since > _REST_TIME:
+            return True
+        hold = self._manager.controller(self._hold)
+        if isinstance(hold, HoldController) and hold.state is State.ACTIVE and not hold.ended:
+            return False
+        return all(
+            axis.halted is not None
+            or (
+                not axis.homing.running
+                and abs(axis.sample.velocity) < _REST_SHARE * axis.velocity_limit
+            )
+            for axis in self._arm.axes
+        )
+
+    def _let_halt(self, time: float) -> bool:
+        """Let all that moves come to rest on its way; return whether all of it can."""
+        moving = self._moving()
+        halting = [each for each in moving if isinstance(each, _HALTING)]
+        if not halting or len(halting) < len(moving):
+            return False
+        for controller in halting:
+            controller.cancel(time)
+        return True
+
+    def _halted(self) -> bool:
+        return all(each.at_rest for each in self._moving() if isinstance(each, _HALTING))
+
+    def _let_hold(self, time: float) -> None:
+        manager, arm = self._manager, self._arm
+        if arm.state is not State.ACTIVE:
+            return
+        for command in arm.commands.values():
+            if command.kind == HOME:
+                command.value = 0.0
+        leaving, moving = [], False
+        for controller in manager.controllers:
+            claimed = arm.commands.keys() & controller.command_interfaces
+            if claimed and controller.state is State.ACTIVE and controller.name != self._hold:
+                leaving.append(controller.name)
+                moving = moving or any(arm.commands[name].kind != HOME for name in claimed)
+        if moving and manager.controller(self._hold).state is not State.ACTIVE:
+            # Where a joint that moves cannot be held, each comes to rest by itself.
+            with suppress(ModeSwitchError):
+                manager.take_over(self._hold, leaving, time)
+                return
+        if leaving:
+            manager.switch(time, (), leaving)
+
+    def _moving(self) -> list[AnyController]:
+        own = self._arm.commands.keys()
+        return [
+            each
+            for each in self._manager.controllers
+            if each.state is State.ACTIVE and own & each.command_interfaces
+        ]

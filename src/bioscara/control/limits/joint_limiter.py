@@ -1,0 +1,371 @@
+"""Bounds the commands of one joint, from any source.
+
+What is within its limits passes unchanged. A position that is not is approached as fast as
+velocity and acceleration allow, with the way to brake kept in reserve, so that a step becomes a
+ramp and a limit is reached at rest.
+"""
+
+from __future__ import annotations
+
+import math
+
+from bioscara.control.limits.braking import mean_speed_within, speed_within
+from bioscara.hardware.interfaces import CommandInterface, StateInterface
+from bioscara.model import JointParameters
+from bioscara.protocol import SILENCE
+
+_ROUNDING = 1e-6
+"""Share by which a command may pass what it is bounded by: it is a difference of samples."""
+_NOTHING = 1e-12
+"""What rounding leaves of a way that was gone [rad or m]."""
+_REACTION = 2.0 * SILENCE
+"""Time that a joint under velocity control may go on before it brakes [s]: it stops by itself
+when it hears nothing for its watchdog time, and its driver asks for room for that."""
+_CREEP = 0.01
+"""Share of the highest speed for which a joint under velocity control keeps room to brake when it
+has come to a limit: the speed that its driver measures is not finer than this."""
+
+
+class JointLimiter:
+    """Bounds the commands of one joint.
+
+    Velocities of positions are means over the time between two of them, which belong to the
+    middle of that time; so an acceleration is their difference over the mean of two periods.
+
+    Args:
+        limits: Of the joint.
+        position_command: Its handle.
+        velocity_command: Its handle.
+        position: What is measured.
+        velocity: What is measured.
+
+    Attributes:
+        name: Name of the joint.
+        fastest: Its highest velocity [rad/s or m/s].
+        acceleration: Its highest acceleration [rad/s^2 or m/s^2].
+        reference: Position that was commanded last [rad or m]; NaN before the first.
+        speed: Velocity that was commanded last [rad/s or m/s].
+        interventions: In how many cycles a command was changed.
+        lag: How far what is sent is behind what was bounded [rad or m]; it goes there still.
+    """
+
+    __slots__ = (
+        "_before", "_bounded", "_lower", "_position", "_position_command", "_raw", "_raw_speed",
+        "_upper", "_velocity", "_velocity_command", "acceleration", "fastest", "interventions",
+        "lag", "name", "reference", "speed",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        limits: JointParameters,
+        position_command: CommandInterface,
+        velocity_command: CommandInterface,
+        position: StateInterface,
+        velocity: StateInterface,
+    ) -> None:
+        self.name = limits.name
+        self._lower, self._upper = limits.lower, limits.upper
+        self.fastest, self.acceleration = limits.max_velocity, limits.max_acceleration
+        self._position_command, self._velocity_command = position_command, velocity_command
+        self._position, self._velocity = position, velocity
+        self.interventions, self.lag = 0, 0.0
+        self.reference = self._raw = math.nan
+        self.speed = self._raw_speed = 0.0
+        self._before, self._bounded = 0.0, (math.nan, 0.0)
+
+    @property
+    def commanded(self) -> bool:
+        """Whether somebody claimed position or velocity of the joint."""
+        return bool(self._position_command.owner or self._velocity_command.owner)
+
+    @property
+    def state(self) -> tuple[float, float]:
+        """Position and velocity that are commanded; else measured, at rest."""
+        if self._position_command.owner or self._velocity_command.owner:
+            return self.reference, self.speed
+        return self._position.value, 0.0
+
+    @property
+    def here(self) -> float:
+        """Position that was commanded last or, where none was, measured [rad or m]."""
+        if self._position_command.owner or self._velocity_command.owner:
+            return self.reference
+        return self._position.value
+
+    @property
+    def sent(self) -> float:
+        """Position that was sent last, or measured where none is sent [rad or m]."""
+        return self.reference - self.lag if self._position_command.owner else self.here
+
+    def stops_inside(self, time: float) -> bool:
+        """Return whether the joint is inside its limits when it has gone on so long.
+
+        Not for sure so where its velocity alone is commanded.
+
+        Args:
+            time: At the velocity that is commanded [s].
+        """
+        if self._position_command.owner:
+            return self._lower <= self.reference + self.speed * time <= self._upper
+        return not self._velocity_command.owner
+
+    def within(self, place: float) -> float:
+        """Return the position nearest to ``place`` that the joint may go to [rad or m].
+
+        Beyond a limit, where a joint can only have been pushed, it may stay.
+        """
+        if self._lower <= place <= self._upper:
+            return place
+        here = self.here
+        return min(max(place, min(self._lower, here)), max(self._upper, here))
+
+    @property
+    def gap(self) -> float:
+        """How far the position that is asked for is away [rad or m]; 0 where none is."""
+        asked = self._position_command.value
+        if not self._position_command.owner or not math.isfinite(asked):
+            return 0.0
+        return self.within(asked) - self.reference
+
+    def ask(self, velocity: float, period: float) -> None:
+        """Ask for a velocity in place of what is asked for [rad/s or m/s].
+
+        Args:
+            velocity: Until the next cycle.
+            period: Time since the last cycle [s].
+        """
+        if self._position_command.owner:
+            self._position_command.value = self.reference + velocity * period
+        if self._velocity_command.owner:
+            self._velocity_command.value = velocity
+
+    def after(self, time: float) -> float:
+        """Return where the joint is when it has gone on so long [rad or m].
+
+        Args:
+            time: At the velocity that is commanded, after what was bounded was sent [s].
+        """
+        if self._position_command.owner:
+            return self.reference + self.speed * time
+        if self._velocity_command.owner:
+            return self.reference + self.speed * time + self.lag
+        return self._position.value
+
+    def reaction(self, period: float) -> float:
+        """Return how long the joint may go on as it was told before it brakes [s].
+
+        Args:
+            period: Time from cycle to cycle [s].
+        """
+        if self._position_command.owner or not self._velocity_command.owner:
+            return 0.0
+        return _REACTION + 2.0 * period
+
+    @property
+    def asked_velocity(self) -> float:
+        """Velocity that is asked for where velocity alone is commanded, else 0 [rad/s or m/s]."""
+        if self._position_command.owner or not self._velocity_command.owner:
+            return 0.0
+        asked = self._velocity_command.value
+        return asked if math.isfinite(asked) else 0.0
+
+    def ask_less(self, share: float) -> None:
+        """Take back a share of a velocity that is asked for, as :meth:`slow_down`."""
+        if self.asked_velocity:
+            self._velocity_command.value *= share
+
+    def slow_down(self, share: float, period: float) -> None:
+        """Take back a share of what the cycle commands.
+
+        Args:
+            share: Of the velocity that is left, 0 to 1.
+            period: Time since the last cycle [s].
+        """
+        speed = self.speed * share
+        self.reference -= (self.speed - speed) * period
+        self.speed = speed
+        if self._position_command.owner:
+            self._position_command.value = self.reference
+            if self._velocity_command.owner:
+                self._velocity_command.value *= share
+        elif self._velocity_command.owner:
+            self._velocity_command.value = speed
+
+    def put(self, place: float, mean: float, velocity: float, period: float) -> None:
+        """Command something else in this cycle than what was asked for.
+
+        Args:
+            place: Position to go to [rad or m].
+            mean: Velocity that leads there from the last position [rad/s or m/s].
+            velocity: At that position [rad/s or m/s].
+            period: Time since the last cycle [s].
+        """
+        if self._position_command.owner:
+            self.reference, self.speed = place, mean
+            self._position_command.value = place
+        elif self._velocity_command.owner:
+            velocity = self._in_reserve(velocity, period)
+            # Where it is follows from what is measured.
+            self.reference -= (self.speed - velocity) * period
+            self.speed = velocity
+        if self._velocity_command.owner:
+            self._velocity_command.value = velocity
+
+    def go_on(self) -> None:
+        """Go on from what was bounded last, in place of what was sent."""
+        command = self._position_command
+        if not (command.owner or self._velocity_command.owner):
+            return
+        place, speed = self._bounded
+        if command.owner and command.value == self.reference:
+            # Nobody commanded anew: what is asked for is what was.
+            command.value = place
+        self.reference, self.speed = place, speed
+
+    def keep(self) -> None:
+        """Go on from what was sent: what was bounded does not come after it any more."""
+        self.lag = 0.0
+        self._raw, self._raw_speed = self.reference, self.speed
+
+    def send(self, speed: float, period: float) -> None:
+        """Send another velocity than what was bounded, and the position that follows from it.
+
+        Args:
+            speed: Of this cycle [rad/s or m/s].
+            period: Time since the last cycle [s].
+        """
+        place, velocity = self._position_command, self._velocity_command
+        if not (place.owner or velocity.owner) or not math.isfinite(self.reference):
+            return
+        self._bounded = self.reference, self.speed
+        lag = self.lag + (self.speed - speed) * period
+        if not speed and abs(lag) < _NOTHING:
+            lag = 0.0
+        self.lag, self.speed = lag, speed
+        if place.owner:
+            self.reference -= lag
+            place.value = self.reference
+        if velocity.owner:
+            velocity.value = speed
+
+    def begin(self) -> None:
+        """Start from what is measured: nobody commanded the joint before."""
+        measured, speed = self._position.value, self._velocity.value
+        self.reference = self._raw = measured
+        speed = speed if math.isfinite(speed) else 0.0
+        self.speed = self._raw_speed = min(max(speed, -self.fastest), self.fastest)
+        self._bounded = self.reference, self.speed
+        self._before = self.lag = 0.0
+
+    def resume(self) -> None:
+        """Let a controller go on from there: its commands are what was commanded last."""
+        if math.isfinite(self.reference):
+            self._position_command.value = self.reference
+        self._velocity_command.value = self.speed
+
+    def apply(self, period: float) -> None:
+        """Bound what is commanded; arguments as :meth:`Limiter.apply`."""
+        if self._position_command.owner:
+            self._bound_position(period)
+        elif self._velocity_command.owner:
+            self._bound_velocity(period)
+        self._before = period
+
+    def _bound_position(self, period: float) -> None:
+        command, asked = self._position_command, self._position_command.value
+        if not math.isfinite(self.reference):
+            self.begin()
+            if not math.isfinite(self.reference):
+                command.value = math.nan
+                return
+        # From beyond a limit, where a joint can only have been pushed, it may but go back.
+        lower, upper = min(self._lower, self.reference), max(self._upper, self.reference)
+        # What is no number commands nothing: the joint goes on to where it was told to go.
+        wanted = min(max(asked, lower), upper) if math.isfinite(asked) else self._raw
+        step = self.acceleration * 0.5 * (period + (self._before or period))
+        towards, behind = (wanted - self._raw) / period, self.reference != self._raw
+        self._raw = wanted
+        self._raw_speed = min(
+            max(towards, self._raw_speed - step, -self.fastest),
+            self._raw_speed + step,
+            self.fastest,
+        )
+        reference, last = self.reference, self.speed
+        speed, fine = (wanted - reference) / period, step * _ROUNDING
+        if (
+            behind
+            or abs(speed - last) > step + fine
+            or abs(speed) > self.fastest + fine
+            or not -mean_speed_within(reference - lower, self.acceleration, period) - fine
+            <= speed
+            <= mean_speed_within(upper - reference, self.acceleration, period) + fine
+        ):
+            bounded = self._approach(wanted, period, step)
+            if abs(bounded - speed) > fine:
+                wanted = min(max(reference + bounded * period, lower), upper)
+                speed = (wanted - reference) / period
+        self.reference, self.speed = wanted, speed
+        kept = wanted == asked
+        command.value = wanted
+        if self._velocity_command.owner and not self._match_velocity(period, last, kept=kept):
+            kept = False
+        if not kept:
+            self.interventions += 1
+
+    def _match_velocity(self, period: float, last: float, *, kept: bool) -> bool:
+        """Make the velocity that goes with a position one that the joint can have there.
+
+        Returns whether it was one already.
+
+        Args:
+            period: Time since the last cycle [s].
+            last: Mean velocity of the cycle before [rad/s or m/s].
+            kept: Whether the position is the one that the controller gave.
+        """
+        asked, speed = self._velocity_command.value, self.speed
+        reach = self.acceleration * period * (0.5 + _ROUNDING)
+        if kept and abs(asked - speed) <= reach and abs(asked) <= self.fastest:
+            return True
+        # The mean belongs to the middle of the cycle, the velocity to its end.
+        end = speed + (speed - last) * period / (period + (self._before or period))
+        end = max(end, 0.0) if speed > 0.0 else min(end, 0.0) if speed < 0.0 else 0.0
+        if kept and math.isfinite(asked):
+            end = min(max(asked, speed - reach), speed + reach)
+        self._velocity_command.value = min(max(end, -self.fastest), self.fastest)
+        return False
+
+    def _approach(self, wanted: float, period: float, step: float) -> float:
+        """Return the speed that brings the joint to a moving target soon and without overshoot."""
+        ahead, acceleration = self._raw_speed, self.acceleration
+        gap = wanted - self.reference - ahead * period
+        speed = ahead + math.copysign(mean_speed_within(abs(gap), acceleration, period), gap)
+        down = mean_speed_within(self.reference - self._lower, acceleration, period)
+        up = mean_speed_within(self._upper - self.reference, acceleration, period)
+        speed = min(max(speed, -down), up)
+        speed = min(max(speed, self.speed - step), self.speed + step)
+        return min(max(speed, -self.fastest), self.fastest)
+
+    def _bound_velocity(self, period: float) -> None:
+        wanted, here = self._velocity_command.value, self._position.value
+        step = self.acceleration * period
+        goal = wanted if math.isfinite(wanted) else self.speed
+        if not math.isfinite(here):
+            goal = 0.0
+        speed = min(max(goal, self.speed - step), self.speed + step)
+        speed = min(max(speed, -self.fastest), self.fastest)
+        if math.isfinite(here):
+            speed = self._in_reserve(speed, period)
+            here = min(max(here + speed * period, self._lower), self._upper)
+        if speed != wanted:
+            self._velocity_command.value = speed
+            self.interventions += 1
+        self.speed = self._raw_speed = speed
+        self.reference = self._raw = here
+
+    def _in_reserve(self, speed: float, period: float) -> float:
+        """Return what a velocity may be with the way to brake within the limits in reserve."""
+        here, reaction = self._position.value + self.lag, self.reaction(period)
+        creep = _CREEP * self.fastest * reaction
+        down = speed_within(here - self._lower - creep, self.acceleration, reaction)
+        up = speed_within(self._upper - here - creep, self.acceleration, reaction)
+        return min(max(speed, -down), up)

@@ -1,0 +1,88 @@
+"""The last host stage before the bus: every command of every source is bounded here.
+
+First each joint by itself, by its own limits; then, in stages, all joints of the arm together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Sequence
+from typing import Protocol
+
+from bioscara.control.limits.joint_limiter import JointLimiter
+from bioscara.hardware import HardwareComponent
+
+
+class Stage(Protocol):
+    """Bounds what joints do together."""
+
+    def foresee(self, period: float) -> None:
+        """Look at what is asked for, before each joint is bounded; arguments as :meth:`apply`."""
+
+    def apply(self, period: float) -> None:
+        """Bound what each joint was left with by itself and by the stages before.
+
+        Args:
+            period: Time since the last cycle [s].
+        """
+
+
+class Limiter:
+    """Bounds the commands of all joints that have limits.
+
+    Args:
+        components: The hardware.
+
+    Attributes:
+        guards: One for each joint, by name.
+        stages: Bound joints together, one after the other; none at first.
+    """
+
+    def __init__(self, components: Sequence[HardwareComponent]) -> None:
+        self.guards: dict[str, JointLimiter] = {}
+        self.stages: tuple[Stage, ...] = ()
+        for component in components:
+            for name, limits in component.limits.items():
+                self.guards[name] = JointLimiter(
+                    limits,
+                    component.commands[f"{name}/position"],
+                    component.commands[f"{name}/velocity"],
+                    component.states[f"{name}/position"],
+                    component.states[f"{name}/velocity"],
+                )
+        self._all = tuple(self.guards.values())
+
+    def moving(self) -> set[str]:
+        """Return the joints whose position or velocity somebody commands."""
+        return {guard.name for guard in self._all if guard.commanded}
+
+    def begin(self, joints: Iterable[str], moving: Collection[str]) -> None:
+        """Let a controller take joints over; their commands are then where they are heading.
+
+        Args:
+            joints: Their names; those without limits are passed over.
+            moving: Those that were under command until now: they go on from their last commands,
+                the others start from what is measured.
+        """
+        for name in joints:
+            guard = self.guards.get(name)
+            if guard is not None:
+                if name not in moving:
+                    guard.begin()
+                guard.resume()
+
+    def speeds(self, joints: Collection[str]) -> dict[str, float]:
+        """Return the velocity that was commanded last, of those joints that have limits."""
+        return {name: guard.speed for name, guard in self.guards.items() if name in joints}
+
+    def apply(self, period: float) -> None:
+        """Bound every command.
+
+        Args:
+            period: Time since the last cycle [s].
+        """
+        for stage in reversed(self.stages):
+            stage.foresee(period)
+        for guard in self._all:
+            guard.apply(period)
+        for stage in self.stages:
+            stage.apply(period)

@@ -1,0 +1,204 @@
+"""The control loop: one cycle at each deadline, counted, watched, never in bursts."""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from itertools import chain
+from typing import NamedTuple
+
+from bioscara.clock import Clock
+from bioscara.control.faults.flight_recorder import FlightRecord, Timing
+from bioscara.control.faults.kinds import FaultKind
+from bioscara.control.faults.supervisor import Supervisor
+from bioscara.control.loop.realtime import conditions
+from bioscara.control.loop.systemd import Watchdog
+from bioscara.control.manager.manager import ControllerManager
+from bioscara.control.manager.statistics import Statistics
+from bioscara.control.manager.update_rate import require_rate
+from bioscara.errors import ConfigurationError, NotEnabledError, OverrunError
+from bioscara.hardware import State
+from bioscara.hardware.bus_budget import highest_rate
+from bioscara.protocol import SILENCE
+
+_IN_A_ROW = 3
+"""Cycles in a row that missed their deadline, for which the arm is stopped."""
+_SLOW_SHARE, _STOP_SHARE = 0.05, 0.2
+"""Shares of the last second's cycles for which it is slowed down, and stopped."""
+
+
+class Cycle(NamedTuple):
+    """One cycle of the loop.
+
+    Attributes:
+        time: Its begin [s].
+        period: Time since the one before [s].
+        timing: What it cost.
+    """
+
+    time: float
+    period: float
+    timing: Timing
+
+
+class Loop:
+    """Runs a manager at a fixed rate.
+
+    Deadlines are absolute, so that lateness does not add up; those that have passed are dropped,
+    so that setpoints never come in a burst. Whatever a cycle raises ends in the supervisor's stop;
+    only what is no error but the wish to end the program, such as KeyboardInterrupt, is raised
+    once the joints have been told to come to rest.
+
+    Args:
+        manager: What is run.
+        supervisor: Watches it.
+        record: Keeps it.
+        clock: Time; simulated or not.
+        rate: Cycles per second [Hz].
+        bus_time: What the exchanges of a cycle take [s].
+        watchdog: Fed after every good cycle.
+
+    Attributes:
+        rate: As given.
+        period: Time from cycle to cycle [s].
+        statistics: What the cycles were like.
+
+    Raises:
+        ConfigurationError: The rate makes no sense, or the bus cannot carry it.
+    """
+
+    def __init__(
+        self,
+        manager: ControllerManager,
+        supervisor: Supervisor,
+        record: FlightRecord,
+        clock: Clock,
+        rate: int,
+        bus_time: float = 0.0,
+        watchdog: Watchdog | None = None,
+    ) -> None:
+        rate = require_rate(rate)
+        highest = highest_rate(bus_time)
+        if rate > highest:
+            raise ConfigurationError(
+                f"rate {rate} Hz: the exchanges of a cycle take {1e3 * bus_time:.2f} ms on this "
+                f"bus; it can carry {highest} Hz"
+            )
+        self._manager, self._supervisor, self._record = manager, supervisor, record
+        self._clock, self._watchdog = clock, watchdog
+        self.rate, self.period = rate, 1.0 / rate
+        self.statistics = Statistics()
+        self._deadline = self._last = math.nan
+        self._window: deque[bool] = deque([False] * rate, rate)
+        self._missed = self._in_a_row = 0
+        self._slowed = False
+
+    def restart(self) -> None:
+        """Begin anew after a pause in which nothing ran: that is no overrun."""
+        self._deadline = self._last = math.nan
+        self._window.extend([False] * self.rate)
+        self._missed = self._in_a_row = 0
+
+    def step(self) -> Cycle:
+        """Wait for the next deadline and run one cycle."""
+        try:
+            return self._step()
+        except BaseException:
+            now = self._clock.now()
+            self._deadline = now + self.period
+            self._supervisor.halt(now)
+            raise
+
+    def _step(self) -> Cycle:
+        clock, manager, supervisor = self._clock, self._manager, self._supervisor
+        if math.isnan(self._deadline):
+            self._deadline = clock.now()
+        else:
+            clock.sleep_until(self._deadline)
+        time = clock.now()
+        late = time - self._deadline
+        period = self.period if math.isnan(self._last) else time - self._last
+        held_up = period > SILENCE + self.period
+        self._last = time
+        good = False
+        try:
+            if held_up and self._driving:
+                self._overrun(f"nothing ran for {period:.2f} s", time)
+            # The way of a pause in which the joints stopped by themselves is not made up for.
+            manager.cycle(time, self.period if held_up else period)
+            self._require_timely(time, period)
+            supervisor.check(time, self.period)
+            self._judge(time)
+            good = not manager.failures
+        except Exception as error:  # noqa: BLE001  whatever broke, the arm is brought to rest
+            supervisor.crash(error, time)
+            self._deadline = clock.now() + self.period
+        timing = Timing(late, *manager.timing)
+        self._record.append(time, timing)
+        self._count(period, timing)
+        if good and self._watchdog is not None:
+            self._watchdog.feed(time)
+        return Cycle(time, period, timing)
+
+    @property
+    def _driving(self) -> bool:
+        return any(component.state is State.ACTIVE for component in self._manager.components)
+
+    def _count(self, period: float, timing: Timing) -> None:
+        statistics = self.statistics
+        statistics.cycles += 1
+        statistics.periods.add(period)
+        statistics.late.add(timing.late)
+        statistics.read.add(timing.read)
+        statistics.update.add(timing.update)
+        statistics.write.add(timing.write)
+
+    def _require_timely(self, time: float, period: float) -> None:
+        """Take a fault if the joints cannot but have stopped by themselves, or say they did."""
+        if not self._driving:
+            return
+        now = self._clock.now()
+        behind, silence = now - self._deadline, now - time + period
+        if behind > SILENCE + self.period:
+            self._overrun(f"a cycle ended {behind:.2f} s after its begin was due", time)
+        elif silence > SILENCE and (behind > self.period or period > SILENCE):
+            problems = chain.from_iterable(each.problems for each in self._manager.components)
+            if any(isinstance(problem, NotEnabledError) for problem in problems):
+                self._overrun(f"joints heard nothing for up to {silence:.2f} s", time)
+
+    def _judge(self, time: float) -> None:
+        """Set the next deadline, and react if it has passed already."""
+        behind = self._clock.now() - self._deadline
+        periods = int(behind / self.period)
+        self._deadline += (periods + 1) * self.period
+        missed = periods > 0
+        self._missed += missed - self._window[0]
+        self._window.append(missed)
+        if not missed:
+            self._in_a_row = 0
+            if self._slowed and not self._missed:
+                self._slowed = False
+                self._supervisor.full_speed()
+            return
+        self.statistics.overruns += 1
+        if not self._driving:
+            # Releasing or greeting joints takes its time and harms nobody.
+            return
+        self._in_a_row += 1
+        share = self._missed / self.rate
+        if self._in_a_row >= _IN_A_ROW:
+            self._overrun(f"{self._in_a_row} cycles in a row missed their deadline", time)
+        elif share > _STOP_SHARE:
+            self._overrun(f"{share:.0%} of the last second's cycles missed their deadline", time)
+        elif share > _SLOW_SHARE and not self._slowed:
+            self._slowed = True
+            text = f"{share:.0%} of the last second's cycles missed their deadline"
+            self._overrun(text, time, FaultKind.LATE)
+
+    def _overrun(self, text: str, time: float, kind: FaultKind = FaultKind.OVERRUN) -> None:
+        late = 1e3 * self.statistics.late.percentile(99.0)
+        text = f"the loop does not keep {self.rate} Hz: {text} (p99 {late:.1f} ms late)"
+        slow = conditions()
+        if slow:
+            text += f"; the computer reports {slow}"
+        self._supervisor.fault(OverrunError(text), "loop", time, kind)

@@ -1,0 +1,151 @@
+"""How a manager does, in words and judged, as ros2_control tells it on ``/diagnostics``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from enum import IntEnum
+from typing import NamedTuple
+
+from bioscara.control.manager.manager import ControllerManager
+from bioscara.control.manager.statistics import Summary
+from bioscara.hardware import State
+
+
+class Level(IntEnum):
+    """How bad it is; the numbers are those of ROS."""
+
+    OK = 0
+    WARN = 1
+    ERROR = 2
+
+
+class Threshold(NamedTuple):
+    """Above which number it is how bad.
+
+    Attributes:
+        warn: Above this it is :attr:`Level.WARN`.
+        error: Above this it is :attr:`Level.ERROR`.
+    """
+
+    warn: float
+    error: float
+
+    def judge(self, value: float) -> Level:
+        """Return how bad a number is; what is not known is not bad."""
+        if value > self.error:
+            return Level.ERROR
+        return Level.WARN if value > self.warn else Level.OK
+
+
+class Thresholds(NamedTuple):
+    """What is expected of a statistic; the numbers are the defaults of ros2_control.
+
+    Attributes:
+        mean_error: Distance of the average from what is expected.
+        standard_deviation: Standard deviation.
+    """
+
+    mean_error: Threshold
+    standard_deviation: Threshold
+
+    def judge(self, summary: Summary, expected: float) -> Level:
+        """Return how bad a statistic is that was expected to be so on average."""
+        return max(
+            self.mean_error.judge(abs(summary.average - expected)),
+            self.standard_deviation.judge(summary.standard_deviation),
+        )
+
+
+PERIODICITY = Thresholds(Threshold(5.0, 10.0), Threshold(5.0, 10.0))
+"""Of controllers and the manager [Hz]."""
+EXECUTION_TIME = Thresholds(Threshold(1000e-6, 2000e-6), Threshold(100e-6, 200e-6))
+"""Of controllers, and of reading and writing hardware [s]; nothing is expected to take time."""
+
+
+class Status(NamedTuple):
+    """One entry of the diagnostics.
+
+    Attributes:
+        name: What it is about.
+        level: How bad it is.
+        message: Why, in words.
+        values: What there is to know, by name.
+    """
+
+    name: str
+    level: Level
+    message: str
+    values: Mapping[str, str]
+
+
+def diagnose(manager: ControllerManager) -> tuple[Status, Status, Status]:
+    """Return what there is to say of the controllers, the hardware and the manager."""
+    return _controllers(manager), _hardware(manager), _cycles(manager)
+
+
+def _controllers(manager: ControllerManager) -> Status:
+    values: dict[str, str] = {}
+    judged: list[tuple[Level, str]] = []
+    for controller in manager.controllers:
+        name, statistics = controller.name, controller.statistics
+        values[f"{name}.state"] = controller.state.label
+        execution_time = statistics.execution_time.summary()
+        periodicity = statistics.periodicity.summary()
+        if controller.state is not State.ACTIVE or not periodicity.sample_count:
+            continue
+        values[f"{name}.execution_time"] = _microseconds(execution_time)
+        values[f"{name}.periodicity"] = _hertz(periodicity)
+        rate = 1.0 / controller.nominal_period
+        judged += [
+            (EXECUTION_TIME.judge(execution_time, 0.0), f"{name}.execution_time"),
+            (PERIODICITY.judge(periodicity, rate), f"{name}.periodicity"),
+        ]
+    if not manager.controllers:
+        return Status("Controllers Activity", Level.WARN, "no controllers are loaded", values)
+    return _status("Controllers Activity", judged, values)
+
+
+def _hardware(manager: ControllerManager) -> Status:
+    values: dict[str, str] = {}
+    judged: list[tuple[Level, str]] = []
+    statistics = manager.statistics
+    for component in manager.components:
+        name, active = component.name, component.state is State.ACTIVE
+        values[f"{name}.state"] = component.state.label
+        if not active:
+            judged.append((Level.WARN, f"{name} is {component.state.label}"))
+        for cycle, spreads in (("read", statistics.read), ("write", statistics.write)):
+            summary = spreads[name].summary()
+            if active and summary.sample_count:
+                label = f"{name}.{cycle}_cycle.execution_time"
+                values[label] = _microseconds(summary)
+                judged.append((EXECUTION_TIME.judge(summary, 0.0), label))
+    if not any(component.state is State.ACTIVE for component in manager.components):
+        judged = [(Level.ERROR, "no hardware component is active")]
+    return _status("Hardware Components Activity", judged, values)
+
+
+def _cycles(manager: ControllerManager) -> Status:
+    summary = manager.statistics.periodicity.summary()
+    values = {"update_rate": str(manager.rate)}
+    for key in ("average", "standard_deviation", "min", "max"):
+        values[f"periodicity.{key}"] = f"{getattr(summary, key):.3f}"
+    judged = [(PERIODICITY.judge(summary, manager.rate), "periodicity")]
+    return _status("Controller Manager Activity", judged, values)
+
+
+def _status(name: str, judged: list[tuple[Level, str]], values: Mapping[str, str]) -> Status:
+    """Return the worst of it, and all that is not well."""
+    bad = [(level, what) for level, what in judged if level is not Level.OK]
+    level = max((level for level, _ in bad), default=Level.OK)
+    return Status(name, level, "; ".join(what for _, what in bad) or "all is well", values)
+
+
+def _microseconds(summary: Summary) -> str:
+    average, low, high, deviation = (1e6 * each for each in summary[:4])
+    return f"Avg: {average:.2f} [{low:.2f} - {high:.2f}] us, StdDev: {deviation:.2f}"
+
+
+def _hertz(summary: Summary) -> str:
+    average, low, high, deviation = summary[:4]
+    return f"Avg: {average:.2f} [{low:.2f} - {high:.2f}] Hz, StdDev: {deviation:.2f}"

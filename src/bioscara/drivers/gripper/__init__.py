@@ -1,0 +1,1 @@
+"""The parallel gripper: a width goes in, a PWM signal comes out."""

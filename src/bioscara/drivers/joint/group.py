@@ -1,0 +1,213 @@
+"""Several joints in one bus call: setpoints or velocities out, samples back.
+
+A joint that fails does not hide what the others say: each has its entry in the result, a
+:class:`~bioscara.drivers.JointSample` or the exception that befell it. A single bad cycle is
+coasted over with the last sample, marked STALE; the third in a row is a
+:class:`~bioscara.errors.JointLostError`. So is the first in which a version 1 joint does not
+acknowledge; it gets no frames of cycles any more until an exchange with it alone succeeded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bioscara.arguments import items, shown
+from bioscara.bus import Bus, Transaction
+from bioscara.drivers.joint.cyclic import Outcome
+from bioscara.drivers.joint.joint import Joint
+from bioscara.drivers.joint.sample import Setpoint
+from bioscara.drivers.link.errors import exchange_failed
+from bioscara.errors import (
+    BioscaraError,
+    InvalidArgumentError,
+    JointError,
+    LimitError,
+    NoAcknowledgeError,
+)
+
+Frames = list[tuple[Transaction, ...]]
+_NOT_YET = BioscaraError("not asked yet")
+
+
+def read_states(joints: Sequence[Joint], *, retry: bool = False) -> list[Outcome]:
+    """Ask all joints for their state in one bus call.
+
+    Args:
+        joints: Initialised joints of one bus.
+        retry: Ask those that failed a second time within this cycle, in one more bus call.
+
+    Returns:
+        One entry per joint, in order.
+
+    Raises:
+        BusUnavailableError: The bus as a whole cannot be used.
+    """
+    outcomes: list[Outcome] = [_NOT_YET] * len(joints)
+    frames: Frames = []
+    for index, joint in enumerate(joints):
+        try:
+            joint.session.require_open()
+        except JointError as error:
+            outcomes[index] = error
+            frames.append(())
+        else:
+            frames.append(joint.cycle.state())
+    return _exchange(joints, frames, outcomes, retry)
+
+
+def track(
+    joints: Sequence[Joint], setpoints: Sequence[Setpoint], *, retry: bool = False
+) -> list[Outcome]:
+    """Give all joints their setpoints and ask for their state, in one bus call.
+
+    Each setpoint is where its joint is to be one cycle from now. All are checked before anything
+    is sent. A joint that cannot move gets nothing and its entry is the reason.
+
+    Args:
+        joints: Initialised joints of one bus.
+        setpoints: One per joint, in order.
+        retry: Repeat failed exchanges once within this cycle, in one more bus call; the joint
+            executes no setpoint twice.
+
+    Returns:
+        One entry per joint, in order.
+
+    Raises:
+        LimitError: A setpoint is outside its joint's limits; nothing was sent to any joint.
+        InvalidArgumentError: A setpoint is not finite, or there is not one per joint.
+        BusUnavailableError: The bus as a whole cannot be used.
+    """
+    setpoints = items("the setpoints", setpoints, "give one for each joint")
+    if len(setpoints) != len(joints):
+        raise InvalidArgumentError(f"{len(setpoints)} setpoints for {len(joints)} joints")
+    checked = [
+        joint.check_setpoint(*_pair(setpoint))
+        for joint, setpoint in zip(joints, setpoints, strict=True)
+    ]
+    for joint, (position, _) in zip(joints, checked, strict=True):
+        if joint.outside:
+            joint.start_from(position)
+    outcomes: list[Outcome] = [_NOT_YET] * len(joints)
+    frames: Frames = []
+    for index, joint in enumerate(joints):
+        if joint.is_ready():
+            frames.append(joint.cycle.track(checked[index]))
+            continue
+        try:
+            joint.require_ready()
+        except JointError as error:
+            outcomes[index] = error
+        frames.append(())
+    return _exchange(joints, frames, outcomes, retry)
+
+
+def drive(
+    joints: Sequence[Joint], velocities: Sequence[float], *, retry: bool = False
+) -> list[Outcome]:
+    """Give all joints their velocities in one bus call; what they answer is their flags.
+
+    A velocity holds for as long as it is repeated, see :meth:`Joint.set_velocity`. All are
+    checked before anything is sent. A joint that, by its last sample, could not stop before a
+    limit is stopped instead, and its entry is the :class:`~bioscara.errors.LimitError`; so
+    :func:`read_states` belongs into every cycle. A joint that cannot move gets nothing and its
+    entry is the reason.
+
+    Args:
+        joints: Initialised joints of one bus.
+        velocities: One per joint, in order [rad/s or m/s].
+        retry: As for :func:`track`.
+
+    Returns:
+        One entry per joint, in order; samples are the last ones with new flags.
+
+    Raises:
+        LimitError: A velocity is above its joint's limit; nothing was sent to any joint.
+        InvalidArgumentError: A velocity is not finite, or there is not one per joint.
+        BusUnavailableError: The bus as a whole cannot be used.
+    """
+    velocities = items("the velocities", velocities, "give one for each joint")
+    if len(velocities) != len(joints):
+        raise InvalidArgumentError(f"{len(velocities)} velocities for {len(joints)} joints")
+    velocities = [
+        joint.check_velocity(velocity) for joint, velocity in zip(joints, velocities, strict=True)
+    ]
+    outcomes: list[Outcome] = [_NOT_YET] * len(joints)
+    refused: dict[int, LimitError] = {}
+    frames: Frames = []
+    for index, (joint, velocity) in enumerate(zip(joints, velocities, strict=True)):
+        try:
+            if not joint.is_ready():
+                joint.require_ready()
+            if velocity:
+                joint.require_room(velocity, joint.last, joint.clock.now())
+        except LimitError as error:
+            refused[index] = error
+            frames.append(joint.cycle.stop())
+        except JointError as error:
+            outcomes[index] = error
+            frames.append(())
+        else:
+            frames.append(joint.cycle.drive(velocity))
+    outcomes = _exchange(joints, frames, outcomes, retry)
+    for index, reason in refused.items():
+        outcomes[index] = reason
+    return outcomes
+
+
+def _pair(setpoint: Setpoint) -> Setpoint:
+    if not isinstance(setpoint, tuple) or len(setpoint) != 2:
+        raise InvalidArgumentError(f"{shown(setpoint)} is not a Setpoint(position, velocity)")
+    return setpoint
+
+
+def _exchange(
+    joints: Sequence[Joint], frames: Frames, outcomes: list[Outcome], retry: bool
+) -> list[Outcome]:
+    if not joints:
+        return []
+    bus = joints[0].bus
+    for joint in joints:
+        if joint.bus is not bus:
+            raise InvalidArgumentError(f"{joint.name} is on another bus than {joints[0].name}")
+    now = joints[0].clock.now()
+    for index, joint in enumerate(joints):
+        # A version 1 joint may have to be left alone for longer than a cycle; the others are not.
+        if frames[index] and joint.session.caution.silent:
+            unheard = NoAcknowledgeError("nobody acknowledged", joint.parameters.address)
+            frames[index], outcomes[index] = (), joint.cycle.hold_last_sample(unheard)
+        elif frames[index] and now < joint.session.caution.alone_until:
+            frames[index], outcomes[index] = (), joint.cycle.skip()
+    waiting = [index for index in range(len(joints)) if frames[index]]
+    _transfer(bus, joints, frames, waiting, outcomes, again=retry)
+    bad = [index for index in waiting if exchange_failed(outcomes[index])]
+    if bad and retry:
+        for index in bad:
+            frames[index] = joints[index].cycle.again()
+        _transfer(bus, joints, frames, bad, outcomes, again=False)
+    for index in bad:
+        problem = outcomes[index]
+        if exchange_failed(problem):
+            outcomes[index] = joints[index].cycle.hold_last_sample(problem)
+    return outcomes
+
+
+def _transfer(
+    bus: Bus,
+    joints: Sequence[Joint],
+    frames: Frames,
+    chosen: Sequence[int],
+    outcomes: list[Outcome],
+    *,
+    again: bool,
+) -> None:
+    """Carry out the frames of the chosen joints in one call and put down what came of them."""
+    requests: list[Transaction] = []
+    for index in chosen:
+        requests.extend(frames[index])
+    results = bus.transfer(requests) if requests else []
+    stamp = joints[0].clock.now()
+    start = 0
+    for index in chosen:
+        end = start + len(frames[index])
+        outcomes[index] = joints[index].cycle.take(results[start:end], stamp, again=again)
+        start = end

@@ -1,0 +1,97 @@
+"""What went wrong in an exchange, as the exception that it is to the caller."""
+
+from __future__ import annotations
+
+from typing import TypeGuard
+
+from bioscara.drivers.link.messages import FaultReport
+from bioscara.errors import (
+    BioscaraError,
+    CommunicationError,
+    IncorrectStateError,
+    JointFaultError,
+    NotEnabledError,
+    RefusedError,
+    StalledError,
+)
+from bioscara.protocol import Fault, Refusal, Register
+
+_TRANSIENT = frozenset(
+    reason.name
+    for reason in (
+        Refusal.LENGTH,
+        Refusal.UNKNOWN_REGISTER,
+        Refusal.CRC,
+        Refusal.OLD_SEQUENCE,
+        Refusal.TRAILER_REQUIRED,
+        Refusal.DIRECTION,
+        Refusal.QUEUE_FULL,
+    )
+)
+"""Reasons that a broken or untimely frame gives: worth another try, since nothing was executed."""
+
+_STATE = frozenset(
+    reason.name for reason in (Refusal.FAULT_LATCHED, Refusal.NOT_ENABLED, Refusal.STALLED)
+)
+
+
+def fault_error(joint: str, report: FaultReport) -> JointFaultError:
+    """Return the latched fault of ``joint`` as an exception."""
+    return JointFaultError(
+        f"{joint}: stopped by its fault {report.fault} (data {report.data:g})",
+        joint,
+        report.fault,
+        report.data,
+        "remove the cause, then clear_fault() and enable()",
+    )
+
+
+def refused_error(
+    joint: str, address: int, register: Register, report: FaultReport
+) -> BioscaraError:
+    """Return what a refusal of ``register`` means, by the reason the joint gave.
+
+    A joint that is disabled because of a fault is reported with the fault, which says more.
+    """
+    reason, what = report.refusal, f"{joint}: {register.name} was refused"
+    if reason == Refusal.STALLED.name or (reason in _STATE and report.fault == Fault.STALL.name):
+        return StalledError(
+            f"{what}: the joint stalled (position error {report.data:g} microsteps, more than its "
+            "stall_threshold allows)",
+            joint,
+            "remove the obstacle, then clear_fault() and enable()",
+        )
+    if reason in _STATE and report.fault != Fault.NONE.name:
+        return fault_error(joint, report)
+    if reason == Refusal.NOT_ENABLED.name:
+        return NotEnabledError(f"{what}: it is not enabled", joint, "enable() first")
+    if reason == Refusal.BUSY.name:
+        return IncorrectStateError(
+            f"{what}: another command is running, or the motor still runs down after a fault",
+            joint,
+            "stop() it, or wait 0.3 s",
+        )
+    return RefusedError(f"{what}: {reason}", address, reason, joint)
+
+
+def exchange_failed(outcome: object) -> TypeGuard[CommunicationError]:
+    """Return whether this says that an exchange failed, so that another try may end better.
+
+    A joint that objects has its reasons, and will have them again.
+    """
+    if isinstance(outcome, RefusedError):
+        return outcome.reason in _TRANSIENT
+    return isinstance(outcome, CommunicationError)
+
+
+def named_error(
+    joint: str, address: int, register: Register, error: BioscaraError, tries: int
+) -> BioscaraError:
+    """Return ``error`` of the bus with joint, address and register; of the joint as it is."""
+    if not isinstance(error, CommunicationError) or isinstance(error, RefusedError):
+        return error
+    return type(error)(
+        f"{joint} ({address:#04x}), {register.name}: {error} "
+        f"({tries} {'tries' if tries > 1 else 'try, not repeated: it may have been executed'})",
+        address,
+    )

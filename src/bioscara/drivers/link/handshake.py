@@ -1,0 +1,281 @@
+"""The first words to an address: who is there, and which version it speaks.
+
+A joint of version 1 answers HELLO, which it does not know, with its flags alone, and holds the
+clock of the whole bus low when more is read than it answers. So one byte is read first, and the
+rest only from a joint that showed the magic twice: one broken byte may look like it. While it
+starts up it acknowledges and can answer nothing at all, so a frame without a read goes before: if
+nobody acknowledges that one, who does later is left alone for a second.
+
+A joint of version 2 answers its flags too when a request arrives so broken that it knows neither
+register nor trailer. Taken for version 1 it would be driven without check bytes, so that takes
+much: many such answers, each followed by an intact PING, no other answer among them, and no answer
+of version 2 on this bus before.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from weakref import WeakKeyDictionary
+
+from bioscara import __version__
+from bioscara.bus import ADDRESSES, Bus, Transaction
+from bioscara.clock import Clock
+from bioscara.drivers.joint.original import (
+    QUIET,
+    START_UP,
+    forget_silence,
+    note_silence,
+    was_silent,
+)
+from bioscara.drivers.link.messages import Hello
+from bioscara.errors import (
+    CommunicationError,
+    CorruptFrameError,
+    NoAcknowledgeError,
+    NotSupportedError,
+    WrongJointError,
+)
+from bioscara.protocol import MAGIC, PROTOCOL, READ, TRAILER, Flags, Register
+
+_PLAIN_ANSWERS = 12
+"""Answers of version 1 to HELLO, with a PING after each, that make a joint one of version 1. Bits
+that flip in every request make a version 2 joint give such an answer in one of three cases."""
+_NEVER_V1 = 0xF0
+"""Bits that version 1 never sets in the flags, which are all it answers to an unknown register."""
+_MAGIC_FIRST = MAGIC & 0xFF
+_MESSAGE, _PING = READ[Register.HELLO], READ[Register.PING]
+_WHOLE = _MESSAGE.answer_size + TRAILER
+_ACKNOWLEDGE = ord("O")
+_SHOWN = 2
+"""How often a joint that is not known to speak version 2 shows the magic before more is read."""
+
+_version_2: WeakKeyDictionary[Bus, set[int]] = WeakKeyDictionary()
+"""Addresses at which a joint answered as version 2, by bus; for the life of the bus object."""
+
+
+def greet(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> Hello | None:
+    """Return who answers at ``address``; None for a joint of version 1.
+
+    HELLO is accepted with any sequence number, so nothing has to be known beforehand.
+
+    Args:
+        bus: The bus.
+        clock: Time of that bus.
+        joint: Who should be there, for messages.
+        address: 7-bit address.
+        tries: How many exchanges may fail.
+
+    Raises:
+        CommunicationError: Nobody answers, or what is answered belongs to neither version, or to
+            version 1 where version 2 answered before.
+        WrongJointError: The joint takes only what is sealed for another address.
+    """
+    lost: CommunicationError | None = None
+    corrupt: CorruptFrameError | None = None
+    plain, failures, refused = 0, 0, 0
+    known = awake = address in _version_2.get(bus, ())
+    while failures < tries:
+        try:
+            if not awake:
+                _wake(bus, clock, address)
+                awake = True
+            first = _instead_of_magic(bus, clock, address, 1 if known else _SHOWN)
+            if first is None:
+                return _whole(bus, address, address)
+            refused += bool(first & Flags.REFUSED)
+            _require_plain(bus, address, first)
+            clock.sleep_until(clock.now() + QUIET)
+            _require_pong(bus, address)
+        except CorruptFrameError as error:
+            corrupt = error
+        except CommunicationError as error:
+            lost = lost or error
+            if isinstance(error, NoAcknowledgeError) and not known:
+                note_silence(bus, address)
+                awake = False
+        else:
+            plain += 1
+            if plain < _PLAIN_ANSWERS:
+                continue
+            if corrupt is None:
+                return None
+        failures += 1
+        clock.sleep_until(clock.now() + QUIET)
+    if refused == tries > 1:
+        _raise_if_foreign(bus, joint, address)
+    raise corrupt or lost or CorruptFrameError("no answer", address)
+
+
+def await_power_up(
+    bus: Bus, clock: Clock, joints: Mapping[str, int], say: Callable[[str], None]
+) -> None:
+    """Wait where nobody acknowledges: the joints may have been switched on just now.
+
+    Their original firmware can hold the whole bus when it is read from while it starts up. Joints
+    that acknowledge at once are not waited for, nor those that answered as version 2 before.
+
+    Args:
+        bus: The bus.
+        clock: Time of that bus.
+        joints: Names of the joints and their addresses.
+        say: Gets a sentence before the wait.
+
+    Raises:
+        CommunicationError: The bus does not work: a line is held, or it is not there.
+    """
+    known = _version_2.get(bus, ())
+    silent = {
+        name: address
+        for name, address in joints.items()
+        if address not in known and not acknowledges(bus, address)
+    }
+    if not silent:
+        return
+    say(
+        f"nobody acknowledges at the address of {', '.join(silent)}; waiting {START_UP:g} s, in "
+        "case the arm was just switched on"
+    )
+    clock.sleep_until(clock.now() + START_UP)
+    woken = [address for address in silent.values() if acknowledges(bus, address)]
+    if woken:
+        clock.sleep_until(clock.now() + START_UP)
+    for address in woken:
+        forget_silence(bus, address)
+
+
+def acknowledges(bus: Bus, address: int) -> bool:
+    """Return whether somebody acknowledges a frame that asks for no answer; notes who does not.
+
+    Args:
+        bus: The bus.
+        address: 7-bit address.
+
+    Raises:
+        CommunicationError: The bus does not work.
+    """
+    # Received without being executed, by either version; nothing is read, so nothing can hang.
+    try:
+        _exchange(bus, Transaction(address, _PING.encode_v1(), 0))
+    except NoAcknowledgeError:
+        note_silence(bus, address)
+        return False
+    return True
+
+
+def require_known(hello: Hello, joint: str, number: int, address: int) -> None:
+    """Raise unless ``hello`` is what joint ``number`` of this project says.
+
+    Raises:
+        NotSupportedError: It speaks a newer protocol.
+        WrongJointError: It is another joint.
+    """
+    if hello.protocol != PROTOCOL:
+        raise NotSupportedError(
+            f"{joint}: firmware {hello.firmware[0]}.{hello.firmware[1]} speaks protocol "
+            f"{hello.protocol}, bioscara {__version__} 1 and {PROTOCOL}; install a bioscara of the "
+            f"firmware's version, or flash this one's: bioscara flash --joint {number}"
+        )
+    if hello.joint != number:
+        raise WrongJointError(
+            f"{joint}: the joint at {address:#04x} says that it is j{hello.joint}; correct the "
+            f"address, or flash it as what it is: bioscara flash --joint {number}",
+            joint,
+        )
+
+
+def _exchange(bus: Bus, transaction: Transaction) -> bytes:
+    result = bus.transfer((transaction,))[0]
+    if isinstance(result, CommunicationError):
+        raise result
+    return result
+
+
+def _wake(bus: Bus, clock: Clock, address: int) -> None:
+    """Return when a joint may be read from that may just have been switched on."""
+    if not acknowledges(bus, address):
+        raise NoAcknowledgeError("nobody acknowledged", address)
+    if was_silent(bus, address):
+        clock.sleep_until(clock.now() + START_UP)
+        forget_silence(bus, address)
+
+
+def _hello(address: int, sealed_for: int, read: int) -> Transaction:
+    return Transaction(address, _MESSAGE.encode_v2(sealed_for, 0), read)
+
+
+def _first_byte(bus: Bus, address: int, sealed_for: int) -> int:
+    answer = _exchange(bus, _hello(address, sealed_for, 1))
+    if len(answer) != 1:
+        raise _neither(address, answer)
+    return answer[0]
+
+
+def _instead_of_magic(bus: Bus, clock: Clock, address: int, times: int) -> int | None:
+    """Return the byte that is answered to HELLO; None for the magic, shown so many times."""
+    for shown in range(times):
+        first = _first_byte(bus, address, address)
+        if first != _MAGIC_FIRST:
+            if shown:
+                raise _neither(address, bytes((_MAGIC_FIRST, first)))
+            return first
+        if times > 1:
+            # If it is of version 1 after all, it has HELLO to forget.
+            clock.sleep_until(clock.now() + QUIET)
+    return None
+
+
+def _whole(bus: Bus, address: int, sealed_for: int) -> Hello:
+    result = _exchange(bus, _hello(address, sealed_for, _WHOLE))
+    try:
+        answer = _MESSAGE.decode_v2(sealed_for, 0, result)
+    except CorruptFrameError as error:
+        raise _neither(address, result) from error
+    if sealed_for == address:
+        _version_2.setdefault(bus, set()).add(address)
+    if not answer.values or answer.values[0] != MAGIC:
+        # The request arrived broken and was refused.
+        raise _neither(address, result)
+    return Hello.from_answer(answer)
+
+
+def _require_plain(bus: Bus, address: int, first: int) -> None:
+    if first & _NEVER_V1:
+        raise _neither(address, bytes((first,)))
+    if address in _version_2.get(bus, ()):
+        raise CorruptFrameError(
+            f"answered {first:02x} like a joint of version 1, but answered as version 2 before on "
+            "this bus; check the wiring, or end this program if the joint was exchanged",
+            address,
+        )
+
+
+def _require_pong(bus: Bus, address: int) -> None:
+    request = Transaction(address, _PING.encode_v1(), _PING.answer_size)
+    answer = _PING.decode_v1(_exchange(bus, request))
+    if answer.values[0] != _ACKNOWLEDGE:
+        raise CorruptFrameError(
+            f"answered PING with {int(answer.values[0]):#04x} instead of O; check the wiring",
+            address,
+        )
+
+
+def _neither(address: int, answer: bytes) -> CorruptFrameError:
+    return CorruptFrameError(
+        f"answered {answer.hex(' ')}, which is neither version's; check the wiring", address
+    )
+
+
+def _raise_if_foreign(bus: Bus, joint: str, address: int) -> None:
+    """Raise if the joint at ``address`` takes a HELLO that is sealed for another address."""
+    for other in ADDRESSES:
+        try:
+            if other == address or _first_byte(bus, address, other) != _MAGIC_FIRST:
+                continue
+            _whole(bus, address, other)
+        except CommunicationError:
+            continue
+        raise WrongJointError(
+            f"{joint}: the joint that answers at {address:#04x} is the joint of {other:#04x}; "
+            "check the wiring and the addresses",
+            joint,
+        )

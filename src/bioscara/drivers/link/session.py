@@ -1,0 +1,403 @@
+"""One joint's frames: which version it speaks, sequence numbers, repetitions, refusals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+from bioscara.bus import Bus, Transaction
+from bioscara.clock import Clock
+from bioscara.drivers.joint.original import START_UP, Caution, forget_silence, note_silence
+from bioscara.drivers.link.errors import exchange_failed, named_error, refused_error
+from bioscara.drivers.link.handshake import acknowledges, greet, require_known
+from bioscara.drivers.link.messages import FaultReport, Hello
+from bioscara.errors import (
+    BioscaraError,
+    CommunicationError,
+    CorruptFrameError,
+    IncorrectStateError,
+    JointError,
+    JointResetError,
+    NoAcknowledgeError,
+    NotInitializedError,
+    NotSupportedError,
+    RefusedError,
+    WrongJointError,
+)
+from bioscara.protocol import (
+    READ,
+    TRAILER,
+    WATCHDOG_MS,
+    WRITE,
+    Answer,
+    Flags,
+    Message,
+    Refusal,
+    Register,
+)
+from bioscara.protocol.rows import Support
+
+TRIES = 3
+"""How often an exchange is tried, as the original driver does."""
+FIRMWARE = "joint firmware 0.1 or newer (protocol 2)"
+
+# Plain integers: an IntFlag's operators cost as much as the rest of decoding.
+_ARMED = int(Flags.ARMED)
+_PAUSE = 50e-6
+"""Time between two tries of a frame [s]."""
+_TICK_PAUSE = 2e-3
+"""Time in which the joint's control tick takes a command [s]."""
+_POWER_UP = Flags.NOTHOMED | Flags.NOTENABLED
+_FAULT = READ[Register.FAULT]
+_PING = READ[Register.PING]
+_FORGOTTEN = frozenset((Refusal.NOT_ARMED.name, Refusal.WRONG_BOOT.name))
+_OUT_OF_STEP = 120
+"""Frames in a row without an intact answer after which the session is opened anew: a joint that
+missed 128 takes every newer one, STOP too, for an older one."""
+
+
+class Session:
+    """The conversation with one joint.
+
+    Repetition is safe: version 2 repeats a frame with the sequence number it had, so that the
+    joint executes it once; version 1 repeats only what may be executed twice.
+
+    A version 1 joint is asked only for registers that its original firmware has, since it would
+    answer others with fewer bytes than are read; after a command that its loop takes, it is left
+    alone for 25 ms (:mod:`bioscara.drivers.joint.original`).
+
+    Args:
+        bus: The bus that the joint is on.
+        clock: Time of that bus.
+        joint: Name of the joint, for messages.
+        number: Number that the joint must answer with.
+        address: Its 7-bit address.
+
+    Attributes:
+        version: Protocol version in use; 0 before :meth:`open`.
+        hello: What a version 2 joint said about itself.
+        flags: The last flags it answered; as after power-up before it answered any.
+        retries: Exchanges that were repeated since this object was made.
+        caution: What must be remembered of a version 1 joint.
+    """
+
+    def __init__(self, bus: Bus, clock: Clock, joint: str, number: int, address: int) -> None:
+        self._bus, self._clock = bus, clock
+        self._joint, self._number, self._address = joint, number, address
+        self.version = 0
+        self.hello: Hello | None = None
+        self.flags: int = int(_POWER_UP)
+        self.retries = 0
+        self.caution = Caution()
+        self._sequence = self._unanswered = 0
+        self._armed = False
+        self._restarted: JointResetError | None = None
+
+    def open(self) -> None:
+        """Find out who is there and open a session.
+
+        Raises:
+            CommunicationError: Nobody answers, or nothing that can be understood.
+            WrongJointError: Another joint answers.
+            NotSupportedError: The joint speaks a newer protocol.
+        """
+        self.close()
+        self._clock.sleep_until(self.caution.alone_until)
+        try:
+            self.hello = greet(self._bus, self._clock, self._joint, self._address, TRIES)
+        except CommunicationError as error:
+            raise named_error(self._joint, self._address, Register.HELLO, error, TRIES) from error
+        if self.hello is None:
+            self._open_v1()
+            return
+        require_known(self.hello, self._joint, self._number, self._address)
+        try:
+            self._arm(self.hello)
+        except BioscaraError:
+            self.close()
+            raise
+
+    def close(self) -> None:
+        """Forget the joint; nothing is sent."""
+        self.version, self.hello, self._restarted = 0, None, None
+        # Until when the joint is left alone outlives the session, the rest does not.
+        self.caution.positioning = self.caution.silent = False
+        self.flags, self._armed = int(_POWER_UP), False
+
+    def require_open(self) -> None:
+        """Raise unless the session is open.
+
+        Raises:
+            NotInitializedError: It was never opened, or closed.
+            JointResetError: The joint restarted since.
+        """
+        if self._restarted is not None:
+            raise self._restarted
+        if self.version == 0:
+            raise NotInitializedError(f"{self._joint}: call init() first", self._joint)
+
+    def require_v2(self, what: str) -> None:
+        """Raise unless the joint speaks version 2.
+
+        Raises:
+            NotSupportedError: It does not.
+        """
+        self.require_open()
+        if self.version < 2:
+            raise NotSupportedError(f"{self._joint}: {what} needs {FIRMWARE}")
+
+    def start_bootloader(self) -> None:
+        """Make a disabled joint leave its firmware for the bootloader in ROM; ends the session.
+
+        It answers no more until it was flashed or its power was cycled.
+
+        Raises:
+            NotSupportedError: Its firmware has no such request.
+            IncorrectStateError: It is enabled.
+            CommunicationError: It did not answer, or refused.
+        """
+        self.require_v2("the request for the bootloader")
+        if self.hello is None or not self.hello.starts_bootloader:
+            raise NotSupportedError(f"{self._joint}: its firmware does not start its bootloader")
+        if not self.flags & Flags.NOTENABLED:
+            raise IncorrectStateError(
+                f"{self._joint}: it is enabled, and its load may fall", self._joint, "disable() it"
+            )
+        boot_id = self.hello.boot_id
+        # Its answers show no session any more, and that is no restart.
+        self._armed = False
+        try:
+            self.write(Register.DISARM, boot_id)
+            self.write(Register.BOOTLOADER, boot_id)
+        finally:
+            self.close()
+
+    def read(self, register: Register) -> Answer:
+        """Read ``register``; raises as :meth:`exchange`."""
+        return self.exchange(READ[register])
+
+    def write(self, register: Register, *values: float, repeat: bool = True) -> Answer:
+        """Write ``register``; raises as :meth:`exchange`."""
+        return self.exchange(WRITE[register], values, repeat=repeat)
+
+    def exchange(
+        self, message: Message, values: Sequence[float] = (), *, repeat: bool = True
+    ) -> Answer:
+        """Carry out one exchange, with repetitions.
+
+        Args:
+            message: What to say.
+            values: Its payload, in the units of the wire.
+            repeat: False for what must not be executed twice; version 2 joints see to that
+                themselves.
+
+        Raises:
+            CommunicationError: The last try failed, or the joint refused the frame.
+            JointError: The joint refused because of its state.
+            NotSupportedError: The joint's firmware does not know the register.
+        """
+        self.require_open()
+        if self.version == 1 and message.definition.support is not Support.YES:
+            self.require_v2(message.register.name)
+        tries = TRIES if repeat or self.version == 2 else 1
+        transaction: Transaction | None = None
+        unanswered = False
+        # Two tries of one exchange are too close for a joint to be switched on in between.
+        asleep = self.caution.silent
+        for remaining in reversed(range(tries)):
+            try:
+                if asleep:
+                    self.listens()
+                    asleep = False
+                if transaction is None:
+                    # Not between two tries of one frame: it would be executed under two numbers.
+                    if self._unanswered >= _OUT_OF_STEP:
+                        self._rejoin()
+                    transaction = self.frame(message, values)
+                answer = self.take(message, self._transfer(message, transaction))
+            except CommunicationError as error:
+                problem: BioscaraError = error
+                unanswered = True
+            else:
+                if not answer.flags & Flags.REFUSED:
+                    return answer
+                if unanswered and remaining:
+                    # An earlier try may have been executed. The same frame again tells; asking
+                    # why takes a number, and with it the chance.
+                    problem = CorruptFrameError("the repetition was refused", self._address)
+                else:
+                    problem = self.refusal(message)
+                    transaction = None
+            if not remaining or not exchange_failed(problem):
+                raise named_error(
+                    self._joint, self._address, message.register, problem, tries
+                ) from problem
+            self.retries += 1
+            self._wait(_TICK_PAUSE if isinstance(problem, RefusedError) else _PAUSE)
+        raise AssertionError  # pragma: no cover - the last round returns or raises
+
+    def frame(self, message: Message, values: Sequence[float] = ()) -> Transaction:
+        """Return the next frame, with a sequence number of its own."""
+        if self.version == 1:
+            self.caution.sending(message)
+            return Transaction(self._address, message.encode_v1(values), message.answer_size)
+        self._sequence = sequence = (self._sequence + 1) & 0xFF
+        self._unanswered += 1
+        return Transaction(
+            self._address,
+            message.encode_v2(self._address, sequence, values),
+            message.answer_size + TRAILER,
+        )
+
+    def take(self, message: Message, result: bytes | CommunicationError) -> Answer:
+        """Return the answer to the last frame; REFUSED in its flags is the caller's to judge.
+
+        Raises:
+            CommunicationError: There is none, or it is broken.
+            JointResetError: The joint has forgotten the session, so it restarted.
+        """
+        if isinstance(result, CommunicationError):
+            if self.version == 1 and isinstance(result, NoAcknowledgeError):
+                # It may have lost its power, and get it back.
+                self.caution.silent = True
+                note_silence(self._bus, self._address)
+            raise result
+        if self.version == 1:
+            if self.caution.silent:
+                self.caution.silent = False
+                forget_silence(self._bus, self._address)
+            answer = message.decode_v1(result)
+            self.caution.answered(message, answer.flags)
+        else:
+            answer = message.decode_v2(self._address, self._sequence, result)
+            if self._armed and not answer.flags & _ARMED:
+                raise self._forgotten()
+            if not answer.flags & Flags.REFUSED:
+                self._unanswered = 0
+        self.flags = answer.flags
+        return answer
+
+    def refusal(self, message: Message) -> BioscaraError:
+        """Ask why the last frame was refused; return that, or what kept the joint from saying."""
+        if message is _FAULT:
+            # A read is only refused when it arrived broken.
+            return CorruptFrameError("the question arrived broken", self._address)
+        try:
+            report = FaultReport.from_answer(self.exchange(_FAULT))
+        except (CommunicationError, JointError) as error:
+            return error
+        if report.refusal in _FORGOTTEN:
+            return self._forgotten()
+        return refused_error(self._joint, self._address, message.register, report)
+
+    @property
+    def alone(self) -> bool:
+        """Whether the joint must be left alone now; an exchange would wait for the end of that."""
+        return self._clock.now() < self.caution.alone_until
+
+    @property
+    def breaking_off(self) -> bool:
+        """Whether a homing may not have ended yet that was stopped; another one would wait."""
+        return self._clock.now() < self.caution.broken_off_from
+
+    def listens(self) -> bool:
+        """Return whether an exchange would not wait.
+
+        A version 1 joint that did not acknowledge may have been switched on since. It is asked
+        for no more than that, and left alone for a second once it does.
+
+        Raises:
+            NoAcknowledgeError: It still does not.
+            CommunicationError: The bus does not work.
+        """
+        if self.caution.silent:
+            if not acknowledges(self._bus, self._address):
+                raise NoAcknowledgeError("nobody acknowledged", self._address)
+            self.caution.silent = False
+            forget_silence(self._bus, self._address)
+            self.caution.alone_until = self._clock.now() + START_UP
+        return not self.alone
+
+    def stop(self, mode: int) -> None:
+        """Write STOP; raises as :meth:`exchange`.
+
+        The original firmware's STOP leaves the setpoint of SETRPM to its deadman, which disables
+        the joint after 60 ms of silence; SETRPM 0 takes it back, and ramps down likewise.
+        """
+        if self.version == 1:
+            # Never in the way of STOP.
+            with suppress(CommunicationError, JointError):
+                self.write(Register.SETRPM, 0.0, repeat=False)
+        self.write(Register.STOP, mode)
+
+    def _transfer(self, message: Message, transaction: Transaction) -> bytes | CommunicationError:
+        if self.version == 2:
+            return self._bus.transfer((transaction,))[0]
+        self._clock.sleep_until(self.caution.free_from(message))
+        try:
+            return self._bus.transfer((transaction,))[0]
+        finally:
+            self.caution.sent(message, self._clock.now())
+
+    def _open_v1(self) -> None:
+        self.version = 1
+        try:
+            flags = self.exchange(_PING).flags
+            if flags & Flags.BUSY or not flags & Flags.NOTENABLED:
+                # A command of an earlier host; nobody is left to watch it. Its motion would run
+                # on: to its target, or, in velocity mode, for as long as anybody polls the joint.
+                self.stop(1)
+        except BioscaraError:
+            self.close()
+            raise
+
+    def _arm(self, hello: Hello) -> None:
+        self.version, self._unanswered = 2, 0
+        number = int(self._clock.now() * 1e6) & 0xFFFF
+        for remaining in reversed(range(TRIES)):
+            try:
+                self.write(Register.ARM, hello.boot_id, number)
+                self._wait(_TICK_PAUSE)
+                self._armed = True
+                self.write(Register.WATCHDOG, WATCHDOG_MS)
+            except CommunicationError:
+                # An earlier host may have used this number: the joint opens no session twice, and
+                # in one still open its sequence goes on, so that all of ours is old.
+                if not remaining:
+                    raise
+                self._armed = False
+                number = (number + 1) & 0xFFFF
+            else:
+                return
+
+    def _rejoin(self) -> None:
+        """Open the session anew with a joint that was away for long and did not restart."""
+        before, now = self.hello, greet(self._bus, self._clock, self._joint, self._address, 1)
+        if before is None or now is None or now.boot_id != before.boot_id:
+            raise self._forgotten()
+        try:
+            self._arm(now)
+        except BioscaraError:
+            self._unanswered = _OUT_OF_STEP
+            raise
+
+    def _forgotten(self) -> JointResetError:
+        """Return why the joint does not know this session; it stays so until it is opened anew."""
+        before, self._armed = self.hello, False
+        try:
+            now = greet(self._bus, self._clock, self._joint, self._address, TRIES)
+        except (CommunicationError, WrongJointError):
+            now = None
+        cause = f"reset cause {now.reset_cause.name}" if now else "it does not say why"
+        if now and before and now.boot_id == before.boot_id:
+            cause = "its boot id is the same, so another host may have taken it"
+        self.flags = int(_POWER_UP)
+        self._restarted = JointResetError(
+            f"{self._joint}: the joint restarted ({cause}); its home is lost",
+            self._joint,
+            "init(), enable() and home() it again",
+        )
+        return self._restarted
+
+    def _wait(self, seconds: float) -> None:
+        self._clock.sleep_until(self._clock.now() + seconds)

@@ -1,0 +1,97 @@
+"""How many control cycles per second a bus can carry."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from bioscara.clock import Clock
+from bioscara.drivers import Joint, read_states
+from bioscara.hardware.command_modes import Mode
+from bioscara.protocol import READ, TRAILER, WRITE, Message, Register
+
+_BUS_SHARE = 0.85
+"""Share of a period that the bus may take: a repetition must fit in now and then."""
+_NO_TIME = 1e-9
+"""Stands for no time at all [s]."""
+_FIXED_BITS, _BITS_PER_BYTE = 30, 9
+"""Two addresses with their acknowledge, the register and the conditions; each byte that follows."""
+_TRIES = 3
+"""How often the exchanges are timed."""
+_HELD = {WRITE[Register.MOVETOANGLE]: 350e-6, WRITE[Register.SETRPM]: 50e-6}
+"""How long a version 1 joint holds the clock low before it answers [s]; measured on the arm."""
+_READ = {
+    1: (READ[Register.ANGLEMOVED], READ[Register.GETENCODERRPM]),
+    2: (READ[Register.STATE],),
+}
+_TRACK = {
+    1: (WRITE[Register.MOVETOANGLE], READ[Register.ANGLEMOVED]),
+    2: (WRITE[Register.TRACK],),
+}
+_DRIVE = {version: (*read, WRITE[Register.SETRPM]) for version, read in _READ.items()}
+_CYCLES = {Mode.POSITION: _TRACK, Mode.TRACK: _TRACK, Mode.VELOCITY: _DRIVE}
+"""By mode and protocol: the messages of a cycle; in other modes a joint is read."""
+
+
+def highest_rate(bus_time: float) -> int:
+    """Return the highest rate [Hz] at which a cycle's exchanges leave the bus some room.
+
+    Args:
+        bus_time: What they take [s]; 0 for a bus that takes no time.
+    """
+    return int(_BUS_SHARE / max(bus_time, _NO_TIME))
+
+
+class Capacity:
+    """What the exchanges of a cycle take on a bus.
+
+    Reads the state of all joints and goes from the length of those frames to that of others.
+
+    Args:
+        joints: Joints that have been greeted.
+        clock: Time of their bus.
+
+    Attributes:
+        rate: Cycles per second that the bus has to carry [Hz]; 0 while none has been chosen.
+    """
+
+    def __init__(self, joints: Sequence[Joint], clock: Clock) -> None:
+        taken = []
+        for _ in range(_TRIES):
+            start = clock.now()
+            read_states(joints)
+            taken.append(clock.now() - start)
+        # The shortest: what else the computer did meanwhile is not the bus's doing.
+        self._bit_time = min(taken) / sum(_bits(joint, Mode.NONE) for joint in joints)
+        self.rate = 0
+
+    def cycle_time(self, modes: Iterable[tuple[Joint, Mode]]) -> float:
+        """Return how long the bus needs for a cycle [s].
+
+        A joint that homes is counted as one that is read: it sends its few bytes more alone.
+
+        Args:
+            modes: All joints with what they do.
+        """
+        return sum(
+            self._bit_time * _bits(joint, mode) + _held(joint, mode) for joint, mode in modes
+        )
+
+
+def _bits(joint: Joint, mode: Mode) -> int:
+    trailer = TRAILER if joint.version == 2 else 0
+    return sum(_size(message, trailer) for message in _messages(joint, mode))
+
+
+def _held(joint: Joint, mode: Mode) -> float:
+    if joint.version == 2:
+        return 0.0
+    return sum(_HELD.get(message, 0.0) for message in _messages(joint, mode))
+
+
+def _messages(joint: Joint, mode: Mode) -> tuple[Message, ...]:
+    return _CYCLES.get(mode, _READ)[joint.version]
+
+
+def _size(message: Message, trailer: int) -> int:
+    written, read = message.request_size - 1 + trailer, message.answer_size + trailer
+    return _FIXED_BITS + _BITS_PER_BYTE * (written + read)

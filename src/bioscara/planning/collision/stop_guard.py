@@ -1,0 +1,232 @@
+"""Whether an arm that moves from state to state can always still come to rest clear of everything.
+
+A state is where the joints are and how they move. The way to rest from there is straight in the
+space of the joints: all brake together, so that the arm goes on in its direction.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from bioscara.errors import InvalidArgumentError, ZoneError
+from bioscara.kinematics import Scara
+from bioscara.planning.collision.broad_phase import Nearby
+from bioscara.planning.collision.scene import Scene
+from bioscara.planning.collision.scene_pairs import Layout, Pair
+from bioscara.planning.collision.shapes import Array
+from bioscara.planning.collision.swept import COARSE, SLACK, look_between
+
+_ROUNDING = 1e-9
+"""What rounding makes of a distance [m]."""
+_AHEAD = 0.08
+"""How much farther than it must a look at all pairs goes [m]."""
+_ENOUGH = COARSE / 4.0
+"""Room that is worth to go on with, without a new look [m]."""
+
+
+class StopGuard:
+    """The room that an arm has in a scene.
+
+    Args:
+        arm: The arm with its tool.
+        scene: What to keep clear of.
+
+    Attributes:
+        arm: As given.
+        scene: As given.
+    """
+
+    def __init__(self, arm: Scara, scene: Scene) -> None:
+        self.arm, self.scene = arm, scene
+        layout = scene.layout(arm)
+        self._reach: Sequence[float] = layout.reach.tolist()
+        self._view = _View(arm, layout, scene.margin) if layout.pairs else None
+
+    @property
+    def reach(self) -> Sequence[float]:
+        """How far a point of the arm moves at most per movement of each joint [m/rad, 1, ...]."""
+        return self._reach
+
+    def check(
+        self,
+        corners: Sequence[Sequence[float]] | Array,
+        states: Sequence[Sequence[float]] | None = None,
+        *,
+        together: bool = True,
+    ) -> float:
+        """Make sure that the arm may go on to a state.
+
+        It may where it keeps the margin on the way there and to rest from there, and a little
+        more, so that what is missed between samples and what is measured there later keep it too.
+        A pair that was nearer already may stay so, but not come nearer still, but for
+        :data:`~bioscara.planning.collision.swept.SLACK` in all.
+
+        Args:
+            corners: The joints on this way, which is straight from each to the next [rad, m, rad,
+                rad], shape (n, 4).
+            states: Between these is all of the way; the corners, where they are not given.
+            together: Whether all joints are on this way; False where one joint may be at rest
+                before another, so that the joints may be anywhere between the states.
+
+        Returns:
+            How far any point of the arm may leave all this and still keep the margin [m].
+
+        Raises:
+            ZoneError: It may not.
+            InvalidArgumentError: A joint is not at a finite number.
+        """
+        if self._view is None:
+            return math.inf
+        way = np.array(corners)
+        ends = way if states is None else np.array(states)
+        if not (np.isfinite(way).all() and np.isfinite(ends).all()):
+            raise InvalidArgumentError("a joint is nowhere: zones need finite positions")
+        if together:
+            return self._view.look(way)
+        return self._view.look_around(way, np.array((ends.min(axis=0), ends.max(axis=0))))
+
+
+class _View:
+    """Some pairs, and how far apart they were where the arm was looked at last.
+
+    Args:
+        arm: The arm.
+        layout: The pairs.
+        margin: Distance to keep [m].
+    """
+
+    def __init__(self, arm: Scara, layout: Layout, margin: float) -> None:
+        self._arm, self._layout, self._margin = arm, layout, margin
+        self._wanted = margin + SLACK
+        self._nearby = Nearby(arm, layout, self._wanted + COARSE, _AHEAD)
+        self._reach = layout.reach
+        self._highest = np.full((len(layout.pairs), 1), -math.inf)
+        self._spots, self._frees = np.empty((0, len(self._reach))), np.empty(0)
+
+    def look_around(self, corners: Array, ends: Array) -> float:
+        """Look at all between two states; return how far points of the arm may be beside it [m].
+
+        Args:
+            corners: Joints between them, from the present ones on, shape (n, 4).
+            ends: The lowest and the highest joints, shape (2, 4).
+
+        Raises:
+            ZoneError: Not all of it is clear for sure.
+        """
+        free = self._around(ends)
+        if free < _ENOUGH:
+            far = np.abs(ends - corners[0]).max(axis=0) @ self._reach
+            near, pairs = self._place(corners, float(far))
+            free = self._around(ends)
+            if free <= 0.0:
+                nearest = int(pairs[:, 0].argmin())
+                raise self._refusal(near.pairs[nearest], self._wanted - float(pairs[nearest, 0]))
+        return free
+
+    def look(self, corners: Array) -> float:
+        """Look at the way from corner to corner; return how far points of the arm may leave it [m].
+
+        Raises:
+            ZoneError: The way is not clear.
+        """
+        steps = np.diff(corners, axis=0)
+        ways = np.abs(steps) @ self._reach
+        gaps = np.abs(corners[:, None] - self._spots) @ self._reach
+        free = _least((self._frees - gaps).max(axis=1, initial=-math.inf), ways)
+        if free >= _ENOUGH:
+            return free
+        counts = np.maximum(np.ceil(ways / COARSE), 1.0)
+        segments = np.repeat(np.arange(len(steps)), counts.astype(np.intp))
+        first = np.cumsum(counts) - counts
+        starts = segments + (np.arange(len(segments)) - first[segments]) / counts[segments]
+
+        def at(times: Array) -> Array:
+            """Return the joints where each corner is 1 from the next."""
+            index = np.minimum(times.astype(np.intp), len(steps) - 1)
+            joints: Array = corners[index] + (times - index)[:, None] * steps[index]
+            return joints
+
+        spots = at(np.append(starts, len(steps)))
+        far = float((np.abs(corners - corners[0]) @ self._reach).max())
+        near, pairs = self._place(spots, far)
+        lengths, speeds = 1.0 / counts[segments], ways[segments]
+        if not len(pairs):
+            return _least(self._frees, speeds * lengths)
+        floor = self._floor(near, pairs[:, :1])
+
+        def room(pairs: Array) -> Array:
+            rooms = pairs - floor
+            free: Array = rooms.min(axis=0)
+            if (free < -_ROUNDING).any():
+                row, _ = np.unravel_index(int(rooms.argmin()), rooms.shape)
+                raise self._refusal(near.pairs[int(row)], -float(free.min()))
+            return free
+
+        def look(times: Array) -> Array:
+            return room(near.clearances(self._arm, at(times), self._wanted + COARSE))
+
+        look_between(look, (starts, lengths, speeds), room(pairs))
+        return _least(self._frees, speeds * lengths)
+
+    def _place(self, spots: Array, far: float) -> tuple[Layout, Array]:
+        """Look at some spots, and remember how much room there is.
+
+        Args:
+            spots: Joints, the present ones first, shape (n, 4).
+            far: How far a point of the arm goes from these at most [m].
+
+        Returns:
+            What may come near, and the distances of these pairs [m], shape (pairs, n).
+        """
+        near = self._nearby.on(spots[0], far)
+        # All that is left out is farther than this.
+        self._spots, self._frees = spots, self._nearby.free(spots) + COARSE
+        if near is None:
+            self._highest[:] = self._wanted
+            return self._layout, np.empty((0, len(spots)))
+        pairs = near.clearances(self._arm, spots, self._wanted + COARSE)
+        self._frees = np.minimum(self._frees, pairs.min(axis=0) - self._wanted)
+        return near, pairs
+
+    def _around(self, ends: Array) -> float:
+        """Return how much more room than all between two states takes there is for sure [m]."""
+        gaps = np.abs(ends[:, None] - self._spots).max(axis=0) @ self._reach
+        return float((self._frees - gaps).max(initial=-math.inf))
+
+    def _floor(self, near: Layout, pairs: Array) -> Array:
+        """Return what pairs must keep [m], shape (near pairs, 1).
+
+        Args:
+            near: Those that are not far apart.
+            pairs: How far these are apart at the beginning [m], shape (near pairs, 1).
+        """
+        if pairs.min() >= self._wanted:
+            self._highest[:] = self._wanted
+            return np.full(pairs.shape, self._wanted)
+        all_pairs = np.full(self._highest.shape, self._wanted)
+        np.minimum.at(all_pairs, near.rows, pairs)
+        # Where other joints are held while some lead the arm away, digits may be rounded.
+        kept = np.where(all_pairs < self._margin, all_pairs - SLACK, self._margin)
+        floor = np.where(all_pairs < self._wanted, kept, self._wanted)
+        self._highest = np.maximum(self._highest, floor)
+        lowest: Array = np.minimum(self._highest, all_pairs)[near.rows]
+        return lowest
+
+    def _refusal(self, pair: Pair, depth: float) -> ZoneError:
+        where = "before it can come to rest"
+        margin = self._margin - pair.allowed
+        return ZoneError(pair.zone, pair.link, 0.0, depth, margin, where)
+
+
+def _least(rooms: Array, ways: Array) -> float:
+    """Return how much room there is at least on a way from spot to spot [m].
+
+    Args:
+        rooms: How much there is at these [m].
+        ways: How far a point of the arm goes at most from each to the next [m].
+    """
+    # Neither end can be left by more than the way, so the middle bounds what is between.
+    return float((rooms[:-1] + rooms[1:] - ways).min()) / 2.0

@@ -1,0 +1,241 @@
+"""Whether a moving arm can still come to rest without touching anything."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+
+from bioscara.kinematics import Scara, batch
+from bioscara.planning.collision.broad_phase import Nearby
+from bioscara.planning.collision.goal_slack import goal_slack
+from bioscara.planning.collision.scene import Scene
+from bioscara.planning.collision.scene_pairs import Layout
+from bioscara.planning.collision.shapes import Array
+from bioscara.planning.collision.swept import SLACK, refusal
+from bioscara.planning.limits import JointLimits
+
+Bounds = tuple[tuple[float, ...], tuple[float, ...]]
+"""Lowest and highest velocity of each joint [rad/s or m/s]."""
+Ranges = tuple[Array, Array]
+"""Lowest and highest position of each joint [rad or m], each of shape (4,)."""
+_SAMPLES = (6, 48)
+"""Fewest and most instants at which a step, and the way to rest after it, are looked at."""
+_ROUNDING = 1e-9
+_SPEED_ROUNDING = 1.0 + 1e-3
+"""By what the tool may be faster while it turns: speeds are bounded a step ahead."""
+
+
+class StoppingCheck:
+    """The ways to rest of one arm in one scene.
+
+    Args:
+        arm: The arm with its tool.
+        limits: Of its joints.
+        scene: What to keep clear of, or None.
+    """
+
+    def __init__(self, arm: Scara, limits: Sequence[JointLimits], scene: Scene | None) -> None:
+        self._arm = arm
+        self._names = tuple(limit.name for limit in limits)
+        self._fastest = tuple(limit.max_velocity for limit in limits)
+        self._braking = np.array([limit.max_acceleration for limit in limits])
+        self._margin = math.inf if scene is None else scene.margin
+        self._stand = 0.0 if scene is None else goal_slack(scene.margin)
+        self._layout: Layout | None = None
+        if scene is not None and (layout := scene.layout(arm)).pairs:
+            self._layout, self._nearby = layout, Nearby(arm, layout, scene.margin)
+
+    def check_start(self, positions: Sequence[float]) -> None:
+        """Make sure that the arm keeps the margin of what is around it where it is.
+
+        Raises:
+            ZoneError: It does not.
+        """
+        if self._layout is None:
+            return
+        clearances = self._layout.clearances(self._arm, np.array([positions]), self._margin)
+        floor = np.full((len(self._layout.pairs), 1), self._margin)
+        floor[self._layout.own] = -math.inf
+        # Where a motion came to rest the next one begins, however exactly the arm stands there.
+        if (clearances < floor - self._stand).any():
+            raise refusal(self._layout, np.zeros(1), clearances, self._margin, floor)
+
+    def approach(self, moving: Array, targets: Array, period: float, straight: bool) -> Array:
+        """Return the velocities after a period, as near to ``targets`` as accelerations allow.
+
+        Args:
+            moving: Velocities now, shape (4,).
+            targets: Velocities to go for, shape (k, 4).
+            period: [s].
+            straight: Whether all joints take the same share of their change, so that the tool
+                keeps its direction; else each changes as fast as it can.
+        """
+        most = self._braking * period
+        change = targets - moving
+        if straight:
+            excess = np.abs(change) / most
+            change = change / np.maximum(excess.max(axis=1, keepdims=True), 1.0)
+        bounded: Array = moving + np.clip(change, -most, most)
+        return bounded
+
+    def brake(self, here: Array, moving: Array, period: float) -> tuple[Array, Array]:
+        """Return positions and velocities after a period of braking each joint by itself."""
+        there, slower = self._braked(here[None], moving[None], np.full((1, 1), period))
+        return there[0, 0], slower[0, 0]
+
+    def speeds(
+        self,
+        positions: Sequence[float],
+        velocities: Sequence[float],
+        ranges: Ranges,
+        period: float,
+        share: float = 1.0,
+    ) -> Bounds:
+        """Return between which velocities after a period each joint can stop within a range.
+
+        Args:
+            positions: Of the joints.
+            velocities: Of the joints.
+            ranges: Where they may be.
+            period: [s].
+            share: Of its deceleration that each uses.
+        """
+        low, high = [], []
+        lower, upper = ranges
+        for joint, (here, moving) in enumerate(zip(positions, velocities, strict=True)):
+            up, down = float(upper[joint]) - here, here - float(lower[joint])
+            high.append(self._speed_within(joint, up, moving, period, share))
+            low.append(-self._speed_within(joint, down, -moving, period, share))
+        return tuple(low), tuple(high)
+
+    def _speed_within(
+        self, joint: int, room: float, moving: float, period: float, share: float
+    ) -> float:
+        """Return how fast a joint may be after a period so that it can still stop.
+
+        Args:
+            joint: Number of the joint, from 0.
+            room: How far it may go on [rad or m].
+            moving: How fast it goes there now [rad/s or m/s].
+            period: [s].
+            share: Of its deceleration that it uses.
+        """
+        # (moving + v) / 2 period + v^2 / (2 a) = room, for v.
+        a = share * float(self._braking[joint])
+        square = period * period / 4.0 + (2.0 * room - moving * period) / a
+        if square <= 0.0:
+            return 0.0
+        return min(max(a * (math.sqrt(square) - period / 2.0), 0.0), self._fastest[joint])
+
+    def allowed(
+        self,
+        here: Array,
+        moving: Array,
+        there: Array,
+        next_: Array,
+        period: float,
+        fastest: float,
+        ranges: Ranges,
+    ) -> tuple[int | None, str]:
+        """Return the first step after which the arm can still come to rest, if there is one.
+
+        And what hinders the first of all.
+
+        Args:
+            here: Joints before the step, shape (4,).
+            moving: Their velocities, shape (4,).
+            there: Joints after each of the steps, shape (k, 4).
+            next_: Their velocities then, shape (k, 4).
+            period: Of the step [s].
+            fastest: Speed of the tool [m/s].
+            ranges: Where the joints may be.
+        """
+        lower, upper = ranges
+        seconds = (np.abs(next_) / self._braking).max(axis=1)
+        samples = self._samples(np.abs(next_).max(axis=0) * seconds.max() / 2.0)
+        times = np.outer(seconds, np.linspace(0.0, 1.0, samples))
+        # Where one joint comes to rest before the others the tool's speed has a corner.
+        corners = np.abs(next_) / self._braking
+        way, speeds = self._braked(there, next_, np.hstack((times, corners)))
+        speed = batch.tool_speeds(self._arm, way, speeds)
+        way = way[:, :samples]
+        # Not a sum: an excess that is added to at each step would grow without end.
+        room = np.maximum(np.maximum(lower - here, here - upper), _ROUNDING)
+        # A joint that reverses ends its step farther out than it comes to rest.
+        ends = np.stack((there, way[:, -1]))
+        beyond: npt.NDArray[np.bool_] = np.any(
+            (ends < lower - room) | (ends > upper + room), axis=0
+        )
+        inside = np.asarray(~beyond.any(axis=1))
+        # What a parabola through three neighbours may rise above the middle one.
+        speed[:, 1 : samples - 1] += np.abs(np.diff(speed[:, :samples], 2, axis=1)) / 8.0
+        slow = np.asarray(speed.max(axis=1) <= fastest * _SPEED_ROUNDING)
+        good: npt.NDArray[np.bool_] = np.logical_and(inside, slow)
+        hindrance = "" if slow[0] else "tool speed"
+        if not inside[0]:
+            hindrance = f"{self._names[int(beyond[0].argmax())]} limit"
+        candidates = np.flatnonzero(good)
+        if self._layout is None:
+            return (int(candidates[0]) if len(candidates) else None), hindrance
+        step, passed = self._step(here, moving, next_, period)
+        ways = np.concatenate((passed, np.abs(np.diff(way, axis=1))), axis=1)
+        path, zone = np.concatenate((step, way), axis=1), ""
+        # Zones are what takes long. Where something else hinders the first step, the first that
+        # nothing else hinders is mostly clear of them.
+        parts = [candidates] if good[0] else [np.append(0, candidates[:1]), candidates[1:]]
+        for rows in filter(len, parts):
+            clear, touched = self._clear(path[rows], ways[rows])
+            if rows[0] == 0:
+                zone = touched
+            found = rows[clear & good[rows]]
+            if len(found):
+                return int(found[0]), zone or hindrance
+        return None, zone or hindrance
+
+    def _step(self, here: Array, moving: Array, next_: Array, period: float) -> tuple[Array, Array]:
+        """Return joints during a step, its end left out, and how far they go between (k, m, 4)."""
+        passed = np.maximum(np.abs(moving), np.abs(next_)) * period
+        times = np.linspace(0.0, period, self._samples(passed.max(axis=0)))[:-1, None]
+        change = (next_ - moving)[:, None] / period
+        step = here + (moving + change * times / 2.0) * times
+        return step, np.repeat(passed[:, None] / len(times), len(times), axis=1)
+
+    def _samples(self, way: Array) -> int:
+        """Return at how many instants joints are looked at that go so far [rad or m], (4,)."""
+        if self._layout is None:
+            return _SAMPLES[1]
+        count = math.ceil(float(way @ self._layout.reach) / (2.0 * SLACK)) + 1
+        return min(max(count, _SAMPLES[0]), _SAMPLES[1])
+
+    def _braked(self, there: Array, moving: Array, times: Array) -> tuple[Array, Array]:
+        """Return positions and velocities (k, m, 4) at ``times`` (k, m) since braking began."""
+        speed, a = np.abs(moving)[:, None], self._braking
+        time = np.minimum(times[..., None], speed / a)
+        sign = np.sign(moving)[:, None]
+        return there[:, None] + sign * (speed - a * time / 2.0) * time, sign * (speed - a * time)
+
+    def _clear(self, path: Array, ways: Array) -> tuple[npt.NDArray[np.bool_], str]:
+        """Return which paths keep the margin, and the zone that the first one does not.
+
+        Args:
+            path: Joints, shape (k, m, 4); all paths begin where the arm is.
+            ways: How far the joints go between them, shape (k, m - 1, 4).
+        """
+        lengths = ways @ self._nearby.reach
+        layout = self._nearby.on(path[0, 0], float(lengths.sum(axis=1).max()))
+        if layout is None:
+            return np.ones(len(path), dtype=np.bool_), ""
+        exact = self._margin + float(lengths.max())
+        pairs = layout.clearances(self._arm, path.reshape(-1, 4), exact)
+        # What is nearer than the margin where the arm is may stay so, but not come nearer.
+        rooms = pairs - np.minimum(self._margin, pairs[:, :1])
+        room = rooms.min(axis=0).reshape(path.shape[:2])
+        between = (room[:, :-1] + room[:, 1:] - lengths) / 2.0
+        kept = (room >= 0.0).all(axis=1) & (between >= -SLACK).all(axis=1)
+        if kept[0]:
+            return kept, ""
+        nearest = int(rooms[:, : path.shape[1]].min(axis=1).argmin())
+        return kept, layout.pairs[nearest].zone

@@ -1,0 +1,156 @@
+"""The space that the arm sweeps on a trajectory, looked at so that nothing is missed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from bioscara.errors import TrajectoryError, ZoneError
+from bioscara.kinematics import Scara
+from bioscara.planning.collision.scene_pairs import Layout
+from bioscara.planning.collision.shapes import Array
+from bioscara.planning.trajectory.trajectory import Trajectory
+
+SLACK = 4e-4
+"""How much of the margin may be lost between two samples [m]: an arm that touches the margin and
+does not pass it would else take steps without end."""
+COARSE = 0.02
+"""Longest way of a point of the arm between the first samples [m]."""
+_LONGEST = 1e4
+"""Longest way that is looked through [m]: hours at full speed."""
+_BERNSTEIN = np.array(
+    [
+        [1.0, 0.0, 0.0, 0.0, 0.0],
+        [1.0, 1 / 4, 0.0, 0.0, 0.0],
+        [1.0, 1 / 2, 1 / 6, 0.0, 0.0],
+        [1.0, 3 / 4, 1 / 2, 1 / 4, 0.0],
+        [1.0, 1.0, 1.0, 1.0, 1.0],
+    ]
+)
+"""From powers on 0 .. 1 to control points: a polynomial is within the range of these."""
+
+
+def sweep(
+    layout: Layout,
+    arm: Scara,
+    trajectory: Trajectory,
+    rest: Array,
+    margin: float,
+    floor: Array,
+) -> None:
+    """Make sure that every pair keeps its distance all along a trajectory.
+
+    Args:
+        layout: What is looked at.
+        arm: The arm.
+        trajectory: For some or all of its joints.
+        rest: Where the other joints are [rad, m, rad, rad], shape (4,).
+        margin: Distance to keep [m].
+        floor: What each pair must keep of it [m], shape (pairs, 1).
+
+    Raises:
+        ZoneError: It is not kept.
+        TrajectoryError: The way is longer than any motion's.
+    """
+    names = [limit.name for limit in arm.limits]
+    columns = [names.index(name) for name in trajectory.joint_names]
+    if not layout.pairs:
+        return
+
+    def look(times: Array) -> Array:
+        joints = np.tile(rest, (len(times), 1))
+        joints[:, columns] = trajectory.sample_many(times)[0]
+        pairs = layout.clearances(arm, joints, margin + COARSE)
+        room: Array = (pairs - floor).min(axis=0)
+        if (room < 0.0).any():
+            raise refusal(layout, times, pairs, margin, floor)
+        return room
+
+    starts, lengths, speeds = _steps(trajectory, layout.reach[columns])
+    nodes = look(np.append(starts, trajectory.times[-1]))
+    look_between(look, (starts, lengths, speeds), nodes)
+
+
+def look_between(
+    look: Callable[[Array], Array], steps: tuple[Array, Array, Array], nodes: Array
+) -> None:
+    """Look between the ends of steps until nothing too near can be left out.
+
+    Args:
+        look: Returns what is free at some instants [m]; raises where that is below zero.
+        steps: Start and length of each step [s], one after the other, and the highest speed of
+            any point of the arm in it [m/s].
+        nodes: What is free at all starts and the end of the last step [m].
+    """
+    starts, lengths, speeds = steps
+    first, last = nodes[:-1], nodes[1:]
+    while True:
+        ways = speeds * lengths
+        # Neither end can be left by more than the way, so the middle bounds what is between.
+        near = (first + last - ways) / 2.0 < -SLACK
+        if not near.any():
+            return
+        starts, lengths, speeds = starts[near], lengths[near] / 2.0, speeds[near]
+        first, last = first[near], last[near]
+        middle = look(starts + lengths)
+        starts = np.concatenate((starts, starts + lengths))
+        lengths, speeds = np.tile(lengths, 2), np.tile(speeds, 2)
+        first, last = np.concatenate((first, middle)), np.concatenate((middle, last))
+
+
+def _steps(trajectory: Trajectory, reach: Array) -> tuple[Array, Array, Array]:
+    """Return start, length and highest speed of any point [m/s] of the first steps."""
+    durations = np.diff(trajectory.times)
+    speeds = highest_rates(trajectory) @ reach
+    ways = speeds * durations
+    if not ways.sum() < _LONGEST:
+        raise TrajectoryError(
+            f"a point of the arm would go up to {ways.sum():.3g} m; ways above {_LONGEST:g} m are "
+            "not looked through for zones; check the limits, or cut the motion in two"
+        )
+    counts = np.maximum(np.ceil(ways / COARSE), 1.0).astype(np.intp)
+    segment = np.repeat(np.arange(len(counts)), counts)
+    within = np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts)
+    lengths = (durations / counts)[segment]
+    return trajectory.times[segment] + within * lengths, lengths, speeds[segment]
+
+
+def highest_rates(trajectory: Trajectory) -> Array:
+    """Return what no velocity of a joint in a segment exceeds, shape (n - 1, joints)."""
+    powers = trajectory.coefficients[..., 1:] * np.arange(1, 6)
+    powers = powers * np.diff(trajectory.times)[:, None, None] ** np.arange(5)
+    highest: Array = np.abs(powers @ _BERNSTEIN.T).max(axis=-1)
+    return highest
+
+
+def refusal(layout: Layout, times: Array, pairs: Array, margin: float, floor: Array) -> ZoneError:
+    """Return the error that says where a distance is not kept.
+
+    Args:
+        layout: What was looked at.
+        times: When [s], shape (n,).
+        pairs: Distance of each pair [m], shape (pairs, n).
+        margin: Distance to keep [m].
+        floor: What each pair must keep of it [m], shape (pairs, 1).
+    """
+    rooms = pairs - floor
+    begins = float(times[rooms.min(axis=0) < 0.0].min())
+    row, sample = np.unravel_index(int(rooms.argmin()), rooms.shape)
+    pair = layout.pairs[int(row)]
+    margin, clearance = margin - pair.allowed, float(pairs[row, sample]) - pair.allowed
+    where = "at the start" if begins <= 0.0 else f"from {begins:.3f} s on"
+    nearest = f"{where}, nearest at {times[sample]:.3f} s: {_told(pair.keep_in, clearance)}"
+    return ZoneError(pair.zone, pair.link, begins, margin - clearance, margin, nearest)
+
+
+def _told(keep_in: bool, clearance: float) -> str:
+    if keep_in:
+        return (
+            f"{clearance * 1e3:.1f} mm from the zone's border"
+            if clearance >= 0.0
+            else f"{-clearance * 1e3:.1f} mm outside of the zone"
+        )
+    if clearance >= 0.0:
+        return f"{clearance * 1e3:.1f} mm away"
+    return f"{-clearance * 1e3:.1f} mm inside"

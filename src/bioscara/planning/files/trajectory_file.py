@@ -1,0 +1,190 @@
+"""Trajectory files: ROS 2 YAML as ``ros2 topic echo`` writes it, and CSV."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from collections.abc import Iterator
+from pathlib import Path
+from typing import NamedTuple
+
+from bioscara.arguments import shown
+from bioscara.errors import TrajectoryError
+from bioscara.planning.files.numbers import number
+from bioscara.planning.files.ros_message_parser import ITEMS_MAX
+from bioscara.planning.files.ros_yaml import trajectory_of_yaml
+from bioscara.planning.trajectory.trajectory import STEP_MIN, Trajectory
+
+SIZE_MAX = 8 * 2**20
+"""Largest YAML file that is read [bytes]."""
+CSV_MAX = 32 * 2**20
+"""Largest CSV file that is read or written [bytes]: four joints fill a line with at most 13 numbers
+of 23 characters, so that as many points as may be read always fit."""
+
+_SUFFIXES = {"position": 0, "velocity": 1, "acceleration": 2}
+
+
+class TrajectoryFile(NamedTuple):
+    """What a file held.
+
+    Attributes:
+        trajectory: The motion.
+        notes: What was left out or is unusual.
+    """
+
+    trajectory: Trajectory
+    notes: tuple[str, ...]
+
+
+def read(path: str | Path) -> TrajectoryFile:
+    """Return the trajectory in a file: CSV by its ending, otherwise YAML.
+
+    Args:
+        path: The file.
+
+    Raises:
+        TrajectoryError: The file cannot be read or holds no trajectory; the message names the
+            file and, where it can, line or point.
+    """
+    path = Path(path)
+    try:
+        if path.suffix.lower() == ".csv":
+            return TrajectoryFile(_trajectory_of_csv(_text(path, CSV_MAX)), ())
+        trajectory, notes = trajectory_of_yaml(_text(path, SIZE_MAX))
+    except TrajectoryError as error:
+        raise TrajectoryError(f"{path}: {error}") from error
+    return TrajectoryFile(trajectory, notes)
+
+
+def write_csv(path: str | Path, trajectory: Trajectory) -> None:
+    """Write a trajectory as CSV; reading it gives the same trajectory.
+
+    Of points that come too soon after another to be read, which a planner may make, the first is
+    written.
+
+    Raises:
+        TrajectoryError: The file would be too large to be read again; nothing was written.
+        OSError: The file cannot be written.
+    """
+    names = trajectory.joint_names
+    columns = [[f"{name}_position" for name in names]]
+    arrays = [trajectory.positions]
+    for suffix, array in (
+        ("velocity", trajectory.velocities),
+        ("acceleration", trajectory.accelerations),
+    ):
+        if array is not None:
+            columns.append([f"{name}_{suffix}" for name in names])
+            arrays.append(array)
+    times = trajectory.times.tolist()
+    kept, text = _apart(times), io.StringIO(newline="")
+    writer = csv.writer(text)
+    writer.writerow(["time", *(column for group in columns for column in group)])
+    for index in kept:
+        row = [repr(value) for array in arrays for value in array[index].tolist()]
+        writer.writerow([repr(times[index]), *row])
+    data = text.getvalue().encode()
+    if len(kept) > ITEMS_MAX or len(data) > CSV_MAX:
+        raise TrajectoryError(
+            f"{path}: the trajectory takes {len(kept)} points and {len(data) / 2**20:.1f} MiB, a "
+            f"file holds {ITEMS_MAX} and {CSV_MAX // 2**20}; split it"
+        )
+    Path(path).write_bytes(data)
+
+
+def _apart(times: list[float]) -> list[int]:
+    """Return which points are kept, first and last included, so that none are too close."""
+    kept = [0]
+    for index, time in enumerate(times[:-1]):
+        if min(time - times[kept[-1]], times[-1] - time) >= STEP_MIN:
+            kept.append(index)
+    return kept if len(times) == 1 else [*kept, len(times) - 1]
+
+
+def _text(path: Path, limit: int) -> str:
+    try:
+        if path.is_dir():
+            raise TrajectoryError("is a folder; name a trajectory file")
+        with open(path, "rb") as file:
+            if os.fstat(file.fileno()).st_size > limit:
+                raise TrajectoryError(f"is larger than {limit // 2**20} MiB; split it")
+            data = file.read(limit + 1)
+    except FileNotFoundError:
+        raise TrajectoryError("does not exist") from None
+    except OSError as error:
+        raise TrajectoryError(f"cannot be read: {error.strerror}") from error
+    if not data.strip():
+        raise TrajectoryError("is empty")
+    if len(data) > limit:
+        raise TrajectoryError(f"is larger than {limit // 2**20} MiB; split it")
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise TrajectoryError(f"is not text (byte {error.start} is not UTF-8)") from error
+    if "\0" in text:
+        raise TrajectoryError(f"is not text (byte {text.index(chr(0))} is NUL)")
+    return text
+
+
+def _trajectory_of_csv(text: str) -> Trajectory:
+    if not text.rstrip(" \t").endswith(("\n", "\r")):
+        # Nothing else tells 0.12 from the start of 0.1234.
+        raise TrajectoryError(
+            "the last line has no line end, so the file may be truncated; if it is whole, end the "
+            "line"
+        )
+    rows = _rows(text)
+    header_line, header = next(rows, (1, []))
+    names, columns = _header(header_line, [cell.strip() for cell in header])
+    times: list[float] = []
+    tables: tuple[list[list[float]], ...] = ([], [], [])
+    for line, cells in rows:
+        if len(cells) != len(header):
+            raise TrajectoryError(
+                f"line {line}: {len(cells)} values, the header names {len(header)} columns"
+            )
+        if len(times) == ITEMS_MAX:
+            raise TrajectoryError(f"line {line}: more than {ITEMS_MAX} points; split the file")
+        values = [number(cell.strip(), f"line {line}") for cell in cells]
+        times.append(values[0])
+        for table, indices in zip(tables, columns, strict=True):
+            table.append([values[index] for index in indices])
+    positions, velocities, accelerations = (
+        table if indices else None for table, indices in zip(tables, columns, strict=True)
+    )
+    return Trajectory(names, times, positions or [], velocities, accelerations)
+
+
+def _rows(text: str) -> Iterator[tuple[int, list[str]]]:
+    reader = csv.reader(io.StringIO(text), strict=True)
+    try:
+        for row in reader:
+            if row and not row[0].lstrip().startswith("#"):
+                yield reader.line_num, row
+    except csv.Error as error:
+        raise TrajectoryError(f"line {reader.line_num}: {error}") from error
+
+
+def _header(line: int, header: list[str]) -> tuple[list[str], tuple[list[int], ...]]:
+    if not header or header[0] != "time":
+        raise TrajectoryError(
+            f"line {line}: the first column must be 'time', then j1_position, ..., and all of "
+            f"j1_velocity, ... and j1_acceleration, ... where they are known"
+        )
+    found: list[dict[str, int]] = [{}, {}, {}]
+    for index, column in enumerate(header[1:], 1):
+        name, _, suffix = column.rpartition("_")
+        if suffix not in _SUFFIXES:
+            name, suffix = column, "position"
+        if name in found[_SUFFIXES[suffix]]:
+            raise TrajectoryError(f"line {line}: column {shown(column)} stands twice")
+        found[_SUFFIXES[suffix]][name] = index
+    names = list(found[0])
+    if not names:
+        raise TrajectoryError(f"line {line}: no column with a position")
+    for suffix, columns in zip(_SUFFIXES, found, strict=True):
+        odd = sorted(set(columns) ^ set(names)) if columns else []
+        if odd:
+            raise TrajectoryError(f"line {line}: {odd[0]} has no position or no {suffix} column")
+    return names, tuple([columns[name] for name in names] if columns else [] for columns in found)

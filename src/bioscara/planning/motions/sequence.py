@@ -1,0 +1,168 @@
+"""Several motions as one: waypoints go in, one trajectory through all of them comes out.
+
+Straight and circular motions whose corners are rounded are one path, run without a stop. The arm
+rests at every other waypoint, and always before and after a point-to-point motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from bioscara.errors import InvalidArgumentError
+from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.planning.limits import JointLimits
+from bioscara.planning.motions.point_to_point import point_to_point
+from bioscara.planning.motions.tool_speed import reduced
+from bioscara.planning.motions.waypoints import (
+    LEAST_BLEND,
+    Motion,
+    Waypoint,
+    about,
+    check_waypoints,
+)
+from bioscara.planning.paths.blending import Blend, Rounded, rounded
+from bioscara.planning.paths.path import Arc, Line, shorter_turn
+from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.topp.topp import parameterise
+from bioscara.planning.trajectory.trajectory import Trajectory
+
+_BETWEEN = 1e-5
+"""Share by which the tool may be faster than where it was looked at."""
+_ROUNDING = 1e-9
+"""Share by which half of a way may be less than a blend that fits it."""
+
+
+class Sequenced(NamedTuple):
+    """A planned sequence.
+
+    Attributes:
+        trajectory: All of it, from rest to rest.
+        warnings: Sentences about what differs from what was asked for.
+    """
+
+    trajectory: Trajectory
+    warnings: tuple[str, ...]
+
+
+def sequence(
+    arm: Scara,
+    start: Joints,
+    waypoints: Sequence[Waypoint],
+    limits: Sequence[JointLimits],
+    tool: ToolLimits | None = None,
+    window: float = 0.0,
+) -> Sequenced:
+    """Return one trajectory through all waypoints.
+
+    Args:
+        arm: The arm with its tool.
+        start: Where its joints rest [rad, m, rad, rad].
+        waypoints: Where the tool goes; errors and warnings count them from 0.
+        limits: Of the joints, j1 to j4.
+        tool: Limits of the tool; the defaults of :class:`ToolLimits` unless given.
+        window: Over how long speeds are averaged, so that accelerations do not jump [s].
+
+    Raises:
+        InvalidArgumentError: A value is not usable, a waypoint is where the one before it is, an
+            arc's points are on one line, a blend is where the arm has to rest, or the arm cannot
+            go there; the message begins with the waypoint.
+    """
+    tool = ToolLimits() if tool is None else tool
+    waypoints = check_waypoints(arm, start, waypoints)
+    joints = start
+    trajectories: list[Trajectory] = []
+    warnings: list[str] = []
+    for first, run in _runs(waypoints):
+        if run[0].motion is Motion.PTP:
+            with about(first):
+                motion = _free(arm, joints, run[0], limits, tool)
+        else:
+            pieces = _pieces(arm.forward(joints), first, run)
+            path = rounded(pieces, [waypoint.blend for waypoint in run[:-1]])
+            warnings.extend(_shrunk(first, run, path))
+            with about(first, path.corners):
+                speeds = _speeds(run, path)
+                motion = parameterise(
+                    arm, path.path, joints, limits, tool, speed=speeds, window=window
+                )
+        trajectories.append(motion)
+        joints = Joints(*motion.positions[-1].tolist())
+    return Sequenced(_one_after_the_other(trajectories), tuple(warnings))
+
+
+def _runs(waypoints: Sequence[Waypoint]) -> Iterator[tuple[int, Sequence[Waypoint]]]:
+    """Return the waypoints that are passed without a stop, with the index of their first."""
+    first = 0
+    for index, waypoint in enumerate(waypoints):
+        if not waypoint.blend:
+            yield first, waypoints[first : index + 1]
+            first = index + 1
+
+
+def _free(
+    arm: Scara,
+    joints: Joints,
+    waypoint: Waypoint,
+    limits: Sequence[JointLimits],
+    tool: ToolLimits,
+) -> Trajectory:
+    """Return the point-to-point motion to a waypoint, as slow as the tool has to be."""
+    goal = arm.solve(waypoint.pose, joints)
+    names = [limit.name for limit in limits]
+    motion = point_to_point(names, joints, goal, limits, speed=waypoint.speed)
+    return reduced(motion, arm, joints, (1.0 - _BETWEEN) * tool.speed * waypoint.speed)[0]
+
+
+def _pieces(here: Pose, first: int, run: Sequence[Waypoint]) -> list[Line | Arc]:
+    pieces: list[Line | Arc] = []
+    for index, waypoint in enumerate(run, first):
+        pose, via = waypoint.pose, waypoint.via
+        with about(index):
+            pieces.append(Line(here, pose) if via is None else Arc.through(here, via, pose))
+        # The next piece goes on from the turn of this one.
+        here = pose._replace(yaw=here.yaw + shorter_turn(here.yaw, pose.yaw))
+    return pieces
+
+
+def _shrunk(first: int, run: Sequence[Waypoint], path: Rounded) -> Iterator[str]:
+    for index, (waypoint, radius) in enumerate(zip(run[:-1], path.radii, strict=True), first):
+        if radius < LEAST_BLEND:
+            raise InvalidArgumentError(
+                f"waypoint {index}: blend {waypoint.blend:g} m, but the way to it or from it is "
+                f"only {2.0 * radius:.4g} m; leave one of the two waypoints out, or give blend 0"
+            )
+        if radius < (1.0 - _ROUNDING) * waypoint.blend:
+            yield (
+                f"waypoint {index}: blend {waypoint.blend:g} m is more than half of the way to it "
+                f"or from it; {radius:.4g} m is used"
+            )
+
+
+def _speeds(run: Sequence[Waypoint], path: Rounded) -> list[float]:
+    """Return the share of speed of each piece of the path."""
+    speeds, index = [], 0
+    for piece in path.path.pieces:
+        if isinstance(piece, Blend):
+            speeds.append(min(run[index].speed, run[index + 1].speed))
+            index += 1
+        else:
+            speeds.append(run[index].speed)
+    return speeds
+
+
+def _one_after_the_other(trajectories: Sequence[Trajectory]) -> Trajectory:
+    """Return cubics from rest to rest as one trajectory; the arm does not wait between them."""
+    begins = np.cumsum([0.0, *(trajectory.duration for trajectory in trajectories)])
+    times = [begin + part.times[:-1] for begin, part in zip(begins, trajectories, strict=False)]
+    curves = np.concatenate([trajectory.coefficients for trajectory in trajectories])
+    last = trajectories[-1].positions[-1]
+    return Trajectory(
+        trajectories[0].joint_names,
+        np.concatenate((*times, begins[-1:])),
+        np.vstack((curves[..., 0], last)),
+        np.vstack((curves[..., 1], np.zeros_like(last))),
+        cubics=curves[..., 2:4],
+    )

@@ -1,0 +1,182 @@
+"""The poses that a sequence of motions goes to, and what may be wrong with them."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import Enum
+
+from bioscara.arguments import items, number, shown
+from bioscara.errors import InvalidArgumentError, PathError
+from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.kinematics.pose import require_near, require_pose, wrapped
+from bioscara.planning.limits import check_share
+from bioscara.planning.paths.path import LEVER, SHORTEST
+
+LEAST_BLEND = 1e-4
+"""Smallest blend [m]; at a smaller one the tool all but stops, and 0 does that better."""
+_MOST_BLEND = 1.0
+"""Largest blend that is taken for one [m]: beyond it stand millimetres."""
+
+
+class Motion(Enum):
+    """How the tool gets to a waypoint."""
+
+    PTP = "ptp"
+    """Each joint by the shortest way; the tool's way is a curve."""
+    LIN = "lin"
+    """In a straight line."""
+    CIRC = "circ"
+    """On the arc over another point."""
+
+
+@dataclass(frozen=True, slots=True)
+class Waypoint:
+    """A pose that the tool goes to.
+
+    Attributes:
+        pose: Of the tool in the base, or in the world that the arm's kinematics were given.
+        motion: The way there.
+        blend: How far from the pose the tool may turn off to the next waypoint [m]; 0 rests there.
+        via: Point that an arc passes; its yaw does not matter. For CIRC, and only for it.
+        speed: Share of the possible speed on the way there, 0.001 to 1. A blend has the
+            lower speed of the two motions that it joins.
+    """
+
+    pose: Pose
+    motion: Motion = Motion.LIN
+    blend: float = 0.0
+    via: Pose | None = None
+    speed: float = 1.0
+
+
+def approach(
+    target: Pose, away: Pose, *, motion: Motion = Motion.PTP, speed: float = 1.0
+) -> tuple[Waypoint, Waypoint]:
+    """Return the way to a target over a pose away from it: there freely, then straight.
+
+    Args:
+        target: Where the tool shall be.
+        away: Where the straight way begins, in the frame of the target; (0, 0, 0.05) is above.
+        motion: The way to where the straight way begins.
+        speed: Share of the possible speed on the straight way.
+    """
+    target = require_pose("the target", target)
+    return Waypoint(target.compose(away), motion), Waypoint(target, speed=speed)
+
+
+def retract(target: Pose, away: Pose, *, speed: float = 1.0) -> Waypoint:
+    """Return the straight way back from a target.
+
+    Args:
+        target: Where the tool is.
+        away: Where it goes, in the frame of the target.
+        speed: Share of the possible speed.
+    """
+    return Waypoint(require_pose("the target", target).compose(away), speed=speed)
+
+
+def check_waypoints(
+    arm: Scara, start: Joints, waypoints: Sequence[Waypoint]
+) -> tuple[Waypoint, ...]:
+    """Return a sequence that makes sense and whose poses can each be reached by themselves.
+
+    Args:
+        arm: The arm with its tool.
+        start: Where its joints rest [rad, m, rad, rad].
+        waypoints: Where the tool goes.
+
+    Raises:
+        InvalidArgumentError: The start, or a waypoint, is not usable.
+    """
+    beyond = arm.beyond(start)
+    if beyond:
+        raise InvalidArgumentError(f"start of the sequence: {', '.join(beyond)}")
+    given = items("the waypoints", waypoints, "give a list of Waypoint(pose)")
+    if not given:
+        raise InvalidArgumentError("a sequence needs at least one waypoint; this one has none")
+    here = arm.forward(start)
+    for index, waypoint in enumerate(given):
+        if not isinstance(waypoint, Waypoint):
+            raise InvalidArgumentError(
+                f"waypoint {index} is {shown(waypoint)}; give Waypoint(pose)"
+            )
+    checked = []
+    for index, waypoint in enumerate(given):
+        with about(index):
+            checked.append(_check_values(waypoint))
+    for index, waypoint in enumerate(checked):
+        following = checked[index + 1] if index + 1 < len(checked) else None
+        with about(index):
+            _check_blend(waypoint, following)
+            _check_way(here, waypoint)
+            arm.solve(waypoint.pose, start)
+        here = waypoint.pose
+    return tuple(checked)
+
+
+def _check_values(waypoint: Waypoint) -> Waypoint:
+    pose = require_pose("the pose", waypoint.pose)
+    via = None if waypoint.via is None else require_near("the via", waypoint.via)
+    if not isinstance(waypoint.motion, Motion):
+        kinds = ", ".join(map(str, Motion))
+        raise InvalidArgumentError(f"motion is {shown(waypoint.motion)}; give one of {kinds}")
+    speed, blend = check_share(waypoint.speed), number("blend", waypoint.blend)
+    if blend < 0.0:
+        raise InvalidArgumentError(f"blend {blend:g} m must be 0 or more; 0 rests there")
+    if 0.0 < blend < LEAST_BLEND:
+        raise InvalidArgumentError(
+            f"blend {blend:g} m is less than {LEAST_BLEND:g} m; 0 rests there"
+        )
+    if blend > _MOST_BLEND:
+        raise InvalidArgumentError(
+            f"blend {blend:g} m is more than {_MOST_BLEND:g} m; are these millimetres? "
+            "lengths are metres"
+        )
+    circular = waypoint.motion is Motion.CIRC
+    if circular != (waypoint.via is not None):
+        text = "an arc needs via" if circular else f"via does not belong to {waypoint.motion.name}"
+        raise InvalidArgumentError(f"{text}; a point between start and pose makes a CIRC motion")
+    return Waypoint(pose, waypoint.motion, blend, via, speed)
+
+
+def _check_blend(waypoint: Waypoint, following: Waypoint | None) -> None:
+    if not waypoint.blend:
+        return
+    if following is None:
+        why = "the sequence ends there"
+    elif Motion.PTP in (waypoint.motion, following.motion):
+        why = "the arm rests before and after a PTP motion"
+    else:
+        return
+    raise InvalidArgumentError(f"blend {waypoint.blend:g} m, but {why}; give blend 0")
+
+
+def _check_way(here: Pose, waypoint: Waypoint) -> None:
+    if waypoint.motion is Motion.CIRC:
+        return  # the arc complains of its points
+    distance = math.dist(here[:3], waypoint.pose[:3])
+    turn = abs(wrapped(waypoint.pose.yaw - here.yaw))
+    if max(distance, LEVER * turn) < SHORTEST:
+        raise InvalidArgumentError(
+            f"it is only {distance:.3g} m and {turn:.3g} rad from the pose before it; leave it out"
+        )
+
+
+@contextmanager
+def about(first: int, corners: Sequence[float] = ()) -> Iterator[None]:
+    """Begin the message of an error with the waypoint that it is about.
+
+    Args:
+        first: The waypoint, or the first of several.
+        corners: Where the ways to the further ones begin on their path [m].
+    """
+    try:
+        yield
+    except InvalidArgumentError as error:
+        position = error.position if isinstance(error, PathError) else 0.0
+        error.args = (f"waypoint {first + bisect_right(corners, position)}: {error}",)
+        raise

@@ -1,0 +1,111 @@
+"""Corners of a path, rounded so that the tool need not stop at them.
+
+A blend leaves the piece before a corner a radius ahead of it and joins the piece after it the
+same way behind it, each measured in the path's parameter. In between it is the one quintic that
+has pose, direction and curvature of the pieces at its ends and twice the radius as its length.
+Between lines its derivative goes from one direction to the other by a smooth step, so that the
+tool is nowhere faster along it than on the lines.
+
+Law: all of the blend is within the radius of the corner, for the control points of the quintic
+are (for lines plainly, for arcs by calculation up to a full half circle). The turn of the tool
+is within radius / LEVER of that at the corner.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from bioscara.planning.paths.curve import Array, Curve, Formulas
+from bioscara.planning.paths.path import Joined
+
+_LEAST = 1e-10
+"""What is left of a piece between two blends is left out below this length [m]: a step that is
+well within the one that joined pieces may have."""
+
+_HERMITE = np.array(
+    [
+        # start pose, first, second derivative; goal pose, first, second derivative
+        [1.0, 0.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
+        [0.0, 0.0, 0.5, 0.0, 0.0, 0.0],
+        [-10.0, -6.0, -1.5, 10.0, -4.0, 0.5],
+        [15.0, 8.0, 1.5, -15.0, 7.0, -1.0],
+        [-6.0, -3.0, -0.5, 6.0, -3.0, 0.5],
+    ]
+)
+"""Coefficients of the powers 0 to 5 of the quintic over 0 .. 1 with given ends."""
+
+
+class Blend(Curve):
+    """The quintic from one point of a path to another, with pose, direction and curvature of both.
+
+    Args:
+        ends: Pose, first and second derivative at the start, and at the goal, shape (6, 4).
+        length: Its largest parameter.
+    """
+
+    def __init__(self, ends: Array, length: float) -> None:
+        scales = np.array((1.0, length, length**2, 1.0, length, length**2))
+        # From the start on, lest rounding of large coordinates shows in the derivatives.
+        origin = ends[0]
+        scaled = ends * scales[:, None]
+        scaled[[0, 3]] -= origin
+        powers = _HERMITE @ scaled / length ** np.arange(6.0)[:, None]
+        powers[0] = origin
+        super().__init__(length, powers)
+
+
+class Rounded(NamedTuple):
+    """Pieces with the corners between them rounded.
+
+    Attributes:
+        path: All of it, its curvature continuous within each piece and at each blend.
+        radii: Radius of each blend [m], at most as asked for.
+        corners: Parameter of the path at the middle of each blend.
+    """
+
+    path: Joined
+    radii: tuple[float, ...]
+    corners: tuple[float, ...]
+
+
+def rounded(pieces: Sequence[Curve], radii: Sequence[float]) -> Rounded:
+    """Return one path along pieces that need not be smooth where they meet.
+
+    Args:
+        pieces: Each begins where the one before it ends.
+        radii: Of the blend between each piece and the next [m], all above 0. One that is longer
+            than half of a piece beside it is shrunk to that.
+    """
+    fitted = tuple(
+        min(radius, before.length / 2.0, after.length / 2.0)
+        for radius, (before, after) in zip(radii, pairwise(pieces), strict=True)
+    )
+    ends = [piece.length - left for piece, left in zip(pieces, (*fitted, 0.0), strict=True)]
+    blends = _blends(pieces, ends[:-1], fitted)
+    parts: list[Curve] = []
+    corners: list[float] = []
+    length = 0.0
+    for index, (piece, begin, end) in enumerate(zip(pieces, (0.0, *fitted), ends, strict=True)):
+        if end - begin > _LEAST:
+            parts.append(piece.part(begin, end))
+        length += end - begin
+        if index < len(blends):
+            parts.append(blends[index])
+            length += fitted[index]
+            corners.append(length)
+            length += fitted[index]
+    return Rounded(Joined(parts), fitted, tuple(corners))
+
+
+def _blends(pieces: Sequence[Curve], ends: Sequence[float], radii: Sequence[float]) -> list[Blend]:
+    """Return the blends from ``ends`` of each piece to ``radii`` of the next one."""
+    formulas, number = Formulas.of(pieces), np.arange(len(pieces))
+    before = formulas.sample(number[:-1], np.array(ends))
+    after = formulas.sample(number[1:], np.array(radii))
+    corners = np.stack((*before, *after), axis=1)
+    return [Blend(corner, 2.0 * radius) for corner, radius in zip(corners, radii, strict=True)]

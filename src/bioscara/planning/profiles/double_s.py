@@ -1,0 +1,105 @@
+"""Motion of one joint from state to state with limited velocity, acceleration and jerk.
+
+The theory in short. For fixed velocities and accelerations at both ends, and a fixed duration,
+the ways that a joint can make are an interval, because all limits are convex. The longest way has
+the acceleration rise to a peak, fall to a valley and rise again, resting at the limits; the
+shortest one is its mirror image. So both families have one parameter, and
+
+- the fastest motion is where the wanted way first is one of the two extremes;
+- a motion of a longer duration is a mixture of its two extremes, which keeps every limit again.
+
+Where no mixture exists, no motion of that duration does: see :func:`durations`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+from bioscara.planning.profiles.extremal import LongestWays, Member
+from bioscara.planning.profiles.segments import Bounds, Phase, Profile, State
+
+
+def durations(start: State, goal: State, bounds: Bounds) -> list[float]:
+    """Return the durations at which a motion begins or ceases to be possible [s], ascending.
+
+    The first is the least one. From the last on, every duration is possible.
+
+    Args:
+        start: Where the motion starts, within the bounds.
+        goal: Where it ends, within the bounds.
+        bounds: Limits of the joint.
+    """
+    way = goal.position - start.position
+    return sorted(
+        duration
+        for sign in (1.0, -1.0)
+        for duration, _ in LongestWays.of(start, goal, bounds, sign).crossings(sign * way)
+    )
+
+
+def fastest(start: State, goal: State, bounds: Bounds) -> Profile:
+    """Return the motion that takes the least time.
+
+    Args:
+        start: Where it starts, within the bounds.
+        goal: Where it ends, within the bounds.
+        bounds: Limits of the joint.
+    """
+    way = goal.position - start.position
+    best: tuple[float, float, LongestWays, Member] | None = None
+    for sign in (1.0, -1.0):
+        family = LongestWays.of(start, goal, bounds, sign)
+        for duration, point in family.crossings(sign * way):
+            if best is None or duration < best[0]:
+                best = duration, sign, family, point
+    if best is None:  # the two families share their ends, so that one has every way
+        raise ArithmeticError(f"no motion from {start} to {goal} within {bounds}")
+    _, sign, family, point = best
+    return Profile(start, [(t, sign * jerk) for t, jerk in family.phases(point)])
+
+
+def lasting(duration: float, start: State, goal: State, bounds: Bounds) -> Profile | None:
+    """Return the motion that takes a given time, or None where the bounds allow none.
+
+    It is the mixture of the longest and the shortest way that are possible in that time. From
+    rest to rest that is the longest one with less jerk.
+
+    Args:
+        duration: [s]; at least the least one.
+        start: Where it starts, within the bounds.
+        goal: Where it ends, within the bounds.
+        bounds: Limits of the joint.
+    """
+    way = goal.position - start.position
+    ends = []
+    for sign in (1.0, -1.0):
+        family = LongestWays.of(start, goal, bounds, sign)
+        point = family.lasting(duration)
+        if point is None:
+            return None
+        phases = [(t, sign * jerk) for t, jerk in family.phases(point)]
+        ends.append((sign * family.way(point), phases))
+    (longest, up), (shortest, down) = ends
+    room, tiny = longest - shortest, family.rounding(duration)
+    if not shortest - tiny <= way <= longest + tiny:
+        return None
+    share = min(max((way - shortest) / room, 0.0), 1.0) if room > tiny else 0.5
+    return Profile(start, list(_mixed(up, down, share)))
+
+
+def _mixed(ups: Sequence[Phase], downs: Sequence[Phase], share: float) -> Iterator[Phase]:
+    """Yield the mean of two motions of one duration, ``share`` of the first."""
+    up, down = list(reversed(ups)), list(reversed(downs))
+    held, last = 0.0, 0.0
+    while up and down:
+        (rest, one), (other_rest, other) = up.pop(), down.pop()
+        step, jerk = min(rest, other_rest), share * one + (1.0 - share) * other
+        if jerk != last:
+            yield held, last
+            held, last = 0.0, jerk
+        held += step
+        if rest > step:
+            up.append((rest - step, one))
+        if other_rest > step:
+            down.append((other_rest - step, other))
+    yield held, last

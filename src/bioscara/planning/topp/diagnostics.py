@@ -1,0 +1,181 @@
+"""Why an arm cannot follow a path of its tool: the place, the joint, and what to do instead."""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_right
+
+import numpy as np
+
+from bioscara.errors import InvalidArgumentError, PathError, TrajectoryError, UnreachableError
+from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.planning.paths.inverse_kinematics import along
+from bioscara.planning.paths.path import Path
+from bioscara.planning.topp.constraints import Look
+from bioscara.planning.topp.singular_ends import STRETCHED
+from bioscara.planning.trajectory.trajectory import Array, Trajectory
+
+_NEAR = 1e-6
+"""How far from the tool a path may begin [m or rad], for rounding."""
+SLOWEST = 1e-3
+"""A path on which the tool must go slower than this is refused [m/s]."""
+_NEAR_END = 1e-3
+"""Nearer than this to its ends the tool is slow in any case [m]."""
+_TURNING = (0, 2, 3)
+"""The joints that turn."""
+
+
+def check_start(arm: Scara, path: Path, start: Joints) -> None:
+    """Make sure that a path begins where the arm is, within its limits.
+
+    Raises:
+        InvalidArgumentError: A value is not finite.
+        UnreachableError: A joint is outside its limits.
+        TrajectoryError: The path begins elsewhere.
+    """
+    for limit, value in zip(arm.limits, start, strict=True):
+        if not math.isfinite(value):
+            raise InvalidArgumentError(f"start of {limit.name} is {value}; give a finite number")
+    beyond = arm.beyond(start)
+    if beyond:
+        raise UnreachableError(
+            f"the arm starts outside its limits: {', '.join(beyond)}; move these joints back first"
+        )
+    begin, here = Pose(*path.sample(np.zeros(1)).poses[0].tolist()), arm.forward(start)
+    gap = math.dist(begin[:3], here[:3])
+    turn = abs(math.remainder(begin.yaw - here.yaw, 2.0 * math.pi))
+    if not (gap <= _NEAR and turn <= _NEAR):
+        raise TrajectoryError(
+            f"the path begins {gap:.4g} m and {turn:.4g} rad from where the tool is; begin it there"
+        )
+
+
+def check_places(arm: Scara, path: Path, start: Joints, look: Look) -> None:
+    """Make sure that every place on the path is within reach and limits, on the elbow's side.
+
+    Raises:
+        PathError: One is not; the first such one is named.
+    """
+    joints = look.joints.joints
+    missing = np.isnan(joints[:, 2])
+    if missing.any():
+        index = int(np.argmax(missing))
+        pose = Pose(*look.tool.poses[index].tolist())
+        try:
+            arm.inverse(pose)
+        except UnreachableError as error:
+            raise _refusal(arm, path, start, look, index, 2, str(error)) from None
+    _check_ranges(arm, path, start, look, joints)
+    flat = np.abs(np.sin(joints[:, 2])) < STRETCHED
+    if flat.any():
+        index = int(np.argmax(flat))
+        why = (
+            f"the arm is stretched or folded there (j3 at {joints[index, 2]:.6f} rad), where the "
+            "joints cannot lead the tool along the path; stay a millimetre away"
+        )
+        raise _refusal(arm, path, start, look, index, 2, why)
+
+
+def check_turns(arm: Scara, path: Path, start: Joints, look: Look, trajectory: Trajectory) -> None:
+    """Make sure that no joint leaves its range between two points either.
+
+    Args:
+        arm: The arm.
+        path: The path.
+        start: Joints at its beginning.
+        look: The path at the points of the trajectory.
+        trajectory: Of cubics.
+
+    Raises:
+        PathError: One does, where it turns back.
+    """
+    c, t = trajectory.coefficients, np.diff(trajectory.times)[:, None]
+    v0, a0 = c[..., 1], 2.0 * c[..., 2]
+    v1 = v0 + t * (a0 + 3.0 * t * c[..., 3])
+    turning = v0 * v1 < 0.0
+    # Where a joint turns back there is a root; rounding may put its square a hair below zero.
+    root = np.sqrt(np.maximum(np.where(turning, a0 * a0 - 12.0 * c[..., 3] * v0, 1.0), 0.0))
+    at = np.where(turning, -2.0 * v0 / np.where(turning, a0 + np.sign(v1) * root, 1.0), 0.0)
+    turns = c[..., 0] + at * (v0 + at * (c[..., 2] + at * c[..., 3]))
+    _check_ranges(arm, path, start, look, turns)
+
+
+def check_speeds(arm: Scara, path: Path, start: Joints, look: Look, bound: Array) -> None:
+    """Make sure that the tool can pass every place on the path at a noticeable speed.
+
+    Args:
+        arm: The arm.
+        path: The path.
+        start: Joints at its beginning.
+        look: The path at the points of a grid.
+        bound: Square of the speed that each piece of the grid allows at most, shape (n - 1,).
+
+    Raises:
+        PathError: It cannot; tells the largest speed at the slowest place.
+    """
+    grid = look.grid[:-1]
+    inside = (grid > _NEAR_END) & (grid < path.length - _NEAR_END)
+    bound = np.where(inside, bound, np.inf)
+    index = int(np.argmin(bound))
+    if bound[index] >= SLOWEST**2:
+        return
+    joint = _TURNING[int(np.argmax(np.abs(look.joints.second[index, _TURNING])))]
+    largest = math.sqrt(float(bound[index]))
+    why = (
+        f"{arm.limits[joint].name} would have to turn so suddenly that the tool can pass at "
+        f"{largest:.2g} m/s at most (j3 at {look.joints.joints[index, 2]:.4f} rad: nearly "
+        "stretched or folded); lead the path further away from there"
+    )
+    raise _refusal(arm, path, start, look, index, joint, why, largest)
+
+
+def _check_ranges(arm: Scara, path: Path, start: Joints, look: Look, joints: Array) -> None:
+    lower = np.array([limit.lower for limit in arm.limits]) - 1e-9
+    upper = np.array([limit.upper for limit in arm.limits]) + 1e-9
+    outside = (joints < lower) | (joints > upper)
+    if outside.any():
+        index, joint = (int(part) for part in np.argwhere(outside)[0])
+        why = f"it would take {', '.join(arm.beyond(joints[index].tolist()))}"
+        raise _refusal(arm, path, start, look, index, joint, why)
+
+
+def _refusal(
+    arm: Scara,
+    path: Path,
+    start: Joints,
+    look: Look,
+    index: int,
+    joint: int,
+    why: str,
+    largest_speed: float = 0.0,
+) -> PathError:
+    s = float(look.grid[index])
+    segment = bisect_right(path.breaks, s)
+    piece = f"segment {segment}, " if path.breaks else ""
+    text = f"{piece}{s:.4f} m along the path of {path.length:.4f} m: {why}"
+    name = arm.limits[joint].name
+    instead = _alternative(arm, start, look, elbow=largest_speed == 0.0)
+    return PathError(f"{text}; {instead}", segment, name, s, largest_speed)
+
+
+def _alternative(arm: Scara, start: Joints, look: Look, *, elbow: bool) -> str:
+    """Return what the arm can do instead; the other elbow is as slow as this one."""
+    offers = []
+    for other in arm.inverse(arm.forward(start)):
+        if elbow and math.sin(other.j3) * math.sin(start.j3) < 0.0 and not arm.beyond(other):
+            joints = along(arm, look.tool, other).joints
+            # The other elbow mirrors this one: where this is stretched, it is too.
+            stretched = (np.abs(np.sin(joints[:, 2])) < STRETCHED).any()
+            if not stretched and not any(arm.beyond(row) for row in joints.tolist()):
+                offers.append(
+                    "with the elbow on the other side the whole path is within limits: start from "
+                    f"({', '.join(f'{value:.4f}' for value in other)})"
+                )
+    goal = Pose(*look.tool.poses[-1].tolist())
+    try:
+        arm.solve(goal, start)
+    except UnreachableError:
+        offers.append("the goal itself is out of limits too: choose another yaw or place")
+    else:
+        offers.append("the goal itself can be reached with a PTP motion")
+    return "; ".join(offers)

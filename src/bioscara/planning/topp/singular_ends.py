@@ -1,0 +1,129 @@
+"""A path of the tool that begins or ends with the arm exactly stretched or folded.
+
+There the elbow's angle goes with the root of the way that is left, so the joints have no finite
+derivative by the path. They have one in time, for the arm rests there. So the first or last hair of
+the path, over which the elbow turns by :data:`CLEAR`, is gone by a motion of the joints alone: on
+it the tool is beside the path by about the square of that angle times the arm's length, 10 nm.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.planning.limits import JointLimits
+from bioscara.planning.paths.inverse_kinematics import along
+from bioscara.planning.paths.path import LEVER, Path
+from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.trajectory.trajectory import Array
+
+STRETCHED = 1e-6
+"""Sine of the elbow's angle below which the joints have no finite speed on a path."""
+CLEAR = 1e-4
+"""Sine of the elbow's angle from which on the path itself is followed."""
+_HAIRS = 1e-10 * 2.0 ** np.arange(24)
+"""Lengths that are tried, up to a millimetre [m]."""
+
+
+class Between(NamedTuple):
+    """The part of a path that is followed; its ends are the path's unless those are stretched.
+
+    Attributes:
+        begin: Parameter where it begins.
+        end: Parameter where it ends.
+        side: Joints at the path's beginning, the elbow a hair to the side that it goes to.
+    """
+
+    begin: float
+    end: float
+    side: Joints
+
+
+def between(arm: Scara, path: Path, start: Joints) -> Between:
+    """Return the part of a path that is followed.
+
+    Args:
+        arm: The arm.
+        path: Of the tool. One along which the arm stays stretched is returned whole.
+        start: Joints at its beginning [rad, m, rad, rad].
+    """
+    edges = (0.0, *path.breaks, path.length)
+    begin = _hair(arm, path, start, 0.0, edges[1])
+    end = path.length - _hair(arm, path, start, path.length, edges[-2] - path.length)
+    if not begin:
+        return Between(begin, end, start)
+    # From stretched the elbow can go to either side: it takes that of the goal.
+    goal = arm.solve(Pose(*path.sample([path.length]).poses[0].tolist()), start)
+    straight = start.j3 - math.remainder(start.j3, math.pi)
+    side = straight + math.copysign(STRETCHED, goal.j3 - straight)
+    return Between(begin, end, start._replace(j3=side))
+
+
+def with_ends(
+    arm: Scara,
+    path: Path,
+    part: Between,
+    start: Joints,
+    points: tuple[Array, Array, Array],
+    limits: Sequence[JointLimits],
+    tool: ToolLimits,
+) -> tuple[Array, Array, Array]:
+    """Return the points of a motion along the part as those of one along the whole path.
+
+    Args:
+        arm: The arm.
+        path: Of the tool.
+        part: What is followed.
+        start: Joints at the path's beginning [rad, m, rad, rad].
+        points: Times, positions and velocities of the motion along the part, rest to rest.
+        limits: Of the joints, j1 to j4.
+        tool: Limits of the tool.
+    """
+    times, positions, velocities = points
+    at = np.array((0.0, part.begin, part.end, path.length))
+    joints = along(arm, path.sample(at), part.side).joints
+    rest = np.zeros((1, 4))
+    if part.begin:
+        takes = _duration(joints[1] - start, part.begin, limits, tool)
+        times = np.concatenate(([0.0], times + takes))
+        positions, velocities = np.vstack((start, positions)), np.vstack((rest, velocities))
+    if part.end < path.length:
+        takes = _duration(joints[3] - joints[2], path.length - part.end, limits, tool)
+        times = np.append(times, times[-1] + takes)
+        positions, velocities = np.vstack((positions, joints[3])), np.vstack((velocities, rest))
+    return times, positions, velocities
+
+
+def _hair(arm: Scara, path: Path, start: Joints, end: float, room: float) -> float:
+    """Return how far from an end of a path the elbow is bent, 0 where it is so at the end.
+
+    Args:
+        arm: The arm.
+        path: Of the tool.
+        start: Joints at its beginning.
+        end: Parameter of the end.
+        room: Parameter of the next break from there; negative where the path comes from there.
+    """
+    hairs = np.concatenate(([0.0], _HAIRS[abs(room) > 2.0 * _HAIRS]))
+    samples = path.sample(end + math.copysign(1.0, room) * hairs)
+    sines = np.abs(np.sin(along(arm, samples, start).joints[:, 2]))
+    if not sines[0] < STRETCHED:
+        return 0.0
+    bent = sines >= CLEAR
+    return float(hairs[np.argmax(bent)]) if bent.any() else 0.0
+
+
+def _duration(way: Array, hair: float, limits: Sequence[JointLimits], tool: ToolLimits) -> float:
+    """Return how long a cubic from rest to rest takes [s]; the tool's part is an estimate."""
+    ways: list[float] = [*np.abs(way).tolist(), hair, hair / LEVER]
+    fastest = [*(limit.max_velocity for limit in limits), tool.speed, tool.yaw_speed]
+    hardest = [*(limit.max_acceleration for limit in limits)]
+    hardest += [tool.acceleration, tool.yaw_acceleration]
+    return max(
+        max(1.5 * d / v, math.sqrt(6.0 * d / a))
+        for d, v, a in zip(ways, fastest, hardest, strict=True)
+    )

@@ -1,0 +1,428 @@
+"""Times for a path of the tool: as fast as joints and tool allow, slow where they must be.
+
+The path is looked at on a grid; the phase plane gives the largest speed at each of its points. From
+the second look on, the grid is even in time, hence fine wherever the arm must be slow: at both ends
+and next to where it is stretched. Pieces on which the curve between the points exceeds a limit or
+leaves the path are cut. What it still exceeds then, a few parts in ten thousand, is taken back by
+stretching all of it in time.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from bioscara.errors import InvalidArgumentError
+from bioscara.kinematics import Joints, Scara, batch
+from bioscara.planning.limits import JointLimits, check_share
+from bioscara.planning.paths.curve import Index
+from bioscara.planning.paths.inverse_kinematics import along
+from bioscara.planning.paths.path import Path
+from bioscara.planning.tool_limits import FULL, ToolLimits
+from bioscara.planning.topp.constraints import Look, caps, look, rows
+from bioscara.planning.topp.diagnostics import (
+    SLOWEST,
+    check_places,
+    check_speeds,
+    check_start,
+    check_turns,
+)
+from bioscara.planning.topp.phase_plane import Rows, fastest
+from bioscara.planning.topp.singular_ends import Between, between, with_ends
+from bioscara.planning.trajectory.retiming import stretched
+from bioscara.planning.trajectory.trajectory import Array, Trajectory
+
+_PIECES = 80
+"""Of the first grid."""
+_PIECES_BETWEEN = 8
+"""Of the first grid between two breaks, so that no blend is overlooked."""
+_STEP, _FEWEST, _MOST = 10e-3, 60, 4000
+"""Time between two points [s], and how many pieces there may be before the refinement."""
+_EXCESS, _FINEST, _REFINEMENTS, _PARTS = 1e-3, 1e-4, 6, 8
+"""Share by which a piece may exceed a limit before it is cut, the shortest time of a piece that is
+cut [s], how often that happens at most, and into how many parts."""
+_SUDDEN = 2.0
+"""Factor in time from which on it is for one sudden place that all would become slower."""
+_ASTRAY = 3e-7
+"""How far the curve between two points may leave the path before its piece is cut [rad or m];
+a few parts in ten of a micrometre at the tool."""
+_TURNING, _BEFORE, _AFTER = 0.9, 0.1, 0.4
+"""Share of the highest speed near where a joint turns round, and from when to when that is [s]."""
+_APART = 1e-5
+"""Breaks that come less than this apart [s] are one point of the grid."""
+_LOOKS = (0.25, 0.5, 0.75)
+"""Where between two points the tool is looked at, in shares of the time."""
+_BETWEEN = 1e-5
+"""Share by which the tool may exceed a limit between two looks."""
+
+
+def parameterise(
+    arm: Scara,
+    path: Path,
+    start: Joints,
+    limits: Sequence[JointLimits],
+    tool: ToolLimits | None = None,
+    *,
+    speed: float | Sequence[float] = 1.0,
+    window: float = 0.0,
+) -> Trajectory:
+    """Return the fastest motion of the tool along a path, from rest to rest.
+
+    With a window, its speed along the path is the average over that time of the fastest motion's:
+    then accelerations do not jump. The motion takes that much longer, and a little more where the
+    speed has to change on the way.
+
+    Args:
+        arm: The arm.
+        path: Of the tool.
+        start: Joints at the path's beginning [rad, m, rad, rad]; the elbow stays on their side.
+        limits: Of the joints, j1 to j4.
+        tool: Limits of the tool; those of :class:`ToolLimits` unless given.
+        speed: Share of the speed to use, 0.001 to 1: the same in 1/speed of the time.
+            One share, or one for each piece of the path between its breaks.
+        window: Over how long speeds along the path are averaged [s]; 0 for not at all.
+
+    Returns:
+        A trajectory of cubics on which no limit of a joint or the tool is exceeded by more than
+        1e-6 of it.
+
+    Raises:
+        InvalidArgumentError: The speed is outside its range, or a value is not finite.
+        UnreachableError: The start is outside limits.
+        PathError: The arm cannot reach or pass a place on the path.
+        TrajectoryError: The path begins elsewhere.
+    """
+    tool = ToolLimits() if tool is None else tool
+    shares = _shares(path, speed)
+    highest, shares = float(shares.max()), shares / shares.max()
+    check_start(arm, path, start)
+    part = between(arm, path, start)
+    side = part.side
+    grid = _first_grid(path, part)
+    _, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
+    grid = _even_in_time(grid, squares, path.breaks, shares)
+    names = [limit.name for limit in limits]
+    if window:
+        over = window * highest
+        seen, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares, over)
+        points = _averaged(arm, path, side, limits, (grid, squares), over)
+        trajectory = Trajectory(names, *points)
+        check_turns(arm, path, side, seen, trajectory)
+    for _ in range(0 if window else _REFINEMENTS + 1):
+        seen, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
+        velocities = seen.joints.first * np.sqrt(squares)[:, None]
+        points = _times(grid, squares), seen.joints.joints, velocities
+        trajectory = Trajectory(names, *points)
+        factors = _factors_of_pieces(trajectory, arm, limits, tool)
+        astray = _beside(arm, path, side, grid, squares, trajectory)
+        parts = _parts(factors, astray, np.diff(trajectory.times))
+        if parts.max() < 2:
+            break
+        grid = _cut(grid, parts)
+    if not window:
+        check_turns(arm, path, side, seen, trajectory)
+        left = np.diff(seen.grid) / np.diff(trajectory.times) / factors
+        check_speeds(arm, path, side, seen, np.where(factors > _SUDDEN, left**2, np.inf))
+    if (part.begin, part.end) != (0.0, path.length):
+        points = with_ends(arm, path, part, start, points, limits, tool)
+        trajectory = Trajectory(names, *points)
+        factors = _factors_of_pieces(trajectory, arm, limits, tool)
+    if window:
+        factors = _factors_of_pieces(trajectory, arm, limits, tool)
+    factor = max(1.0, (1.0 + _BETWEEN) * float(factors.max()))
+    return stretched(trajectory, factor / highest)
+
+
+def _parts(factors: Array, astray: Array, durations: Array) -> Index:
+    """Return into how many parts each piece is to be cut, 1 where it may stay as it is.
+
+    What a piece exceeds falls with the square of its length, how far it is astray with the fourth
+    power of it.
+    """
+    wanted = np.maximum(((factors - 1.0).clip(0.0) / _EXCESS) ** 0.5, (astray / _ASTRAY) ** 0.25)
+    divisible = durations > _FINEST
+    coarse = (wanted > 1.0) & divisible
+    # What limits a coarse piece may soon bind those beside it.
+    wide = coarse.copy()
+    wide[:-1] |= coarse[1:]
+    wide[1:] |= coarse[:-1]
+    parts = np.ceil(np.clip(wanted, 2.0, _PARTS)).astype(np.intp)
+    return np.where(wide & divisible, parts, 1)
+
+
+def _cut(grid: Array, parts: Index) -> Array:
+    """Return the grid with each piece cut into equal parts."""
+    piece = np.repeat(np.arange(len(parts)), parts)
+    part = np.arange(len(piece)) - (np.cumsum(parts) - parts)[piece]
+    return np.append(grid[piece] + np.diff(grid)[piece] * (part / parts[piece]), grid[-1])
+
+
+def _shares(path: Path, speed: float | Sequence[float]) -> Array:
+    """Return the share of speed of each piece between the breaks of a path."""
+    pieces = len(path.breaks) + 1
+    shares = np.full(pieces, speed) if np.ndim(speed) == 0 else np.array(speed)
+    if shares.shape != (pieces,):
+        raise InvalidArgumentError(
+            f"{len(shares)} shares of speed do not fit the {pieces} pieces of the path"
+        )
+    for share in shares.tolist():
+        check_share(share)
+    return shares
+
+
+def _look_and_solve(
+    arm: Scara,
+    path: Path,
+    start: Joints,
+    limits: Sequence[JointLimits],
+    tool: ToolLimits,
+    grid: Array,
+    shares: Array,
+    window: float = 0.0,
+) -> tuple[Look, Array]:
+    """Return the path at the grid, and the squares of the largest speeds there.
+
+    With a window those whose average over it keeps the limits of speed.
+    """
+    seen = look(arm, path, start, grid)
+    check_places(arm, path, start, seen)
+    share = shares[np.searchsorted(path.breaks, grid[:-1], side="right")] ** 2
+    along, across = rows(seen, limits, tool)
+    slowed = Rows(along / share[:, None], across / share[:, None])
+    lower = np.minimum(np.append(share, 1.0), np.append(1.0, share))
+    highest = lower * caps(seen, limits, tool)
+    squares, bound = fastest(np.diff(grid), slowed, highest)
+    if (bound < share * SLOWEST**2).any():
+        # The tool may be meant to be that slow: what the joints can do counts.
+        alone = rows(seen, limits, FULL), caps(seen, limits, FULL)
+        check_speeds(arm, path, start, seen, fastest(np.diff(grid), *alone)[1])
+    if window:
+        low = _lowered(grid, _turning(grid, seen, squares, highest), window)
+        if (low < squares).any():
+            squares, _ = fastest(np.diff(grid), slowed, np.minimum(highest, low))
+    return seen, squares
+
+
+def _first_grid(path: Path, part: Between) -> Array:
+    """Return a grid that is finer towards both ends, and fine in each piece between breaks."""
+    begin, end, _ = part
+    ends = np.cos(np.linspace(0.0, math.pi, _PIECES + 1))
+    edges = np.array((begin, *path.breaks, end))
+    pieces = np.linspace(edges[:-1], edges[1:], _PIECES_BETWEEN + 1).ravel()
+    return np.union1d(begin + 0.5 * (end - begin) * (1.0 - ends), pieces)
+
+
+def _times(grid: Array, squares: Array) -> Array:
+    rates = np.sqrt(squares)
+    return np.concatenate(([0.0], np.cumsum(2.0 * np.diff(grid) / (rates[:-1] + rates[1:]))))
+
+
+def _turning(grid: Array, seen: Look, squares: Array, highest: Array) -> Array:
+    """Return squares of speed that are lower where a joint turns round on the way.
+
+    There its load sticks for a moment, breaks away and swings, however even the motion is.
+    """
+    times, lower = _times(grid, squares), squares.copy()
+    signs = np.sign(seen.joints.first)
+    for index in np.flatnonzero((signs[:-1] * signs[1:] < 0.0).any(axis=1)):
+        since = times - times[index]
+        near = (since > -_BEFORE) & (since < _AFTER)
+        lower[near] = np.minimum(lower[near], _TURNING**2 * highest[near])
+    return lower
+
+
+def _lowered(grid: Array, squares: Array, window: float) -> Array:
+    """Return squares of speed whose average over a window is nowhere above those given.
+
+    Before its first summit and after its last one the motion comes from rest or goes to rest. There
+    no speed is lowered: the average only has its ramps later and rounded.
+    """
+    times, squares = _times(grid, squares), squares.copy()
+    tops = np.flatnonzero((squares[1:-1] >= squares[:-2]) & (squares[1:-1] >= squares[2:])) + 1
+    if not len(tops):
+        return np.full(len(grid), np.inf)
+    squares[: tops[0]], squares[tops[-1] + 1 :] = squares[tops[0]], squares[tops[-1]]
+    begins = np.searchsorted(times, times - window / 2.0)
+    ends = np.searchsorted(times, times + window / 2.0, side="right")
+    # The least between two points, from the least of runs whose lengths are powers of two.
+    runs = [squares]
+    while 2 ** len(runs) <= len(squares):
+        half = 2 ** (len(runs) - 1)
+        runs.append(np.minimum(runs[-1][:-half], runs[-1][half:]))
+    rank = np.log2(ends - begins).astype(np.intp)
+    return np.array(
+        [min(runs[r][b], runs[r][e - 2**r]) for r, b, e in zip(rank, begins, ends, strict=True)]
+    )
+
+
+class _Law:
+    """When the tool is where on its path: the average of a motion over a window.
+
+    Args:
+        grid: Path parameters [m].
+        squares: Squares of the speed there.
+        window: Over how long it is averaged [s].
+    """
+
+    def __init__(self, grid: Array, squares: Array, window: float) -> None:
+        self._grid, self._rates = grid, np.sqrt(squares)
+        self._times, self.window = _times(grid, squares), window
+        steps = np.diff(self._times)
+        self._rises = np.diff(self._rates) / steps
+        areas = steps * (grid[:-1] + steps * (self._rates[:-1] / 2.0 + steps * self._rises / 6.0))
+        self._areas = np.concatenate(([0.0], np.cumsum(areas)))
+        self.duration = float(self._times[-1]) + window
+
+    def at(self, times: Array) -> tuple[Array, Array]:
+        """Return path parameters and speeds at some times."""
+        (here, area), (before, less) = self._sums(times), self._sums(times - self.window)
+        return (area - less) / self.window, (here - before) / self.window
+
+    def _sums(self, times: Array) -> tuple[Array, Array]:
+        """Return the path parameter of what is averaged, and its integral."""
+        end = self._times[-1]
+        inside = np.clip(times, 0.0, end)
+        piece = np.clip(
+            np.searchsorted(self._times, inside, side="right") - 1, 0, len(self._rises) - 1
+        )
+        t, at, rate, rise = (
+            inside - self._times[piece],
+            self._grid[piece],
+            self._rates[piece],
+            self._rises[piece],
+        )
+        here = at + t * (rate + t * rise / 2.0)
+        area = self._areas[piece] + t * (at + t * (rate / 2.0 + t * rise / 6.0))
+        outside = times - inside
+        return here, area + outside * np.where(outside < 0.0, self._grid[0], self._grid[-1])
+
+
+def _averaged(
+    arm: Scara,
+    path: Path,
+    side: Joints,
+    limits: Sequence[JointLimits],
+    motion: tuple[Array, Array],
+    window: float,
+) -> tuple[Array, Array, Array]:
+    """Return times, positions and velocities of the average of a motion over a window."""
+    law = _Law(*motion, window)
+    count = max(math.ceil(law.duration / _STEP), _FEWEST)
+    times = np.linspace(0.0, law.duration, count + 1)
+    for _ in range(_REFINEMENTS + 1):
+        places, rates = law.at(times)
+        places[0], places[-1] = motion[0][0], motion[0][-1]
+        seen = along(arm, path.sample(places), side)
+        positions, velocities = seen.joints, seen.first * rates[:, None]
+        velocities[[0, -1]] = 0.0
+        curve = Trajectory([limit.name for limit in limits], times, positions, velocities)
+        t = np.diff(times)
+        halves, _ = law.at(times[:-1] + 0.5 * t)
+        there, c = along(arm, path.sample(halves), side).joints, curve.coefficients
+        half = 0.5 * t[:, None]
+        here = c[..., 0] + half * (c[..., 1] + half * (c[..., 2] + half * c[..., 3]))
+        off = np.abs(here - there).max(axis=1)
+        parts = _parts(np.ones(len(t)), np.where(np.isnan(off), math.inf, off), t)
+        if parts.max() < 2:
+            break
+        times = _cut(times, parts)
+    return times, positions, velocities
+
+
+def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...], shares: Array) -> Array:
+    """Return a grid whose pieces all take about the same time, with the path's breaks.
+
+    A slow way has its points further apart, by the root of its share of speed, lest it leave few to
+    all others. Of breaks that all but meet the grid has the last: points of a trajectory are some
+    way apart in time.
+    """
+    rates, times = np.sqrt(squares), _times(grid, squares)
+    effort = np.diff(times) * np.sqrt(shares[np.searchsorted(breaks, grid[:-1], side="right")])
+    efforts = np.concatenate(([0.0], np.cumsum(effort)))
+    count = min(max(math.ceil(efforts[-1] / _STEP), _FEWEST), _MOST)
+    at = np.linspace(0.0, efforts[-1], count + 1)[1:-1]
+    piece = np.searchsorted(efforts, at, side="right") - 1
+    t = (at - efforts[piece]) / effort[piece]
+    # Within a piece the speed changes evenly with time.
+    mean = rates[piece] + 0.5 * t * np.diff(rates)[piece]
+    inner = grid[piece] + t * np.diff(times)[piece] * mean
+    if breaks:
+        edges = np.interp(breaks, grid, efforts)
+        after = np.searchsorted(edges, at)
+        ends = np.concatenate(([-np.inf], edges, [np.inf]))
+        close = np.minimum(at - ends[after], ends[after + 1] - at) < 0.3 * efforts[-1] / count
+        # The last one, for what comes after it may have a lower share of speed.
+        apart = np.append(np.diff(np.interp(breaks, grid, times)) > _APART, True)
+        inner = np.union1d(inner[~close], np.array(breaks)[apart])
+    return np.concatenate((grid[:1], inner, grid[-1:]))
+
+
+def _beside(
+    arm: Scara, path: Path, side: Joints, grid: Array, squares: Array, trajectory: Trajectory
+) -> Array:
+    """Return how far each piece's curve is from the path at half of its time, shape (n - 1,).
+
+    It is infinite where the path is out of reach there.
+    """
+    rates, t = np.sqrt(squares), np.diff(trajectory.times)
+    half = grid[:-1] + t * (3.0 * rates[:-1] + rates[1:]) / 8.0
+    there = along(arm, path.sample(half), side).joints
+    c, at = trajectory.coefficients, 0.5 * t[:, None]
+    here = c[..., 0] + at * (c[..., 1] + at * (c[..., 2] + at * c[..., 3]))
+    astray = np.abs(here - there).max(axis=1)
+    return np.where(np.isnan(astray), math.inf, astray)
+
+
+def _factors_of_pieces(
+    trajectory: Trajectory, arm: Scara, limits: Sequence[JointLimits], tool: ToolLimits
+) -> Array:
+    """Return the factor in time that each piece needs to keep every limit, shape (n - 1,).
+
+    For the joints, whose accelerations are straight lines on a piece, it is exact; the tool is
+    looked at where pieces begin and end, and between.
+    """
+    p0, v0, half, sixth = np.moveaxis(trajectory.coefficients[..., :4], -1, 0)
+    t = np.diff(trajectory.times)[:, None]
+    a0, a1 = 2.0 * half, 2.0 * half + 6.0 * t * sixth
+    v1 = v0 + 0.5 * t * (a0 + a1)
+    states = [(p0, v0, a0), (trajectory.positions[1:], v1, a1)]
+    for share in _LOOKS:
+        at = share * t
+        positions = p0 + at * (v0 + at * (half + at * sixth))
+        states.append((positions, v0 + at * (a0 + 3.0 * at * sixth), a0 + 6.0 * at * sixth))
+    together = [np.concatenate(part) for part in zip(*states, strict=True)]
+    factors = _factors(together, arm, limits, tool).reshape(len(states), -1).max(axis=0)
+    turning = a0 * a1 < 0.0
+    turn = np.where(turning, v0 + 0.5 * t * a0 * a0 / np.where(turning, a0 - a1, 1.0), 0.0)
+    most = np.array([limit.max_velocity for limit in limits])
+    return np.asarray(np.maximum(factors, (np.abs(turn) / most).max(axis=1)))
+
+
+def _factors(
+    states: Sequence[Array], arm: Scara, limits: Sequence[JointLimits], tool: ToolLimits
+) -> Array:
+    """Return the factor in time that each state needs to keep every limit, shape (n,).
+
+    Args:
+        states: Positions, velocities and accelerations of the joints, each of shape (n, 4).
+        arm: The arm.
+        limits: Of the joints.
+        tool: Limits of the tool.
+    """
+    tool_velocity, tool_acceleration = batch.tool_motion(arm, *states)
+    velocities = np.column_stack(
+        (states[1], np.linalg.norm(tool_velocity[:, :3], axis=1), tool_velocity[:, 3])
+    )
+    accelerations = np.column_stack(
+        (states[2], np.linalg.norm(tool_acceleration[:, :3], axis=1), tool_acceleration[:, 3])
+    )
+    fastest = [*(limit.max_velocity for limit in limits), tool.speed, tool.yaw_speed]
+    hardest = [*(limit.max_acceleration for limit in limits), tool.acceleration]
+    hardest.append(tool.yaw_acceleration)
+    factors: Array = np.maximum(
+        (np.abs(velocities) / fastest).max(axis=1),
+        np.sqrt((np.abs(accelerations) / hardest).max(axis=1)),
+    )
+    return factors

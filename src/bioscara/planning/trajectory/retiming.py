@@ -1,0 +1,73 @@
+"""Makes a trajectory executable by taking more time for it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from bioscara.errors import TrajectoryError
+from bioscara.planning.limits import JointLimits
+from bioscara.planning.trajectory.extrema import extrema
+from bioscara.planning.trajectory.trajectory import Trajectory
+from bioscara.planning.trajectory.validation import check
+
+
+def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
+    """Return the same path in ``factor`` times the time.
+
+    Velocities become 1/factor, accelerations 1/factor^2 of what they were.
+    """
+    velocities, accelerations = trajectory.velocities, trajectory.accelerations
+    cubic = velocities is not None and accelerations is None
+    return Trajectory(
+        trajectory.joint_names,
+        trajectory.times * factor,
+        trajectory.positions,
+        None if velocities is None else velocities / factor,
+        None if accelerations is None else accelerations / factor**2,
+        cubics=trajectory.coefficients[..., 2:4] / (factor**2, factor**3) if cubic else None,
+    )
+
+
+def stretch_factor(trajectory: Trajectory, limits: Sequence[JointLimits]) -> float:
+    """Return in how many times the time velocities and accelerations meet every limit, at least 1.
+
+    Args:
+        trajectory: What to look at.
+        limits: Of the joints; those of others are passed over.
+    """
+    by_name = {limit.name: limit for limit in limits}
+    factor = 1.0
+    for name, ranges in zip(trajectory.joint_names, extrema(trajectory), strict=True):
+        if name not in by_name:
+            continue  # check names it
+        limit = by_name[name]
+        fastest = abs(ranges.velocity.largest.value)
+        hardest = abs(ranges.acceleration.largest.value)
+        factor = max(
+            factor,
+            fastest / limit.max_velocity,
+            math.sqrt(hardest / limit.max_acceleration),
+        )
+    return factor
+
+
+def fit(trajectory: Trajectory, limits: Sequence[JointLimits]) -> tuple[Trajectory, float]:
+    """Return the trajectory stretched in time by the least factor that meets every limit.
+
+    Args:
+        trajectory: What to fit.
+        limits: Of all joints of the arm.
+
+    Returns:
+        The trajectory and the factor, 1.0 where it fits as it is.
+
+    Raises:
+        TrajectoryError: It cannot be made to fit: an unknown joint, or a position limit.
+    """
+    factor = stretch_factor(trajectory, limits)
+    if not math.isfinite(factor):
+        raise TrajectoryError("the trajectory cannot be fitted: a limit is zero")
+    result = trajectory if factor == 1.0 else stretched(trajectory, factor)
+    check(result, limits)
+    return result, factor

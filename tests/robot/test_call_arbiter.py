@@ -1,0 +1,580 @@
+"""Several threads and one arm: one call uses it, the others read it, stop it or are refused."""
+
+from __future__ import annotations
+
+import math
+import sys
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from types import FrameType
+
+import pytest
+
+from bioscara.bus import Transaction
+from bioscara.control.controllers.gripper_action_controller import GripperActionController
+from bioscara.control.controllers.homing_controller import HomingController
+from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
+from bioscara.drivers import Gripper, Pwm
+from bioscara.errors import (
+    BioscaraError,
+    BusyError,
+    CommunicationError,
+    MotionCancelledError,
+    NotInitializedError,
+    TrajectoryError,
+)
+from bioscara.kinematics import Pose
+from bioscara.model import load_parameters
+from bioscara.planning import Trajectory
+from bioscara.planning.collision.scene import Scene as Surroundings
+from bioscara.planning.motions.jog import JointVelocity
+from bioscara.report import CycleRecord, Phase
+from bioscara.robot import Robot, call_arbiter
+from bioscara.robot.call_arbiter import CallArbiter, exclusive
+from bioscara.robot.records import Observe, ignore
+from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
+
+ARM = load_parameters()
+NAMES = tuple(joint.name for joint in ARM.joints)
+NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
+START = (-2.0, 0.30, 2.0, 2.0)
+GOAL = (-1.0, 0.28, 1.0, 1.0)
+POSE = Pose(0.45, -0.20, 0.25)
+LONG = 30.0
+"""Timeout that no operation reaches [s]: it only ends a test that would hang."""
+MOMENT = 0.2
+"""Time in which a forbidden event must not happen [s]; too short a time only hides it."""
+
+
+class Gate:
+    """A place where one thread waits until it is let go."""
+
+    def __init__(self) -> None:
+        self._reached, self._open = threading.Event(), threading.Event()
+
+    def wait(self) -> None:
+        self._reached.set()
+        assert self._open.wait(LONG)
+
+    def reached(self) -> None:
+        assert self._reached.wait(LONG)
+
+    def open(self) -> None:
+        self._open.set()
+
+
+class WatchedBus(FirmwareBus):
+    """Records which threads use it; the next transfer of a thread can be held."""
+
+    def __init__(self, arm: SimulatedArm) -> None:
+        super().__init__(arm)
+        self.users: list[str] = []
+        self.overlaps = self._inside = 0
+        self.gates: dict[str, Gate] = {}
+        self.ctrl_c: set[int] = set()
+        self.closed = False
+
+    def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
+        name = threading.current_thread().name
+        self.users.append(name)
+        self._inside += 1
+        self.overlaps += self._inside > 1
+        try:
+            gate = self.gates.pop(name, None)
+            if gate is not None:
+                gate.wait()
+            if len(self.users) in self.ctrl_c:
+                raise KeyboardInterrupt
+            return super().transfer(transactions)
+        finally:
+            self._inside -= 1
+
+    def close(self) -> None:
+        self.closed = True
+        super().close()
+
+
+class Other:
+    """A thread that runs one call; at the end of the block it has ended."""
+
+    def __init__(self, task: Callable[[], object], name: str = "other") -> None:
+        self.error: BaseException | None = None
+        self._task = task
+        self._thread = threading.Thread(target=self._run, name=name, daemon=True)
+        self._thread.start()
+
+    def _run(self) -> None:
+        try:
+            self._task()
+        except BaseException as error:  # noqa: BLE001  handed to the waiting caller
+            self.error = error
+
+    def ends_within(self, time: float) -> bool:
+        self._thread.join(time)
+        return not self._thread.is_alive()
+
+    def end(self) -> BaseException | None:
+        assert self.ends_within(LONG), "it hangs"
+        return self.error
+
+
+class Scene:
+    def __init__(self, arm: SimulatedArm, evidence: Path) -> None:
+        self.arm, self.bus, self.folder = arm, WatchedBus(arm), evidence
+        self.servo = SimulatedServo(ARM.gripper.outputs[0])
+        jaws = Gripper(
+            Pwm(ARM.gripper.outputs, arm.clock, self.servo.root), ARM.gripper, evidence / "width"
+        )
+        self.robot = Robot(
+            self.bus, arm.clock, ARM, "turn", gripper=jaws, servo=self.servo, evidence=evidence
+        )
+
+    def where(self) -> list[float]:
+        return [self.arm.position(name) for name in NAMES]
+
+    def speed(self) -> float:
+        return max(abs(self.arm.velocity(name)) for name in NAMES)
+
+    def pass_time(self) -> None:
+        """Let so much time pass that the position of the arm is known only after a new read."""
+        self.arm.run(1.0)
+
+    def held_motion(self, cycle: int = 30) -> tuple[Other, Gate, list[CycleRecord]]:
+        """Return a thread that moves the arm and is held in that cycle, and its records."""
+        gate, records = Gate(), list[CycleRecord]()
+
+        def observe(record: CycleRecord) -> None:
+            records.append(record)
+            if len(records) == cycle:
+                gate.wait()
+
+        mover = Other(lambda: self.robot.move_joints(GOAL, observe=observe))
+        gate.reached()
+        return mover, gate, records
+
+    def held_transfer(self, task: Callable[[], object]) -> tuple[Other, Gate]:
+        """Return a thread that is held in its first transfer."""
+        gate = self.bus.gates["other"] = Gate()
+        self.pass_time()
+        other = Other(task)
+        gate.reached()
+        return other, gate
+
+
+@pytest.fixture(scope="module")
+def arm() -> SimulatedArm:
+    made = SimulatedArm(seed=2, positions=NEAR)
+    with Robot(FirmwareBus(made), made.clock, ARM, "homing") as robot:
+        robot.home()
+    return made
+
+
+@pytest.fixture
+def scene(arm: SimulatedArm, tmp_path: Path) -> Iterator[Scene]:
+    made = Scene(arm, tmp_path)
+    with made.robot as robot:
+        robot.move_joints(START)
+        yield made
+
+
+STAND = Trajectory(NAMES, (0.0, 1.0), (START, START))
+CALLS: dict[str, Callable[[Robot], object]] = {
+    "home()": lambda robot: robot.home(),
+    "move_joints()": lambda robot: robot.move_joints(START),
+    "execute()": lambda robot: robot.execute(robot.plan.joints(START)),
+    "follow()": lambda robot: robot.follow(STAND),
+    "jog()": lambda robot: robot.jog(lambda: None),
+    "move_to()": lambda robot: robot.move_to(POSE),
+    "move_linear()": lambda robot: robot.move_linear(POSE),
+    "move_circular()": lambda robot: robot.move_circular(POSE, POSE),
+    "move_named()": lambda robot: robot.move_named("home"),
+    "move_sequence()": lambda robot: robot.move_sequence([]),
+    "enable()": lambda robot: robot.enable(),
+    "disable()": lambda robot: robot.disable(),
+    "acknowledge()": lambda robot: robot.acknowledge(),
+    "recover()": lambda robot: robot.recover(),
+    "gripper.enable()": lambda robot: robot.gripper.enable(),
+    "gripper.disable()": lambda robot: robot.gripper.disable(),
+    "gripper.move()": lambda robot: robot.gripper.move(0.06),
+    "setting full_speed": lambda robot: setattr(robot, "full_speed", True),
+    "setting scene": lambda robot: setattr(robot.plan, "scene", Surroundings(table_height=1.0)),
+    "use_tool()": lambda robot: robot.plan.use_tool("fingers"),
+}
+
+
+def test_rule_43_a_call_while_another_one_runs_is_refused_and_never_begins(scene: Scene) -> None:
+    mover, gate, _ = scene.held_motion()
+    for name, call in CALLS.items():
+        with pytest.raises(BusyError) as refused:
+            call(scene.robot)
+        text = str(refused.value)
+        assert text.startswith(f"{name} refused: move_joints() has been running for "), text
+        assert text.endswith("in thread other; wait for its end, or end it with stop()")
+        assert refused.value.running == "move_joints()"
+        assert refused.value.duration >= 0.0
+    scene.robot.stop()
+    gate.open()
+    assert isinstance(mover.end(), MotionCancelledError)
+    assert set(scene.bus.users[-20:]) == {"other"}
+    before = scene.where()
+    scene.pass_time()
+    assert scene.where() == pytest.approx(before, abs=1e-3)
+    assert not scene.robot.full_speed
+    scene.robot.move_joints(START)
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_no_call_begins_inside_another_one(scene: Scene, name: str) -> None:
+    records: list[CycleRecord] = []
+
+    def observe(record: CycleRecord) -> None:
+        # In each cycle, also in those that bring the arm to rest after the first refusal.
+        records.append(record)
+        if len(records) >= 30:
+            CALLS[name](scene.robot)
+
+    with pytest.raises(BusyError, match="refused inside move_joints") as refused:
+        scene.robot.move_joints(GOAL, observe=observe)
+    assert str(refused.value).startswith(name)
+    # The belts swing out.
+    scene.arm.run(0.1)
+    assert scene.speed() < 0.02
+    assert scene.robot.faults == ()
+
+
+def test_an_observer_that_always_fails_leaves_the_arm_at_rest(scene: Scene) -> None:
+    """The joints' own watchdog would stop them too, but not on a common ramp."""
+    records: list[CycleRecord] = []
+
+    def observe(record: CycleRecord) -> None:
+        records.append(record)
+        if len(records) >= 80:
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        scene.robot.move_joints(GOAL, observe=observe)
+    states = scene.robot.state
+    assert max(map(abs, states.velocities)) < 0.02
+    assert scene.speed() < 0.05
+
+
+def test_while_another_thread_moves_the_arm_looking_asks_nobody(scene: Scene) -> None:
+    mover, gate, records = scene.held_motion()
+    robot = scene.robot
+    transfers, now = len(scene.bus.users), scene.arm.now()
+    scene.arm.run(0.02)
+    for _ in range(3):
+        assert robot.state.positions == tuple(j.position for j in records[-1].joints)
+        assert robot.pose == robot.kinematics.forward(robot.state.positions)
+        assert robot.faults == ()
+        assert robot.speed == 1.0
+    robot.plan.joints(START)
+    assert len(scene.bus.users) == transfers
+    assert scene.arm.now() == pytest.approx(now + 0.02)
+    gate.open()
+    assert mover.end() is None
+
+
+def test_an_observer_that_looks_late_asks_nobody_either(scene: Scene) -> None:
+    transfers: list[int] = []
+
+    def observe(record: CycleRecord) -> None:
+        if record.phase is Phase.TRAJECTORY and not transfers:
+            scene.arm.run(0.03)
+            before = len(scene.bus.users)
+            assert scene.robot.state.time == record.start + scene.robot._begin
+            transfers.append(len(scene.bus.users) - before)
+
+    scene.robot.move_joints(GOAL, observe=observe)
+    assert transfers == [0]
+
+
+def test_the_speed_can_be_changed_from_another_thread(scene: Scene) -> None:
+    mover, gate, records = scene.held_motion()
+    scene.robot.speed = 0.5
+    gate.open()
+    assert mover.end() is None
+    assert scene.robot._running().trajectory.scaling == 0.5
+    slow, _ = len(records), records.clear()
+    scene.robot.speed = 1.0
+    scene.robot.move_joints(START, observe=records.append)
+    assert slow > 1.5 * len(records)
+
+
+def test_two_that_look_ask_one_after_the_other(scene: Scene) -> None:
+    first, gate = scene.held_transfer(lambda: scene.robot.state)
+    second = Other(lambda: scene.robot.pose, "second")
+    assert not second.ends_within(MOMENT)
+    gate.open()
+    assert first.end() is None
+    assert second.end() is None
+    assert scene.bus.overlaps == 0
+    assert "second" not in scene.bus.users, "it was asked a moment ago"
+
+
+def test_a_call_waits_for_who_is_asking_the_joints_and_can_be_stopped_meanwhile(
+    scene: Scene,
+) -> None:
+    looking, gate = scene.held_transfer(lambda: scene.robot.state)
+    before = scene.where()
+    mover = Other(lambda: scene.robot.move_joints(GOAL), "mover")
+    assert not mover.ends_within(MOMENT)
+    scene.robot.stop()
+    gate.open()
+    assert looking.end() is None
+    assert isinstance(mover.end(), MotionCancelledError)
+    assert scene.bus.overlaps == 0
+    assert scene.where() == pytest.approx(before, abs=1e-3)
+
+
+MOVING = ("home()", "move_joints()", "follow()", "jog()", "move_linear()")
+
+
+@pytest.mark.parametrize("name", MOVING)
+def test_a_stop_before_the_first_cycle_is_not_lost(scene: Scene, name: str) -> None:
+    """The call has begun: it plans, or engages the joints."""
+    scene.robot.disable()
+    other, gate = scene.held_transfer(lambda: CALLS[name](scene.robot))
+    before = scene.where()
+    scene.robot.stop()
+    gate.open()
+    assert isinstance(other.end(), MotionCancelledError)
+    scene.pass_time()
+    assert scene.where() == pytest.approx(before, abs=5e-3)
+    assert not any(scene.arm.has_torque(name) for name in ("j1", "j3", "j4")) or name == "home()"
+
+
+def test_a_stop_that_finds_nothing_left_to_end_is_told_all_the_same(scene: Scene) -> None:
+    scene.robot.disable()
+    other, gate = scene.held_transfer(scene.robot.enable)
+    scene.robot.stop()
+    gate.open()
+    error = other.end()
+    assert isinstance(error, MotionCancelledError)
+    assert str(error) == "enable() was stopped; nothing moves"
+    scene.robot.move_joints(START)
+
+
+def test_stopped_jaws_stay_where_they_are(scene: Scene) -> None:
+    scene.robot.gripper.move(0.06)
+    other, gate = scene.held_transfer(lambda: scene.robot.gripper.move(0.11))
+    scene.robot.stop()
+    gate.open()
+    error = other.end()
+    assert isinstance(error, MotionCancelledError)
+    assert str(error) == "interrupted while moving the jaws"
+    assert scene.robot.gripper.width == pytest.approx(0.06, abs=5e-3)
+
+
+def test_after_a_stopped_motion_the_jaws_can_be_moved(scene: Scene) -> None:
+    with pytest.raises(MotionCancelledError, match="s into the trajectory"):
+        scene.robot.move_joints(GOAL, observe=lambda _: scene.robot.stop())
+    scene.robot.gripper.move(0.06)
+    assert scene.robot.gripper.width == pytest.approx(0.06, abs=5e-3)
+
+
+def test_a_stopped_jog_is_called_so(scene: Scene) -> None:
+    def stop() -> JointVelocity:
+        scene.robot.stop()
+        return JointVelocity()
+
+    with pytest.raises(MotionCancelledError, match="interrupted while jogging"):
+        scene.robot.jog(stop)
+
+
+@pytest.mark.parametrize("observer_fails", [False, True])
+def test_however_often_ctrl_c_is_pressed_the_arm_ramps_down(
+    scene: Scene, observer_fails: bool
+) -> None:
+    """Without setpoints the joints would stop autonomously, with a fault and each on its own."""
+    pressed = len(scene.bus.users) + 120
+    scene.bus.ctrl_c = {pressed + 9 * number for number in range(4)}
+    phases: list[Phase] = []
+
+    def observe(record: CycleRecord) -> None:
+        phases.append(record.phase)
+        if observer_fails and record.phase is Phase.STOPPING:
+            raise ZeroDivisionError
+
+    with pytest.raises(KeyboardInterrupt):
+        scene.robot.move_joints(GOAL, observe=observe)
+    assert len(scene.bus.users) > max(scene.bus.ctrl_c), "it was at rest too early"
+    assert Phase.TRAJECTORY in phases
+    scene.arm.run(0.1)
+    assert scene.speed() < 0.02
+    assert scene.robot.faults == ()
+    scene.robot.move_joints(START)
+
+
+def look(scene: Scene) -> None:
+    """Read the state of the arm for a while, which runs cycles."""
+    for _ in range(60):
+        scene.arm.run(0.05)
+        assert scene.robot.state
+
+
+MOTIONS = {
+    "move_joints()": (JointTrajectoryController, lambda robot: robot.move_joints(GOAL)),
+    "home()": (HomingController, lambda robot: robot.home()),
+    "gripper.move()": (GripperActionController, lambda robot: robot.gripper.move(0.1)),
+}
+
+
+@pytest.mark.parametrize("name", MOTIONS)
+@pytest.mark.parametrize("place", [0, 1, 2, 4, 8, 16])
+def test_wherever_ctrl_c_comes_in_no_goal_outlives_the_call(
+    scene: Scene, name: str, place: int, tmp_path: Path
+) -> None:
+    """Any later cycle would carry the goal on, also one that only reads the state."""
+    controller, move = MOTIONS[name]
+    accepting, accepted, passed = controller.send_goal.__code__, False, 0
+
+    def trace(frame: FrameType, event: str, _: object) -> Callable[..., object] | None:
+        nonlocal accepted, passed
+        if frame.f_code is accepting:
+            accepted = event == "return"
+        elif accepted and event == "call":
+            passed += 1
+        if accepted and passed == place:
+            raise KeyboardInterrupt
+        return trace if frame.f_code is accepting else None
+
+    if name == "home()":
+        scene = Scene(SimulatedArm(seed=2, positions=NEAR), tmp_path / "unhomed")
+        scene.robot.__enter__()
+    robot = scene.robot
+    robot.gripper.move(0.05)
+    look(scene)
+    before = sys.gettrace()
+    sys.settrace(trace)
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            move(robot)
+    finally:
+        sys.settrace(before)
+    where = scene.where()
+    look(scene)
+    assert scene.where() == pytest.approx(where, abs=0.01)
+    assert robot.gripper.width == pytest.approx(0.05)
+    if name == "home()":
+        robot.__exit__(None, None, None)
+
+
+@pytest.mark.parametrize("end", [KeyboardInterrupt, ZeroDivisionError, None])
+def test_whatever_ends_a_call_the_next_one_can_begin(
+    scene: Scene, end: type[BaseException] | None
+) -> None:
+    def observe(_: CycleRecord) -> None:
+        if end is None:
+            scene.robot.stop()
+        else:
+            raise end
+
+    with pytest.raises(end or MotionCancelledError):
+        scene.robot.move_joints(GOAL, observe=observe)
+    with pytest.raises(TrajectoryError):
+        scene.robot.move_joints((0.0,))
+    assert Other(lambda: scene.robot.move_joints(START)).end() is None
+
+
+def test_wherever_ctrl_c_comes_in_the_turn_is_given_back() -> None:
+    class User:
+        def __init__(self) -> None:
+            self._turn = CallArbiter()
+            self.uses = 0
+
+        @exclusive("use()")
+        def use(self) -> None:
+            self.uses += 1
+
+    user, places = User(), 0
+
+    def interrupt(place: int) -> Callable[[FrameType, str, object], None]:
+        passed = 0
+
+        def trace(frame: FrameType, event: str, _: object) -> None:
+            # Python checks for signals where a function is entered.
+            nonlocal passed
+            if frame.f_code.co_filename in {call_arbiter.__file__, threading.__file__, __file__}:
+                passed += 1
+                if passed == place + 1:
+                    raise KeyboardInterrupt
+
+        return trace
+
+    before = sys.gettrace()
+    while True:
+        try:
+            sys.settrace(interrupt(places))
+            user.use()
+        except KeyboardInterrupt:
+            places += 1
+        else:
+            break
+        finally:
+            sys.settrace(before)
+        assert user._turn.running is None, places
+    assert places > 5
+    assert user.uses > 1
+
+
+def test_shut_down_by_another_thread_it_comes_to_rest_first_and_begins_nothing(
+    scene: Scene,
+) -> None:
+    robot, errors, gate = scene.robot, list[BaseException](), Gate()
+    stopping: list[float] = []
+
+    def observe(record: CycleRecord) -> None:
+        if record.phase is Phase.STOPPING:
+            stopping.append(max(abs(joint.reference_velocity) for joint in record.joints))
+            assert math.isfinite(robot.state.positions[0])
+        elif record.trajectory_time > 0.5:
+            gate.wait()
+
+    def move(observer: Observe) -> None:
+        try:
+            robot.move_joints(GOAL, observe=observer)
+        except BioscaraError as error:
+            errors.append(error)
+
+    mover = Other(lambda: [move(observe), *[move(ignore) for _ in range(20)]])
+    gate.reached()
+    leaver = Other(lambda: robot.__exit__(None, None, None), "leaver")
+    assert not leaver.ends_within(MOMENT)
+    assert not scene.bus.closed
+    gate.open()
+    assert leaver.end() is None
+    assert mover.end() is None
+    assert isinstance(errors[0], MotionCancelledError)
+    assert all(isinstance(error, BusyError | NotInitializedError) for error in errors[1:])
+    assert len(errors) == 21
+    assert max(stopping) > 0.1
+    assert stopping[-1] == 0.0
+    assert scene.bus.closed
+    assert scene.bus.overlaps == 0
+    assert not any(scene.arm.has_torque(name) for name in ("j1", "j3", "j4"))
+
+
+def test_shut_down_twice_at_once_it_waits_for_the_first(scene: Scene) -> None:
+    first, gate = scene.held_transfer(scene.robot.shutdown)
+    second = Other(lambda: scene.robot.__exit__(None, None, None), "second")
+    assert not second.ends_within(MOMENT)
+    assert not scene.bus.closed
+    with pytest.raises(BusyError, match=r"refused: shutdown\(\)"):
+        scene.robot.home()
+    gate.open()
+    assert first.end() is None
+    assert second.end() is None
+    assert "second" not in scene.bus.users
+
+
+def test_a_callback_cannot_leave_the_arm_in_the_middle_of_its_motion(scene: Scene) -> None:
+    def observe(record: CycleRecord) -> None:
+        if record.phase is Phase.TRAJECTORY:
+            scene.robot.__exit__(None, None, None)
+
+    with pytest.raises(BusyError, match=r"shutdown\(\) refused inside move_joints\(\)"):
+        scene.robot.move_joints(GOAL, observe=observe)
+    assert not scene.bus.closed
+    scene.robot.move_joints(START)

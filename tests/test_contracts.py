@@ -1,0 +1,59 @@
+"""Each import contract of pyproject.toml fails when it is broken."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+LINTER = Path(sys.executable).with_name("lint-imports")
+
+
+def _broken(folder: Path) -> list[str]:
+    """Return the contracts that the copy in ``folder`` breaks."""
+    done = subprocess.run(
+        [LINTER, "--no-cache"],
+        cwd=folder,
+        env={**os.environ, "PYTHONPATH": str(folder / "src"), "NO_COLOR": "1", "COLUMNS": "200"},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    return [
+        line.removesuffix(" BROKEN") for line in done.stdout.splitlines() if line.endswith("BROKEN")
+    ]
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    shutil.copytree(ROOT / "src", tmp_path / "src", ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", tmp_path)
+    return tmp_path
+
+
+@pytest.mark.skipif(not LINTER.is_file(), reason="import-linter is not installed")
+@pytest.mark.parametrize(
+    ("module", "imported", "contract"),
+    [
+        ("bus/bus.py", "bioscara.control", "Layers, highest first"),
+        ("sim/framing.py", "bioscara.drivers", "The simulator speaks bytes"),
+        ("planning/limits.py", "bioscara.clock", "Planning and kinematics are pure"),
+        ("kinematics/pose.py", "bioscara.protocol", "Planning and kinematics are pure"),
+        (
+            "control/loop/loop.py",
+            "bioscara.drivers.link.session",
+            "Control knows joints through the hardware component only",
+        ),
+    ],
+)
+def test_a_forbidden_import_breaks_its_contract(
+    copy: Path, module: str, imported: str, contract: str
+) -> None:
+    path = copy / "src/bioscara" / module
+    path.write_text(f"{path.read_text()}\nimport {imported}\n")
+    assert contract in _broken(copy)
