@@ -61,6 +61,7 @@ check: lint types layers fresh
 lint: $(VENV)/.dev
 	@$(BIN)/ruff check .
 	@$(BIN)/ruff format --check .
+	@$(BIN)/python tools/prose.py
 
 types: $(VENV)/.dev
 	@$(BIN)/mypy

@@ -1,5 +1,5 @@
 """Speed and size, as ratios against a peer or a limit within the same run.
 
 ``python -m benchmarks`` runs every module below and writes docs/benchmarks.md. A module offers
-``rows()``; each row says what was measured, against what, and whether it holds.
+``rows()``; each row holds the measured quantity, its reference, and whether it is within the limit.
 """

@@ -30,7 +30,7 @@ PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the topics that are named, or all; return 1 when a limit does not hold.
+    """Run the topics that are named, or all; return 1 when a limit is exceeded.
 
     Args:
         arguments: Names of topics; the words of the process by default.
@@ -78,7 +78,7 @@ def _heading() -> list[str]:
 
 
 def _run(module: str, title: str) -> tuple[list[str], list[str]]:
-    """Run one topic; return its part of the page, and what does not hold."""
+    """Run one topic; return its part of the page, and the rows that exceed their limit."""
     print(f"{title} ...", flush=True)
     lines = ["", f"## {title}", "", "| what | measured | against | limit | |"]
     lines.append("| --- | --- | --- | --- | --- |")

@@ -1,4 +1,4 @@
-"""Keeping the arm clear of its surroundings: what the last stages cost in each cycle."""
+"""Keeping the arm clear of its surroundings: cost of the last stages in each cycle."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _TO_AND_FRO, _INTO = (0.4, 0.02, 0.4, 0.8), (0.6, 0.02, 0.2, 0.4)
 
 
 def _proven(stack: Stack) -> float:
-    """Return what the stage costs in a cycle that follows a swept trajectory [s]."""
+    """Return the cost of the stage in a cycle that follows a collision-checked trajectory [s]."""
     stage = stack.clearance
     best = math.inf
     for _ in range(5):
@@ -41,7 +41,7 @@ def _proven(stack: Stack) -> float:
 
 
 def _streamed(stack: Stack, swing: Sequence[float]) -> list[float]:
-    """Return what each cycle of a stream that swings to and fro costs, averages too, sorted [s]."""
+    """Return the sorted cycle costs [s] of a stream that swings to and fro, averaging included."""
     forward = stack.manager.controller("stream")
     if not isinstance(forward, ForwardCommandController):
         raise TypeError(type(forward).__name__)
@@ -75,7 +75,7 @@ def _streamed(stack: Stack, swing: Sequence[float]) -> list[float]:
 
 
 def rows() -> list[Row]:
-    """Measure a trajectory that was swept, and a raw stream in the free and beside zones."""
+    """Measure a collision-checked trajectory, and a raw stream in free space and next to zones."""
     surroundings: list[tuple[Scara, Scene]] = [(kinematics_of(load_parameters()), Scene())]
     stack, clock = homed_stack(100, lambda arm: arm.clock, lambda: surroundings[-1])
     stack.tool_speed.limit = REDUCED_SPEED

@@ -1,4 +1,4 @@
-"""The control loop: what a cycle costs the host, whether 1000 Hz are held, whether memory grows."""
+"""The control loop: cost of a cycle on the host, whether 1000 Hz are held, and memory growth."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _SURROUNDINGS = kinematics_of(_PARAMETERS), Scene()
 
 
 class _Marked:
-    """A clock that remembers when its last wait ended: there the host's work begins."""
+    """A clock that records the end of its last wait: there the host's work begins."""
 
     def __init__(self, clock: Clock) -> None:
         self._clock = clock
@@ -58,7 +58,7 @@ class _Marked:
 
 
 class _Live:
-    """Real time on which the arm lives along."""
+    """Real time that the simulated arm follows."""
 
     def __init__(self, arm: SimulatedArm) -> None:
         self._arm, self._wall = arm, MonotonicClock()
@@ -94,7 +94,7 @@ def homed_stack(
         "gripper", "gripper", simulated(_PARAMETERS, v1=False, seed=0).gripper, clock
     )
     stack = Stack(hardware, jaws, surroundings, clock, _PARAMETERS, rate, Path(os.devnull))
-    # The speed of the tool is looked at but not bounded: the swing is as fast as the joints.
+    # The speed of the tool is computed but not bounded: the swing is as fast as the joints.
     stack.tool_speed.limit = math.inf
     stack.broadcast(clock.now())
     hardware.activate()
@@ -120,7 +120,7 @@ def _swing(stack: Stack, clock: Clock, seconds: float) -> None:
 
 
 def _timed(owner: object, name: str, spent: dict[str, list[float]], label: str) -> None:
-    """Let a method note how long it takes."""
+    """Wrap a method so that it records its duration."""
     method, notes = getattr(owner, name), spent.setdefault(label, [])
 
     def timed(*arguments: object) -> None:
@@ -132,7 +132,7 @@ def _timed(owner: object, name: str, spent: dict[str, list[float]], label: str) 
 
 
 def _costs() -> tuple[list[float], dict[str, float]]:
-    """Return what each cycle of a moving arm cost the host, and the medians of its stages [s]."""
+    """Return the host's cost of each cycle of a moving arm, and the medians of its stages [s]."""
     stack, clock = homed_stack(100, lambda arm: _Marked(arm.clock))
     assert isinstance(clock, _Marked)
     _swing(stack, clock, 2 * CYCLES / 100)
@@ -157,7 +157,7 @@ def _costs() -> tuple[list[float], dict[str, float]]:
 
 
 class _Echo(Bus):
-    """The least that a bus in this process can be."""
+    """A minimal bus within this process."""
 
     def transfer(self, transactions):  # type: ignore[no-untyped-def]
         return [bytes(item.read) for item in transactions]
@@ -167,7 +167,7 @@ class _Echo(Bus):
 
 
 def _bare() -> float:
-    """Time of reading, sampling, clipping and writing four joints in plain floats [s]."""
+    """Return the time to read, sample, clip and write four joints in plain floats [s]."""
     out, back, bus = struct.Struct("<Bfh"), struct.Struct("<fhB"), _Echo()
     scales = ((35.0, 0.1), (-1570.8, 0.02), (24.0, 0.3), (12.0, 0.4))
     pieces = ((0.1, 0.2, 0.3, -0.1),) * 4
@@ -191,7 +191,7 @@ def _bare() -> float:
 
 @contextmanager
 def busy_process() -> Iterator[None]:
-    """Another Python process that does nothing but work."""
+    """Another Python process that keeps a processor busy."""
     with subprocess.Popen([sys.executable, "-c", "while True: pass"]) as process:
         try:
             yield
@@ -200,7 +200,7 @@ def busy_process() -> Iterator[None]:
 
 
 def hold(seconds: float) -> tuple[int, int, str]:
-    """Run the loop at 1000 Hz in real time beside a busy process.
+    """Run the loop at 1000 Hz in real time next to a busy process.
 
     Returns:
         Cycles, overruns, and how late cycles began.
@@ -223,7 +223,7 @@ def hold(seconds: float) -> tuple[int, int, str]:
 
 
 def _grown(cycles: int) -> int:
-    """Return by how much the memory of this process grew over cycles of a moving arm [bytes]."""
+    """Return the growth of this process's memory over cycles of a moving arm [bytes]."""
     stack, clock = homed_stack(HELD_RATE, lambda arm: arm.clock)
     loop, seconds = stack.loop, (_WARM + cycles) / HELD_RATE + 10.0
     _swing(stack, clock, seconds)

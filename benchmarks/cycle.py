@@ -1,4 +1,4 @@
-"""One control cycle of four joints: what the host adds to the bus, and what the bus takes."""
+"""One control cycle of four joints: the time of the host, and the time of the bus."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _setpoints(joints: list[Joint]) -> list[Setpoint]:
 
 
 class _Echo(Bus):
-    """The least that a bus in this process can be."""
+    """A minimal bus within this process."""
 
     def transfer(self, transactions):  # type: ignore[no-untyped-def]
         return [bytes(item.read) for item in transactions]
@@ -31,7 +31,7 @@ class _Echo(Bus):
 
 
 def _floor() -> float:
-    """Time of packing, one call and unpacking for four joints in plain floats [s]."""
+    """Return the time of packing, one call and unpacking for four joints in plain floats [s]."""
     out, back, bus = struct.Struct("<Bfh"), struct.Struct("<fhB"), _Echo()
     scales = ((35.0, 0.1), (-1570.8, 0.02), (24.0, 0.3), (12.0, 0.4))
 
@@ -48,7 +48,7 @@ def _floor() -> float:
 
 
 def _bus_time(arm: SimulatedArm, joints: list[Joint], frequency: float) -> tuple[float, float]:
-    """Return the time that a cycle takes on the simulated bus, and what its frames need [s]."""
+    """Return the duration of a cycle on the simulated bus, and that of its frames [s]."""
     start = arm.now()
     track(joints, _setpoints(joints))
     taken = arm.now() - start

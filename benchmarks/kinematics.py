@@ -84,7 +84,7 @@ def _pinocchio(arm: Scara, joints: np.ndarray) -> tuple[float, float]:
 
 
 def rows() -> list[Row]:
-    """Measure single poses, whole arrays, and the way there and back."""
+    """Measure single poses, whole arrays, and the round trip."""
     arm = kinematics_of(load_parameters())
     joints = _joints(arm, ALL_AT_ONCE)
     poses = batch.forward(arm, joints)

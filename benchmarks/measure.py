@@ -1,4 +1,4 @@
-"""How things are timed, and the row that a benchmark reports."""
+"""Timing functions, and the row that a benchmark reports."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ class Row:
     """One line of docs/benchmarks.md.
 
     Attributes:
-        what: What was measured.
+        what: The measured quantity.
         value: The measurement, with its unit.
-        reference: What it is compared with: a peer measured in the same run, or a law.
+        reference: The reference of the comparison: a peer measured in the same run, or a law.
         limit: The limit as written, for example ``"at most 40 us"``.
         holds: Whether the measurement is within the limit.
     """
@@ -31,8 +31,8 @@ def seconds(function: Callable[[], object], repeat: int = 7, number: int = 1) ->
     """Return the median time of one call of ``function`` [s].
 
     Args:
-        function: What to time.
-        repeat: How many timings the median is taken of.
+        function: The function to time.
+        repeat: Number of timings of which the median is taken.
         number: Calls per timing.
     """
     return statistics.median(timings(function, repeat, number))

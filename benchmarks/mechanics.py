@@ -1,4 +1,4 @@
-"""The simulated motors beside what was measured on the arm; docs/simulation.md has the tables."""
+"""The simulated motors against measurements on the arm; docs/simulation.md has the tables."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ of J4 at 20 % current."""
 ARMS = 40
 """Seeds of the rows about many arms."""
 RAMP = 7.0
-"""Acceleration of the ramp [rad/s^2 of the motor]; that of the arm was not written down."""
+"""Acceleration of the ramp [rad/s^2 of the motor]; that of the arm was not recorded."""
 _TOP = 120.0
 _RPM = 30.0 / math.pi
 _STEPS_PER_RADIAN = 51200.0 / (2.0 * math.pi)
@@ -101,7 +101,7 @@ def errors(*, seed: int = 0, ramp: float = RAMP) -> tuple[dict[int, list[float]]
 
 
 def pull_out(speed: float, *, seed: int = 0, position: float = 0.0) -> float | None:
-    """Return where J1 loses synchronism on its way to ``speed`` at 3 rad/s^2, or None.
+    """Return where J1 loses synchronism while accelerating to ``speed`` at 3 rad/s^2, or None.
 
     Args:
         speed: Of the joint [rad/s], signed.
@@ -128,8 +128,8 @@ def home(parameters: JointParameters, seed: int) -> tuple[list[float], float]:
         seed: Of the arm and of the place where the joint starts.
 
     Returns:
-        The time from each contact of the load to the field's turning back [s], and how far the
-        home lies beside the end stop [rad or m].
+        The time from each contact of the load to the field's turning back [s], and the distance of
+        the home from the end stop [rad or m].
     """
     name, reduction = parameters.name, abs(parameters.reduction)
     side = math.copysign(1.0, parameters.homing.velocity)

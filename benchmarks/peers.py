@@ -1,4 +1,4 @@
-"""Planners of others, for the same problems as ours."""
+"""Third-party planners, for the same problems as ours."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from bioscara.planning.trajectory.trajectory import Array
 
 
 class Ruckig:
-    """Ruckig for one problem; its waypoints, which it would send away, are never set."""
+    """Ruckig for one problem; its waypoints, which it would send to a server, are never set."""
 
     def __init__(
         self, starts: Sequence[State], goals: Sequence[State], bounds: Sequence[Bounds]
@@ -40,7 +40,7 @@ class Ruckig:
 
 
 def toppra_duration(way: Array, joints: Array, limits: Sequence[JointLimits], pieces: int) -> float:
-    """Return how long toppra takes for joints along a path, planned anew [s].
+    """Return the time that toppra takes for joints along a path, planned anew [s].
 
     Args:
         way: Parameters of the path, shape (n,).
@@ -74,7 +74,7 @@ def random_problem(rng: random.Random, count: int) -> tuple[list[State], list[St
 
 
 def _state(rng: random.Random, bounds: Bounds) -> State:
-    """Return a random state that a joint can have come to and can leave."""
+    """Return a random state that a joint can reach and can leave."""
     velocity, acceleration, jerk = bounds
     a = rng.uniform(-1.0, 1.0) * min(acceleration, (1.99 * jerk * velocity) ** 0.5)
     room = velocity - a * a / (2.0 * jerk)

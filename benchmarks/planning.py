@@ -1,4 +1,4 @@
-"""Planning times: each kind of motion beside a planner of others that times the same."""
+"""Planning times: each kind of motion next to a third-party planner that times the same."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ CORNERS = [Pose(x, y, 0.2) for x, y in ((0.5, -0.2), (0.5, 0.2), (0.4, 0.2), (0.
 WELLS = [
     Pose(0.32 + 0.024 * abs(well % 16 - 7.5), 0.016 * (well // 8) - 0.2, 0.2) for well in range(201)
 ]
-"""Rows of eight, there and back: 200 ways of 16 or 24 mm from the first of the corners."""
+"""Rows of eight, there and back: 200 paths of 16 or 24 mm from the first of the corners."""
 VIA, GOAL = Pose(0.52, 0.0, 0.22), Pose(0.4, 0.2, 0.25)
 ABOVE = Pose(0.0, 0.0, 0.05)
 TABLE = Scene(
@@ -60,12 +60,12 @@ AROUND = [Waypoint(pose, blend=BLEND) for pose in CORNERS[1:-1]] + [Waypoint(COR
 ALONG = [Waypoint(pose, blend=BLEND / 2.0) for pose in WELLS[1:-1]] + [Waypoint(WELLS[-1])]
 THERE_AND_BACK = [*approach(GOAL, ABOVE), retract(GOAL, ABOVE)]
 _POINTS_PER_PIECE = 20
-"""Between two breaks of a path toppra is given so many points; its spline keeps to the path."""
+"""Points given to toppra between two breaks of a path; its spline keeps to the path."""
 _CYCLE, _CYCLES = 0.01, 400
 
 
 def _least(*functions: Callable[[], object], rounds: int = 31) -> list[float]:
-    """Return the time of each function's call that other programs disturbed least [s].
+    """Return the duration of each function's call least disturbed by other programs [s].
 
     They take turns, so that a busy machine slows all of them.
     """
@@ -178,7 +178,7 @@ def _paths() -> list[Row]:
 
 
 def _planned() -> list[Row]:
-    """Measure what a person waits for: planned at reduced speed and checked against the scene."""
+    """Measure the user's waiting time: planned at reduced speed and checked against the scene."""
     planner = Planner(_PARAMETERS, lambda: START)
     line, arc = Line(CORNERS[0], GOAL), Arc.through(CORNERS[0], VIA, GOAL)
     corners = rounded([Line(*ends) for ends in pairwise(CORNERS)], [BLEND] * 2).path
@@ -227,7 +227,7 @@ def _planned() -> list[Row]:
 
 
 def _jogged(scene: Scene, direction: float) -> list[float]:
-    """Return what each step of a jog costs that goes on past the end of its way [s]."""
+    """Return the cost [s] of each step of a jog that continues past the end of its path."""
     planner = Planner(_PARAMETERS, lambda: START)
     planner.scene = scene
     jog, costs = planner.jog(START), []
@@ -243,7 +243,7 @@ def _jog() -> list[Row]:
     for around, scene in {**SCENES, "a wall that holds it up": WALL}.items():
         costs: list[float] = []
         for direction in (1.0, -1.0):
-            # All runs are the same: what differs is what other programs took.
+            # All runs are the same: the differences are due to other programs.
             runs = [_jogged(scene, direction) for _ in range(3)]
             costs += map(min, zip(*runs, strict=True))
         median, p99 = np.percentile(costs, (50, 99))
@@ -260,7 +260,7 @@ def _jog() -> list[Row]:
 
 
 def _cold() -> list[Row]:
-    """Measure a person's first plan: a whole process."""
+    """Measure a user's first plan: a whole process."""
 
     def process(*arguments: str) -> Callable[[], object]:
         return lambda: subprocess.run(

@@ -1,4 +1,4 @@
-"""Point-to-point motions: how long they take, against ruckig."""
+"""Point-to-point motions: their durations, against ruckig."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ FIELD = (
 
 
 def _least(starts: Sequence[State], goals: Sequence[State], bounds: Sequence[Bounds]) -> float:
-    """Return the least duration that all joints can take."""
+    """Return the least duration that is feasible for all joints."""
     each = list(zip(starts, goals, bounds, strict=True))
     changes = [durations(*problem) for problem in each]
     least = max(times[0] for times in changes)
@@ -58,7 +58,7 @@ def _least(starts: Sequence[State], goals: Sequence[State], bounds: Sequence[Bou
 
 
 def _ratio(count: int) -> float:
-    """Return our longest duration in ruckig's, over random problems of ``count`` joints."""
+    """Return the largest ratio of our duration to ruckig's, over problems of ``count`` joints."""
     rng = random.Random(count)
     worst = 0.0
     for _ in range(PROBLEMS):

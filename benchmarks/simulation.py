@@ -1,4 +1,4 @@
-"""How much faster than real time four joints with their firmware are simulated."""
+"""Speed of the simulation of four joints with their firmware, relative to real time."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ STEP = 0.001
 
 
 def speeds(arm: SimulatedArm) -> tuple[float, float]:
-    """Return how often faster than real time it runs in one long call, and in steps of 1 ms."""
+    """Return the ratio of simulated to real time in one long call, and in steps of 1 ms."""
 
     def steps() -> None:
         for _ in range(int(SPAN / STEP)):

@@ -14,7 +14,7 @@ SECONDS = 4.0
 
 
 def steady_error(*, v1: bool) -> float:
-    """Return the steady error of J1 on a ramp [rad]: where it should be minus what it answers."""
+    """Return the steady error of J1 on a ramp [rad]: commanded minus reported position."""
     arm, (joint,) = ready(v1=v1, names=("j1",))
     joint.set_max_acceleration(ACCELERATION)
     start = joint.get_position() + 0.005

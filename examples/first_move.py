@@ -1,4 +1,4 @@
-"""Homes the simulated arm and moves it; with a bus as argument, for example linux:1, a real one."""
+"""Home the simulated arm and move it; with a bus as argument, for example linux:1, a real one."""
 
 import sys
 

@@ -1,4 +1,4 @@
-"""Moves a microplate from one place to another."""
+"""Move a microplate from one place to another."""
 
 import math
 import sys
@@ -10,7 +10,7 @@ from bioscara.robot import Robot
 
 FROM = Pose(0.10, 0.35, 0.011, math.pi / 2)
 TO = Pose(-0.2, 0.4, 0.011, math.pi / 2)
-"""Where the plate stands and where it shall stand: the point between the finger tips."""
+"""Start and goal of the plate: the point between the finger tips."""
 LIFT = 0.08
 OPEN, GRIP = 0.10, 0.083
 EMPTY = Scene(table_height=0.0)
@@ -21,7 +21,7 @@ LADEN = EMPTY.carrying(PLATE, touches=["table"])
 robot = Robot.connect(sys.argv[1]) if sys.argv[1:] else Robot.simulated()
 with robot:
     robot.home()
-    robot.move_joints([0.0, 0.2, 0.0, 0.0])  # Out of the folded place in which homing ends.
+    robot.move_joints([0.0, 0.2, 0.0, 0.0])  # Out of the folded position in which homing ends.
     robot.plan.scene = EMPTY
     for place, before, after, scene in ((FROM, OPEN, GRIP, LADEN), (TO, GRIP, OPEN, EMPTY)):
         above = place._replace(z=place.z + LIFT)

@@ -1,4 +1,4 @@
-"""Turns one joint a little and back, not homed: for the first power-up of an arm.
+"""Turn one joint a little and back, not homed: for the first power-up of an arm.
 
 Give it a joint and a bus, for example j2 linux:1; otherwise it turns j1 of a simulated arm.
 """
@@ -15,9 +15,9 @@ from bioscara.sim import FirmwareBus, SimulatedArm
 NAME = sys.argv[1] if sys.argv[1:] else "j1"
 WAY = {"rad": 0.05, "m": 0.002}
 SHARE = 0.2
-"""Of the limits of speed and acceleration."""
+"""Share of the limits of speed and acceleration."""
 MICROSTEPS = 200 * 256
-"""Of a turn of the motor."""
+"""Microsteps per turn of the motor."""
 
 parameters = {each.name: each for each in load_parameters().joints}[NAME]
 way, unit = WAY[parameters.unit], parameters.unit
@@ -30,7 +30,7 @@ else:
 
 joint.init()
 try:
-    joint.enable()  # checks by a degree of the motor that it turns the encoder, the right way
+    joint.enable()  # turns the motor by a degree to check the encoder and its direction
     joint.set_max_acceleration(SHARE * parameters.max_acceleration)
     joint.set_max_velocity(SHARE * parameters.max_velocity)
     for sign in (1, -1):

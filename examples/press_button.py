@@ -1,4 +1,4 @@
-"""Presses a button: approaches it, pushes at a tenth of the speed, retracts."""
+"""Press a button: approach it, push at a tenth of the speed, retract."""
 
 import sys
 
@@ -6,7 +6,7 @@ from bioscara.kinematics import Pose
 from bioscara.robot import Robot
 
 BUTTON = Pose(0.55, 0.10, 0.12)
-"""Where the finger tips touch the button, in the base."""
+"""Pose at which the finger tips touch the button, in the base."""
 APPROACH, STROKE = 0.05, 0.004
 
 robot = Robot.connect(sys.argv[1]) if sys.argv[1:] else Robot.simulated()

@@ -1,4 +1,4 @@
-"""Leads the tool around a rectangle with rounded corners, without a stop."""
+"""Move the tool around a rectangle with rounded corners, without a stop."""
 
 import sys
 

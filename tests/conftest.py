@@ -1,4 +1,4 @@
-"""Settings of all property tests: judged by what they find, never by how fast the machine is."""
+"""Settings of all property tests: judged by their findings, never by the machine's speed."""
 
 from __future__ import annotations
 

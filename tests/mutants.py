@@ -738,8 +738,8 @@ MUTANTS = (
     Mutant(
         "a stop that cannot raise",
         f"{CONTROL}/faults/supervisor.py",
-        "except Exception:  # noqa: BLE001  what cannot",
-        "except BioscaraError:  # what cannot",
+        "except Exception:  # noqa: BLE001  joints that cannot be ramped down",
+        "except BioscaraError:  # joints that cannot be ramped down",
         SUPERVISOR,
     ),
     Mutant(
@@ -787,7 +787,7 @@ MUTANTS = (
     Mutant(
         "a shutdown of all hardware, whatever one part raises",
         f"{CONTROL}/manager/manager.py",
-        "except Exception as error:  # noqa: BLE001  whatever it is, the others",
+        "except Exception as error:  # noqa: BLE001  the others",
         "except InvalidArgumentError as error:  # the others",
         MANAGER,
     ),

@@ -18,7 +18,7 @@ from bioscara.model import ArmParameters
 
 
 class Hostile:
-    """Raises whatever is asked of it."""
+    """Raises on every operation."""
 
     def _raise(self, *_: object) -> NoReturn:
         raise RuntimeError("hostile")
@@ -48,7 +48,7 @@ PARTS: tuple[Any, ...] = (
     None, True, "0.3", Hostile(), math.nan, -math.inf, 1e308, 10**400, 10**5000, Decimal("0.3"), 1j,
     [], (0.3, 0.3), np.array([0.3]), np.float64("nan"), np.longdouble("1e4000"), np.bool_(True),
 )  # fmt: skip
-"""What is put in the place of a part: only what no number is, so that nothing moves far."""
+"""Replacements for a part: only values that are not numbers, so that nothing moves far."""
 
 
 class Parts(tuple[Any, ...]):
@@ -102,13 +102,13 @@ def judge(
     base: dict[str, Any],
     after: Callable[[bool], str] = lambda _: "",
 ) -> list[str]:
-    """Return what breaks the law that a call takes a value or refuses it with an error of its own.
+    """Return violations of the law that a call takes a value or refuses it with its own error.
 
     Args:
-        name: What is called.
+        name: Name of the call.
         call: Called with the base, in which one value is replaced.
         base: Arguments that it can use.
-        after: Told whether it was refused; returns what is wrong with the arm afterwards.
+        after: Called with whether it was refused; returns the fault of the arm afterwards, if any.
     """
     complaints = []
     for parameter, usable in base.items():

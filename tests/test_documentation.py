@@ -1,4 +1,4 @@
-"""What the documentation shows is what happens: programs run, commands say what stands there."""
+"""The documentation is correct: its programs run, its commands print the text shown there."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from bioscara.cli import main
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
 ELSEWHERE = re.compile(r"demo|run .*--|move --name|simulate|view|.* --bus ")
-"""Commands that home an arm, serve others or ask a real bus: each time they say something else."""
+"""Commands that home an arm, serve others or read a real bus: their output differs each time."""
 
 
 class Shown(NamedTuple):
-    """A command and what is shown below it."""
+    """A command and the output shown below it."""
 
     words: str
     lines: tuple[str, ...]

@@ -1,4 +1,4 @@
-"""The tree of errors that errors.py draws is the one that it has."""
+"""The tree of errors drawn in errors.py matches the code."""
 
 from __future__ import annotations
 

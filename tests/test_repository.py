@@ -1,4 +1,4 @@
-"""What must hold for the repository as a whole."""
+"""Rules for the repository as a whole."""
 
 from __future__ import annotations
 

@@ -23,13 +23,13 @@ def idioms() -> re.Pattern[str]:
     return re.compile("|".join(f"(?:{line})" for line in lines if line and line[0] != "#"), re.I)
 
 
-def python_prose(text: str) -> Iterator[str]:
+def python_prose(source: str) -> Iterator[str]:
     """Yield the docstrings and comments of a Python module."""
-    for node in ast.walk(ast.parse(text)):
-        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
-            if isinstance(node.value.value, str):
-                yield node.value.value
-    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+    for node in ast.walk(ast.parse(source)):
+        match node:
+            case ast.Expr(value=ast.Constant(value=str(text))):
+                yield text
+    for token in tokenize.generate_tokens(io.StringIO(source).readline):
         if token.type == tokenize.COMMENT:
             yield token.string
 

@@ -29,7 +29,8 @@ def seal(elf: bytes) -> tuple[bytes, bytes]:
     """Return the sealed ELF and the BIN of the linked ``elf``.
 
     Raises:
-        ValueError: It is no 32-bit ELF, has nothing at the start of the flash, or no identity.
+        ValueError: The file is not a 32-bit ELF, has nothing at the start of the flash, or has no
+            identity.
     """
     segments = _flash_segments(elf)
     image = _flatten(elf, segments)
@@ -48,7 +49,7 @@ def seal(elf: bytes) -> tuple[bytes, bytes]:
 
 
 def _flash_segments(elf: bytes) -> list[tuple[int, int, int]]:
-    """(offset in the file, offset in the flash, bytes) of what is loaded into the flash."""
+    """Segments loaded into the flash: (offset in the file, offset in the flash, bytes)."""
     if elf[:6] != b"\x7fELF\x01\x01":
         raise ValueError("not a 32-bit little-endian ELF")
     table, size, count = (*struct.unpack_from("<I", elf, 28), *struct.unpack_from("<HH", elf, 42))

@@ -15,13 +15,13 @@ import subprocess
 import sys
 
 ENTRIES = {"program": "reset_handler", "tick": "control_tick_handler", "I2C": "i2c_handler"}
-"""Where execution begins, by what it is; each can be interrupted by the ones after it."""
+"""Entry points by name; each can be interrupted by the ones after it."""
 
 EXCEPTION_FRAME = 4 * (8 + 18) + 4
 """Bytes that the processor pushes: eight registers, those of the FPU, and alignment."""
 
 BY_POINTER = re.compile(r"^bioscara::Board::|^_GLOBAL__sub_I_")
-"""What a call through a pointer can reach."""
+"""Functions that a call through a pointer can reach."""
 
 _FUNCTION = re.compile(r"^([0-9a-f]{8}) <(.+)>:$")
 _INSTRUCTION = re.compile(r"^ *[0-9a-f]+:\t[0-9a-f ]+\t(\S+)(?:\t(.*))?$")
@@ -31,7 +31,7 @@ _PREDECREMENT = re.compile(r"\[sp, #-(\d+)\]!")
 
 
 class Function:
-    """What one function pushes [bytes] and calls; ``None`` among the calls is a pointer."""
+    """Stack [bytes] that one function pushes, and its calls; ``None`` among them is a pointer."""
 
     def __init__(self) -> None:
         self.pushed = 0
@@ -67,7 +67,7 @@ def parse(disassembly: str) -> dict[str, Function]:
     """Return the functions of the output of ``objdump -d --demangle``.
 
     Raises:
-        ValueError: One takes a computed amount of stack.
+        ValueError: A function takes a computed amount of stack.
     """
     functions: dict[str, Function] = {}
     name, function = "", Function()
@@ -93,7 +93,7 @@ def deepest(functions: dict[str, Function], entry: str, above: tuple[str, ...] =
     """Return the most stack [bytes] of ``entry`` and all that it calls.
 
     Raises:
-        ValueError: It can call itself, or what it calls is not in the image.
+        ValueError: The function can call itself, or calls one that is not in the image.
     """
     if entry in above:
         raise ValueError(f"{entry} can call itself: " + " > ".join((*above, entry)))

@@ -1,4 +1,4 @@
-// The simulated arm for Python. src/bioscara/sim is its only user and gives it its manners.
+// The simulated arm for Python. src/bioscara/sim is its only user and adds the public interface.
 #include <nanobind/nanobind.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/string.h>

@@ -36,7 +36,7 @@ class Bench final : private bioscara::Hal {
   Bench(const Bench&) = delete;
   Bench& operator=(const Bench&) = delete;
 
-  // The controller starts anew; the chips go on as they are.
+  // The controller restarts; the chips go on as they are.
   void boot(ResetCause cause) {
     cause_ = cause;
     ++boot_id_;
@@ -86,7 +86,7 @@ class Bench final : private bioscara::Hal {
     std::copy_n(answer, std::min(length, count), read);
   }
 
-  // Whether frames are judged byte by byte as they come, as on the board.
+  // Whether frames are checked byte by byte as they arrive, as on the board.
   void judge_early(bool on) { early_ = on; }
 
   // A write of no bytes.
@@ -96,7 +96,7 @@ class Bench final : private bioscara::Hal {
   // while a tick runs.
   void interrupt(std::function<void()> handler) { handler_ = std::move(handler); }
 
-  // Motor and joint as they really are [rad, rad/s of the motor; joint units].
+  // True state of motor and joint [rad, rad/s of the motor; joint units].
   double rotor() const { return mechanics_.rotor_turns() * 6.283185307179586; }
   double field() const { return driver_.field() * kRadiansPerStep; }
   double field_speed() const { return driver_.field_speed() * kRadiansPerStep; }
@@ -113,7 +113,7 @@ class Bench final : private bioscara::Hal {
 
   void hang(bool on) { hung_ = on; }
   void set_bus_errors(std::uint16_t count) { bus_errors_ = count; }
-  // It has gone to its bootloader.
+  // The joint has gone to its bootloader.
   bool left() const { return left_; }
   void stop_clock(bool on) { clock_stopped_ = on; }
   bioscara::sim::Mechanics& mechanics() { return mechanics_; }
@@ -160,7 +160,7 @@ class Bench final : private bioscara::Hal {
   std::uint32_t random_ = 12345;
   std::uint16_t boot_id_ = 700;
   ResetCause cause_ = ResetCause::POWER_ON;
-  // After a reset the pin is pulled to "closed" by nothing that we know: assume the worst.
+  // Nothing known pulls the pin to "closed" after a reset: assume the worst.
   bool enabled_ = true;
   bool hung_ = false;
   bool left_ = false;

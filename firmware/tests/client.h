@@ -87,7 +87,7 @@ class Host {
     return answer;
   }
 
-  // These very bytes.
+  // Exactly these bytes.
   Bytes exchange(const Bytes& frame, std::size_t read) {
     Bytes answer(read);
     world_.transfer(address(), frame.data(), frame.size(), answer.data(), read);
@@ -113,7 +113,7 @@ class Host {
     send(Register::SETMAXVELOCITY, packed(static_cast<float>(speed * kDegrees)));
   }
 
-  // As a host of version 1 does it: it can only poll.
+  // As a host of version 1, which can only poll.
   void enable_bare(int percent = 20) {
     const auto share = static_cast<std::uint8_t>(percent);
     bare(Register::SETUP, {share, share, 0, 0});
@@ -123,7 +123,7 @@ class Host {
     }
   }
 
-  // Feeds the watchdog meanwhile, as a host does.
+  // Feeds the watchdog while it waits, as a host does.
   std::uint8_t keep(double seconds) {
     std::uint8_t answer = 0;
     // A bench runs in whole ticks.

@@ -20,7 +20,7 @@ bioscara::sim::Arm& arm() {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  // The first byte says how much time passes and whether the check byte is put right, the second
+  // The first byte sets how much time passes and whether the check byte is corrected, the second
   // how many bytes are read.
   constexpr std::size_t kMost = 64;
   if (size < 2 || size > kMost + 2) return 0;

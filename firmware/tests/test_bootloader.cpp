@@ -1,4 +1,4 @@
-// A joint on its way in and out of the firmware: an encoder that starts late, and the bootloader.
+// A joint that enters and leaves its firmware: an encoder that starts late, and the bootloader.
 #include <cstdint>
 
 #include "bench.h"
@@ -103,7 +103,7 @@ TEST(an_enabled_joint_keeps_its_session_and_its_firmware) {
   CHECK(!refused(host, Register::BOOTLOADER, boot));
   bench.run(0.03);
   CHECK(bench.left() && !bench.stage_closed());
-  // Nor would its hold current flow if the enable pin were let go.
+  // Its hold current would not flow either if the enable pin were let go.
   CHECK(bench.driver().current_share(true) == 0.0);
 }
 

@@ -1,4 +1,4 @@
-// What goes wrong: silence, stalls, a broken encoder, a broken driver, a hung controller.
+// Faults: silence, stalls, a broken encoder, a broken driver, a hung controller.
 #include <algorithm>
 
 #include "bench.h"
@@ -36,7 +36,7 @@ void expect_power_off(Host<Bench>& host, Fault fault) {
   CHECK(has(host.flags(), Flags::NOTENABLED));
 }
 
-// Back to work after what broke is whole again.
+// Recovery after the broken part is sound again.
 void expect_recovery(Host<Bench>& host) {
   host.clear_fault();
   host.world().run(0.05);
@@ -63,7 +63,7 @@ struct Running {
 }  // namespace
 
 TEST(HZ04_silence_stops_a_version_1_session) {
-  // Setpoints must be repeated; what runs by itself is kept alive by polling.
+  // Setpoints must be repeated; autonomous motions are kept alive by polling.
   Bench bench(4);
   Host host(bench, 4);
   host.enable_bare();
@@ -424,14 +424,14 @@ TEST(an_encoder_fault_loses_the_home_and_the_check) {
     if (how == Broken::FROZEN) bench.encoder().freeze(true);
     CHECK(time_to_fault(host, 1.0, true) > 0.0);
     host.keep(0.6);
-    // One that stays frozen makes no sample that could be noticed later.
+    // An encoder that stays frozen gives no sample that could be noticed later.
     bench.encoder().corrupt(false);
     bench.run(0.1);
     CHECK(host.fault() == Fault::ENCODER);
     CHECK(has(host.flags(), Flags::NOTHOMED));
     host.clear_fault();
     bench.run(0.05);
-    // Current flows still, but where the field stands to the rotor is checked anew.
+    // Current flows still, but the field's position relative to the rotor is checked anew.
     CHECK(bench.stage_closed());
     CHECK(has(host.send(Register::SETUP, {20, 20, 0, 0})[0], Flags::BUSY));
     bench.run(0.01);
@@ -628,7 +628,7 @@ TEST(a_cut_of_the_motor_supply_is_a_fault_and_not_a_silent_recovery) {
   const double time = time_to_fault(run.host, 0.5, true);
   CHECK(time > 0.0 && time < 0.04);
   expect_power_off(run.host, Fault::DRIVER);
-  // Still off: it cannot be enabled. On again: nothing moves by itself.
+  // Still off: it cannot be enabled. On again: nothing moves autonomously.
   run.host.clear_fault();
   run.host.wait_until_idle(1.0);  // The field of the open stage runs down.
   run.host.enable();
@@ -751,7 +751,7 @@ TEST(a_check_that_was_broken_off_enables_nothing) {
     Bench bench(4);
     Host host(bench, 4);
     host.arm_session();
-    // One that knows its field only lets the rotor settle.
+    // A joint that knows its field only lets the rotor settle.
     for (double wait : known ? std::vector{0.0, 0.1} : std::vector{0.0, 0.1, 0.2, 0.3}) {
       if (known) {
         host.enable();

@@ -1,4 +1,4 @@
-// Homing: what is no end stop gives no home, and every homing ends.
+// Homing: anything but an end stop gives no home, and every homing ends.
 #include <algorithm>
 
 #include "bench.h"

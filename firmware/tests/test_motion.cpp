@@ -1,4 +1,5 @@
-// Moving: what is commanded is what happens, within the limits, and ends when the host falls silent.
+// Moving: commands are executed as given, within the limits, and motion ends when the host falls
+// silent.
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -164,7 +165,7 @@ TEST(TRACK_refuses_a_setpoint_out_of_reach_and_moves_within_the_limits_to_one_in
     CHECK(host.report().refusal == Refusal::OUT_OF_RANGE);
   }
   bench.run(0.1);
-  // The rotor may still be brought to its place.
+  // The position of the rotor may still be corrected.
   CHECK(std::fabs(bench.driver().field() - before) < 20.0);
   // The limit is 573 rpm; a setpoint may ask for a tenth more.
   const unsigned refusals = host.report().refusals;
@@ -173,7 +174,7 @@ TEST(TRACK_refuses_a_setpoint_out_of_reach_and_moves_within_the_limits_to_one_in
     CHECK(host.report().refusal == Refusal::OUT_OF_RANGE);
   }
   CHECK(host.report().refusals == refusals + 4);
-  // A step within reach: refused by no one, but never harder or faster than allowed.
+  // A step within reach: never refused, but never harder or faster than allowed.
   Meter meter(bench);
   for (int time = 0; time < 60; ++time) {
     host.send(Register::TRACK, setpoint(start + 0.9F * reach, 0.0F), 6);
@@ -227,7 +228,7 @@ TEST(TRACK_does_not_catch_up_faster_than_its_limit_allows) {
   const float start = static_cast<float>(host.degrees());
   Meter meter(bench);
   for (int step = 1; step <= 20; ++step) {
-    // Places that need twice the limit.
+    // Positions that need twice the limit.
     const float place = start + static_cast<float>(step * 0.02 * 40.0 * kDegrees);
     CHECK(!has(host.send(Register::TRACK, setpoint(place, static_cast<float>(20.0 * kRpm)), 6)
                    .back(),
@@ -264,7 +265,7 @@ TEST(limits_hold_in_every_mode) {
 }
 
 TEST(accelerations_are_clamped_and_do_not_wrap) {
-  // What the original takes for 11637 steps/s^2 and more wraps to almost nothing.
+  // In the original, 11637 steps/s^2 and more wrap to almost nothing.
   for (float degrees : {20946.0F, 21000.0F, 1e6F, 1e30F}) {
     Bench bench(4);
     Host host(bench, 4);
@@ -274,7 +275,7 @@ TEST(accelerations_are_clamped_and_do_not_wrap) {
     host.turn(10.0);
     bench.run(0.035);  // 365 rad/s^2 need 27 ms.
     CHECK(bench.field_speed() > 9.9);
-    // Its braking distance is known: it comes to full speed.
+    // Its braking distance is known: it reaches full speed.
     host.turn(100.0);
     host.keep(0.4);
     CHECK(bench.field_speed() > 99.0);

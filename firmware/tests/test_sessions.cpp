@@ -1,5 +1,5 @@
-// Random sessions of either version, with faults of the chips: whatever was commanded, nothing
-// moves before SETUP or faster than allowed, what a fault cut stays cut, and silence ends motion.
+// Random sessions of either version, with faults of the chips: for any commands, nothing moves
+// before SETUP or faster than allowed, current that a fault cut stays off, and silence ends motion.
 #include <algorithm>
 #include <limits>
 

@@ -1,4 +1,4 @@
-// Frames: what is executed, what is refused, and what is answered.
+// Frames: which are executed, which are refused, and how they are answered.
 #include <limits>
 
 #include "bench.h"
@@ -83,7 +83,7 @@ TEST(HZ01_one_and_two_flipped_bits_never_execute) {
   CHECK(frames > 30000);
   // Each one was refused: nothing was executed, and no sequence number was used up.
   CHECK(host.report().refusals == refused_before + frames);
-  // The rotor may still be brought to its place.
+  // The position of the rotor may still be corrected.
   CHECK(std::fabs(bench.driver().field() - before) < 20.0);
   const client::State state = host.state();
   CHECK(state.state == JointState::HOLDING);
@@ -100,7 +100,7 @@ TEST(HZ01_a_bare_read_flipped_into_HOME_starts_nothing) {
   CHECK(!has(host.bare(Register::HOME).back(), Flags::BUSY));
   CHECK(!has(host.bare(Register::HOME, {0}).back(), Flags::BUSY));
   bench.run(0.3);
-  // The rotor may still be brought to its place.
+  // The position of the rotor may still be corrected.
   CHECK(std::fabs(bench.driver().field() - before) < 20.0);
   CHECK(host.report().refusal == Refusal::LENGTH);
 }
@@ -340,7 +340,7 @@ TEST(HZ07_lengths_of_0_to_64_bytes_are_survived_and_only_whole_frames_executed) 
     }
     bench.tick();
   }
-  // Whole but for one byte, in both versions: never padded with what was there before.
+  // Whole but for one byte, in both versions: never padded with earlier bytes.
   for_each_frame([&](const Definition& row, const Bytes& payload) {
     if (payload.size() < 2 || row.code == Register::SETUP) return;
     const Bytes shorter(payload.begin(), payload.end() - 1);
@@ -350,7 +350,7 @@ TEST(HZ07_lengths_of_0_to_64_bytes_are_survived_and_only_whole_frames_executed) 
     CHECK(has(host.send(row.code, longer)[0], Flags::REFUSED));
   });
   bench.run(0.2);
-  // The rotor may still be brought to its place.
+  // The position of the rotor may still be corrected.
   CHECK(std::fabs(bench.driver().field() - before) < 20.0);
   CHECK(host.state().state == JointState::HOLDING);
 }
@@ -364,7 +364,7 @@ TEST(HZ08_unknown_registers_are_refused_and_counted) {
     for (const Definition& row : kDefinitions)
       known = known || (static_cast<int>(row.code) == code && row.direction != Direction::NONE);
     if (known) continue;
-    // Version 1: the flags alone, with nothing set that was not.
+    // Version 1: the flags alone, with none set that was clear.
     CHECK(host.bare(static_cast<Register>(code), {1}) == Bytes{0x0C});
     CHECK(host.report().refusals == ++expected);
     CHECK(has(host.send(static_cast<Register>(code), {1, 2, 3, 4})[0], Flags::REFUSED));
@@ -383,7 +383,7 @@ TEST(HZ09_an_interrupt_talks_to_no_chip_and_the_answer_is_there_at_once) {
   for_each_frame([&](const Definition& row, const Bytes& payload) {
     const Bytes bytes = host.frame(row.code, payload, host.next_sequence());
     const Bytes answer = host.exchange(bytes, 13);
-    // The trailer stands where it belongs before any tick has run.
+    // The trailer is in its place before any tick has run.
     const std::size_t whole = row.read + 3U;
     const auto start = static_cast<std::uint8_t>(host.address() << 1 | 1);
     CHECK(crc8(crc8(0, &start, 1), answer.data(), whole) == 0 ||
@@ -501,7 +501,7 @@ TEST(numbers_that_are_not_finite_or_out_of_range_are_refused) {
   out_of_range(Register::WATCHDOG, packed(std::uint16_t{201}));
   out_of_range(Register::CLEARFAULT, {static_cast<std::uint8_t>(Fault::STALL)});
   bench.run(0.2);
-  // The rotor may still be brought to its place.
+  // The position of the rotor may still be corrected.
   CHECK(std::fabs(bench.driver().field() - before) < 20.0);
 }
 

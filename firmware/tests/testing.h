@@ -1,4 +1,4 @@
-// The least that a test needs: a name, a check, a count.
+// A minimal test framework: a name, a check, a count.
 #pragma once
 
 #include <cstdio>

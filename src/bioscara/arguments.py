@@ -1,9 +1,9 @@
-"""Values that callers pass: converted and checked in one place, before anything uses them.
+"""Conversion and checks of values passed by callers, in one place.
 
-The results are plain: a ``float``, an ``int``, a ``bool``, an array of float64. Numbers of Python
-and of numpy are numbers, also arrays of them without dimensions. Texts, ``Decimal``, truth values
-and numbers too large for a float are not. No value from outside enters a control cycle unchecked:
-an exception there is a fault of the whole arm.
+The results are plain types: a ``float``, an ``int``, a ``bool``, an array of float64. Numbers of
+Python and of numpy are numbers, also arrays of them without dimensions. Texts, ``Decimal``, truth
+values and numbers too large for a float are not. No value from outside enters a control cycle
+unchecked: an exception there is a fault of the whole arm.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ if TYPE_CHECKING:
     import numpy.typing as npt
 
 _SHOWN = 100
-"""Characters of a refused value that an error shows."""
+"""Characters of a refused value shown in an error."""
 _LARGEST_SHOWN = 1 << 128
-"""Integers from here on are told by their size: Python refuses to write the largest ones."""
+"""Integers from here on are shown by their size: Python refuses to format the largest ones."""
 
 
 def shown(value: object) -> str:
-    """Return a value as an error shows it: one printable line that is not too long."""
+    """Return a value as shown in an error: one printable line of limited length."""
     if isinstance(value, int) and not -_LARGEST_SHOWN < value < _LARGEST_SHOWN:
         return f"a whole number of {value.bit_length()} bits"
     try:
         text = " ".join(repr(value).split())
-    except Exception:  # noqa: BLE001  whatever it is, it must not hide what is wrong
+    except Exception:  # noqa: BLE001  no error here may hide the original one
         return f"a {type(value).__name__}"
     if len(text) > _SHOWN:
         text = f"{text[: _SHOWN - 4]} ..."
@@ -49,10 +49,10 @@ def number(
     """Return a number as a float.
 
     Args:
-        what: Names the value in the error.
-        value: What was passed.
+        what: Name of the value in the error.
+        value: The passed value.
         infinite: Whether an infinity is allowed.
-        error: Raised where it cannot be used.
+        error: Exception to raise if it cannot be used.
 
     Raises:
         InvalidArgumentError: It is no number, not a finite one, or too large for a float.
@@ -118,13 +118,13 @@ def items(
     *,
     error: type[InvalidArgumentError] = InvalidArgumentError,
 ) -> tuple[Any, ...]:
-    """Return what has an order as a tuple: a sequence, or an array of one dimension.
+    """Return an ordered collection as a tuple: a sequence, or an array of one dimension.
 
     Args:
-        what: Names the values in the error.
-        values: What was passed.
+        what: Name of the values in the error.
+        values: The passed values.
         remedy: What to pass instead.
-        error: Raised where they cannot be used.
+        error: Exception to raise if they cannot be used.
 
     Raises:
         InvalidArgumentError: It is something else, such as a text, a set or a single number.
@@ -154,7 +154,7 @@ def numbers(
 def array(
     what: str, values: object, *, error: type[InvalidArgumentError] = InvalidArgumentError
 ) -> npt.NDArray[np.float64]:
-    """Return numbers as a new array; they may be infinite or NaN, which is the caller's to judge.
+    """Return numbers as a new array; they may be infinite or NaN, which is left to the caller.
 
     Raises:
         InvalidArgumentError: Something in it is no number, or the rows differ in length.
@@ -166,7 +166,7 @@ def array(
     except Exception as reason:
         raise error(f"{what}: rows do not all have the same size, or hold no numbers") from reason
     if found.dtype.kind not in "iuf":
-        # Without a type of its own numpy would take texts and None for numbers.
+        # Without an explicit type, numpy would accept texts and None as numbers.
         raise error(f"{what}: {shown(values)} has something that is no number, or is too large")
     with np.errstate(over="ignore"):
         return found.astype(np.float64)

@@ -1,7 +1,7 @@
-"""Time as an argument: whoever waits or stamps is handed a :class:`Clock`.
+"""Time as an argument: code that waits or stamps receives a :class:`Clock`.
 
 On a real arm that is :class:`MonotonicClock`. In simulation the joints' firmware and the host
-share one :class:`SimulatedClock`: waiting is what makes the simulated time pass.
+share one :class:`SimulatedClock`: simulated time passes by waiting.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class MonotonicClock:
 
 
 class SimulatedClock:
-    """Time that passes only when someone waits for it.
+    """Clock whose time passes only while a caller waits for it.
 
     Args:
         read: Returns the simulated time [s].

@@ -1,17 +1,17 @@
-"""Every exception of the package, one tree.
+"""Exceptions of the package, in one tree.
 
     BioscaraError
     ├── InvalidArgumentError          a caller's value (also a ValueError)
     │   ├── LimitError                ... outside a limit
     │   ├── UnreachableError          ... a pose that the arm cannot take
-    │   │   └── PathError             ... on the way along a path of the tool
-    │   ├── ZoneError                 ... a way that comes too near to something
+    │   │   └── PathError             ... within a path of the tool
+    │   ├── ZoneError                 ... a path too close to an obstacle
     │   ├── TrajectoryError           ... a trajectory that cannot be executed
     │   ├── GoalRejectedError         ... a goal of a controller; nothing moved
     │   ├── ImageError                ... a firmware image; nothing was written
     │   └── ConfigurationError        ... a configuration value or file
     ├── CommunicationError            the exchange with a device failed
-    │   ├── NoAcknowledgeError        nobody answered the address
+    │   ├── NoAcknowledgeError        no device acknowledged the address
     │   ├── BusTimeoutError           the transfer did not end in time
     │   ├── BusStuckError             a line is held low
     │   ├── CorruptFrameError         an answer failed its check
@@ -22,11 +22,11 @@
     │   ├── NotInitializedError, NotEnabledError, NotHomedError, StalledError
     │   ├── IncorrectStateError       another blocking command is running
     │   ├── JointFaultError           a latched fault of the joint
-    │   ├── FollowingError            it is too far from where it was told to be
+    │   ├── FollowingError            it is too far from its commanded position
     │   ├── JointResetError           the joint restarted: its home is lost
     │   ├── WrongJointError           another joint answers at this address
     │   └── HomingError               homing ended without a home
-    ├── ReplayError                   a replayed run asks for something else than the recorded one
+    ├── ReplayError                   a replayed run differs from the recorded one
     ├── NotSupportedError             the joint's firmware cannot do it
     ├── FlashError                    a board cannot be flashed, or was not
     ├── GripperError                  the gripper or its PWM channel
@@ -34,20 +34,19 @@
     │   ├── LifecycleError            ... the transition does not exist in this state, or failed
     │   └── ModeSwitchError           ... the joints cannot take these command modes now
     ├── OverrunError                  the control loop did not keep its deadlines
-    ├── RealtimeError                 the system does not let the loop run before all else
-    ├── ControllerError               a controller raised, or produced what nobody can use
+    ├── RealtimeError                 the system denies the loop real-time priority
+    ├── ControllerError               a controller raised, or its output is unusable
     ├── SwitchError                   loading, configuring or switching controllers was refused
     ├── GoalAbortedError              an accepted goal did not reach its end
-    ├── FaultedError                  the arm is stopped by a fault that nobody acknowledged
+    ├── FaultedError                  the arm is stopped by an unacknowledged fault
     ├── BusyError                     another call is using the arm
     ├── MotionTimeoutError            a motion took longer than it may
-    └── MotionCancelledError          a motion was asked to end early
+    └── MotionCancelledError          a motion was cancelled
 
-Messages are one printable line: what is not printable in a name from outside is escaped.
+Messages are one printable line: unprintable characters in external names are escaped.
 
-``code`` is the number that the field already knows (the original driver's); it never changes
-its meaning. Errors that concern one thing carry it as attributes, so that a program can react
-without parsing the message.
+``code`` is the number established by the original driver; it never changes its meaning. Errors that
+concern one thing carry it as attributes, so that a program can react without parsing the message.
 """
 
 from __future__ import annotations
@@ -56,7 +55,7 @@ from bioscara.printing import printable
 
 
 class BioscaraError(Exception):
-    """Base of every error that the package raises on purpose.
+    """Base of every error that the package raises intentionally.
 
     Attributes:
         code: Numeric code of the original driver; -1 where it had none.
@@ -78,7 +77,7 @@ class LimitError(InvalidArgumentError):
     """A value is outside the limit that it must respect.
 
     Attributes:
-        name: What the value is, for example ``"j2 velocity"``.
+        name: Name of the value, for example ``"j2 velocity"``.
         value: The refused value, SI units.
         lower: Lowest allowed value.
         upper: Highest allowed value.
@@ -98,7 +97,7 @@ class TrajectoryError(InvalidArgumentError):
 
 
 class UnreachableError(InvalidArgumentError):
-    """The arm cannot take a pose; the message says which joint or length is short by how much."""
+    """A pose is unreachable; the message states which joint or length is short by how much."""
 
 
 class PathError(UnreachableError):
@@ -107,8 +106,8 @@ class PathError(UnreachableError):
     Attributes:
         segment: Number of the path's piece, counted from 0.
         joint: Name of the joint that prevents it.
-        position: How far along the path [m].
-        largest_speed: With which the tool could pass there [m/s]; 0 where it cannot at all.
+        position: Distance along the path [m].
+        largest_speed: Highest tool speed possible there [m/s]; 0 if the tool cannot pass at all.
     """
 
     def __init__(
@@ -120,14 +119,14 @@ class PathError(UnreachableError):
 
 
 class ZoneError(InvalidArgumentError):
-    """The arm would come too near to something that it must keep clear of.
+    """The arm would violate the clearance of a zone.
 
     Attributes:
         zone: Name of the zone, or ``"table"``, or a link of the arm itself.
-        link: Name of the link that comes too near.
-        time: When it first does, from the start of the motion [s].
-        depth: By how much the margin is missed at worst [m].
-        margin: Distance that is to be kept [m]; below zero where the link may touch the zone.
+        link: Name of the link that violates it.
+        time: Time of the first violation, from the start of the motion [s].
+        depth: Largest violation of the margin [m].
+        margin: Required distance [m]; below zero where the link may touch the zone.
     """
 
     def __init__(
@@ -155,7 +154,7 @@ class ZoneError(InvalidArgumentError):
 
 
 class GoalRejectedError(InvalidArgumentError):
-    """A goal was refused before anything moved; the message says which rule it breaks."""
+    """A goal was refused before anything moved; the message names the violated rule."""
 
 
 class ImageError(InvalidArgumentError):
@@ -170,7 +169,7 @@ class CommunicationError(BioscaraError):
     """An exchange with a device failed.
 
     Attributes:
-        address: 7-bit bus address of the device, or None where no one device is meant.
+        address: 7-bit bus address of the device, or None if no single device is concerned.
     """
 
     code = -6
@@ -181,7 +180,7 @@ class CommunicationError(BioscaraError):
 
 
 class NoAcknowledgeError(CommunicationError):
-    """Nobody acknowledged the address or a byte (Linux reports errno 121, EREMOTEIO)."""
+    """No device acknowledged the address or a byte (Linux reports errno 121, EREMOTEIO)."""
 
 
 class BusTimeoutError(CommunicationError):
@@ -216,8 +215,8 @@ class JointLostError(CommunicationError):
 
     Attributes:
         joint: Name of the joint.
-        bad_cycles: How many cycles in a row failed.
-        reason: What befell the last one.
+        bad_cycles: Number of consecutive failed cycles.
+        reason: Error of the last one.
     """
 
     def __init__(
@@ -244,7 +243,7 @@ class JointError(BioscaraError):
     Attributes:
         what: What happened.
         joint: Name of the joint.
-        remedy: What to do, for who has this joint in hand; the arm as a whole has another way.
+        remedy: What to do when using this joint alone; the remedy for the whole arm differs.
     """
 
     def __init__(self, message: str, joint: str = "", remedy: str = "") -> None:
@@ -286,10 +285,10 @@ class IncorrectStateError(JointError):
 
 
 class _ToldFaultError(JointError):
-    """A joint says by itself what it stopped for.
+    """A joint reports why it stopped.
 
     Attributes:
-        fault: Name of the fault, see :class:`bioscara.protocol.Fault`; ``""`` where it told none.
+        fault: Name of the fault, see :class:`bioscara.protocol.Fault`; ``""`` if it reported none.
         data: The number that the joint stored with the fault; its meaning depends on the fault.
     """
 
@@ -306,7 +305,7 @@ class _ToldFaultError(JointError):
 
 
 class JointFaultError(_ToldFaultError):
-    """A joint latched a fault by itself."""
+    """A joint stopped autonomously and latched a fault."""
 
 
 class HomingError(_ToldFaultError):
@@ -314,11 +313,11 @@ class HomingError(_ToldFaultError):
 
 
 class FollowingError(JointError):
-    """A joint is too far from where it was told to be.
+    """The following error of a joint exceeds its limit.
 
     Attributes:
-        error: How far [rad or m].
-        limit: How far it may be at its speed [rad or m].
+        error: The following error [rad or m].
+        limit: Largest following error allowed at its speed [rad or m].
     """
 
     def __init__(
@@ -333,11 +332,11 @@ class JointResetError(JointError):
 
 
 class WrongJointError(JointError):
-    """The device at an address is another joint than the configuration says."""
+    """The device at an address is not the configured joint."""
 
 
 class ReplayError(BioscaraError):
-    """A replayed run asks the bus for something else than the recorded run did.
+    """A replayed run sends other transactions to the bus than the recorded run.
 
     Attributes:
         record: Number of the record that differs, counted from 1.
@@ -365,7 +364,7 @@ class MotionTimeoutError(BioscaraError):
 
 
 class MotionCancelledError(BioscaraError):
-    """A motion ended early because it was asked to; the arm ramped down."""
+    """A motion was cancelled; the arm ramped down."""
 
 
 class BusyError(BioscaraError):
@@ -373,7 +372,7 @@ class BusyError(BioscaraError):
 
     Attributes:
         running: The call that uses it, for example ``"home()"``.
-        duration: For how long it has [s].
+        duration: Time since that call began [s].
         thread: Name of the thread that called it.
     """
 
@@ -391,7 +390,7 @@ class BusyError(BioscaraError):
 
 
 class HardwareError(BioscaraError):
-    """A hardware component cannot do what was asked of it.
+    """A hardware component cannot perform the request.
 
     Attributes:
         component: Name of the component.
@@ -407,7 +406,7 @@ class LifecycleError(HardwareError):
 
 
 class ModeSwitchError(HardwareError):
-    """Joints cannot take the command modes that were asked for; nothing was switched."""
+    """Joints cannot take the requested command modes; nothing was switched."""
 
 
 class OverrunError(BioscaraError):
@@ -415,11 +414,11 @@ class OverrunError(BioscaraError):
 
 
 class RealtimeError(BioscaraError):
-    """The system does not let a loop run before everything else; the message names the remedy."""
+    """The system denies a loop real-time priority; the message names the remedy."""
 
 
 class ControllerError(BioscaraError):
-    """A controller raised, or produced a command that nobody can use; it was switched off.
+    """A controller raised, or produced an unusable command; it was switched off.
 
     Attributes:
         controller: Name of the controller.
@@ -431,11 +430,11 @@ class ControllerError(BioscaraError):
 
 
 class SwitchError(BioscaraError):
-    """Controllers cannot be loaded, configured, switched or unloaded as asked."""
+    """Controllers cannot be loaded, configured, switched or unloaded as requested."""
 
 
 class GoalAbortedError(BioscaraError):
-    """An accepted goal ended before its end was reached.
+    """An accepted goal was aborted before completion.
 
     Attributes:
         result: Numeric result of control_msgs, for example -4 for a violated path tolerance.

@@ -1,13 +1,13 @@
-"""Text from outside as people and terminals may see it."""
+"""Safe display of text from outside."""
 
 from __future__ import annotations
 
 
 def printable(text: str) -> str:
-    """Return a text with what is not printable escaped, as Python writes it.
+    """Return a text with unprintable characters escaped, as in Python's ``repr``.
 
     Names of files, joints and zones may hold line ends and control sequences of a terminal, which
-    could forge lines of a report or change what the terminal shows.
+    could forge lines of a report or change the terminal's display.
     """
     if text.isprintable():
         return text

@@ -1,4 +1,4 @@
-"""Injected faults: what still arrives, what comes back, and that chance is seeded."""
+"""Injected faults: which bytes still arrive, which answers return, and that chance is seeded."""
 
 from __future__ import annotations
 

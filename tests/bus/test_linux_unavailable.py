@@ -1,4 +1,4 @@
-"""A Linux bus that cannot be opened says what is missing and what to do."""
+"""A Linux bus that cannot be opened names the missing part and the remedy."""
 
 from __future__ import annotations
 

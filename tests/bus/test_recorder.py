@@ -158,7 +158,7 @@ def test_a_missing_folder_is_refused(tmp_path: Path) -> None:
 
 @contextmanager
 def disk_of(size: int) -> Iterator[None]:
-    """No file may grow beyond ``size`` bytes; not even that to which the results go."""
+    """No file may grow beyond ``size`` bytes; not even the file that receives the results."""
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (size, limits[1]))
     try:

@@ -1,4 +1,4 @@
-"""The recording format: what was written is read back, wherever the file is cut."""
+"""The recording format: written transactions are read back, at any truncation of the file."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ ABSENT = 0x20
 
 
 class Wire(Bus):
-    """Keeps what arrives; each address answers in its own way, nobody has address ABSENT."""
+    """Keeps the frames that arrive; each address answers differently, ABSENT does not answer."""
 
     def __init__(self) -> None:
         self.arrived: list[Transaction] = []

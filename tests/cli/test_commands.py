@@ -1,4 +1,4 @@
-"""What people type, beside the demo: older joints, missing joints, real files, bad wires."""
+"""Commands as typed, other than the demo: older joints, missing joints, real files, bad wires."""
 
 from __future__ import annotations
 
@@ -196,7 +196,7 @@ def test_fit_stretches_it_and_says_by_how_much(
 
 
 class CtrlC(Bus):
-    """Another bus, and a person who presses Ctrl-C when so many frames of a register passed."""
+    """Another bus, and a user pressing Ctrl-C when so many frames of a register passed."""
 
     def __init__(self, bus: Bus, register: Register, count: int) -> None:
         self._bus, self._first, self._count = bus, bytes((register,)), count

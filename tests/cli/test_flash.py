@@ -1,4 +1,4 @@
-"""Flashing as people do it: the command line, programs of others, boards that misbehave."""
+"""Flashing as a user does it: the command line, third-party programs, boards that misbehave."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ MakeBench = Callable[..., Bench]
 
 @pytest.fixture
 def bench(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> MakeBench:
-    """Makes a bench; of all programs only those that it names are installed."""
+    """Makes a bench; of all programs only the named ones are installed."""
     folder = tmp_path / "bin"
     folder.mkdir()
     monkeypatch.setenv("PATH", str(folder))
@@ -122,7 +122,7 @@ def test_a_program_that_cannot_be_run_is_named_with_its_path(
 def test_an_empty_serial_number_is_refused(
     bench: MakeBench, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """As from a variable of a script that was never set: the only board may be another one."""
+    """As from an unset variable of a script: the only board may be another one."""
     tools = bench("dfu-util")
     tools.board(ONE)
     with pytest.raises(SystemExit, match="2"):
@@ -320,7 +320,7 @@ def test_the_rules_cover_bootloader_and_st_links() -> None:
     rules = RULES.read_text()
     products = re.findall(r'idVendor}=="0483", ATTRS{idProduct}=="([^"]+)", .*uaccess', rules)
     assert products == ["df11", "3748", "374[bdef]", "375[234]"]
-    assert int(RULES.name[:2]) < 73  # Where systemd gives the tag uaccess its meaning.
+    assert int(RULES.name[:2]) < 73  # The place where systemd gives the tag uaccess its meaning.
 
 
 @pytest.mark.parametrize("program", ["dfu-util", "st-flash", "openocd"])

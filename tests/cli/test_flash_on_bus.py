@@ -1,4 +1,4 @@
-"""Flashing a joint that is on a bus: asked for its bootloader before, and who it is afterwards."""
+"""Flashing a joint on a bus: the bootloader is requested before, the identity checked after."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from bioscara.report import Phase
 
 
 def samples(folder: Path) -> list[dict[str, str]]:
-    """The rows, after making sure that all of them are whole."""
+    """Return the rows, after a check that all of them are whole."""
     with (folder / "samples.csv").open(newline="") as file:
         rows = list(csv.DictReader(file, strict=True))
     assert all(None not in row and None not in row.values() for row in rows)
@@ -32,7 +32,7 @@ def samples(folder: Path) -> list[dict[str, str]]:
 
 
 def assert_complete(folder: Path, outcome: str) -> None:
-    """Report, page and samples parse, and tell the outcome."""
+    """Assert that report, page and samples parse, and state the outcome."""
     assert re.search(rf"^  outcome +{outcome}", (folder / "report.txt").read_text(), re.M)
     page = (folder / "plot.html").read_text()
     data = re.search(r'<script id="data" type="application/json">(.*?)</script>', page, re.S)

@@ -1,4 +1,4 @@
-"""An arm that a fault stopped, or that the computer is too slow for, and what people read then."""
+"""Output for an arm that a fault stopped, or that the computer is too slow for."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NAMES = tuple(joint.name for joint in load_parameters().joints)
 
 @pytest.fixture
 def hot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SimulatedArm:
-    """The arm that every command gets; J3 became too hot for the host before."""
+    """The arm of every command; J3 became too hot for the host before."""
     arm = SimulatedArm(seed=2)
     with Robot(FirmwareBus(arm), arm.clock, load_parameters(), "before", evidence=tmp_path) as host:
         host.enable()
@@ -132,7 +132,7 @@ def test_half_speed_is_told_with_its_reason(
 def test_host3_a_run_after_a_killed_one_says_what_is_latched_and_moves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # Who is killed leaves the folder of the simulated servo behind.
+    # A killed process leaves the folder of the simulated servo behind.
     monkeypatch.setenv("TMPDIR", str(tmp_path))
     arm = tmp_path / "arm.sock"
     env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}

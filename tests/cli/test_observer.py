@@ -1,4 +1,4 @@
-"""The observer shows and records in its own thread, and neither failing holds up the motion."""
+"""The observer shows and records in its own thread, and a failure of either delays no motion."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ def test_a_terminal_gets_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
         view.close()
         terminal.flush()
         shown = ""
-        # A terminal hands over what it has, not all that is coming.
+        # A terminal returns the bytes it has, not all that are coming.
         while "moving" not in shown:
             shown += os.read(ours, 100_000).decode()
     os.close(ours)

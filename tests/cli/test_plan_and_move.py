@@ -1,4 +1,4 @@
-"""``bioscara plan`` and ``bioscara move``: what they say, write and refuse."""
+"""``bioscara plan`` and ``bioscara move``: output, files and refusals."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ zones:
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with poses, and a scene that has something at the place of ``REACHED``."""
+    """A folder with poses, and a scene with an obstacle at ``REACHED``."""
     monkeypatch.chdir(tmp_path)
     (tmp_path / "poses.yaml").write_text(TABLE)
     (tmp_path / "scene.yaml").write_text(SCENE)
@@ -49,7 +49,7 @@ def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @pytest.fixture
 def arm(monkeypatch: pytest.MonkeyPatch) -> SimulatedArm:
-    """The arm that every command gets."""
+    """The arm of every command."""
     arm = SimulatedArm()
     monkeypatch.setattr(bioscara.sim, "SimulatedArm", lambda **_: arm)
     return arm
@@ -165,7 +165,7 @@ BETWEEN = SCENE.replace("x: 0.45, y: -0.2", "x: 0.28, y: -0.35")
 def test_what_is_refused_only_after_homing_is_a_failure(
     folder: Path, arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The target is free, the post stands between it and where homing leaves the arm."""
+    """The target is free, the post stands between it and the arm's position after homing."""
     (folder / "between.yaml").write_text(BETWEEN)
     words = ["move", "--joints", "0", "0.2", "0.3", "0", "--scene", "between.yaml"]
     assert main(words, paced=False) == 1

@@ -1,4 +1,4 @@
-"""``bioscara poses``: what is saved is listed, what cannot be is refused and changes nothing."""
+"""``bioscara poses``: saved poses are listed, invalid ones are refused and change nothing."""
 
 from __future__ import annotations
 
@@ -106,7 +106,7 @@ def test_wrong_usage(words: str) -> None:
 def test_where_the_arm_is_can_be_saved(
     elsewhere: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """One arm: homed and moved by a robot, then asked by the command, which leaves it there."""
+    """One arm: homed and moved by a robot, then read by the command, which leaves it there."""
     near = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
     arm = SimulatedArm(positions=near)
     goal = Joints(-2.9, 0.31, 2.4, 2.7)

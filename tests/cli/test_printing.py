@@ -21,7 +21,7 @@ def evil(tmp_path: Path) -> Path:
 
 
 def lines(text: str) -> list[str]:
-    """Return the lines of what was printed, all of which must be printable."""
+    """Return the printed lines, all of which must be printable."""
     found = text.split("\n")
     assert all(line.isprintable() for line in found), [x for x in found if not x.isprintable()]
     assert not any(line.startswith("bioscara: all is well") for line in found)

@@ -1,4 +1,4 @@
-"""``--scene`` and ``--plot``: what the arm keeps clear of, and what is drawn of a motion."""
+"""``--scene`` and ``--plot``: the zones that the arm avoids, and the picture of a motion."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ zones:
 
 @pytest.fixture(autouse=True)
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder with a scene for every kind of trouble, and poses."""
+    """A folder with a scene for every kind of error, and poses."""
     monkeypatch.chdir(tmp_path)
     arm = Planner(PARAMETERS, lambda: START).kinematics
     for name, joints in (("start", START), ("way", WAY), ("goal", PLATE)):
@@ -196,7 +196,7 @@ def test_a_trajectory_is_kept_clear_of_the_scene(
 def test_the_way_to_a_trajectory_is_kept_clear_too(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The trajectory is free, the post stands between it and where homing leaves the arm."""
+    """The trajectory is free, the post stands between it and the arm's position after homing."""
     names = [limit.name for limit in PARAMETERS.joints]
     write_motion(folder / "m.csv", names, Joints(*CENTER), Joints(*CENTER)._replace(j1=0.3))
     (folder / "between.yaml").write_text(SCENE % (0.28, -0.35))

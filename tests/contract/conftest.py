@@ -1,4 +1,4 @@
-"""Every bus there is, each in front of the same compiled firmware."""
+"""Every kind of bus, each in front of the same compiled firmware."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def shim(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def open_linux(shim: Path, tmp_path: Path) -> Iterator[Callable[..., PreloadedBus]]:
-    """Opens a Linux bus in a process of its own; arguments: the rules, what is on the bus."""
+    """Opens a Linux bus in a process of its own; arguments: the rules, the devices on the bus."""
     with ExitStack() as stack:
 
         def open_bus(rules: str = "", arm: Bus | None = None) -> PreloadedBus:

@@ -95,7 +95,7 @@ class PreloadedBus(Bus):
         return self.call("statistics")  # type: ignore[return-value]
 
     def close(self) -> None:
-        """Close the bus; the process stays, to be asked for more."""
+        """Close the bus; the process keeps running and answers further requests."""
         self.call("close")
 
     def quit(self) -> None:

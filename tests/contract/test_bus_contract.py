@@ -128,7 +128,7 @@ def test_many_transactions_in_one_transfer(bus: Bus) -> None:
         st.builds(
             Transaction,
             st.sampled_from((*ADDRESSES, ABSENT)),
-            # Registers that no version knows: the joints refuse them whatever follows.
+            # Registers that no version knows: the joints refuse them with any payload.
             st.binary(max_size=31).map(lambda rest: b"\x7f" + rest),
             st.integers(0, 32),
         ),

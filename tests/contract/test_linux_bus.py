@@ -1,4 +1,4 @@
-"""The Linux bus against the kernel's rules: what it sets, sends and makes of each errno."""
+"""The Linux bus against the kernel's rules: its settings, its messages, and each errno."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Random switches between controllers of a moving arm, and what they may never do to it."""
+"""Random switches between controllers of a moving arm, and the limits that they must keep."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ CHOICES = ("position", "velocity", "jtc both", "jtc position", "hold", "off")
 
 
 class Outcome(NamedTuple):
-    """What came of it; steps are shares of what a joint may do in a cycle, worst first.
+    """Result of a run; steps are shares of a joint's limit per cycle, worst first.
 
     Attributes:
         switches: Controllers switched.
@@ -42,7 +42,7 @@ class Outcome(NamedTuple):
 
 
 class Watch:
-    """Compares what is sent with what was sent the cycle before."""
+    """Compares each setpoint with that of the cycle before."""
 
     def __init__(self, world: World) -> None:
         self._world = world
@@ -53,7 +53,7 @@ class Watch:
         self.outside = 0
 
     def look(self, period: float) -> None:
-        """Look at the setpoints of the cycle that just ended."""
+        """Check the setpoints of the cycle that just ended."""
         for axis in self._world.hardware.axes:
             limits, name = axis.joint.parameters, axis.name
             fastest, strongest = limits.max_velocity * period, limits.max_acceleration * period
@@ -78,8 +78,8 @@ class Watch:
 
 
 def switch_at_random(count: int, seed: int) -> Outcome:
-    """Home an arm and switch its controllers at random times, whatever it is doing."""
-    # Thrown to and fro at its full acceleration, j3 loses its reference whoever commands it.
+    """Home an arm and switch its controllers at random times, in motion or at rest."""
+    # Driven to and fro at its full acceleration, j3 loses its reference under any controller.
     joints = [
         replace(joint, max_acceleration=0.5 * joint.max_acceleration) for joint in PARAMETERS.joints
     ]
@@ -118,7 +118,7 @@ def switch_at_random(count: int, seed: int) -> Outcome:
 
 
 def _command(world: World, name: str, dice: random.Random, now: float) -> None:
-    """Command something rough, which no planner would."""
+    """Command a rough motion, which no planner would."""
     controller = world.manager.controllers
     chosen = next((each for each in controller if each.name == name), None)
     goal = [dice.uniform(limit.lower, limit.upper) for limit in PARAMETERS.joints]

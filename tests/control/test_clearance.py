@@ -1,4 +1,4 @@
-"""Whatever commands the joints, the arm keeps clear of zones, table and itself."""
+"""Under any controller, the arm keeps clear of zones, table and itself."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ from planning.scenes import COUNT, random_joints, random_scene
 
 Array = npt.NDArray[np.float64]
 ARM = kinematics_of(PARAMETERS)
-# Thrown to and fro at its full acceleration, j3 loses its reference whoever commands it.
+# Driven to and fro at its full acceleration, j3 loses its reference under any controller.
 JOINTS = [
     replace(joint, max_acceleration=0.5 * joint.max_acceleration) for joint in PARAMETERS.joints
 ]
@@ -152,7 +152,7 @@ class Guarded:
         return self.world.clock.now()
 
     def run(self, cycles: int) -> Array:
-        """Return where the joints are commanded to be, before and after each cycle."""
+        """Return the commanded positions of the joints, before and after each cycle."""
         rows = [self.here]
         for _ in range(cycles):
             self.world.loop.step()
@@ -170,7 +170,7 @@ def dense(rows: Array) -> Array:
 
 
 def require_gentle(rows: Array) -> None:
-    """No joint is asked for more than its limits."""
+    """No joint is commanded beyond its limits."""
     period = 0.01
     speeds = np.diff(rows, axis=0) / period
     changes = np.abs(np.diff(speeds, axis=0)) / period
@@ -181,7 +181,7 @@ def require_gentle(rows: Array) -> None:
 
 
 def raw_values(forward: Raw | ForwardCommandController, rng: np.random.Generator) -> list[float]:
-    """Return random setpoints for what a controller commands."""
+    """Return random setpoints of the type that a controller commands."""
     goal = dict(zip(NAMES, random_joints(rng), strict=True))
     if isinstance(forward, Raw):
         share = rng.uniform(-1.0, 1.0)
@@ -278,7 +278,7 @@ def test_a_trajectory_that_nobody_swept_ends_in_front_of_a_zone() -> None:
 def test_a_trajectory_that_was_swept_is_not_looked_at() -> None:
     runs = []
     for guarded in (True, False):
-        # Through the zone: whoever says that it was swept is believed.
+        # Through the zone: a trajectory marked as collision-checked is not checked again.
         arm = Guarded(WALL, guarded=guarded)
         _, goal = arm.follow(BEYOND, 4.0, collision_checked=True)
         runs.append(arm.run(450))
@@ -384,13 +384,13 @@ def test_a_stop_ends_where_joints_are_let_go_of() -> None:
     arm.run(30)
     arm.world.switch(forward.name)
     arm.run(1)
-    # By itself the quick joint came to rest long before the stop of all would have ended.
+    # Alone, the quick joint came to rest long before the stop of all would have ended.
     assert abs(arm.guards[3].speed) < 0.2
 
 
 def test_a_joint_that_was_let_go_of_and_is_taken_again_stays_where_it_is() -> None:
     arm = Guarded(Scene(), windows=(0.23, 0.107))
-    # This one stays active: what is sent is an average all the time.
+    # This one stays active: the setpoints are an average all the time.
     arm.world.switch(arm.forward("position", NAMES[:1]).name)
     turning = arm.forward("velocity", NAMES[2:])
     arm.world.switch(turning.name)
@@ -439,7 +439,7 @@ def test_from_home_a_stream_unfolds_the_arm_and_does_not_bring_it_against_itself
 
 def test_where_a_joint_is_unknown_nothing_moves() -> None:
     arm = Guarded(WALL, at=None, home=False)
-    # The cap on the tool's speed alone would do; so it must not be there.
+    # The cap on the tool's speed alone would do; so it must be off.
     arm.world.manager.limiter.stages = (arm.clearance,)
     arm.world.joint("j1").home()
     arm.world.loop.restart()

@@ -199,7 +199,7 @@ def test_rule_64_a_controller_that_raises_is_replaced_by_its_fallback_in_the_sam
     assert isinstance(failure.cause, ValueError)
     assert failure.time == cycle.time
     assert (a.state, b.state) == (State.INACTIVE, State.INACTIVE)
-    assert b.periods == []  # It was next, and is no more.
+    assert b.periods == []  # It was due next, but is deactivated.
     assert world.manager.claims.commands[J1].owner == "hold"
     release(world)
 

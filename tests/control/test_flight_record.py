@@ -1,4 +1,4 @@
-"""The last seconds, kept and written whole."""
+"""The last seconds of a run, kept and written whole."""
 
 from __future__ import annotations
 
@@ -78,7 +78,7 @@ def test_programs_that_want_the_same_name_at_once_each_keep_what_they_saw(tmp_pa
 
 
 class Watched(float):
-    """A number that has something done when it is written."""
+    """A number that runs a callback when it is written."""
 
     act: Callable[[], None]
 

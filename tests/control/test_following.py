@@ -1,4 +1,4 @@
-"""Whether a joint is where it was told to be, and who says so when it is not."""
+"""The following error of a joint against its setpoint, and the fault that reports it."""
 
 from __future__ import annotations
 

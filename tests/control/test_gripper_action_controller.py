@@ -1,4 +1,4 @@
-"""The gripper action controller, on jaws that are told, measured or held up."""
+"""The gripper action controller, on jaws with commanded width, measured width or blocked motion."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LOWER, UPPER = GRIPPER.lower, GRIPPER.upper
 
 
 class Jaws(HardwareComponent):
-    """Jaws on a servo; ``speed`` is infinite for one that only repeats what it was told."""
+    """Jaws on a servo; ``speed`` is infinite for one that only repeats its command."""
 
     def __init__(self, speed: float, blocked: float = 0.0) -> None:
         super().__init__("jaws", "actuator")
@@ -412,7 +412,7 @@ def servo() -> Iterator[SimulatedServo]:
 
 
 def on(servo: SimulatedServo, folder: Path, **values: object) -> Bench:
-    """Return a bench with the gripper that the arm has."""
+    """Return a bench with the arm's own gripper."""
     clock = SimulatedClock(lambda: 0.0, lambda _: None)
     driver = Gripper(Pwm(GRIPPER.outputs, clock, servo.root), GRIPPER, folder / "width")
     return Bench(hardware=GripperHardware("gripper", "gripper", driver, clock), **values)

@@ -178,7 +178,7 @@ def test_rule_70_all_joints_are_told_of_extra_joints_at_0_and_nothing_while_inac
     assert states is not None
     assert states.names == (*NAMES, "gripper")
     assert {len(field) for field in states[1:]} == {5}
-    assert len(set(states.stamps[:4])) == 4  # The bus asks one after the other.
+    assert len(set(states.stamps[:4])) == 4  # The bus polls the joints one after the other.
     for index, name in enumerate(NAMES):
         assert states.positions[index] == pytest.approx(world.arm.position(name), abs=5e-3)
         assert abs(states.time - states.stamps[index]) < 0.011

@@ -121,7 +121,7 @@ def test_a_sequence_cancelled_at_any_time_leaves_the_arm_at_rest_and_can_start_a
     assert goal.text == "homing was cancelled"
     for _ in range(pause):
         world.loop.step()
-    # Whatever follows at once, also the other way, is a new homing and not the rest of the old.
+    # A goal sent at once, also in the other direction, is a new homing, not the rest of the old.
     joint = ORDER[min(len(done), 3)]
     sign = math.copysign(1.0, DIRECTIONS[joint]) * (1.0 if forward else -1.0)
     before = world.arm.position(joint)
@@ -240,7 +240,7 @@ def test_a_joint_that_restarts_while_homing_ends_the_goal_with_the_cause(v1: boo
     assert goal.status is Status.ABORTED
     assert goal.text.startswith("j2")
     assert world.hardware.commands["j2/home"].value == 0.0
-    # One with its original firmware could be seeking its end stop still: it is told to stop, after
+    # A joint with its original firmware could be seeking its end stop still: it is stopped, after
     # the second for which it is left alone.
     world.run(1.5 if v1 else 0.5)
     assert not world.axis("j2").homing.running

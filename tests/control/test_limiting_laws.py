@@ -1,4 +1,4 @@
-"""What the limiter lets through, for any stream of commands; no bus is needed to say that."""
+"""Output of the limiter, for any stream of commands; no bus is needed for it."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MORE = 1.0 + 1e-6
 
 
 class Bench:
-    """One joint's limits between a stream of commands and whoever executes it."""
+    """One joint's limits between a stream of commands and their executor."""
 
     def __init__(
         self, start: float, *kinds: str, limits: JointParameters = JOINT, period: float = 0.01
@@ -36,7 +36,7 @@ class Bench:
         self.guard.begin()
 
     def send(self, position: float, velocity: float = 0.0, period: float | None = None) -> float:
-        """Command once and return the position that gets through."""
+        """Command once and return the limited position."""
         self.position.value, self.velocity.value = position, velocity
         self.guard.apply(self.period if period is None else period)
         return self.position.value
@@ -58,7 +58,7 @@ periods = st.floats(0.008, 0.012)
 
 @st.composite
 def streams(draw: st.DrawFn) -> list[float]:
-    """Steps, ramps, sines and noise one after the other, with numbers that are none in between."""
+    """Steps, ramps, sines and noise one after the other, with NaN and infinities in between."""
     stream: list[float] = []
     at = 0.0
     for _ in range(draw(st.integers(1, 6))):

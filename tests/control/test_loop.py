@@ -1,4 +1,4 @@
-"""The loop: its rate, its deadlines, what it counts, and that nothing gets past the stop."""
+"""The loop: its rate, its deadlines, its counters, and that nothing gets past the stop."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ AWAY = [-1.5, 0.25, 1.0, 1.0]
 
 
 def moving(folder: Path = Path("/nonexistent"), *, v1: bool = False) -> World:
-    """An arm on its way from AT to AWAY."""
+    """An arm that moves from AT to AWAY."""
     world = World(at=AT, folder=folder, v1=v1)
     forward = world.load(
         "forward",
@@ -55,7 +55,7 @@ def moving(folder: Path = Path("/nonexistent"), *, v1: bool = False) -> World:
 
 
 def late_inside(world: World, seconds: float) -> None:
-    """Let a cycle be held up between reading and writing."""
+    """Let a cycle be delayed between reading and writing."""
     controller = world.manager.controller("forward")
     update = controller.update
 
@@ -344,7 +344,7 @@ def test_host4_the_way_of_a_pause_is_not_made_up_for_by_joints_that_stood(
 def test_host4_joints_of_version_1_that_heard_nothing_are_no_loss_of_power(
     pause: float, where: str
 ) -> None:
-    """They tell that they are off, and not why."""
+    """They report that they are off, but not the reason."""
     world = moving(v1=True)
     forward = world.manager.controller("forward")
     assert isinstance(forward, ForwardCommandController)

@@ -18,7 +18,7 @@ from control.wild import Wild, boom, wild
 from control.world import BOTH, LIMITS, World
 
 SWITCHES = int(os.environ.get("BIOSCARA_SWITCHES", "5000"))
-"""BIOSCARA_SWITCHES=100000 runs what the requirement asks for."""
+"""BIOSCARA_SWITCHES=100000 runs the number that the requirement demands."""
 NUMBERS = [math.nan, math.inf, -math.inf]
 
 

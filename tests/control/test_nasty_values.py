@@ -1,4 +1,4 @@
-"""Every command of the controllers and their manager, with values that none can use."""
+"""Every command of the controllers and their manager, with unusable values."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HERE = (-0.5, 0.3, 0.5, 0.5)
 
 
 def test_controllers_take_a_value_or_refuse_it_and_no_cycle_fails(world: World) -> None:
-    """A goal is given, and cycles run on it: nothing of it may break them."""
+    """A goal is given, and cycles run on it: no value in it may break them."""
     forward: Any = world.load("forward", FORWARD, joints=NAMES, interface_name="position")
     follow: Any = world.load(
         "follow",
@@ -48,7 +48,7 @@ def test_controllers_take_a_value_or_refuse_it_and_no_cycle_fails(world: World) 
 
     groups: dict[str, dict[str, tuple[Callable[..., object], Base]]] = {
         "forward": {
-            # What is far is taken back: the joints need not follow a jump.
+            # A distant command is taken back: the joints need not follow a jump.
             "command": (
                 lambda values: (forward.command(values), forward.command(here)),
                 {"values": here},

@@ -1,4 +1,4 @@
-"""What a node needs to publish what ros2_control does: rules 66 to 68, without ROS."""
+"""The data that a node needs to publish as ros2_control does: rules 66 to 68, without ROS."""
 
 from __future__ import annotations
 

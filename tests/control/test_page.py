@@ -1,4 +1,4 @@
-"""The page about the loop tells every fault and what to do about it, word by word."""
+"""The page about the loop lists every fault and its remedy, word by word."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is asked of the operating system: priority, locked memory, and its watchdog."""
+"""Requests to the operating system: priority, locked memory, and its watchdog."""
 
 from __future__ import annotations
 
@@ -187,6 +187,6 @@ def test_host4_the_watchdog_is_fed_by_good_cycles_only(
 
 def test_1000_hz_are_held_beside_a_busy_process() -> None:
     cycles, overruns, how = hold(2.0)
-    # The benchmark asks for 0.1 %; a test must not fail because others use the machine.
+    # The benchmark demands 0.1 %; a test must not fail because other programs use the machine.
     assert overruns < 0.1 * cycles, how
     assert cycles > 1000

@@ -1,4 +1,4 @@
-"""What a manager is made of, what it starts with, and what others have parameters for."""
+"""Parts of a manager, its start, and the settings that ros2_control has parameters for."""
 
 from __future__ import annotations
 

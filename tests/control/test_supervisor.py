@@ -1,4 +1,4 @@
-"""From a fault to its end: nothing moves by itself, nothing is forgotten unseen."""
+"""From a fault to its end: nothing moves unasked, no fault is cleared unseen."""
 
 from __future__ import annotations
 

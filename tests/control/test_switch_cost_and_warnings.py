@@ -1,4 +1,4 @@
-"""Switches on a bus as slow as the real one, and what is said of those that are odd."""
+"""Switches on a bus as slow as the real one, and the warnings about odd ones."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from control.world import LIMITS, NAMES, World
 MIDDLE = {"j1": 0.0, "j2": 0.2, "j3": 0.0, "j4": 0.0}
 VELOCITIES = tuple(f"{name}/velocity" for name in NAMES)
 ROS_TIMEOUT = 1.0
-"""What ros2_control waits for a switch by default [s]."""
+"""Default timeout of ros2_control for a switch [s]."""
 OFTEN = 300
 
 

@@ -1,4 +1,4 @@
-"""Whatever commands the joints, the tool keeps to its speed."""
+"""Under any controller, the tool keeps to its speed limit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A controller and a hardware component that do whatever a test tells them to."""
+"""A controller and a hardware component whose behaviour a test sets."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ from control.world import World
 
 
 class WildParameters(Parameters):
-    """Which interfaces it wants."""
+    """Names of the interfaces that it claims."""
 
     commands: tuple[str, ...] = ()
     states: tuple[str, ...] = ()
 
 
 class Wild(Controller[WildParameters]):
-    """Runs hooks that a test sets; keeps what it was told."""
+    """Runs hooks that a test sets; keeps the periods and goals that it receives."""
 
     TYPE = "test/Wild"
     PARAMETERS = WildParameters
@@ -130,7 +130,7 @@ def boxed(**controllers: dict[str, object]) -> tuple[ControllerManager, Box]:
 
 
 def release(world: World) -> None:
-    """Let the supervisor forget what was meant to happen."""
+    """Clear the supervisor's faults and locks after an intended fault."""
     world.run(0.3)
     world.supervisor.faults.clear()
     world.supervisor.state = FaultState.CLEAR

@@ -35,7 +35,7 @@ class World:
         at: Where the joints are then [rad or m]; None leaves them near their end stops.
         folder: For evidence of faults.
         frequency: Of the bus [Hz]; None for a bus that takes no time.
-        joints: What the joints are.
+        joints: Their parameters.
     """
 
     def __init__(
@@ -108,7 +108,7 @@ class World:
         raise AssertionError(f"not done within {seconds} s of arm time")
 
     def go(self, at: Mapping[str, float]) -> None:
-        """Bring the joints somewhere [rad or m] while no controller is active."""
+        """Move the joints to positions [rad or m] while no controller is active."""
         forward = self.load(
             "go",
             "forward_command_controller/ForwardCommandController",

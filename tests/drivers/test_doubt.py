@@ -1,4 +1,4 @@
-"""Answers that must not be taken at their word, and a joint that was away for long."""
+"""Answers that must not be trusted, and a joint that was absent for long."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The first exchange with a joint: which version it speaks, whatever happens to the frames."""
+"""The first exchange with a joint: detection of its version, under any fault of the frames."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ADDRESSES = tuple(joint.address for joint in ARM.joints)
 HELLO = READ[Register.HELLO]
 ONE_BYTE = Transaction(0x11, HELLO.encode_v2(0x11, 0), 1)
 BARE = Transaction(0x11, bytes((Register.PING,)), 0)
-"""Asks whether somebody acknowledges, and for no answer."""
+"""Asks for an acknowledge only, and for no answer."""
 WHOLE = ONE_BYTE._replace(read=HELLO.answer_size + TRAILER)
 
 
@@ -172,7 +172,7 @@ def test_a_version_1_joint_has_time_to_forget_what_it_did_not_know() -> None:
 
 
 class Scripted(Tap):
-    """A joint that answers HELLO, and the first PING, as a test says, else as version 1 does."""
+    """A joint that answers HELLO, and the first PING, as a test sets, else as version 1 does."""
 
     def __init__(self, answers: list[bytes | CommunicationError], pong: bytes) -> None:
         super().__init__(FirmwareBus())

@@ -228,7 +228,7 @@ def test_a_host_that_dies_leaves_the_width(kernel: Kernel, channel: Path, file: 
     kernel.writes.clear()
     second = gripper(kernel, file)
     second.enable()
-    # The pulse that is still put out says more than the file.
+    # The pulse that is still output takes precedence over the file.
     assert second.state.width == pytest.approx(0.1, abs=1e-6)
     assert [name for name, _ in kernel.writes] == ["duty_cycle"]
 

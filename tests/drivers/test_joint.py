@@ -1,4 +1,4 @@
-"""One joint against the compiled firmware: life, limits, home, refusals."""
+"""One joint against the compiled firmware: life cycle, limits, home, refusals."""
 
 from __future__ import annotations
 
@@ -199,7 +199,7 @@ def test_a_velocity_ends_within_the_limits(v1: bool, index: int, share: float) -
     assert room < abs(velocity) * 0.1
     with pytest.raises(LimitError):
         joint.set_velocity(velocity)
-    joint.set_velocity(-0.1 * velocity)  # The way back is free.
+    joint.set_velocity(-0.1 * velocity)  # The opposite direction is free.
     world.arm.run(0.02)
     joint.stop()
 
@@ -303,7 +303,7 @@ def test_without_the_closed_loop_a_joint_is_disabled(v1: bool) -> None:
     joint.disable_closed_loop()
     world.arm.run(0.1)
     assert not joint.is_enabled()
-    # Its hold current stays: that alone is no reason to take it for released.
+    # Its hold current stays: that alone does not make it count as released.
     assert joint.may_be_energised
 
 

@@ -21,7 +21,7 @@ Base = dict[str, Any]
 
 
 def commands(joint: Any) -> dict[str, Base]:
-    """Return the commands of a joint with arguments that lead it nowhere far."""
+    """Return the commands of a joint with arguments that cause no large motion."""
     parameters, here = joint.parameters, joint.get_position()
     callbacks: Base = {"progress": lambda _: None, "cancel": lambda: False}
     return {
@@ -66,7 +66,7 @@ def test_a_joint_takes_a_value_or_refuses_it_and_stays_usable(v1: bool) -> None:
             nonlocal before
             world.arm.run(0.2)
             was, now = before, world.arm.position(joint.name)
-            if v1:  # What was accepted before goes on by itself.
+            if v1:  # A command accepted before goes on autonomously.
                 joint.stop()
                 world.arm.run(0.5)
             before = world.arm.position(joint.name)

@@ -1,4 +1,4 @@
-"""What joints with their original firmware need of a host, against the model of such a joint."""
+"""Host rules for joints with their original firmware, against the model of such a joint."""
 
 from __future__ import annotations
 
@@ -48,12 +48,12 @@ ANSWERED = {
 DEFERRED = {R.HOME, R.CHECKORIENTATION, R.MOVESTEPS} | (
     {row.register for row in REGISTERS} - set(ANSWERED) - {R.HOMEOFFSET, R.GETDRIVERRPM}
 )
-"""Commands that its main loop takes, those that it does not know among them."""
+"""Commands that its main loop executes, including unknown ones."""
 ADDRESSES = {joint.name: joint.address for joint in ARM.joints}
 
 
 class Timed:
-    """Notes when which transaction begins, on the way to the joints."""
+    """Records each transaction with its begin, before it reaches the joints."""
 
     def __init__(self, world: World) -> None:
         self.world, self.frames = world, list[tuple[float, float, Transaction]]()
@@ -69,7 +69,7 @@ class Timed:
         return results
 
     def registers(self, joint: Joint) -> list[Register]:
-        """Return what was said to a joint, in order."""
+        """Return the frames sent to a joint, in order."""
         address = joint.parameters.address
         return [R(t.write[0]) for _, _, t in self.frames if t.address == address]
 
@@ -97,14 +97,14 @@ def original(name: str, **changes: object) -> tuple[World, Joint]:
 
 
 def enabled(name: str, **changes: object) -> tuple[World, Joint]:
-    """Return one that is engaged too."""
+    """Return an engaged joint with its original firmware."""
     world, joint = original(name, **changes)
     joint.enable()
     return world, joint
 
 
 def homed(name: str) -> tuple[World, Joint]:
-    """Return one that is homed too."""
+    """Return a homed joint with its original firmware."""
     world, joint = original(name)
     joint.home()
     return world, joint
@@ -182,7 +182,7 @@ def test_joints_are_greeted_by_no_more_than_they_answer_whatever_fails(seed: int
     timed.require_quiet()
 
 
-# 2. A quiet time after what its loop takes.
+# 2. A quiet time after each command that its loop executes.
 
 
 def test_a_whole_life_leaves_the_joint_alone_where_it_must() -> None:
@@ -248,8 +248,8 @@ def test_a_homing_that_is_polled_at_once_comes_to_its_end() -> None:
 
 @pytest.mark.parametrize("stopped_after", [0.0, 0.03, 0.2, 0.45])
 def test_a_homing_that_was_stopped_before_it_moved_is_not_continued(stopped_after: float) -> None:
-    # The loop stands still for half a second first: told to home the other way meanwhile, it took
-    # the direction of before.
+    # The loop stands still for half a second first: commanded during it to home in the other
+    # direction, it took the direction of before.
     world, joint = enabled("j1")
     world.arm.set_position("j1", 0.0)
     velocity = joint.parameters.homing.velocity
@@ -329,7 +329,7 @@ BEFORE: dict[str, Callable[[Joint, World], object]] = {
         joint.set_velocity(-0.1), joint.set_position(2.9), world.arm.run(0.2)
     ),
 }  # fmt: skip
-"""Ways into velocity mode; the last is the deadman's, after a move to a position."""
+"""Transitions into velocity mode; the last is the deadman's, after a move to a position."""
 
 
 @pytest.mark.parametrize("name", BEFORE)
@@ -413,7 +413,7 @@ def test_no_order_of_calls_sends_a_maximum_velocity_in_velocity_mode(seed: int) 
     timed.require_quiet()
 
 
-# 4. Accelerations that it takes as they are.
+# 4. Accelerations that it accepts unchanged.
 
 
 def test_an_acceleration_that_wraps_is_refused_in_joint_units() -> None:
@@ -585,11 +585,11 @@ def test_a_joint_that_was_let_go_is_not_moved_by_steps() -> None:
     assert world.tap.count(R.MOVESTEPS) == 0
 
 
-# 7. A second of peace after power-up.
+# 7. A second without traffic after power-up.
 
 
 class Switch(Tap):
-    """Switches joints on at a time of its own, and knows what each was asked before it could."""
+    """Switches joints on at set times, and records the requests that each got too early."""
 
     def __init__(self, world: World, after: float, names: Sequence[str]) -> None:
         super().__init__(world.bus)

@@ -1,4 +1,4 @@
-"""The compiled firmware behind a bus that can be listened to and spoilt."""
+"""The compiled firmware behind a bus that records frames and injects faults."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 
 
 def home_error(joint: str, *, v1: bool) -> float:
-    """Return how far a homed joint's position may be from the truth [rad or m].
+    """Return the largest error of a homed joint's position [rad or m].
 
     Ours backs off and measures at rest, within 3 degrees of the motor. An original joint sets its
     zero in the moment in which the rotor snaps back against the stop: an electrical period of 7.2
-    degrees and what the belt gives.
+    degrees and the yield of the belt.
     """
     parameters = next(row for row in ARM.joints if row.name == joint)
     return math.radians(15.0 if v1 else 3.0) / abs(parameters.reduction)
@@ -32,15 +32,15 @@ def home_error(joint: str, *, v1: bool) -> float:
 def clock_is_held(arm: SimulatedArm) -> bool:
     """Return whether a joint holds the clock, so that no transfer ends until its power is cycled.
 
-    An original joint does so when more is read than it answers, which a bit that flips on the way
-    to it is enough for.
+    An original joint does so when more is read than it answers, for which one flipped bit in a
+    request is enough.
     """
     (answer,) = FirmwareBus(arm).transfer((Transaction(0x11, bytes((Register.PING,)), 0),))
     return isinstance(answer, BusTimeoutError)
 
 
 class Tap(Bus):
-    """Notes what reaches the joints, and in which calls."""
+    """Records the frames that reach the joints, and their calls."""
 
     def __init__(self, bus: Bus) -> None:
         self._bus = bus
@@ -59,7 +59,7 @@ class Tap(Bus):
 
 
 class World:
-    """An arm near its end stops, its bus with faults, and four drivers that nobody has used."""
+    """An arm near its end stops, its bus with faults, and four unused drivers."""
 
     def __init__(
         self, *, v1: bool = False, v1_frames: bool = False, frequency: float | None = 400e3
@@ -74,7 +74,7 @@ class World:
         self.joints = [self.joint(parameters) for parameters in ARM.joints]
 
     def joint(self, parameters: JointParameters, **changes: object) -> Joint:
-        """Return a driver of its own, as another host would have."""
+        """Return a separate driver, as another host would have."""
         return Joint(self.bus, self.arm.clock, replace(parameters, **changes))
 
     def ready(self, *names: str) -> list[Joint]:

@@ -1,4 +1,4 @@
-"""The uStepper S32: which chip hangs on which pin of the controller, and a host on its bus."""
+"""The uStepper S32: the wiring of chips and controller, and a host on its bus."""
 
 from __future__ import annotations
 
@@ -179,7 +179,7 @@ class Board(Client):
         self.plant.enable(level == 0)
 
     def follow(self) -> None:
-        """Let the plant catch up with the controller."""
+        """Advance the plant to the controller's time."""
         self.plant.advance(max(self.plant.now(), self.machine.seconds))
 
     def run(self, seconds: float) -> None:

@@ -18,7 +18,7 @@ SECOND = 1_680_000_000
 MICROSECOND = SECOND // 1_000_000
 
 RUNNING, DEADLINE, SLEEP, EXCEPTION_RETURN, UNMASKED, LOST, NO_COPROCESSOR = range(7)
-"""Why the core stopped."""
+"""Reason why the core stopped."""
 
 
 class Clock(ctypes.Structure):

@@ -1,4 +1,4 @@
-"""The controller of the bus: the Raspberry Pi's half, and what can go wrong on the wires."""
+"""The controller of the bus: the Raspberry Pi's half, and faults on the wires."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Process = Generator[int | tuple[Signal, int], None, None]
 
 
 class Trouble(Enum):
-    """What happens inside a byte."""
+    """A fault inside a byte."""
 
     START = "a START where none belongs; the controller goes on"
     STOP = "a STOP where none belongs; the controller goes on"
@@ -27,7 +27,7 @@ class Trouble(Enum):
 
 @dataclass(frozen=True)
 class Fault:
-    """Where in a transaction it happens.
+    """Where in a transaction the fault occurs.
 
     Attributes:
         byte: Counted from 0 over the whole transaction, address bytes included.
@@ -46,7 +46,7 @@ class Result:
     """How a transaction went.
 
     Attributes:
-        data: What was read; None where an address or a byte was not acknowledged.
+        data: The bytes read; None where an address or a byte was not acknowledged.
         hung: SCL was held for longer than the controller waits.
         holds: Each time that the target held SCL low [s].
         begun, ended: Virtual time [s].

@@ -58,7 +58,7 @@ _ICI_AND_IT = 0x0600_FC00
 
 
 class EmulationError(Exception):
-    """The firmware did what the hardware forbids, or what no model covers."""
+    """The firmware did something that the hardware forbids, or that no model covers."""
 
 
 @dataclass
@@ -109,7 +109,7 @@ class Cpu:
         self.engine.hook_add(u.UC_HOOK_INTR, self._interrupted)
         self._wake = wake
         self.runs: list[Run] = []
-        """What ran since this list was last emptied."""
+        """Handlers that ran since this list was last emptied."""
         self._reset_state()
 
     def _reset_state(self) -> None:
@@ -179,7 +179,7 @@ class Cpu:
         self.clock.now += cycles * self.clock.unit
 
     def execute(self) -> None:
-        """Run until the deadline, until it sleeps, or until an exception has to be looked at."""
+        """Run until the deadline, until it sleeps, or until an exception has to be evaluated."""
         clock = self.clock
         clock.why = RUNNING
         self._trap = None
@@ -268,7 +268,7 @@ class Cpu:
         return min(running, basepri >> (self.group + 1)) if basepri else running
 
     def take(self) -> None:
-        """Enter the handler of what is pending, where nothing as urgent runs or masks it."""
+        """Enter the handler of a pending exception unless one as urgent runs or masks it."""
         exception = self._next()
         self.clock.masked = exception is not None
         if exception is None:
@@ -281,7 +281,7 @@ class Cpu:
             self.enter(exception)
 
     def enter(self, exception: int) -> None:
-        """Stack what the architecture stacks and start the handler."""
+        """Stack the frame of the architecture and start the handler."""
         engine = self.engine
         run = Run(exception, self.since.pop(exception, self.clock.now), self.clock.now)
         self.latched.discard(exception)

@@ -1,4 +1,4 @@
-"""The little of an ELF file that running it needs: what is loaded where, and its symbols."""
+"""The parts of an ELF file needed to run it: loaded segments with their addresses, and symbols."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Image:
         size, count, section_size, section_count = struct.unpack_from("<HHHH", data, 42)
         self.path = path
         self.segments: list[tuple[int, bytes]] = []
-        """Load address and content of what is programmed into the flash."""
+        """Load address and content of the segments programmed into the flash."""
         for index in range(count):
             kind, offset, _, physical, length = struct.unpack_from(
                 "<IIIII", data, programs + index * size

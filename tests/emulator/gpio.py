@@ -32,7 +32,7 @@ class Gpio(Peripheral):
     def __init__(self, machine, letter: str) -> None:
         self.letter = letter
         self.inputs: dict[int, Callable[[], int]] = {}
-        """What drives a pin from outside."""
+        """External driver of a pin."""
         self.watchers: dict[int, Callable[[int | None], None]] = {}
         """Called with the level of a pin when the port drives it anew; None when it lets go."""
         super().__init__(machine, f"GPIO{letter}")

@@ -1,8 +1,8 @@
 """I2C as a target (RM0368, section 18), bit by bit.
 
-What the manual leaves open is decided here, and stated: a misplaced STOP sets STOPF besides BERR
-(``stop_after_error``); the address of a target without ACK sets no ADDR; an unread transmit
-register is emptied by START and STOP. Bus errors are seen in the frames of others as well.
+Cases that the manual leaves open are decided and stated here: a misplaced STOP sets STOPF in
+addition to BERR (``stop_after_error``); the address of a target without ACK sets no ADDR; an unread
+transmit register is emptied by START and STOP. Bus errors are seen in the frames of others as well.
 """
 
 from __future__ import annotations
@@ -176,7 +176,7 @@ class I2c(Peripheral):
         self._unsent = None
 
     def _received(self, level: int) -> None:
-        if level:  # It was not acknowledged: nothing more is for us.
+        if level:  # The byte was not acknowledged: no further byte is for this target.
             self.phase = Phase.OTHERS
             self._own = False
         if self._unread is None:
@@ -204,7 +204,7 @@ class I2c(Peripheral):
         self._status |= TXE
 
     def inject(self, flag: int) -> None:
-        """An error that noise causes."""
+        """An error caused by noise."""
         if self.enabled:
             self._flag(flag)
             if flag == ARLO:

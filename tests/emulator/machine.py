@@ -32,7 +32,7 @@ _UNIQUE_ID = 0x1FFF_7A10
 
 
 class Event:
-    """Something that happens at a time; may be cancelled."""
+    """An event at a time; may be cancelled."""
 
     __slots__ = ("action", "order", "when")
 
@@ -47,7 +47,7 @@ class Event:
 
 
 class Signal:
-    """What a process may wait for, with a limit of time."""
+    """A signal that a process may wait for, with a limit of time."""
 
     def __init__(self) -> None:
         self.waiter: Callable[[], None] | None = None
@@ -74,7 +74,7 @@ class Machine:
         self.cpu = Cpu(self._look)
         self.clock = self.cpu.clock
         self.violations: list[str] = []
-        """What the hardware would not report but its manual forbids."""
+        """Violations of the manual that the hardware would not report."""
         self.resets: list[tuple[int, str]] = []
         self.on_reset: list[Callable[[str], None]] = []
         self._events: list[Event] = []
@@ -223,7 +223,7 @@ class Machine:
         step()
 
     def _look(self) -> None:
-        """Let the core stop before its next instruction, to look at its interrupts."""
+        """Stop the core before its next instruction, to check its interrupts."""
         self.clock.deadline = 0
 
     def skip_to(self, when: int) -> None:
@@ -262,7 +262,7 @@ class Machine:
         self._look()
 
     def jump_to_image(self) -> None:
-        """The bootloader starts what it wrote: without a reset, and with all that it left on."""
+        """Start the new image as the bootloader does: without a reset, its peripherals left on."""
         cpu = self.cpu
         cpu.in_bootloader = False
         cpu.flush()
@@ -273,7 +273,7 @@ class Machine:
         self.cpu.engine.mem_write(_UNIQUE_ID, unique)
 
     def set_memory_at_power_up(self, content: bytes) -> None:
-        """Set what the memory's cells fall to."""
+        """Set the values that the memory's cells take at power-up."""
         self._favourite = content
 
     def power_up(self, *, forgets: float = 1.0, noise: float = 0.02) -> None:
@@ -308,7 +308,7 @@ class Machine:
         self.cpu.flush()
         self.cpu.reset()
 
-    # What the firmware was linked as.
+    # Symbols and sizes of the linked firmware.
 
     def symbol(self, name: str) -> int:
         if name not in self.image.symbols:

@@ -1,4 +1,4 @@
-"""What every peripheral is: registers at an address, with a clock that may be off."""
+"""Base of every peripheral: registers at an address, with a clock that may be off."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ class Peripheral:
     """Registers of 32 bits; a model reads and writes whole words.
 
     Attributes:
-        registers: What was written, for registers that only hold their value.
+        registers: Written values, for registers that only hold their value.
         half: Offsets at which the manual allows narrower writes.
     """
 
     plain: ClassVar[dict[int, int]] = {}
-    """Offsets of registers that only hold what was written, and their reset values."""
+    """Offsets of registers that only hold the written value, and their reset values."""
     half: frozenset[int] = frozenset()
 
     def __init__(self, machine: Machine, name: str) -> None:

@@ -99,7 +99,7 @@ class Rcc(Peripheral):
         return self.bus_hz(apb) * (1 if divider == 1 else 2)
 
     def mco1_hz(self) -> float:
-        """What comes out of PA8 where that pin is MCO1."""
+        """Return the frequency at PA8 where that pin is MCO1 [Hz]."""
         configuration = self.registers[_CFGR]
         source = (16_000_000, 0, HSE_HZ if self._ready(_HSE_READY) else 0, self._pll_hz())
         prescaler = configuration >> 24 & 7

@@ -13,10 +13,10 @@ _RXNE, _TXE, _OVR, _BSY = 1 << 0, 1 << 1, 1 << 6, 1 << 7
 
 
 class Device(Protocol):
-    """What hangs on the lines."""
+    """A device on the lines."""
 
     def transfer(self, bits: int, sent: int, mode: int, hertz: float) -> int:
-        """Shift one frame; returns what the data input of the controller saw."""
+        """Shift one frame; returns the bits at the controller's data input."""
 
 
 class Spi(Peripheral):

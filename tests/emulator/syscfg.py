@@ -1,4 +1,4 @@
-"""System configuration (RM0368, section 7): what lies at address 0."""
+"""System configuration (RM0368, section 7): the memory mapped to address 0."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _MEMRMP = 0x00
 
 
 class Syscfg(Peripheral):
-    """MEMRMP; what it maps to address 0 is asked, not modelled."""
+    """MEMRMP; the mapping to address 0 is queried, not modelled."""
 
     plain: ClassVar[dict[int, int]] = {_MEMRMP: 0}
 

@@ -50,7 +50,7 @@ _PLAIN = {
 
 
 class System:
-    """What the core itself answers at 0xE0000000."""
+    """Registers that the core itself answers at 0xE0000000."""
 
     def __init__(self, machine, name: str) -> None:
         self.machine = machine

@@ -1,4 +1,4 @@
-"""What the firmware costs the controller: measured on the emulated board, and the table of it.
+"""Timing of the firmware: measured on the emulated board, and its table.
 
 ``python tests/emulator/timing.py`` writes the table into docs/firmware.md; with ``--check`` it
 writes nothing and fails where a number there is off by more than a fifth.
@@ -32,7 +32,7 @@ SLACK = 0.2
 
 @dataclass(frozen=True)
 class Cost:
-    """One row: what, how long it takes on average and at worst [s]."""
+    """One row: the operation, its mean and its worst duration [s]."""
 
     what: str
     mean: float
@@ -150,7 +150,7 @@ class Measurement:
 
 
 def stack_used(board: Board) -> int:
-    """Bytes of the stack that were ever used: what the start-up painted and no longer is."""
+    """Bytes of the stack that were ever used: words whose start-up pattern is overwritten."""
     bottom, top = board.machine.symbol("stack_bottom"), board.machine.symbol("stack_top")
     painted = board.machine.cpu.peek(bottom, top - bottom)
     paint = painted[:4]
@@ -194,7 +194,7 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?")
 
 
 def differences(written: str, measured: str) -> list[str]:
-    """Lines that say something else, or numbers more than a fifth off."""
+    """Return the lines that differ in text, or in a number by more than a fifth."""
     old, new = written.strip().splitlines(), measured.strip().splitlines()
     found = [] if len(old) == len(new) else [f"{len(old)} lines instead of {len(new)}"]
     for was, now in zip(old, new, strict=False):

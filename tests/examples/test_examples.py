@@ -1,4 +1,4 @@
-"""Every example runs on the simulated arm and does there what its reader would see it do."""
+"""Every example runs on the simulated arm and moves it as its reader would expect."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ ARM = load_parameters()
 FOLDER = Path(__file__).parents[2] / "examples"
 EXAMPLES = sorted(FOLDER.glob("*.py"))
 NEAR = 0.01
-"""How near to a place the tool, as it really is, has to come [m]: homing is out by 3 mrad."""
+"""Largest distance of the true tool from a place [m]: homing is out by 3 mrad."""
 
 
 class Seen(NamedTuple):
-    """What really happened, whatever the firmware believes, from the end of homing on.
+    """The true motion, independent of the firmware's estimate, from the end of homing on.
 
     Attributes:
         said: The names that the example has at its end.

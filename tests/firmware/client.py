@@ -1,4 +1,4 @@
-"""What a test asks of one joint, however its frames travel there."""
+"""Requests of a test to one joint, independent of the transport of its frames."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""One joint of a simulated arm, spoken to in bytes: the lowest seam there is."""
+"""One joint of a simulated arm, addressed in bytes: the lowest interface there is."""
 
 from __future__ import annotations
 

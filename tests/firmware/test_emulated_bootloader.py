@@ -1,4 +1,4 @@
-"""How the flashed image gets into the bootloader in ROM, and out of it."""
+"""Entry of the flashed image into the bootloader in ROM, and return from it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from emulator.gpio import OUTPUT
 pytestmark = [pytest.mark.usefixtures("images"), pytest.mark.timeout(600)]
 
 BLOCK = 2048
-"""What dfu-util writes at once."""
+"""Block size of dfu-util [bytes]."""
 LENGTH_AT = FLASH + 0x210
 
 
@@ -25,7 +25,7 @@ def board() -> Board:
 
 
 def _restart(board: Board) -> bool:
-    """Reset, and say whether the bootloader runs 20 ms later."""
+    """Reset, and return whether the bootloader runs 20 ms later."""
     board.machine.cpu.flush()
     board.machine.request_reset("pin")
     board.run(0.02)
@@ -33,7 +33,7 @@ def _restart(board: Board) -> bool:
 
 
 def _require_safe(board: Board) -> None:
-    """In the bootloader, with its stack and its memory, and a power stage that is open."""
+    """Assert that it is in the bootloader, with its stack and memory, and an open power stage."""
     machine = board.machine
     assert machine.cpu.in_bootloader
     assert machine.cpu.stack == ROM_STACK

@@ -1,4 +1,4 @@
-"""The I2C side of the flashed image: what goes wrong on a bus, at every place in a frame."""
+"""The I2C side of the flashed image: bus faults, at every place in a frame."""
 
 from __future__ import annotations
 
@@ -295,7 +295,7 @@ def test_an_address_of_others_is_not_acknowledged_and_not_held(board: Board) -> 
 def test_a_misplaced_stop_with_and_without_the_stop_flag(
     board: Board, stop_sets_stopf: bool
 ) -> None:
-    """The manual does not say whether STOPF comes with BERR: either will do."""
+    """The manual does not state whether STOPF comes with BERR: either is accepted."""
     address, frame, read = _track(board, 4)
     board.machine.i2c.stop_after_error = stop_sets_stopf
     try:

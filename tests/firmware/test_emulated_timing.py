@@ -30,7 +30,7 @@ pytestmark = [pytest.mark.usefixtures("images"), pytest.mark.timeout(600)]
 LATENCY_MOST = 20e-6
 """Nothing may hold off the I2C interrupt for longer at 400 kHz [s]."""
 LOOKED = 100
-"""Cycles before the end of a tick in which it looks at the bus."""
+"""Cycles before the end of a tick in which it samples the bus."""
 STEPS = int(os.environ.get("BIOSCARA_LATENCY_STEPS", "150"))
 
 
@@ -65,7 +65,7 @@ def test_an_address_match_at_any_time_of_the_tick_is_answered_at_once(hertz: int
 
 
 def test_an_address_match_while_a_silent_bus_is_looked_at_is_served() -> None:
-    """Each tick ends with a look at the bus; what seems to hang is reset."""
+    """Each tick ends with a check of the bus; a transfer that seems to hang is reset."""
     board = Board(4, position=0.0)
     board.ready()
     timer = board.machine.timers["TIM3"]

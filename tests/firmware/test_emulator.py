@@ -1,5 +1,4 @@
-"""The emulator itself: exceptions and time as the manuals have them, before the firmware relies
-on either."""
+"""The emulator itself: exceptions and time as in the manuals, since the firmware needs both."""
 
 from __future__ import annotations
 

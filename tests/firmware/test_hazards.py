@@ -295,7 +295,7 @@ def test_hz14_a_wrong_orientation_is_found_before_it_runs_away(wrong: str) -> No
     assert host.fault() is Fault.ORIENTATION
     assert Flags.NOTENABLED in flags
     assert not host.arm.has_torque("j4")
-    # Two degrees of the motor and what the rotor needs to find its place.
+    # Two degrees of the motor and the rotor's displacement when it finds its place.
     assert abs(host.arm.position("j4") - before) < math.radians(7.2) / 12
 
 

@@ -1,4 +1,4 @@
-"""The images that are flashed: built, sealed, and free of what a joint must not contain."""
+"""The images that are flashed: built, sealed, and free of content that a joint must not have."""
 
 from __future__ import annotations
 
@@ -203,7 +203,7 @@ def test_the_vector_table_leads_into_the_first_block_of_the_flash(built: str, jo
     expected[0] = symbols["reset_handler"] | 1
     expected[15 + 29], expected[15 + 31], expected[15 + 32] = tick, i2c, i2c
     assert handlers == expected
-    # What runs before the check of the image survives a flashing that stops after 2 KiB.
+    # Code that runs before the check of the image survives a flashing that stops after 2 KiB.
     before = ("reset_handler", "fault_handler", "open_and_reset")
     mangled = ("image_intact", "open_power_stage", "9requestedEv", "5enterEv")
     names = [name for name in symbols if any(part in name for part in mangled)]

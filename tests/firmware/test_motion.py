@@ -31,7 +31,7 @@ def test_the_arm_homes_from_any_pose_within_two_minutes_and_where_it_should(seed
         joints[name].init()
         joints[name].home()
     assert arm.now() - begin < 120.0
-    # Belts wind up by what friction takes, and encoders err by up to 0.75 degrees of the motor.
+    # Belts wind up under friction, and encoders err by up to 0.75 degrees of the motor.
     for name, room in (("j1", 2e-3), ("j2", 1e-4), ("j3", 2e-3), ("j4", 3e-3)):
         assert joints[name].get_position() == pytest.approx(arm.position(name), abs=room)
 

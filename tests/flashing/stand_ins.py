@@ -2,7 +2,7 @@
 
 Words, output and exit codes are those of the real programs: seen on Debian 12 as far as no device
 is needed, and read from the sources of these versions where one is. A word that the real program
-does not know ends the stand-in too. The boards are in ``state.json`` beside them.
+does not know ends the stand-in too. The boards are in ``state.json`` in the same folder.
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Bench:
         self.save()
 
     def trouble(self, **what: object) -> None:
-        """Set what goes wrong."""
+        """Set the fault to simulate."""
         self.state.update(what)
         self.save()
 

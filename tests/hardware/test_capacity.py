@@ -1,4 +1,4 @@
-"""What the bus can carry: foretold, and refused before anything moves where it is too much."""
+"""Capacity of the bus: predicted, and a load beyond it refused before anything moves."""
 
 from __future__ import annotations
 

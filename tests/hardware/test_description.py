@@ -1,4 +1,4 @@
-"""What the ros2_control tags say becomes the hardware, or one clear error."""
+"""The ros2_control tags become the hardware, or one clear error."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def read(text: str) -> None:
 
 
 JOINTS = tuple(replace(joint, belt_period=0.0) for joint in PARAMETERS.joints)
-"""As hardware knows them: the periods of the belts are for planning alone."""
+"""Parameters as hardware uses them: the periods of the belts are for planning alone."""
 
 
 def test_the_shipped_urdf_says_what_the_parameters_say() -> None:

@@ -1,4 +1,4 @@
-"""The gripper's servo as a component: what it is told is what it publishes."""
+"""The gripper's servo as a component: it publishes the width that it is commanded."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def test_a_width_is_bounded_and_sent_only_when_it_changed(
     gripper: GripperHardware, servo: SimulatedServo
 ) -> None:
     gripper.set_state(State.ACTIVE)
-    cycle(gripper, 0.05)  # Nobody claimed it.
+    cycle(gripper, 0.05)  # No controller claimed it.
     assert cycle(gripper)[0] == pytest.approx(0.08)
     claim(gripper)
     cycle(gripper, 5.0)

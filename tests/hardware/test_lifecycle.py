@@ -1,4 +1,4 @@
-"""Lifecycle of the arm: who is greeted, engaged, released; and what a failure leaves behind."""
+"""Lifecycle of the arm: joints greeted, engaged and released; and the effects of a failure."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ def test_rule_63_a_failed_activate_releases_every_joint(v1: bool) -> None:
 
 
 class Heater(Tap):
-    """Overheats j1 as soon as j4, which is engaged last, is told its velocity."""
+    """Overheats j1 as soon as j4, which is engaged last, receives its velocity."""
 
     def __init__(self, world: World) -> None:
         super().__init__(world.bus)
@@ -158,7 +158,7 @@ class Heater(Tap):
 
 
 def test_rule_63_a_joint_that_drops_out_while_others_are_engaged_fails_the_activation() -> None:
-    # Version 2 only: an original joint does not look at its temperature, nor at its supply.
+    # Version 2 only: an original joint checks neither its temperature nor its supply.
     world = World()
     arm = ArmHardware("arm", Heater(world), world.arm.clock, PARAMETERS.joints)
     arm.configure()

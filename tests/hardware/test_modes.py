@@ -1,4 +1,4 @@
-"""What a joint does with its command interfaces, and how that changes."""
+"""Behaviour of a joint under each command interface, and transitions between them."""
 
 from __future__ import annotations
 
@@ -167,7 +167,7 @@ def test_rule_51_an_unknown_interface_gets_a_proposal() -> None:
 def test_rule_25_a_claimed_joint_starts_from_where_it_is(v1: bool) -> None:
     world, arm = ready(v1=v1)
     before = world.arm.position("j3")
-    arm.commands["j3/position"].value = before - 1.0  # Left behind by whoever had it last.
+    arm.commands["j3/position"].value = before - 1.0  # Left behind by the previous controller.
     arm.commands["j3/velocity"].value = -0.5
     switch(arm, "j3/position")
     error = 2e-3 + home_error("j3", v1=v1)

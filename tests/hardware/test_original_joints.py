@@ -1,4 +1,4 @@
-"""Joints with their original firmware inside the hardware component: what a cycle owes them."""
+"""Joints with their original firmware in the hardware component: rules for each cycle."""
 
 from __future__ import annotations
 

@@ -161,7 +161,7 @@ def test_a_pose_that_is_no_number_is_refused(arm: Scara, field: int, value: floa
 def test_too_far_and_too_close_are_told_by_how_much(
     tool: Pose, base: Pose, off: float, bearing: float
 ) -> None:
-    """The number in the message is the way that the wrist's axis is off, whatever the frames."""
+    """The number in the message is the distance that the wrist's axis is off, in any frames."""
     arm = Scara(GEOMETRY, LIMITS, tool, base)
     inner, outer = GEOMETRY.upper_arm - GEOMETRY.forearm, GEOMETRY.upper_arm + GEOMETRY.forearm
     wrists = [(outer + off, off, "beyond")]
@@ -226,7 +226,8 @@ def test_a_yaw_of_more_turns_than_degrees_would_have_is_one_where_the_joints_hav
 
 
 def test_both_ways_out_of_limits_are_both_told() -> None:
-    # Straight behind the column's end stops, with the gripper turned back: no elbow helps.
+    # Straight behind the column's end stops, with the gripper turned back: out of reach with either
+    # elbow.
     arm = Scara(GEOMETRY, with_range(1.0, 0, 3))
     with pytest.raises(UnreachableError, match=r"j1 at .* beyond its range -1 \.\. 1.* or j1 at"):
         arm.solve(Pose(-0.5, 0.0, 0.3, math.pi), (0.0, 0.1, 0.5, 0.0))
@@ -268,7 +269,7 @@ def test_joints_with_any_range_of_turns(
     wrist: tuple[float, float],
     at: tuple[float, ...],
 ) -> None:
-    """Whatever the range, what is within it is found again, and on the turn it came from."""
+    """For any range, joints within it are found again, and on the turn they came from."""
     spans = with_range(10.0)
     for joint, (half, centre) in zip((0, 2, 3), (column, elbow, wrist), strict=True):
         spans[joint] = with_range(half, joint, centre=centre)[joint]

@@ -1,4 +1,4 @@
-"""The parameter file: what the arm is, and what a wrong file is answered."""
+"""The parameter file: the arm's values, and the complaints about a wrong file."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Leaf(NamedTuple):
 
     @property
     def name(self) -> str:
-        """What complaints call it."""
+        """Name of the section in complaints."""
         return ".".join(self.path)
 
     def written(self, replacement: str) -> str:
@@ -146,7 +146,8 @@ def test_a_file_of_ones_own_is_the_same_arm(tmp_path: Path) -> None:
         ("    lower: -3.04647", "    lower: -174.55", "-174.55 is outside -12.5664 .. 12.5664 rad"),
         ("    upper: 2.62672", "    upper: 150.5", "150.5 is outside -12.5664 .. 12.5664 rad"),
         ("    upper: 0.338", "    upper: 338", "joints.j2.upper: 338 is outside -2 .. 2 m"),
-        # What a setpoint carries, 3276 rpm of the motor, and what its driver takes, 365 rad/s^2.
+        # The largest setpoint of the frame, 3276 rpm of the motor, and the driver's limit, 365
+        # rad/s^2.
         ("  upper_arm: 0.329476", "  upper_arm: 0.1", "upper_arm: 0.1 is outside 0.16 .. 2 m"),
         ("    max_velocity: 1.0", "    max_velocity: 57.3", "57.3 is outside 1e-06 .. 9.8 rad/s"),
         ("    max_velocity: 0.03", "    max_velocity: 30", "30 is outside 1e-06 .. 0.218361 m/s"),
@@ -272,7 +273,7 @@ def test_a_missing_value_of_a_controller_is_named(tmp_path: Path, leaf: Leaf) ->
     text = text.replace("{, ", "{").replace(", }", "}")
     with pytest.raises(ConfigurationError) as caught:
         load(tmp_path, text)
-    # Of a group with one value nothing is left.
+    # A group with one value is empty without it.
     whole = ".".join(leaf.path[:-1])
     assert str(caught.value).split("arm.yaml, ")[1] in {
         f"line {leaf.above}: {leaf.name} is missing",

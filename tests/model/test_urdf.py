@@ -1,4 +1,4 @@
-"""The URDF is what the parameters say now."""
+"""The URDF matches the present parameters."""
 
 from __future__ import annotations
 

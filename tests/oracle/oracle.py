@@ -1,4 +1,4 @@
-"""Which links of the arm intersect at a pose: pinocchio places them, coal looks at them.
+"""Which links of the arm intersect at a pose: pinocchio places them, coal intersects them.
 
 Nothing of ``bioscara`` decides here: the joints and their frames are read from the URDF by
 pinocchio, the bodies are those of the visual meshes, and a pair of them intersects where coal finds
@@ -39,13 +39,13 @@ JOINED = frozenset(
 )  # fmt: skip
 """Links with a joint between them, whose solids slide in each other by design."""
 _CHUNK = 4000
-"""Poses that are looked at together."""
+"""Poses that are evaluated together."""
 _TOUCH = 1e-6
 """Solids no deeper inside each other than this touch [m]; the meshes are rounded to it."""
 
 
 class Hit(NamedTuple):
-    """Two links that are nearer to each other than was asked for.
+    """Two links that are nearer to each other than the given distance.
 
     Attributes:
         row: Number of the pose.
@@ -83,8 +83,8 @@ class Oracle:
     """Finds links that intersect.
 
     Args:
-        carried: What the wrist carries, from :func:`load`; it may touch the hand that holds it.
-        pairs: Pairs of links to look at; all that have no joint between them by default.
+        carried: The load of the wrist, from :func:`load`; it may touch the hand that holds it.
+        pairs: Pairs of links to check; all that have no joint between them by default.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class Oracle:
 
     @property
     def pairs(self) -> list[tuple[str, str]]:
-        """The pairs of links that are looked at."""
+        """The pairs of links that are checked."""
         return list(self._pairs)
 
     def hits(
@@ -142,7 +142,7 @@ class Oracle:
         return found
 
     def clearances(self, joints: npt.ArrayLike, widths: npt.ArrayLike, within: float) -> Array:
-        """Return how far apart the nearest links are at each pose, at most ``within`` [m]."""
+        """Return the distance between the nearest links at each pose, at most ``within`` [m]."""
         found = np.full(len(np.asarray(joints).reshape(-1, 4)), within)
         for hit in self.hits(joints, widths, within):
             found[hit.row] = min(found[hit.row], hit.distance)
@@ -180,7 +180,7 @@ class Oracle:
                 yield Hit(first + at, (one, other), distance)
 
     def _placements(self, joints: Array, widths: Array) -> tuple[Array, Array]:
-        """Return how each link is turned (n, links, 3, 3) and where it is (n, links, 3)."""
+        """Return the orientation (n, links, 3, 3) and the position (n, links, 3) of each link."""
         values = np.column_stack((joints, widths, 0.5 * widths, -0.5 * widths))[:, self._columns]
         turns = np.empty((len(values), len(self._frames), 3, 3))
         places = np.empty((len(values), len(self._frames), 3))
@@ -212,7 +212,7 @@ class _Body:
 def _near(a: _Body, b: _Body, turn: Array, place: Array, within: float) -> npt.NDArray[np.bool_]:
     """Return whether boxes around solids may be nearer than ``within``, shape (n, a, b).
 
-    Looked at along the axes of either box: no solid of a pair that is left out is so near.
+    Separated along the axes of either box: no solid of an excluded pair is so near.
     """
     centre = np.einsum("nij,bj->nbi", turn, b.centres) + place[:, None]
     apart = centre[:, None] - a.centres[:, None]

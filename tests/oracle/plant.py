@@ -1,4 +1,4 @@
-"""A simulated robot whose plant is looked at: where the load of each joint and the jaws really are.
+"""A simulated robot with observed plant: the true positions of each joint's load and of the jaws.
 
 Commands do not count here. The positions are those behind belt and screw, the width is what the
 pulse at the simulated servo turns it to.
@@ -29,7 +29,7 @@ from oracle.oracle import HAND, LINKS, Oracle, load
 from oracle.solids import Array
 
 _WHOLE = load_parameters()
-# Thrown to and fro at its full acceleration, a joint stalls whoever commands it.
+# Driven to and fro at its full acceleration, a joint stalls under any controller.
 ARM = replace(
     _WHOLE,
     joints=tuple(
@@ -41,11 +41,11 @@ LOWER = np.array([joint.lower for joint in ARM.joints])
 UPPER = np.array([joint.upper for joint in ARM.joints])
 CENTER = (0.0, 0.2, 0.0, 0.0)
 WIDTHS = (ARM.gripper.lower, 0.112)
-"""Jaws from closed to as far open as the longest pulse turns the servo [m]."""
+"""Jaws from closed to the opening at the longest pulse of the servo [m]."""
 REACH = np.array([0.80, 1.0, 0.48, 0.21, 0.5])
-"""How far a point of hand or plate goes at most per movement of j1 to j4 and of the width."""
+"""Largest displacement of a point of hand or plate per movement of j1 to j4 and of the width."""
 STEP = 3e-3
-"""So far a point of the arm goes at most between two poses that are looked at [m]."""
+"""Largest displacement of a point of the arm between two poses that are checked [m]."""
 ELBOW = 1.5
 """Up to this angle of the elbow [rad] no pose is near to anything: test_oracle shows it."""
 PLATE = ((0.060, -0.0427, -0.153), (0.178, 0.0427, -0.139))
@@ -58,7 +58,7 @@ BARE, CARRYING = Oracle(), Oracle([_HELD])
 """Judges of all links that could intersect."""
 BARE_HAND = Oracle(pairs=_NEAR)
 CARRYING_HAND = Oracle([_HELD], [*_NEAR, *((one, "load") for one in LINKS[:2])])
-"""Judges of what comes near to base and column; other links are near by their construction."""
+"""Judges of links near base and column; other links are near by their construction."""
 
 
 def scene(*, carrying: bool) -> Scene:
@@ -92,7 +92,7 @@ def thinned(rows: Array) -> Array:
 
 
 def too_near(rows: Array, *, carrying: bool = False, room: float = 0.0) -> list[str]:
-    """Return what comes too near on a way, a line for each pair of links.
+    """Return the pairs of links that come too near on a path, a line for each.
 
     Args:
         rows: j1 to j4 and the width, shape (n, 5).
@@ -116,7 +116,7 @@ def too_near(rows: Array, *, carrying: bool = False, room: float = 0.0) -> list[
 
 
 def clearance(rows: Array, *, carrying: bool, within: float) -> float:
-    """Return how near hand and load come to base and column on a way, at most ``within`` [m]."""
+    """Return the clearance of hand and load to base and column on a path, up to ``within`` [m]."""
     judge = CARRYING_HAND if carrying else BARE_HAND
     way = dense(thinned(rows))
     return float(judge.clearances(way[:, :4], way[:, 4], within).min())
@@ -130,7 +130,7 @@ class Watched:
 
     Attributes:
         robot: The robot.
-        rows: Where joints and jaws really were, cycle by cycle: j1 to j4, width.
+        rows: True positions of joints and jaws, cycle by cycle: j1 to j4, width.
     """
 
     def __init__(self, seed: int) -> None:
@@ -154,7 +154,7 @@ class Watched:
         self.robot.__exit__(None, None, None)
 
     def renew(self) -> None:
-        """Go on with another robot, equipped as this one, which may not know where it is."""
+        """Continue with another robot, equipped as this one, which may not know its position."""
         self.close()
         width, carrying, full = self.width, self.carrying, self.robot.full_speed
         self._seed += 1
@@ -165,7 +165,7 @@ class Watched:
     def planner(self, start: Sequence[float]) -> Planner:
         """Return the robot's planner as of an arm that stands elsewhere, and always has.
 
-        The robot's own remembers how the arm came to where it is.
+        The robot's own remembers how the arm got to its position.
         """
         plan = copy(self._plan)
         plan._measured = lambda: start
@@ -184,20 +184,20 @@ class Watched:
 
     @property
     def here(self) -> tuple[float, ...]:
-        """Where joints and jaws really are: j1 to j4, width."""
+        """True positions of joints and jaws: j1 to j4, width."""
         return (*(self.arm.position(name) for name in NAMES), self.width)
 
     def look(self, _: CycleRecord | None = None) -> None:
-        """Take note of where the plant is."""
+        """Record the present position of the plant."""
         self.rows.append(self.here)
 
     def seen(self) -> Array:
-        """Return what was noted since the last time, and forget it."""
+        """Return the positions recorded since the last call, and clear them."""
         rows, self.rows = np.array([*self.rows, self.here]), []
         return rows
 
     def equip(self, width: float, *, carrying: bool) -> None:
-        """Open the jaws so far, empty or with a plate, which has its own width; at home.
+        """Open the jaws to a width, empty or with a plate, which has its own width; at home.
 
         There every width is free.
         """
@@ -208,7 +208,7 @@ class Watched:
         self.robot.plan.scene = scene(carrying=carrying)
 
     def lead(self, places: Sequence[Sequence[float]]) -> None:
-        """Go from place to place without a look at the arm itself."""
+        """Go from place to place without a collision check of the arm itself."""
         plan = self.robot.plan
         scene, speed = plan.scene, plan.full_speed
         plan.scene, plan.full_speed = Scene(mounted=()), True
@@ -220,13 +220,13 @@ class Watched:
             self.rows.clear()
 
     def fold(self) -> None:
-        """Go back to where homing left the arm, by the way out: the elbow last."""
+        """Return to the position after homing, in reverse order of leaving it: the elbow last."""
         j1, j2, _, j4 = self.home
         here = self.robot.state.positions
         try:
             self.lead([(*here[:2], 0.0, here[3]), (j1, j2, 0.0, j4), self.home])
         except (StalledError, FollowingError, GoalAbortedError):
-            # Whatever it was thrown to before, a joint that cannot follow has lost its reference.
+            # After any command before: a joint that cannot follow has lost its reference.
             self.renew()
 
     def stream(self, commands: Callable[[], Sequence[float] | None]) -> None:

@@ -64,7 +64,7 @@ def split(triangles: Array) -> list[Array]:
 
 
 def bulge(triangles: Array) -> float:
-    """Return how far a corner of a surface is outside of one of its faces [m]; 0 when convex."""
+    """Return the largest distance of a corner outside one of the faces [m]; 0 when convex."""
     first, second, third = np.moveaxis(triangles, 1, 0)
     normals = np.cross(second - first, third - first)
     areas = np.linalg.norm(normals, axis=1)

@@ -3,7 +3,7 @@
 The judge is :mod:`oracle.oracle`. The arm begins where homing leaves it, or anywhere; its jaws are
 anywhere from closed to open; it is empty or holds a plate. A motion that is refused counts as one.
 Of the planned motions and the jogs a share runs on the plant, the rest is judged by its plan: by
-the commands, and with the room that the plant needs beside them, which is measured on that share.
+the commands, and with the margin that the plant needs around them, which is measured on that share.
 """
 
 from __future__ import annotations
@@ -40,15 +40,15 @@ from oracle.plant import (
 )
 
 COUNT = int(os.environ.get("BIOSCARA_OWN_MOVES", "24"))
-"""How many moves, jogs and streams are tried, each half of them from home."""
+"""Number of moves, jogs and streams that are tried, each half of them from home."""
 PLANT_SHARE = 20
-"""One of so many planned motions and jogs runs on the plant; of the streams all do."""
+"""One in this many planned motions and jogs runs on the plant; every stream does."""
 BLOCK = 10
-"""So many motions have the same width and load."""
+"""Number of successive motions with the same width and load."""
 ROOM = 6e-3
 """Distance between links at which a random place begins [m]: more than the planner's margin."""
 TRACKING = 3e-3
-"""How much nearer than its plan the plant may come [m]: measured by the moves of the plant."""
+"""Largest loss of clearance of the plant against its plan [m]: measured by the plant's moves."""
 REFUSALS = (ZoneError, TrajectoryError, UnreachableError)
 PERIOD, JOG_PERIOD = 0.01, 0.02
 """Of the loop, and of the loop with joints of version 1 [s]."""
@@ -62,7 +62,7 @@ def watched() -> Iterator[Watched]:
 
 
 class Tally:
-    """Counts what became of motions, and keeps what collided."""
+    """Counts the outcomes of motions, and keeps the collisions."""
 
     def __init__(self, seed: int) -> None:
         self.seed = seed
@@ -117,14 +117,14 @@ def goal_near(start: Array, rng: np.random.Generator) -> Array:
 
 
 def poses(trajectory: Trajectory, width: float) -> Array:
-    """Return the poses of a planned motion, as often as the plant is looked at."""
+    """Return the poses of a planned motion, as often as the plant is sampled."""
     times = np.append(np.arange(0.0, trajectory.duration, PERIOD), trajectory.duration)
     joints = trajectory.sample_many(times)[0]
     return np.column_stack((joints, np.full(len(joints), width)))
 
 
 def start_of(watched: Watched, number: int, rng: np.random.Generator) -> tuple[str, Array]:
-    """Return where a planned motion begins: at home, or at random."""
+    """Return the start of a planned motion: at home, or at random."""
     if number % 2 == 0:
         return "from home", np.array(watched.home)
     pose = random_pose(rng, watched.width, carrying=watched.carrying, room=ROOM)
@@ -160,7 +160,7 @@ def test_moves_of_the_plant(watched: Watched) -> None:
         rows = run(watched, tally, kind, partial(robot.execute, plan, watched.look))
         tally.judge(kind, number, rows, carrying=watched.carrying)
         if np.abs(rows[-1, :4] - goal).max() > 0.02:
-            continue  # It lost its way.
+            continue  # A joint lost its reference.
         near, planned = (
             clearance(way, carrying=watched.carrying, within=0.03)
             for way in (rows, poses(plan.trajectory, watched.width))
@@ -172,9 +172,9 @@ def test_moves_of_the_plant(watched: Watched) -> None:
 
 
 def run(watched: Watched, tally: Tally, kind: str, motion: Callable[[], object]) -> Array:
-    """Return where the plant was in a motion; after a fault go on with another robot.
+    """Return the positions of the plant in a motion; after a fault continue with another robot.
 
-    Thrown to and fro, a joint may stall or fall behind; how it comes to rest then counts too.
+    Driven to and fro, a joint may stall or fall behind; how it comes to rest then counts too.
     """
     try:
         motion()
@@ -200,7 +200,7 @@ def lead_to_start(watched: Watched, number: int, rng: np.random.Generator) -> st
 
 
 def test_the_jaws_of_the_plant(watched: Watched) -> None:
-    """Opened or closed beside the column the jaws meet it too, with joints that stand still."""
+    """Opened or closed next to the column the jaws meet it too, with joints that stand still."""
     tally, rng = Tally(26), np.random.default_rng(26)
     for number in range(max(COUNT // PLANT_SHARE, 4)):
         watched.equip(rng.uniform(*WIDTHS), carrying=False)

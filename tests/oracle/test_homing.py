@@ -1,9 +1,9 @@
 """Homing folds the arm up: in which order, at which widths and from where that is free.
 
-Each joint goes alone to its end stop, so the ways are known without the plant; some are confirmed
-on it, with the compiled firmware. Before homing nothing is known of the arm. What is shown: from
-every start with an elbow that is not folded the hand meets nothing. Of the others some lead a jaw
-into the column while the wrist turns, whatever the order and the width.
+Each joint goes alone to its end stop, so the paths are known without the plant; some are confirmed
+on it, with the compiled firmware. Before homing nothing is known of the arm. Result: from every
+start with an elbow that is not folded the hand meets nothing. Of the others some lead a jaw into
+the column while the wrist turns, for any order and width.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from oracle.oracle import HAND, JAWS, Hit, Oracle
 from oracle.plant import ELBOW, LOWER, NAMES, UPPER, Array, dense, too_near
 
 STARTS = int(os.environ.get("BIOSCARA_HOMING_STARTS", "60"))
-"""From how many random starts homing is looked at."""
+"""Number of random starts from which homing is checked."""
 ON_PLANT = max(STARTS // 40, 2)
 """From how many of them it runs on the plant, which takes seconds each."""
 ARM = load_parameters()
@@ -42,7 +42,7 @@ def starts(rng: np.random.Generator, count: int) -> Array:
 
 
 def hits(begin: Array, order: Sequence[str]) -> list[tuple[str, Hit]]:
-    """Return what intersects when joints go to their end stops in this order, and which moved."""
+    """Return each hit, with the moving joint, when joints go to their end stops in this order."""
     found, here = [], begin.copy()
     for name in order:
         joint = NAMES.index(name)
@@ -66,7 +66,7 @@ def test_from_an_elbow_that_is_not_folded_homing_meets_nothing() -> None:
             collided += 1
             nearest = min(nearest, abs(begin[2]))
             assert abs(begin[2]) > FOLDED
-            # The wall: the wrist turns, beside a column that the elbow has led it to.
+            # The column: the wrist turns next to it, where the elbow has led it.
             assert {name for name, _ in found} == {"j4"}
             assert {hit.links for _, hit in found} <= {("link_1", jaw) for jaw in JAWS}
     told = f"{collided} of {STARTS} collide, j3 from {nearest:.3f} rad on; {folded} begin folded"
@@ -145,7 +145,7 @@ def homed() -> Iterator[Standing]:
 
 
 def lose(standing: Standing, joint: str) -> None:
-    """Let a joint's controller restart: it does not know where it is."""
+    """Let a joint's controller restart: it loses its reference."""
     robot = standing.robot
     standing.arm.reset(joint)
     standing.arm.run(0.5)
@@ -165,7 +165,7 @@ def test_an_elbow_that_is_homed_alone_finds_the_wrist_at_its_end_stop(homed: Sta
     assert too_near(rows) == []
     assert rows[-1, 2:4] == pytest.approx(ENDS[2:], abs=5e-3)
     assert "j4 is homed again, before j3" in robot.warnings[-1]
-    # What the elbow alone would have done.
+    # The path of the elbow alone.
     alone = np.linspace((*OPEN, 0.08), (*OPEN[:2], ENDS[2], OPEN[3], 0.08), 400)
     assert JUDGE.colliding(alone[:, :4], alone[:, 4]).any()
 

@@ -1,4 +1,4 @@
-"""The judge itself: what it looks at, what it finds, and which links can meet at all."""
+"""The judge itself: the pairs it checks, the hits it finds, and which links can meet at all."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ def test_a_solid_inside_a_solid_is_a_hit() -> None:
 
 
 def test_boxes_leave_nothing_out() -> None:
-    """Against every pair of solids, looked at one by one by pinocchio's own geometry."""
+    """Against every pair of solids, checked one by one by pinocchio's own geometry."""
     model = pin.buildModelFromUrdf(str(URDF))
     bodies, parts = pin.GeometryModel(), solids()
     for number, part in enumerate(parts):

@@ -61,7 +61,7 @@ def points_of(arm: Scara, joints: Sequence[float]) -> Iterator[tuple[str, Array]
 
 
 def beyond(zone: Box | Cylinder, points: Array) -> Array:
-    """Return how far points are outside of a zone [m]; below zero or zero inside."""
+    """Return the distance of points outside a zone [m]; below zero or zero inside."""
     if isinstance(zone, Cylinder):
         flat = np.hypot(points[:, 0] - zone.x, points[:, 1] - zone.y) - zone.radius
         up = np.maximum(zone.low - points[:, 2], points[:, 2] - zone.high)

@@ -1,4 +1,4 @@
-"""How far the links of the arm are from each other: pinocchio places them, coal measures.
+"""Distances between the links of the arm: pinocchio places them, coal measures.
 
 Nothing of ``bioscara`` decides here but the files of the description.
 """
@@ -24,9 +24,9 @@ Array = npt.NDArray[np.float64]
 HAND = ("gripper_base", "left_jaw_link", "right_jaw_link")
 LINKS = ("base_link", "link_1", "link_2", "link_3", "link_4", *HAND)
 NAMES = {"gripper_base": "gripper", "left_jaw_link": "jaws", "right_jaw_link": "jaws"}
-"""What planning calls the links, where it calls them otherwise."""
+"""Planning's names of the links, where they differ."""
 _JOINED = {frozenset(pair) for pair in (*pairwise(LINKS[:5]), *combinations(("link_4", *HAND), 2))}
-"""Pairs of links that are in each other or beside each other by construction."""
+"""Pairs of links that are in each other or next to each other by construction."""
 
 
 @cache
@@ -51,7 +51,7 @@ def parts_of(link: str) -> list[Any]:
 
 
 def places(joints: Sequence[float], width: float) -> dict[str, Any]:
-    """Return where the links are, by name.
+    """Return the poses of the links, by name.
 
     Args:
         joints: j1 to j4 [rad, m, rad, rad].
@@ -73,7 +73,7 @@ def gaps(
     load: Prism | None = None,
     far: float = np.inf,
 ) -> dict[tuple[str, str], float]:
-    """Return the distances between links that are not joined, by what planning calls them [m].
+    """Return the distances between links that are not joined, by their names in planning [m].
 
     Args:
         joints: j1 to j4 [rad, m, rad, rad].

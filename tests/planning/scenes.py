@@ -13,7 +13,7 @@ from planning.limits import LIMITS
 
 ARM = Scara(Geometry(0.329476, 0.285, 0.135), LIMITS, Pose(0.11908, 0.0, -0.14409))
 COUNT = int(os.environ.get("BIOSCARA_RANDOM_MOVES", "150"))
-"""How many random moves and jogs are tried."""
+"""Number of random moves and jogs that are tried."""
 
 
 def random_scene(rng: np.random.Generator) -> Scene:

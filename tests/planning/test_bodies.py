@@ -1,4 +1,4 @@
-"""The bodies of the arm against its meshes: where they are, how large, and what they judge."""
+"""The bodies of the arm against its meshes: positions, sizes, and verdicts."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from planning.scenes import ARM, COUNT, random_joints
 
 Array = npt.NDArray[np.float64]
 FIT = 5e-3
-"""How far a body may reach beyond what it stands for [m]."""
+"""Largest excess of a body beyond the mesh that it stands for [m]."""
 WITHIN = 0.05
 """Distances up to this are compared [m]."""
 
@@ -100,7 +100,7 @@ def test_the_bodies_of_a_link_contain_it_and_are_hardly_larger(link: str) -> Non
 
 
 def distance(point: Array, parts: list[tuple[Any, Any]]) -> float:
-    """Return how far a point is from the nearest of some parts [m]."""
+    """Return the distance of a point from the nearest of some parts [m]."""
     ball, request, place = coal.Sphere(1e-7), coal.DistanceRequest(), coal.Transform3s()
     place.setTranslation(point)
     return min(
@@ -149,7 +149,7 @@ def test_what_is_judged_free_is_free_and_what_is_free_is_judged_so() -> None:
         if min(exact.values()) <= 0.0:
             touched += 1
             assert judged.min() < OWN_MARGIN, about
-        # One by one: a pair of which nothing is known here never touches, whatever the joints.
+        # One by one: a pair without an entry here never touches, for any joints.
         for pair, gap in exact.items():
             own = [
                 float(value)

@@ -45,7 +45,7 @@ elbows = st.sampled_from((1.0, -1.0))
 
 
 def exceeded(trajectory: Trajectory, arm: Scara, tool: ToolLimits) -> float:
-    """Return the largest ratio of anything limited to its limit, on a grid of 1 ms."""
+    """Return the largest ratio of any limited quantity to its limit, on a grid of 1 ms."""
     times = np.append(np.arange(0.0, trajectory.duration, 1e-3), trajectory.duration - 1e-9)
     states = trajectory.sample_many(times)
     velocity, acceleration = batch.tool_motion(arm, *states)
@@ -66,7 +66,7 @@ def exceeded(trajectory: Trajectory, arm: Scara, tool: ToolLimits) -> float:
 
 
 def beside(trajectory: Trajectory, arm: Scara, path: Path) -> float:
-    """Return how far the poses get from the path [m or rad]."""
+    """Return the deviation of the poses from the path [m or rad]."""
     poses = batch.forward(arm, trajectory.sample_many(np.linspace(0, trajectory.duration, 301))[0])
     poses[:, 3] += path.sample([0.0]).poses[0, 3] - poses[0, 3]
     grid = np.linspace(0.0, path.length, 1001)
@@ -180,7 +180,7 @@ def test_the_tool_speed_is_used_and_kept() -> None:
     "tool", [ToolLimits(speed=5e-4), ToolLimits(yaw_speed=2e-3), ToolLimits(acceleration=1e-6)]
 )
 def test_a_slow_tool_is_no_singularity(tool: ToolLimits) -> None:
-    """Limits of the tool may be low; only what the joints cannot pass is refused."""
+    """Limits of the tool may be low; only a path that the joints cannot follow is refused."""
     start = Joints(0.0, 0.2, 1.0, 0.0)
     here = BARE.forward(start)
     goal = Pose(here.x, here.y - 0.05, here.z - 0.01, here.yaw + 0.5)

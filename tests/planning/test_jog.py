@@ -1,4 +1,4 @@
-"""Jogging never enters a zone, passes no limit, and stops when nobody asks for more."""
+"""Jogging never enters a zone, passes no limit, and stops when the commands end."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from planning.scenes import ARM, COUNT, free_joints, random_scene
 REST = Joints(0.3, 0.2, 0.8, -0.5)
 PERIOD = 0.02
 BELTS = (0.23, 0.107)
-"""Over how long what is asked for is averaged, where it is [s]."""
+"""Duration over which commands are averaged, where they are [s]."""
 
 
 def random_velocity(rng: np.random.Generator) -> JointVelocity | ToolVelocity:
@@ -134,7 +134,7 @@ def test_the_tool_goes_the_way_that_was_asked_for() -> None:
 
 def test_the_tool_gets_no_faster_where_one_joint_stops_before_the_others() -> None:
     # Wrist, elbow and base brake at once and rest one after the other, between two instants at
-    # which the way to rest is looked at.
+    # which the stopping path is checked.
     start = Joints(-2.0696, 0.0231, -0.0338, -0.8742)
     jog = Jog(ARM, LIMITS, start, Scene((Cylinder("post", 0.116, -0.724, 0.007, 0.285, 0.544),)))
     speeds = []

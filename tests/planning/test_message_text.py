@@ -35,7 +35,7 @@ nodes = st.recursive(
 
 
 def _general(text: str) -> Any:
-    """Return what a general reader finds, with every word as text and nothing as None."""
+    """Return the result of a general reader, with every word as text and null as None."""
     yaml = YAML(typ="base", pure=True)
     return _blank_is_none(next(iter(yaml.load_all(text)), None))
 

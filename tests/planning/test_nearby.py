@@ -1,4 +1,4 @@
-"""What is left out of a look is too far apart to matter on the way."""
+"""Pairs excluded by the broad phase are too far apart to matter on the path."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Motions from state to state: laws, and ruckig as the oracle of what is fastest."""
+"""Motions from state to state: laws, and ruckig as the oracle of the fastest motion."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def bounds(draw: st.DrawFn) -> Bounds:
 
 @st.composite
 def states(draw: st.DrawFn, limits: Bounds) -> State:
-    """Draw a state that the joint can have come to and can leave."""
+    """Draw a state that the joint can have reached and can leave."""
     most, hardest, jerk = limits
     acceleration = draw(shares) * min(hardest, math.sqrt(1.999 * jerk * most))
     room = most - acceleration**2 / (2.0 * jerk)
@@ -63,7 +63,7 @@ def problems(draw: st.DrawFn) -> tuple[State, State, Bounds]:
 
 
 def peer(starts: Sequence[State], goals: Sequence[State], limits: Sequence[Bounds]) -> float:
-    """Return the duration that ruckig finds [s]; its waypoints stay unset: they leave the house."""
+    """Return the duration that ruckig finds [s]; its waypoints stay unset: they go to a server."""
     ruckig = pytest.importorskip("ruckig")
     planner, task = ruckig.Ruckig(len(starts)), ruckig.InputParameter(len(starts))
     for prefix, given_states in (("current", starts), ("target", goals)):
@@ -106,9 +106,9 @@ def test_a_state_that_is_the_goal_takes_no_time(acceleration: float, difference:
 def test_limits_that_are_not_reached_make_no_difference(
     data: st.DataObject, way: float, loose: float
 ) -> None:
-    """Also where a motion comes nowhere near them, it takes its time and ends at its goal."""
+    """Also where a motion stays far below them, it takes its time and ends at its goal."""
     jerk = 40.0
-    # The orders of magnitude that belong to the way at that jerk.
+    # The orders of magnitude that belong to the displacement at that jerk.
     sizes = way, 0.25 * (jerk * way * way) ** (1 / 3), 0.25 * (jerk * jerk * way) ** (1 / 3)
     start, goal = (State(*(data.draw(shares) * size for size in sizes)) for _ in range(2))
     least = fastest(start, goal, Bounds(100.0, 100.0, jerk)).duration

@@ -1,4 +1,4 @@
-"""Whether the arm may go on to a state, against a dense look at the way to it and to rest."""
+"""Whether the arm may go on to a state, against a dense check of the path to it and to rest."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def clearances(scene: Scene, rows: np.ndarray) -> np.ndarray:
 
 
 def scene_reach() -> np.ndarray:
-    """Return how far a point of the arm moves at most per movement of each joint."""
+    """Return the largest displacement of a point of the arm per movement of each joint."""
     return np.array(StopGuard(ARM, WALL).reach)
 
 

@@ -80,7 +80,7 @@ def test_every_waypoint_is_passed_within_its_blend_and_every_limit_kept(wanted):
     _, poses, speeds = motion_of(trajectory)
     assert speeds.max() <= 0.25 * (1 + 1e-6)
     for way in fixed:
-        assert nearest(poses, way.pose) <= way.blend + 3e-4  # what the tool does in 1 ms
+        assert nearest(poses, way.pose) <= way.blend + 3e-4  # motion of the tool in 1 ms
     yaws = np.diff(poses[:, 3])
     assert np.abs(np.remainder(yaws + math.pi, 2 * math.pi) - math.pi).max() < 0.02
 
@@ -97,7 +97,7 @@ def test_each_way_has_its_speed_and_a_blend_the_lower_one():
 
 @pytest.mark.parametrize("count", [4, 60])
 def test_a_slow_way_or_many_ways_leave_the_tool_on_its_lines(count):
-    """The slow way takes a thousand times as long as it might: points must be left for the rest."""
+    """The slow line takes a thousand times its least duration: the rest needs points too."""
     places = np.random.default_rng(3).uniform((0.3, -0.2, 0.16), (0.45, 0.2, 0.3), (count, 3))
     corners = np.vstack((ARM.forward(START)[:3], places))
     speeds = [0.001 if index == 2 else 1.0 for index in range(count)]
@@ -129,7 +129,7 @@ def test_the_tool_may_turn_on_the_spot():
 @pytest.mark.parametrize("tool", [ToolLimits(), ToolLimits(*[math.inf] * 4)])
 @pytest.mark.parametrize("left", [1e-11, 1e-10, 1e-9, 2e-9, 1e-8, 1e-7, 1e-6, 5e-6, 2e-5])
 def test_blends_may_almost_meet(left, tool):
-    """What is left between them may last less than two points of a trajectory are apart."""
+    """The rest left between them may last less than the interval of two points of a trajectory."""
     ways = [
         Waypoint(Pose(0.5, 0.1, 0.2, 0.2), blend=0.05 - left),
         Waypoint(Pose(0.4, 0.1, 0.2, 0.2), blend=0.05, speed=0.9),
@@ -195,7 +195,7 @@ def test_approach_and_retract_are_straight_beside_the_target():
     low = poses[:, 2] < 0.199
     assert np.abs(poses[low, :2] - target[:2]).max() < 1e-6
     down = low & (np.arange(len(poses)) < poses[:, 2].argmin())
-    # A tenth of what the lift can do, which is slower than the tool may be.
+    # A tenth of the lift's limit, which is slower than the tool may be.
     assert speeds[down].max() == pytest.approx(0.1 * LIMITS[1].max_velocity, rel=1e-3)
 
 

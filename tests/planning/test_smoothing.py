@@ -1,4 +1,4 @@
-"""Averages that leave nothing of a belt's swing, and motions that are averaged so."""
+"""Averages that suppress the swing of a belt, and motions that are averaged so."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ REST = (0.0, 0.0, 0.0, 0.0)
 
 
 def for_all(value: float) -> tuple[float, float, float, float]:
-    """Return different values for the joints, of which the third is the one looked at."""
+    """Return different values for the joints, of which the third is the one under test."""
     return -value, 2.0 * value, value, 0.5 * value
 
 

@@ -1,4 +1,4 @@
-"""How fast the tool gets is found in every segment, however long the trajectory."""
+"""The tool's highest speed is found in every segment, in a trajectory of any length."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ HERE = Joints(0.0, 0.2, 1.0, 0.0)
 
 def dense(trajectory: Trajectory, begin: float, end: float) -> float:
     """Return the largest speed of the tool at very many instants [m/s]."""
-    # At its very end a trajectory is at rest, whatever speed it arrives with.
+    # At its very end a trajectory is at rest, at any speed of arrival.
     times = np.linspace(begin, np.nextafter(end, 0.0), 20_001)
     positions, velocities, _ = trajectory.sample_many(times)
     return float(batch.tool_speeds(ARM, positions, velocities).max())

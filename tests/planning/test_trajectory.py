@@ -117,7 +117,7 @@ def test_what_fits_stays_within_every_limit(trajectory: Trajectory) -> None:
     try:
         fitted, factor = fit(trajectory, LIMITS)
     except TrajectoryError:
-        # Only a position beyond its limit cannot be helped by taking more time.
+        # Only a position beyond its limit cannot be cured by more time.
         inside = fit_positions(trajectory)
         assert not inside
         return

@@ -1,4 +1,4 @@
-"""The way by an open elbow: which places it has, and that it is one motion that rests at each."""
+"""The path by an open elbow: its places, and that it is one motion that rests at each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Zones keep the arm out, all along its path, and say by how much it is too near."""
+"""Zones keep the arm out, all along its path, and report by how much it is too near."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def test_no_sample_of_a_random_move_enters_a_zone() -> None:
         error = refusal(scene, move)
         if error is not None:
             refused += 1
-            # It does come too near, when and as deep as was said.
+            # It does come too near, at the reported time and depth.
             around = move.sample_many(np.linspace(error.time - 1e-6, error.time + 1e-6, 3))[0]
             assert scene.clearance(ARM, around).min() < scene.margin
             assert 0.0 < error.depth < scene.margin - least + 0.02
@@ -113,7 +113,7 @@ def test_no_sample_of_a_random_move_enters_a_zone() -> None:
 
 
 def test_a_thin_pole_is_not_missed_between_two_points() -> None:
-    """A blade of 0.2 mm in the way of a trajectory of two points, met for a millisecond."""
+    """A blade of 0.2 mm across a trajectory of two points, met for a millisecond."""
     radius = ARM.forward(REST).x
     pole = Cylinder("pole", 0.0, radius, 1e-4, 0.0, 0.6, links=("tool",))
     move = Trajectory(NAMES, (0.0, 0.4), (REST, REST._replace(j1=3.0)))
@@ -249,7 +249,7 @@ def test_what_a_load_may_touch_is_in_the_scene() -> None:
 
 
 def test_what_a_scene_is_made_of_may_be_lists() -> None:
-    """A scene written in a program; what it is made into is kept by value."""
+    """A scene written in a program; its compiled form is kept by value."""
     zone = Box("box", [0.5, 0.5, 0.0], [0.6, 0.6, 0.1], links=["gripper"])  # type: ignore[arg-type]
     pole = Cylinder("pole", 0.5, -0.5, 0.1, 0.0, 0.1, links=["gripper"])  # type: ignore[arg-type]
     lists = Scene([zone, pole], mounted=list(GRIPPER))  # type: ignore[arg-type]

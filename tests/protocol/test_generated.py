@@ -1,4 +1,4 @@
-"""What is generated from the register table is what the table says now."""
+"""Files generated from the register table match the present table."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The picture of a plan: what it says is what the trajectory does."""
+"""The picture of a plan shows the trajectory's true motion."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ TOO_FAST = read(DATA / "planned_time_optimal.yaml").trajectory
 
 
 def captions(trajectory: Trajectory, tool: ToolLimits) -> dict[str, tuple[str, bool]]:
-    """What stands above each panel, and whether it is marked as over its limit."""
+    """Return the caption above each panel, and whether it is marked as over its limit."""
     figure = draw_plan(trajectory, ARM, PARAMETERS.joints, tool)
     rows = ("j1", "j2", "j3", "j4", "tool", "yaw")
     names = [f"{row} {what}" for row in rows for what in ("position", "velocity", "acceleration")]
@@ -97,7 +97,7 @@ def test_joints_in_another_order_are_drawn_alike() -> None:
 
 
 def test_the_file_is_a_picture(tmp_path: Path) -> None:
-    # Also where nothing moves, and by another ending.
+    # Also where nothing moves, and with another file extension.
     rest = Trajectory(ARM_NAMES, [0.0], [[0.0, 0.1, 0.5, 0.0]])
     write_plan(tmp_path / "rest.picture", rest, ARM, PARAMETERS.joints, FULL)
     assert (tmp_path / "rest.picture").read_bytes().startswith(b"\x89PNG")
@@ -175,7 +175,7 @@ def test_what_is_far_away_does_not_make_the_arm_small() -> None:
     above = figure.axes[18]
     left, right = above.get_xlim()
     assert right - left < 2.5
-    # All that the arm can reach is in it, whatever the motion.
+    # The arm's whole reach is in it, for any motion.
     reach = ARM.geometry.upper_arm + ARM.geometry.forearm + ARM.tool.x
     assert left < -reach < reach < right
 

@@ -1,4 +1,4 @@
-"""samples.csv: every value comes back, and a file is whole whatever happens to the disk."""
+"""samples.csv: every value is read back, and a file stays whole under any failure of the disk."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The arm beside itself, where homing leaves it: it gets out, and no part of it into another."""
+"""The arm next to itself, where homing leaves it: it gets out, and no link of it into another."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ places = st.tuples(*(st.floats(joint.lower, joint.upper) for joint in ARM.joints
 
 
 class Beside:
-    """A planner of an arm that stands somewhere, with its gripper as wide as is known."""
+    """A planner of an arm at some position, with its gripper as wide as is known."""
 
     def __init__(self, here: Sequence[float] = HOMED, widths: tuple[float, float] = WIDTHS) -> None:
         self.here, self.widths = here, widths
@@ -59,7 +59,7 @@ def rows_of(trajectory: Trajectory, count: int = 200) -> np.ndarray:
 
 
 def nearest(rows: np.ndarray, width: float) -> float:
-    """Return how near links come to each other by their exact meshes [m]."""
+    """Return the distance between links by their exact meshes [m]."""
     meshes = pytest.importorskip("planning.meshes", reason="pip install pin: the oracle")
     # The gripper passes 0.8 mm under the upper arm wherever it is, and never otherwise.
     apart = ({"link_2", "gripper"}, {"link_3", "gripper"})
@@ -184,7 +184,7 @@ STEPS = (0.01, 0.005, 0.002, 0.001, 0.0005, 0.0003, 0.0)
 
 
 def approach(arm: Beside, off: float) -> float:
-    """Go nearer by small moves as long as one is found, resting beside each; return the nearest."""
+    """Approach by small moves as long as one is found, resting after each; return the nearest."""
     nearest_ = arm.clearance()
     for move in range(100):
         for step in STEPS:
@@ -205,7 +205,7 @@ def test_small_moves_do_not_lead_the_gripper_into_the_base() -> None:
     arm = Beside(FREE)
     assert arm.clearance() > 0.01
     with pytest.raises(ZoneError, match=r"the margin of 5 mm"):
-        arm.plan.joints((*FREE[:2], 2.45, FREE[3]))  # the same way in one go
+        arm.plan.joints((*FREE[:2], 2.45, FREE[3]))  # the same path in one move
     assert approach(arm, 0.0) > arm.plan.scene.margin - 1e-6
 
 
@@ -228,7 +228,7 @@ def test_a_load_is_kept_from_every_link_that_it_can_reach() -> None:
 
 
 def test_from_a_goal_that_was_free_the_arm_can_leave_again() -> None:
-    """It rests a hair beside the goal, here by more than what the goal had to spare."""
+    """It rests slightly off the goal, here by more than the goal's slack."""
     start = (0.4297746953080669, 0.2, 1.095035170767486, 0.17580086493352587)
     goal = (-0.023961089524598078, 0.2, 0.9301880158531971, 0.19255204471056064)
     place = (0.5973388428514501, 0.024934661973487482)
@@ -259,7 +259,7 @@ def test_the_jaws_are_where_they_are_known_to_be() -> None:
         assert robot.plan.surroundings()[1] is scene
         robot.gripper.disable()
         assert robot.plan.surroundings()[1].widths == every
-        # Whoever sets a scene need not know the width.
+        # The caller that sets a scene need not know the width.
         robot.plan.scene = replace(Scene(), margin=0.01)
         robot.gripper.enable()
         assert robot.plan.surroundings()[1].widths == pytest.approx((0.05, 0.05), abs=1e-6)
@@ -268,7 +268,7 @@ def test_the_jaws_are_where_they_are_known_to_be() -> None:
 
 def test_the_gripper_does_not_open_against_the_arm() -> None:
     with Robot.simulated(ARM) as robot:
-        robot.gripper.move(0.05)  # not homed: there is nothing to check it by
+        robot.gripper.move(0.05)  # not homed: there is no position to check it by
         robot.home()
         robot.move_joints((BETWEEN[0], BETWEEN[1], 0.0, 0.0))
         robot.move_joints(BETWEEN)

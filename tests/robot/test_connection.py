@@ -1,4 +1,4 @@
-"""Connecting: once, greeted by systemd, and with what the joints had stopped for before."""
+"""Connecting: once, greeted by systemd, and after latched faults of the joints."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ NAMES = tuple(joint.name for joint in ARM.joints)
 
 @pytest.fixture
 def made(tmp_path: Path) -> Scene:
-    """A robot that nobody connected yet."""
+    """A robot that is not connected yet."""
     return Scene(SimulatedArm(seed=2, positions=NEAR), tmp_path / "evidence")
 
 
@@ -39,7 +39,7 @@ def latches(scene: Scene) -> list[bool]:
 
 
 def leave_a_fault(scene: Scene) -> None:
-    """Let a host see J3 too hot, and go away."""
+    """Let a host find J3 too hot, and disconnect."""
     with Scene(scene.arm, scene.folder).robot as before:
         before.enable()
         scene.arm.overheat("j3")

@@ -1,4 +1,4 @@
-"""What the parameter file says about the controllers is what they do."""
+"""The controllers behave as the parameter file states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""No control cycle waits for a disk: what a running loop asks of the file system, and when."""
+"""No control cycle waits for a disk: the loop's accesses to the file system, and their times."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 ARM = load_parameters()
 NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 SLOW_DISK = 0.08
-"""What an fsync may take on a memory card [s]."""
+"""Longest duration of an fsync on a memory card [s]."""
 IO = Path("/proc/thread-self/io")
 
 
 class Asked(NamedTuple):
-    """What one cycle asked of the file system."""
+    """File system accesses of one cycle."""
 
     calls: list[str]
     transfers: int
@@ -37,10 +37,10 @@ class Asked(NamedTuple):
 
 
 class Watch:
-    """Sees what each cycle of a loop asks of the file system.
+    """Records the file system accesses of each cycle of a loop.
 
     The interpreter's audit events show each path that is opened, changed or imported; the kernel
-    counts the reads and writes of the thread; what is left are the calls that are replaced here.
+    counts the reads and writes of the thread; the remaining calls are replaced here.
     """
 
     def __init__(self) -> None:

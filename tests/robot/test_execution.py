@@ -1,4 +1,4 @@
-"""What is executed is what may be: plans that have grown old, arms that lag or stand outside."""
+"""Only valid plans are executed: plans that have grown old, arms that lag or stand outside."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Leaving: no joint stays energised unless that is told, whatever was lost on the way."""
+"""Leaving: no joint stays energised without a report of it, after any loss of communication."""
 
 from __future__ import annotations
 

@@ -32,7 +32,7 @@ Base = dict[str, Any]
 
 
 class World:
-    """A robot that stands at ``HALF``, and what must hold after each call."""
+    """A robot that stands at ``HALF``, and the conditions that must hold after each call."""
 
     def __init__(self, folder: Path) -> None:
         self.arm = SimulatedArm(seed=4, positions=NEAR)
@@ -92,7 +92,7 @@ REST = Trajectory(**TABLE)
 
 
 def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
-    """Return every call, with arguments that it can use and that lead nowhere far."""
+    """Return every call, with usable arguments that cause no large motion."""
     plan, here = robot.plan, robot.plan.kinematics.forward(HALF)
     there = here._replace(z=here.z + 0.001)
     via = here._replace(x=here.x + 0.001, z=here.z + 0.0005)
@@ -246,7 +246,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
 
 
 def plan_with(plan: Planner, scene: Scene) -> None:
-    """Use a scene, so that what a value broke would be seen."""
+    """Use a scene, so that damage by a value would be seen."""
     before = plan.scene
     plan.scene = scene
     try:

@@ -1,4 +1,4 @@
-"""What a plan says about itself."""
+"""The properties that a plan reports."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Motions of the tool on the simulated arm: where it was told to go, by the way it was told."""
+"""Motions of the tool on the simulated arm: to the commanded goal, along the commanded path."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def commanded(robot: Robot) -> list[float]:
 def test_a_cancelled_motion_keeps_to_the_way_that_was_found_clear(
     robot: Robot, share: float
 ) -> None:
-    """An arc in a ring: on the way straight on the arm would come to rest beyond it."""
+    """An arc in a ring: straight on, the arm would come to rest beyond it."""
     middle, radius = (0.42, 0.0), 0.05
     start, via, goal = (
         Pose(middle[0] + radius * math.cos(turn), radius * math.sin(turn), 0.2)

@@ -1,4 +1,4 @@
-"""Random calls, faults and interruptions of a robot: what must hold whatever happens."""
+"""Random calls, faults and interruptions of a robot: conditions that always hold."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ STANDING = 0.02
 STOPPED_WITHIN = 1.0
 """Time in which a call that was asked to end has brought the arm to rest [s]."""
 V1_HOMES_ON = 1.0
-"""Time that a joint of version 1 may take besides to end a homing whose bus is lost [s]: 0.25 s of
-silence, and a ramp at the low acceleration of homing."""
+"""Additional time that a joint of version 1 may take to end a homing whose bus is lost [s]: 0.25 s
+of silence, and a ramp at the low acceleration of homing."""
 NEAR_ENOUGH = {"rad": 0.05, "m": 0.008}
 
 
@@ -87,7 +87,7 @@ class Tap(Bus):
 
 
 class Fuzz:
-    """A robot, what can befall it, and what must hold."""
+    """A robot, the events that can happen to it, and the conditions that must hold."""
 
     def __init__(self, seed: int, folder: Path) -> None:
         self.random = random.Random(seed)
@@ -113,7 +113,7 @@ class Fuzz:
         self.log: list[str] = []
         self.asked = math.inf
 
-    # What is called.
+    # Calls.
 
     def call(self) -> None:
         choose, uniform, robot = self.random.choice, self.random.uniform, self.robot
@@ -245,7 +245,7 @@ class Fuzz:
         self.robot.speed = 1.0
         self.arm.run(1.0)
 
-    # What must hold.
+    # Conditions that must hold.
 
     def stands(self, why: str) -> None:
         self.arm.run(0.6)
@@ -257,7 +257,7 @@ class Fuzz:
                 assert moved < STANDING * joint.max_velocity, f"{joint.name} moves: {why}"
 
     def knows(self) -> None:
-        """Look: nothing moves by that, and what is told is true."""
+        """Check that reading the state moves nothing, and that the reported state is true."""
         robot = self.robot
         before = [self.arm.position(name) for name in NAMES]
         for _ in range(4):
@@ -282,7 +282,7 @@ class Fuzz:
                 )
 
     def way_back(self) -> None:
-        """Lead the robot back to work, as a person would."""
+        """Recover the robot, as a person would."""
         robot = self.robot
         self.heal()
         for _ in range(4):

@@ -62,7 +62,7 @@ def test_what_is_saved_is_loaded(table: TeachTable, tmp_path_factory: pytest.Tem
     file = tmp_path_factory.getbasetemp() / "poses.yaml"
     save_table(file, table)
     assert load_table(file, FINGERS) == table
-    # repr tells -0.0 from 0.0
+    # repr distinguishes -0.0 from 0.0
     assert repr(load_table(file, FINGERS)) == repr(table)
 
 
@@ -80,7 +80,7 @@ def test_a_file_cut_anywhere_is_refused(tmp_path: Path) -> None:
 def test_a_changed_byte_is_refused_or_read(
     cut: int, byte: int, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
-    """Nothing but the one kind of error, whatever stands there."""
+    """Only the one kind of error, for any content."""
     file = tmp_path_factory.getbasetemp() / "changed.yaml"
     save_table(file, TABLE)
     data = bytearray(file.read_bytes())
@@ -201,7 +201,7 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_written_leaves_the_file_as_it_was(tmp_path: Path) -> None:
-    file = tmp_path / f"{'p' * 245}.yaml"  # no room for the name of another file beside it
+    file = tmp_path / f"{'p' * 245}.yaml"  # no room for the name of another file in the same folder
     file.write_bytes(before := b"as it was")
     broken = TeachTable(FINGERS, (), (NamedPose("a", Joints(0.0, 0.0, 0.0, 0.0)),))
     with pytest.raises(ConfigurationError, match=r"cannot be kept .* name another file"):

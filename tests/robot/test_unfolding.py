@@ -1,4 +1,4 @@
-"""The way out of the arm that homing left folded up, and the planner that finds it."""
+"""The exit path of the arm that homing left folded up, and the planner that finds it."""
 
 from __future__ import annotations
 

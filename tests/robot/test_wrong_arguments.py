@@ -1,4 +1,4 @@
-"""What a call cannot use is refused in words, not by where Python happens to stumble over it."""
+"""Unusable arguments are refused with a message, not by an incidental Python error."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ARM = load_parameters()
 GOAL = Pose(0.4, 0.2, 0.25)
 HALF = (0.3, 0.2, 0.8, -0.5)
 Call = Callable[[Any], object]
-"""Takes a robot as one who looks at no types uses it."""
+"""Calls a robot as a user without a type checker does."""
 
 
 @pytest.fixture(scope="module")

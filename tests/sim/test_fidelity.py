@@ -1,4 +1,4 @@
-"""The simulated joint against what was measured on the arm; docs/simulation.md has the table."""
+"""The simulated joint against measurements on the arm; docs/simulation.md has the table."""
 
 from __future__ import annotations
 
@@ -128,8 +128,8 @@ def test_beyond_its_torque_the_rotor_slips() -> None:
     assert abs(motor.arm.load_angle("j1") - start) > 512
 
 
-# Function, bytes of a version 1 transaction, mean measured on the arm at 100 and 400 kHz [us],
-# and what the original's handler took there, which ours does not [us].
+# Function, bytes of a version 1 transaction, mean measured on the arm at 100 and 400 kHz [us], and
+# the part of it that the original's handler took, which ours does not [us].
 MEASURED = [
     (READ[Register.ANGLEMOVED], 860, 271, 5),
     (WRITE[Register.MOVETOANGLE], 1217, 625, 353),

@@ -1,4 +1,4 @@
-"""The simulated motors, homing and bus times beside the measurements of the arm."""
+"""The simulated motors, homing and bus times against the measurements of the arm."""
 
 from __future__ import annotations
 
@@ -111,7 +111,7 @@ CYCLES = [
     (400e3, Register.ANGLEMOVED, Register.MOVETOANGLE, 3.64e-3),
     (400e3, Register.GETENCODERRPM, Register.SETRPM, 2.40e-3),
 ]
-"""Bus frequency, what is read from and written to each of four original joints, time measured."""
+"""Bus frequency, bytes read from and written to each of four original joints, time measured."""
 
 
 @pytest.mark.parametrize(("frequency", "read", "write", "measured"), CYCLES)

@@ -233,11 +233,11 @@ def test_home_followed_by_a_frame_within_10_ms_is_lost(
     joint.enable()
     assert joint.write(register, *values) & BUSY
     joint.flags()
-    # It stands "busy", for as long as anyone waits.
+    # It reports "busy" indefinitely.
     assert joint.stands(30.0)
     assert joint.flags() & BUSY
     assert not joint.write(Register.STOP, 0) & BUSY
-    # Left alone, it moves.
+    # Without traffic, it moves.
     joint.write(Register.SETUP, 20, 20)
     joint.write(register, *values)
     joint.arm.run(QUIET)
@@ -529,7 +529,7 @@ def test_a_current_of_zero_is_not_enabled_and_another_current_does_not_help(
     joint.enable()
     assert joint.write(register, 0) & NOTENABLED
     assert joint.write(register, 50) & NOTENABLED
-    # The flag keeps nothing from moving.
+    # The flag prevents no motion.
     joint.write(Register.MOVETOANGLE, 20.0)
     assert not joint.stands()
     assert not joint.write(Register.SETUP, 20, 20) & NOTENABLED
@@ -588,7 +588,7 @@ def test_a_stall_stops_the_joint_energised_and_a_move_is_ignored() -> None:
 def test_an_error_that_jumps_by_more_than_100_microsteps_is_no_stall_while_it_lasts(
     rpm: float, *, found: bool
 ) -> None:
-    """With the encoder standing still it jumps to what the field turns in 0.65 ms."""
+    """With the encoder standing still it jumps to the field's travel in 0.65 ms."""
     joint = spinning(rpm)
     joint.write(Register.ENABLESTALLGUARD, 6)
     joint.arm.freeze_encoder("j4")
@@ -598,7 +598,7 @@ def test_an_error_that_jumps_by_more_than_100_microsteps_is_no_stall_while_it_la
     assert bool(joint.flags() & STALL) is found
 
 
-# What it reports, and when.
+# Its reports, and their times.
 
 
 def test_the_speed_is_reported_63_ms_late_and_the_position_is_not() -> None:

@@ -1,4 +1,4 @@
-"""The simulated arm behind a socket: whose answer is whose, who gets in, and whose time goes on."""
+"""The simulated arm behind a socket: matching of answers, admission of hosts, and the clock."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ SEEDS = range(int(os.environ.get("BIOSCARA_FAULT_SEEDS", "24")))
 
 
 class ManualClock:
-    """Real time as the test wants it."""
+    """Real time under the control of the test."""
 
     def __init__(self) -> None:
         self.time = 100.0
@@ -46,7 +46,7 @@ class ManualClock:
 
 
 class HeldArm(SimulatedArm):
-    """Lets the test do something while a transfer is underway."""
+    """Lets the test act while a transfer is underway."""
 
     during: Callable[[], None] = staticmethod(lambda: None)
 
@@ -82,7 +82,7 @@ def until(condition: Callable[[], bool], what: str) -> None:
 
 @contextlib.contextmanager
 def client(path: Path) -> Iterator[socket.socket]:
-    """A connection that says nothing by itself."""
+    """A connection that sends nothing unasked."""
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as connection:
         connection.settimeout(LIMIT)
         connection.connect(str(path))
@@ -113,7 +113,7 @@ def path(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def arm(path: Path) -> Iterator[HeldArm]:
-    # Somebody died here and left this behind.
+    # A process died here and left this behind.
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as stale:
         stale.bind(str(path))
     with serving(path) as served:
@@ -203,7 +203,7 @@ def test_no_interruption_anywhere_in_a_transfer_spoils_the_next(path: Path) -> N
         try:
             bus.transfer([PING])
         except KeyboardInterrupt as error:
-            # As an interactive interpreter keeps it, with all that its frames refer to.
+            # As an interactive interpreter keeps it, with all objects that its frames refer to.
             kept.append(error)
         finally:
             sys.settrace(before)
@@ -329,7 +329,7 @@ def test_a_host_that_was_killed_with_a_request_underway_is_no_obstacle(path: Pat
             assert second.transfer([FLAGS_ONLY]) == [NO_PAYLOAD]
 
 
-# Slow, half-dead and talking nonsense.
+# Slow, half-dead and sending invalid data.
 
 HELLO = encode_frame(FrameKind.HELLO, 0, encode_hello(Host(1, "slow")))
 REQUEST = encode_frame(FrameKind.REQUEST, 1, encode_request([PING] * 20))

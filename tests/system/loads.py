@@ -1,4 +1,4 @@
-"""How fast the tool of the simulated arm really is: its loads, looked at each millisecond."""
+"""The true speed of the simulated arm's tool: that of its loads, sampled each millisecond."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ class Loads:
 
     def _run(self, duration: float) -> None:
         arm, seen = self.arm, self._seen
-        # Time is counted in ticks of the controllers: what is less than one never passes.
+        # Time is counted in ticks of the controllers: a shorter time never passes.
         if not self._looking:
             arm.run(duration)
             return
@@ -67,7 +67,7 @@ class Loads:
             )
 
     def watch(self, motion: Callable[[], object]) -> np.ndarray:
-        """Return time, places and velocities of the loads while something moves, shape (n, 9)."""
+        """Return time, positions and velocities of the loads during motion, shape (n, 9)."""
         self._seen.clear()
         self._looking = True
         try:
@@ -78,12 +78,12 @@ class Loads:
 
 
 def speeds(seen: np.ndarray) -> np.ndarray:
-    """Return how fast the tool of the loads was [m/s]."""
+    """Return the speed of the tool of the loads [m/s]."""
     return batch.tool_speeds(KINEMATICS, seen[:, 1:5], seen[:, 5:])
 
 
 def carried_on(seen: np.ndarray, since: float) -> tuple[float, float]:
-    """Return how far the tool went on from a time [m], and until when it moved by 10 mm/s [s]."""
+    """Return the distance of the tool from a time on [m], and when it last moved by 10 mm/s [s]."""
     tail = seen[seen[:, 0] >= since]
     places = [KINEMATICS.forward(Joints(*row))[:3] for row in tail[:, 1:5].tolist()]
     way = max(math.dist(each, places[0]) for each in places)

@@ -1,7 +1,7 @@
-"""An arm in a process of its own whose truth others see: ``observed_arm.py SOCKET [homed]``.
+"""An arm in a process of its own that publishes its true state: ``observed_arm.py SOCKET [homed]``.
 
 The bus has one host at a time, and an observer on it would take time from that host. So the process
-writes where the joints really are, and how they really move, into a file beside the socket.
+writes where the joints really are, and how they really move, into a file next to the socket.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _TRUTH = struct.Struct(f"<{2 * len(JOINTS)}d")
 
 def truth(socket: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return positions and velocities of the joints of the arm behind ``socket``, now."""
-    # An observer that asks on and on would take the processor from the host.
+    # An observer that polls all the time would take the processor from the host.
     time.sleep(0.005)
     values = _TRUTH.unpack(_file(socket).read_bytes())
     return values[: len(JOINTS)], values[len(JOINTS) :]

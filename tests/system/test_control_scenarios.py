@@ -44,7 +44,7 @@ GOAL = (-1.5, 0.25, 0.8, 1.0)
 
 
 class Scene:
-    """A homed arm on its way until something happens."""
+    """A homed arm in motion until something happens."""
 
     def __init__(self, evidence: Path, *, v1: bool = False) -> None:
         self.arm = SimulatedArm(seed=5, v1=v1, positions=NEAR, frequency=400e3)
@@ -62,7 +62,7 @@ class Scene:
     def move(
         self, event: Callable[[], object] = lambda: None, at: float = 0.7, speed: float = 1.0
     ) -> None:
-        """Go from START to GOAL; the event happens on the way."""
+        """Go from START to GOAL; the event happens during the motion."""
         self.robot.move_joints(START)
         self.struck = math.nan
 
@@ -93,7 +93,7 @@ class Scene:
 
 SLOWEST = max(joint.max_velocity / joint.max_acceleration for joint in ARM.joints)
 STANDSTILL = 128.0
-"""What a joint at rest does to stay there [microsteps]: half of a full step."""
+"""Largest correction of a joint at rest [microsteps]: half of a full step."""
 PULL_OUT = 512.0
 """Lead of the field at which a rotor loses it [microsteps]; no stall threshold is below it."""
 SWING = 0.25
@@ -116,7 +116,7 @@ def scene(tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Scene]:
 
 
 def recover(scene: Scene) -> None:
-    """Deal with the faults as a person does; nothing may move until enabled."""
+    """Recover from the faults as a person does; nothing may move until enabled."""
     robot, before = scene.robot, [scene.arm.position(name) for name in NAMES]
     with pytest.raises(FaultedError):
         robot.enable()
@@ -134,7 +134,7 @@ def recover(scene: Scene) -> None:
 
 
 class KilledError(BaseException):
-    """The host dies here: no line of it runs after this, as far as the arm can tell."""
+    """The host dies here: no line of it runs after this, as far as the arm is concerned."""
 
 
 def kill(scene: Scene) -> None:

@@ -26,7 +26,7 @@ from bioscara.sim import SocketBus
 
 SILENCE = 0.060
 SLACK = 0.25
-"""What a busy machine may add: by so much does the server let its time lag behind [s]."""
+"""Time that a busy machine may add: the server lets its time lag behind by so much [s]."""
 MOVING, RESTING = 0.3, 0.02
 """Speeds above and below which the joint surely moves and rests [rad/s]."""
 J4 = load_parameters().joints[3]
@@ -37,7 +37,7 @@ ARM = Path(__file__).parent / "observed_arm.py"
 
 
 class Arm:
-    """The arm's process, and what is really so."""
+    """The arm's process, and its true state."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
@@ -102,7 +102,7 @@ def test_the_joint_of_a_killed_host_stops_by_itself_and_the_next_host_learns_why
         joint = Joint(bus, MonotonicClock(), J4)
         joint.init()
         assert joint.is_homed()
-        # The rotor swings out before the joint calls itself at rest.
+        # The rotor swings out before the joint reports that it is at rest.
         while (state := joint.read_state().state) is not JointState.FAULTED:
             assert state is JointState.STOPPING
         rest = arm.position()

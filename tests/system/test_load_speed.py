@@ -1,4 +1,4 @@
-"""The tool of the simulated arm's loads keeps to the reduced speed, whatever moves it."""
+"""The tool of the simulated arm's loads keeps to the reduced speed, in every kind of motion."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from system.loads import NAMES, PARAMETERS, Loads, carried_on, speeds
 
 COUNT = int(os.environ.get("BIOSCARA_LOAD_SEEDS", "2"))
 HIGHEST = 0.255
-"""What the tool of the loads keeps below at the reduced speed of 250 mm/s [m/s]."""
+"""Limit of the tool of the loads at the reduced speed of 250 mm/s [m/s]."""
 PERIOD = 0.01
 
 Velocity = JointVelocity | ToolVelocity
@@ -34,7 +34,7 @@ def loads(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Loads]:
 
 
 def note(text: str) -> None:
-    """Print what a failed test is to be understood by."""
+    """Print the data that explain a failed test."""
     print(text)  # noqa: T201
 
 
@@ -44,7 +44,7 @@ def place(rng: random.Random) -> Joints:
 
 
 def starts(loads: Loads, kind: str) -> Iterator[random.Random]:
-    """Bring the arm to random places that it can go to; yield the chance from there on."""
+    """Bring the arm to random reachable places; yield the random generator from there on."""
     done = number = 0
     while done < COUNT:
         rng = random.Random(f"{kind}{number}")

@@ -1,4 +1,4 @@
-"""Whatever strikes, whenever: the arm comes to rest, says why, and can be led back to work."""
+"""After any fault at any time the arm comes to rest, reports why, and can be recovered."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ SEEDS = range(int(os.environ.get("BIOSCARA_FAULT_SEEDS", "24")))
 
 
 class Scene:
-    """An arm whose bus, mechanics and host can be struck."""
+    """An arm with injectable faults of bus, mechanics and host."""
 
     def __init__(self, seed: int, folder: Path) -> None:
         self.random = random.Random(seed)
@@ -37,7 +37,7 @@ class Scene:
         self.lost_turns = self.supply_lost = False
 
     def blow(self) -> Callable[[], object]:
-        """Return one of the things that can happen."""
+        """Return one of the possible faults."""
         choose, arm, bus = self.random.choice, self.arm, self.bus
         joint = choose(NAMES)
         return choose(
@@ -62,7 +62,7 @@ class Scene:
         )
 
     def heal(self) -> None:
-        """Undo whatever happened."""
+        """Undo the fault."""
         self.bus.clear()
         self.arm.set_motor_power(True)
         self.arm.set_stretch(0.0)

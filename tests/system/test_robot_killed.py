@@ -22,7 +22,7 @@ from bioscara.robot import Robot
 
 SILENCE = 0.060
 SLACK = 0.3
-"""What a busy machine may add, and what a belt needs to swing out [s]."""
+"""Time that a busy machine may add, and that a belt needs to swing out [s]."""
 RESTING = 0.05
 """Share of its highest speed below which a joint surely rests."""
 MOTOR_STEP_DEG = 1.8
@@ -55,7 +55,7 @@ def _start(folder: Path, script: str, *arguments: str) -> subprocess.Popen[str]:
         env={
             **os.environ,
             "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)]),
-            # Who is killed leaves the folder of the simulated servo behind.
+            # A killed process leaves the folder of the simulated servo behind.
             "TMPDIR": str(folder),
         },
     )

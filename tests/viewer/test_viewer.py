@@ -1,4 +1,4 @@
-"""The 3D page: what it shows is what the kinematics say, and only this computer sees it."""
+"""The 3D page: it shows the pose of the kinematics, and only to this computer."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def page() -> Iterator[Page]:
 
 
 class Browser:
-    """What a browser's page says to the server."""
+    """A message from a browser's page to the server."""
 
     def __init__(self, page: Page) -> None:
         self._msgspec = pytest.importorskip("msgspec.msgpack")
@@ -60,7 +60,7 @@ class Browser:
             subprotocols=[f"viser-v{viser.__version__}"],
             max_size=None,
         )
-        # A page counts once it has said where its camera is.
+        # A page counts once it has reported the position of its camera.
         self.say(
             type="ViewerCameraMessage", wxyz=[1, 0, 0, 0], position=[1, 1, 1], fov=1.0, near=0.1,
             far=9.0, image_height=100, image_width=100, look_at=[0, 0, 0], up_direction=[0, 0, 1],
@@ -82,7 +82,7 @@ def browser(page: Page) -> Iterator[Browser]:
 
 @contextmanager
 def listening(port: int) -> Iterator[int]:
-    """Take a port, unless somebody has, and tell which one it is."""
+    """Take a port, unless it is taken, and return its number."""
     with socket.socket() as server:
         with suppress(OSError):
             server.bind(("127.0.0.1", port))
@@ -166,7 +166,7 @@ def test_only_this_computer_sees_the_page(page: Page) -> None:
     port = int(page.url.rpartition(":")[2])
     with urllib.request.urlopen(page.url) as answer:
         assert answer.status == 200
-    # Who serves on all addresses serves on each of the loopback's.
+    # A server on all addresses serves on each of the loopback's.
     with pytest.raises(ConnectionRefusedError):
         socket.create_connection(("127.0.0.2", port), timeout=1.0)
 
@@ -200,7 +200,7 @@ def test_a_request_for_a_public_address_is_refused(
 
     monkeypatch.setattr("viser._viser.ViserTunnel", tunnel)
     browser.say(type="ShareUrlRequest")
-    # The answer to what was asked later comes after the request was worked off.
+    # The answer to a later request comes after this request was processed.
     uuid = page.sliders["j1"]._impl.uuid
     browser.say(type="GuiUpdateMessage", uuid=uuid, updates={"value": 0.123})
     wait(lambda: page.positions["j1"] == 0.123)

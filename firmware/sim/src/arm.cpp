@@ -10,7 +10,7 @@ namespace {
 // Start, two address bytes, register byte, restart and stop; the rest is nine bits a byte.
 constexpr double kFrameBits = 30.0;
 constexpr double kByteBits = 9.0;
-// The bcm2835 adapter gives a stretched clock up after this long [s].
+// The bcm2835 adapter aborts on a clock stretched for this long [s].
 constexpr double kStretchLimit = 0.035;
 
 }  // namespace
@@ -18,7 +18,7 @@ constexpr double kStretchLimit = 0.035;
 Arm::Arm(std::uint32_t seed, Timing timing, const Firmwares& firmwares) : timing_(timing) {
   for (int joint = 1; joint <= kJoints; ++joint)
     boards_.push_back(std::make_unique<Board>(joint, seed, firmwares[static_cast<std::size_t>(joint - 1)]));
-  run(0.05);  // Everything of ours has booted.
+  run(0.05);  // All joints of our firmware have booted.
 }
 
 void Arm::run(double seconds) {

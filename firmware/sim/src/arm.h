@@ -23,7 +23,7 @@ class Arm {
  public:
   static constexpr int kJoints = 4;
 
-  // What each joint is flashed with, j1 first.
+  // The firmware flashed on each joint, j1 first.
   using Firmwares = std::array<Firmware, kJoints>;
 
   Arm(std::uint32_t seed, Timing timing, const Firmwares& firmwares);

@@ -149,7 +149,7 @@ double Board::load_angle() const {
 
 std::uint32_t Board::micros() { return static_cast<std::uint32_t>(now_ / 10); }
 
-// It answers no more until its power is cycled.
+// The joint does not answer until its power is cycled.
 void Board::enter_bootloader() {
   running_ = enabled_ = false;
   starts_ = kNever;

@@ -15,7 +15,7 @@
 
 namespace bioscara::sim {
 
-// What the controller is flashed with.
+// Firmware flashed on the controller.
 enum class Firmware : std::uint8_t {
   OURS,
   // Ours, for a host that knows version 1 only: frames of version 2 are unknown to it.
@@ -39,18 +39,19 @@ class Board final : private Hal {
   std::uint8_t address() const { return configuration_.address; }
   Firmware firmware() const { return firmware_; }
   void receive(const std::uint8_t* data, std::size_t size);
-  // The answer to a read of `count` bytes; `duration` is how long the clock was held meanwhile.
+  // The answer to a read of `count` bytes; `duration` is how long the clock is held during the
+  // read.
   std::size_t request(std::uint8_t (&answer)[Joint::kAnswerMax], std::size_t count,
                       Time& duration);
-  // The controller holds the clock low for ever, as an original joint does when more is read than
-  // it answers: its interrupt never ends, and nothing else of its firmware runs.
+  // The controller holds the clock low indefinitely, as an original joint does when more is read
+  // than it answers: its interrupt never ends, and nothing else of its firmware runs.
   bool holds_clock() const { return holds_clock_; }
 
   // Faults.
   void reset(ResetCause cause);
   void set_power(bool on);
   void set_motor_power(bool on);
-  // The firmware's loop stands; the I2C interrupt still answers.
+  // The firmware's loop is stopped; the I2C interrupt still answers.
   void hang(bool on) { hung_ = on; }
   // The controller's own watchdog, which a debugger can switch off.
   void set_watchdog(bool on) { watchdog_on_ = on; }
@@ -59,11 +60,11 @@ class Board final : private Hal {
   const Mechanics& mechanics() const { return mechanics_; }
   Tmc5130Chip& driver() { return driver_; }
   Tle5012bChip& encoder() { return encoder_; }
-  // What a controller outside drives.
+  // Interface of an external controller.
   Hal& wires() { return *this; }
   bool has_torque() const { return driver_.current_share(enabled_) > 0.0; }
   double load_angle() const;
-  // What the original firmware's closed loop saw last [microsteps]; 0 for ours.
+  // The error that the original firmware's closed loop sampled last [microsteps]; 0 for ours.
   double position_error() const { return original_ ? original_->error() : 0.0; }
 
  private:

@@ -30,7 +30,7 @@ constexpr double kCouplingTolerance = 0.1;
 
 JointParameters parameters_of(int joint) {
   constexpr double kScrew = -kTwoPi / 0.004;
-  constexpr double kMass = 4.0;  // What J2 lifts [kg].
+  constexpr double kMass = 4.0;  // Mass lifted by J2 [kg].
   constexpr double kRotor = 0.0072;
   switch (joint) {
     case 1:

@@ -14,7 +14,7 @@ struct JointParameters {
   // End stops [rad or m].
   double lower, upper;
   double initial;
-  // Load, seen from the motor [kg m^2]; its friction [N m], and what grows with speed [N m s].
+  // Load, seen from the motor [kg m^2]; its friction [N m], and its viscous part [N m s].
   double load_inertia;
   double load_friction;
   double load_viscosity;
@@ -41,13 +41,13 @@ class Mechanics {
 
   double rotor_turns() const;
   double rotor_speed() const { return rotor_speed_; }
-  // What the joint does [rad or m, and per second].
+  // Position and velocity of the joint [rad or m, and per second].
   double position() const { return load_ / parameters_.reduction; }
   double velocity() const { return load_speed_ / parameters_.reduction; }
   void set_position(double position);
 
-  // A wall at this joint position, in the way of whatever moves towards it from here. Soft walls
-  // yield: stiffness as a share of an end stop's.
+  // A wall at this joint position, which blocks any motion towards it from here. Soft walls yield:
+  // stiffness as a share of an end stop's.
   void add_obstacle(double position, double stiffness_share);
   void clear_obstacles();
   // Moves the load against the motor by this much of the joint [rad or m].
@@ -56,7 +56,7 @@ class Mechanics {
   // The motor turns alone.
   void take_off_belt() { belt_on_ = false; }
   void remove_stops() { lower_ = -1e9, upper_ = 1e9; }
-  // The hand of a person: torque on the joint [N m or N].
+  // Torque or force applied to the joint by hand [N m or N].
   void push(double force) { push_ = force / parameters_.reduction; }
 
   const JointParameters& parameters() const { return parameters_; }

@@ -7,7 +7,7 @@
 
 namespace bioscara::sim {
 
-// What differs from motor to motor; docs/simulation.md gives source and tolerance.
+// Properties that differ from motor to motor; docs/simulation.md gives source and tolerance.
 struct MotorParameters {
   // Peak torque per ampere of phase current, and back-EMF per rad/s [N m/A, V s/rad].
   double torque_constant = 0.19;
@@ -17,11 +17,11 @@ struct MotorParameters {
 
 // How the driver feeds the coils during a step.
 struct Supply {
-  // Where the field is to stand [microsteps of 1/1024 electrical period].
+  // Target position of the field [microsteps of 1/1024 electrical period].
   double field;
-  // Amplitude of the phase currents that are asked for [A]; 0 with an open bridge.
+  // Amplitude of the requested phase currents [A]; 0 with an open bridge.
   double current;
-  // The current is chopped, not voltage-controlled: it is never quite what it is meant to be.
+  // The current is chopped, not voltage-controlled: it deviates from its target all the time.
   bool chopped;
   // Both coils shorted.
   bool shorted;
@@ -32,11 +32,12 @@ class Motor {
   Motor(const MotorParameters& parameters, std::uint32_t seed)
       : parameters_(parameters), random_(seed) {}
 
-  // The torque on the rotor [N m] that stands at `turns` and turns at `speed` [rad/s], a step later.
+  // The torque on the rotor [N m] that stands at `turns` and turns at `speed` [rad/s], one step
+  // later.
   double torque(const Supply& supply, double turns, double speed);
 
  private:
-  // Lets the chopper bring one phase current towards what is asked for.
+  // Lets the chopper bring one phase current towards its target.
   static void drive(double& current, double wanted, double emf);
   double noise();
 

@@ -30,7 +30,7 @@ std::uint32_t speed_register(double value) {
   return std::min(static_cast<std::uint32_t>(to_integer(std::fabs(value))), kVelocityLimit);
 }
 
-// 31 is the full scale. What is no percentage becomes 16, which is 52 %.
+// 31 is the full scale. A value that is not a percentage becomes 16, which is 52 %.
 std::uint32_t current_scale(int percent) {
   if (percent < 0 || percent > 100) return 16;
   return static_cast<std::uint32_t>((31 * percent + 99) / 100);
@@ -108,7 +108,7 @@ void OriginalDriver::set_max_velocity(float velocity) {
 }
 
 void OriginalDriver::set_max_acceleration(float acceleration) {
-  // 16 bits before the limit is applied: what is above wraps round.
+  // 16 bits before the limit is applied: larger values wrap round.
   acceleration_ =
       static_cast<std::uint32_t>(to_integer(std::fabs(acceleration * kAmaxPerStep))) & 0xFFFF;
   acceleration_ = std::min(acceleration_, kHardest);

@@ -18,7 +18,7 @@ class OriginalDriver {
   void move_steps(std::int32_t microsteps);
   // Velocity mode; 0 is its negative direction with VMAX 0.
   void set_rpm(float rpm);
-  // Full steps per second (squared). VMAX is written at once, whatever the mode.
+  // Full steps per second (squared). VMAX is written at once, in every mode.
   void set_max_velocity(float velocity);
   void set_max_acceleration(float acceleration);
 

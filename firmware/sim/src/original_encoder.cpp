@@ -5,7 +5,7 @@ namespace bioscara::sim {
 namespace {
 
 constexpr std::uint16_t kReadAngle = 0x8000 | 0x02 << 4 | 1;
-// What the filter takes for the period of its timer [s].
+// Timer period that the filter assumes [s].
 constexpr double kPeriod = 1.0 / 1541.85;
 // Poles at -18.8 and -101 rad/s: a ramp is reported 120/1900 = 63 ms late.
 constexpr double kProportional = 120.0;
@@ -16,7 +16,7 @@ constexpr double kIntegral = 1900.0;
 std::uint16_t OriginalEncoder::read() {
   std::uint16_t words[2] = {};
   hal_.encoder_exchange(kReadAngle, words, 2);
-  return words[0] & 0x7FFF;  // The safety word is not looked at.
+  return words[0] & 0x7FFF;  // The safety word is not checked.
 }
 
 void OriginalEncoder::set_home() {

@@ -11,7 +11,7 @@ class OriginalEncoder {
  public:
   explicit OriginalEncoder(Hal& hal) : hal_(hal) {}
 
-  // Here is zero.
+  // Makes the present angle zero.
   void set_home();
   // One period of the library's timer.
   void sample();
@@ -28,7 +28,7 @@ class OriginalEncoder {
   Hal& hal_;
   std::uint16_t angle_ = 0;
   std::int32_t counts_ = 0;
-  // The speed filter's estimates [counts, counts/s]; the integrator is what it reports.
+  // The speed filter's estimates [counts, counts/s]; the integrator is the reported speed.
   double position_ = 0.0, velocity_ = 0.0, speed_ = 0.0;
 };
 

@@ -29,7 +29,7 @@ constexpr float kStallMoving = 90.0F;
 constexpr float kMovingSlowest = 12.0F, kMovingFastest = 450.0F;  // [rad/s]
 constexpr float kRadPerSecondPerRpm = 0.10471976F;
 
-// What the start sets: full steps per second (squared), degrees of the orientation check.
+// Defaults set at start: full steps per second (squared), degrees of the orientation check.
 constexpr float kStartAcceleration = 100.0F;
 constexpr float kStartVelocity = 10.0F;
 constexpr float kStartCheck = 1.0F;
@@ -73,7 +73,7 @@ void OriginalJoint::sample() {
   if (!closed_loop_) return;
   const OriginalDriver::Ramp ramp = driver_.ramp();
   error_ = ramp.position - encoder_.microsteps();
-  // The ramp goes on while the correction is on its way, so that it comes too late by that much.
+  // The ramp goes on during the transfer of the correction, which is late by that much.
   if (std::abs(error_) >= kControlThreshold)
     driver_.rewrite_position(encoder_.microsteps() - to_integer(ramp.velocity * kRewriteDelay));
 }
@@ -94,7 +94,7 @@ Time OriginalJoint::pass(Time now) {
 bool OriginalJoint::stall_found() {
   if (!detecting_ || stalled_) return false;
   auto error = static_cast<float>(std::abs(error_));
-  // A step is taken for a disturbed SPI transfer, for as long as it lasts.
+  // A step of the error counts as a disturbed SPI transfer, for as long as it lasts.
   if (error - stall_last_ > kStallJump) error = stall_last_;
   stall_last_ = error;
   stall_filter_ = (1.0F - kStallShare) * stall_filter_ + kStallShare * error;
@@ -233,7 +233,7 @@ Time OriginalJoint::finish_setup(Time now) {
 
 void OriginalJoint::receive(const std::uint8_t* data, std::size_t size) {
   if (!listening_ || size == 0) return;
-  // Whatever waits for the main loop is forgotten; BUSY stays as it is.
+  // Anything that waits for the main loop is dropped; BUSY stays as it is.
   pending_ = false;
   register_ = data[0];
   length_ = std::min(size - 1, sizeof payload_);
@@ -274,7 +274,7 @@ Time OriginalJoint::execute() {
       answer_.bytes[answer_.size++] = 'O';
       return kPing;
     case Register::GETDRIVERRPM:
-      return kShort;  // Known by name only: nothing but the flags comes back.
+      return kShort;  // Known by name only: the answer is the flags alone.
     case Register::ANGLEMOVED:
       answer_float(encoder_.angle_deg());
       return kShort;

@@ -1,5 +1,5 @@
-// A joint as existing arms are flashed: the behaviour that was observed of it, defects included.
-// docs/simulation.md says what is modelled and what is not.
+// A joint as existing arms are flashed: its observed behaviour, defects included.
+// docs/simulation.md lists the modelled parts and the omitted ones.
 #pragma once
 
 #include <cstddef>
@@ -18,15 +18,15 @@ class OriginalJoint {
 
   OriginalJoint(Hal& hal, Time now);
 
-  // Does what is due; returns when something is due again.
+  // Executes everything that is due; returns when something is due again.
   Time run(Time now);
-  // The same for the main loop stuck in what it is doing; the library's timer goes on.
+  // The same for the main loop stuck in its current operation; the library's timer goes on.
   Time run_without_loop(Time now);
 
   // False while it starts: the address acknowledges, but nothing answers a read.
   bool listening() const { return listening_; }
 
-  // I2C interrupt. Writing only stores; reading executes, with the clock held low meanwhile.
+  // I2C interrupt. Writing only stores; reading executes, with the clock held low until it is done.
   void receive(const std::uint8_t* data, std::size_t size);
   struct Answer {
     std::uint8_t bytes[kAnswerMax];
@@ -38,7 +38,7 @@ class OriginalJoint {
   std::int32_t error() const { return error_; }
 
  private:
-  // What the main loop is in the middle of.
+  // The operation that the main loop is in the middle of.
   enum class Phase : std::uint8_t {
     LOOP,
     STALL_STOP,

@@ -1,5 +1,5 @@
-// What hangs on the pins of one joint's controller: both chips, motor, mechanics. For a controller
-// that is emulated outside.
+// The hardware at the pins of one joint's controller: both chips, motor, mechanics. For a
+// controller that is emulated outside.
 #pragma once
 
 #include <array>
@@ -23,7 +23,7 @@ class Plant {
     board_.advance(now_ = time);
   }
 
-  // The driver is selected: what it shifts out.
+  // The driver is selected: the bytes that it shifts out.
   std::array<std::uint8_t, 5> driver_answer() {
     std::uint8_t received[5];
     board_.driver().answer(received);

@@ -1,4 +1,4 @@
-// How one arm differs from the next: factors within a tolerance, drawn from the arm's seed.
+// Variation between arms: factors within a tolerance, drawn from the arm's seed.
 #pragma once
 
 #include <cstdint>

@@ -15,7 +15,8 @@ class Tmc5130Chip {
   // Registers as after power-up; GSTAT says so.
   void power_up();
   void exchange(const std::uint8_t (&sent)[5], std::uint8_t (&received)[5]);
-  // Its two halves: what is shifted out once the chip is selected, and what deselecting it does.
+  // Its two halves: the bytes shifted out once the chip is selected, and the effect of deselecting
+  // it.
   void answer(std::uint8_t (&received)[5]);
   void accept(const std::uint8_t (&sent)[5]);
 

@@ -1,5 +1,5 @@
-// Addresses of the TMC5130's registers (its data sheet), for the chip and the original joint's driver.
-// Our firmware keeps its own list, so that the chip model reveals a wrong address in it.
+// Addresses of the TMC5130's registers (its data sheet), for the chip and the original joint's
+// driver. Our firmware keeps its own list, so that the chip model reveals a wrong address in it.
 #pragma once
 
 #include <cstdint>

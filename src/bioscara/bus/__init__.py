@@ -1,9 +1,9 @@
-"""Ports: transactions go in, the bytes read (or the error of that transaction) come out.
+"""Buses: they carry transactions and return the bytes read, or the error of each transaction.
 
-``bus`` is the interface; then one file per kind of bus: ``linux`` the real one (``diagnosis`` knows
-its errors), ``recorder`` writes down and replays a ``recording``, ``faults`` spoils what passes by
-``injection``. ``select`` finds one by its name. A bus knows addresses and bytes, never registers
-or joints.
+``bus`` is the interface; then one file per kind of bus: ``linux`` the real one (``diagnosis``
+explains its errors), ``recorder`` writes and replays a ``recording``, ``faults`` corrupts
+transactions by ``injection``. ``select`` opens one by its name. A bus knows addresses and bytes,
+never registers or joints.
 """
 
 from bioscara.bus.bus import ADDRESSES as ADDRESSES

@@ -1,4 +1,4 @@
-"""The one seam between host and joints."""
+"""Bus interface, the only connection between host and joints."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import NamedTuple, Self
 from bioscara.errors import CommunicationError
 
 ADDRESSES = range(0x08, 0x78)
-"""The 7-bit addresses that devices may have; the others mean something to the bus itself."""
+"""The 7-bit addresses that devices may have; the others are reserved by the bus."""
 
 
 class Transaction(NamedTuple):
@@ -18,7 +18,7 @@ class Transaction(NamedTuple):
     Attributes:
         address: 7-bit address.
         write: The bytes to write; may be empty for a bare read.
-        read: How many bytes to read; 0 for a bare write.
+        read: Number of bytes to read; 0 for a bare write.
     """
 
     address: int
@@ -30,11 +30,11 @@ class Bus(ABC):
     """A bus that carries transactions to devices.
 
     Law: ``transfer`` returns one entry per transaction, in order: the bytes read, or the
-    :class:`~bioscara.errors.CommunicationError` that befell this one. A failed transaction does
-    not keep the others from being carried out, and nothing is retried here: only the layer that
-    knows the sequence numbers can tell whether a repetition is safe.
+    :class:`~bioscara.errors.CommunicationError` of this transaction. A failed transaction does not
+    prevent the others, and nothing is retried here: only the layer that knows the sequence numbers
+    can decide whether a repetition is safe.
 
-    A bus opens itself at the first transfer; ``close`` is idempotent and ``transfer`` after it
+    A bus opens at the first transfer; ``close`` is idempotent and ``transfer`` after it
     raises :class:`~bioscara.errors.BusUnavailableError`.
     """
 

@@ -1,4 +1,4 @@
-"""What the kernel's errno means for a bus: which error, what cause, what remedy.
+"""Translation of the kernel's errno to a bus error with cause and remedy.
 
 The numbers are those of the two controllers of a Raspberry Pi: ``i2c-bcm2835`` (Pi 4) answers
 EREMOTEIO to a missing acknowledge, ETIMEDOUT when the adapter's timeout passes and EIO when its
@@ -22,7 +22,7 @@ from bioscara.errors import (
 )
 
 GONE = frozenset({errno.ENODEV, errno.EBADF, errno.ESHUTDOWN, errno.ENOTTY})
-"""Errnos after which the open device is of no more use."""
+"""Errnos after which the open device is unusable."""
 
 _NO_ACKNOWLEDGE = frozenset({errno.EREMOTEIO, errno.ENXIO})
 _TIMEOUT = {
@@ -41,7 +41,7 @@ def transfer_error(error: OSError, path: str, address: int) -> CommunicationErro
     """Return the error of one transaction.
 
     Args:
-        error: What the ioctl raised.
+        error: Exception of the ioctl.
         path: The device.
         address: 7-bit address of the transaction.
     """
@@ -65,7 +65,7 @@ def open_error(error: OSError, path: str) -> BusUnavailableError:
     """Return why the device could not be opened and what to do about it.
 
     Args:
-        error: What opening it, or asking for its functions, raised.
+        error: Exception of opening it or of reading its functions.
         path: The device.
     """
     if error.errno == errno.ENOENT:

@@ -1,9 +1,9 @@
-"""Faults on purpose: a bus that passes transactions on to another one and spoils some of them.
+"""Fault injection: a bus that forwards transactions to another one and corrupts some of them.
 
-The words are PX4's: *off* (``off``, ``unavailable``), *stuck* (``stuck``), *garbage*
+The terms are PX4's: *off* (``off``, ``unavailable``), *stuck* (``stuck``), *garbage*
 (``garbage``, ``flip``, ``truncate``), *wrong* (``swap``), *slow* (``slow``), *delayed*
 (``delay``, ``repeat``, ``replay``), and *intermittent*: any of them with a
-:class:`~bioscara.bus.injection.When`. ``lose`` is for what vanishes in one direction.
+:class:`~bioscara.bus.injection.When`. ``lose`` drops frames in one direction.
 """
 
 from __future__ import annotations
@@ -26,20 +26,20 @@ from bioscara.errors import (
 )
 
 _HISTORY = 64
-"""How many frames can arrive again."""
+"""Number of frames that can be replayed."""
 
 
 class FaultyBus(Bus):
-    """Another bus, with faults that its methods inject.
+    """Wrapper of another bus that injects faults.
 
     Each method puts one fault in force and returns it; several act together, the last one
-    nearest to the host. Without faults, transfers pass unchanged. The same seed and the same
-    calls spoil the same transactions in the same way.
+    nearest to the host. Without faults, transfers pass unchanged. The same seed and the same calls
+    corrupt the same transactions identically.
 
     Args:
-        bus: The bus that carries what is left; closed with this one.
-        seed: Seed of all chance.
-        clock: What :meth:`slow` waits on; needed for that only.
+        bus: The bus that carries the remaining transactions; closed with this one.
+        seed: Seed of all random numbers.
+        clock: Clock of :meth:`slow`; needed for that only.
     """
 
     def __init__(self, bus: Bus, seed: int, clock: Clock | None = None) -> None:
@@ -85,7 +85,7 @@ class FaultyBus(Bus):
         self._unavailable = 0
 
     def off(self, when: When = ALWAYS) -> Injection:
-        """Nobody acknowledges and nothing is delivered."""
+        """Inject: no device acknowledges and nothing is delivered."""
 
         def effect(transaction: Transaction, _: Carry) -> Result:
             return _no_acknowledge(transaction.address)
@@ -93,11 +93,11 @@ class FaultyBus(Bus):
         return self._inject(effect, when)
 
     def stuck(self, when: When = ALWAYS, *, recognised: bool = True) -> Injection:
-        """Nothing is delivered because a line is held low.
+        """Inject: nothing is delivered because a line is held low.
 
         Args:
-            when: Which transactions it hits.
-            recognised: Whether the bus knows it (BusStuckError) or sees timeouts only.
+            when: Transactions that it hits.
+            recognised: Whether the bus reports it (BusStuckError) or only timeouts.
         """
         kind = BusStuckError if recognised else BusTimeoutError
 
@@ -107,11 +107,11 @@ class FaultyBus(Bus):
         return self._inject(effect, when)
 
     def unavailable(self, transfers: int) -> None:
-        """The bus as a whole cannot be used for this many transfers."""
+        """Inject: the bus as a whole cannot be used for this many transfers."""
         self._unavailable = transfers
 
     def lose(self, direction: Direction, when: When = ALWAYS) -> Injection:
-        """A frame vanishes: OUT before the joint has it, BACK after the joint has acted on it."""
+        """Inject a lost frame: OUT before the joint gets it, BACK after the joint acted on it."""
 
         def effect(transaction: Transaction, onward: Carry) -> Result:
             if direction is Direction.BACK:
@@ -125,16 +125,16 @@ class FaultyBus(Bus):
     def flip(
         self, direction: Direction, when: When = ALWAYS, *, bits: int = 1, bit: int | None = None
     ) -> Injection:
-        """Bits change on the way.
+        """Inject bit errors during the transfer.
 
         OUT counts the 7 address bits first, then the bytes written; BACK the bytes read; each
         from its most significant bit, as they pass on the wire. A changed address sends the write
-        to whoever has that address; the read still goes where it should.
+        to the device with that address; the read still goes to the right one.
 
         Args:
-            direction: Which frame.
-            when: Which transactions it hits.
-            bits: How many different bits change, chosen by chance.
+            direction: Direction of the corrupted frame.
+            when: Transactions that it hits.
+            bits: Number of different bits that change, chosen at random.
             bit: Change this one bit instead.
         """
         if bits < 1:
@@ -149,7 +149,7 @@ class FaultyBus(Bus):
         return self._inject(effect, when)
 
     def garbage(self, when: When = ALWAYS) -> Injection:
-        """The joint acts, its answer is noise of the right length."""
+        """Inject: the joint acts, but its answer is noise of the right length."""
 
         def effect(transaction: Transaction, onward: Carry) -> Result:
             result = onward(transaction)
@@ -158,11 +158,11 @@ class FaultyBus(Bus):
         return self._inject(effect, when)
 
     def truncate(self, keep: int, when: When = ALWAYS, *, filled: bool = True) -> Injection:
-        """The joint acts and answers only the first ``keep`` bytes.
+        """Inject: the joint acts, but its answer is cut to the first ``keep`` bytes.
 
         Args:
-            keep: How many bytes are left.
-            when: Which transactions it hits.
+            keep: Number of bytes that are kept.
+            when: Transactions that it hits.
             filled: Whether the rest reads as 0xFF, as on a real bus, or is missing.
         """
 
@@ -176,7 +176,7 @@ class FaultyBus(Bus):
         return self._inject(effect, when)
 
     def swap(self, first: int, second: int, when: When = ALWAYS) -> Injection:
-        """Two joints have each other's address."""
+        """Inject: two joints have each other's address."""
         other = {first: second, second: first}
 
         def effect(transaction: Transaction, onward: Carry) -> Result:
@@ -186,11 +186,11 @@ class FaultyBus(Bus):
         return self._inject(effect, when)
 
     def slow(self, delay: float, when: When = ALWAYS, *, timeout: float = 0.010) -> Injection:
-        """Each transaction takes longer.
+        """Inject a delay of each transaction.
 
         Args:
-            delay: By this much [s].
-            when: Which transactions it hits.
+            delay: Additional duration [s].
+            when: Transactions that it hits.
             timeout: The adapter's timeout [s]; a longer delay ends there, undelivered.
 
         Raises:
@@ -211,7 +211,7 @@ class FaultyBus(Bus):
         return self._inject(effect, when)
 
     def delay(self, transactions: int, when: When = ALWAYS) -> Injection:
-        """A frame is held back, seen as a timeout, and delivered after ``transactions`` others."""
+        """Inject a timeout; the frame is delivered late, after ``transactions`` others."""
 
         def effect(transaction: Transaction, _: Carry) -> Result:
             self._late.append((self._carried + transactions, transaction))
@@ -220,7 +220,7 @@ class FaultyBus(Bus):
         return self._inject(effect, when)
 
     def repeat(self, times: int = 1, when: When = ALWAYS) -> Injection:
-        """The frame arrives ``times`` more, right after itself; the first answer counts."""
+        """Inject ``times`` repetitions of a frame, right after it; the first answer counts."""
 
         def effect(transaction: Transaction, onward: Carry) -> Result:
             result = onward(transaction)
@@ -231,7 +231,7 @@ class FaultyBus(Bus):
         return self._inject(effect, when)
 
     def replay(self, frames: int, when: When = ALWAYS) -> Injection:
-        """The last ``frames`` frames to anyone, this one included, arrive again, oldest first."""
+        """Replay the last ``frames`` frames to any device, with this one, oldest first."""
         if not 0 < frames <= _HISTORY:
             raise LimitError("replayed frames", frames, 1, _HISTORY, "")
 
@@ -268,7 +268,7 @@ class FaultyBus(Bus):
         self, transaction: Transaction, onward: Carry, bits: int, bit: int | None
     ) -> Result:
         address, write, read = transaction
-        # Seven bits of the address travel; the eighth says the direction and stays.
+        # Seven bits are the address; the eighth states the direction and is kept.
         frame = self._flipped(bytes((address,)) + write, bits, bit, skip=1)
         if frame[0] == address:
             return onward(Transaction(address, frame[1:], read))

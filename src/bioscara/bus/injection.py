@@ -1,4 +1,4 @@
-"""What an injected fault is: which transactions it hits and what it does to them."""
+"""Injected faults: the transactions that they hit and their effect."""
 
 from __future__ import annotations
 
@@ -11,17 +11,17 @@ from bioscara.bus.bus import Transaction
 from bioscara.errors import CommunicationError, InvalidArgumentError, LimitError
 
 Result = bytes | CommunicationError
-"""What became of one transaction."""
+"""Outcome of one transaction."""
 
 Carry = Callable[[Transaction], Result]
-"""Carries one transaction, through what other faults leave of it, to the bus."""
+"""Carries one transaction through the remaining faults to the bus."""
 
 Effect = Callable[[Transaction, Carry], Result]
-"""Does what a fault does to one transaction."""
+"""Applies a fault to one transaction."""
 
 
 class Direction(Enum):
-    """Which way a frame travels.
+    """Direction of a frame.
 
     Attributes:
         OUT: From the host to the joint.
@@ -34,14 +34,14 @@ class Direction(Enum):
 
 @dataclass(frozen=True, slots=True)
 class When:
-    """Which transactions a fault hits; by default all.
+    """Selection of the transactions that a fault hits; by default all.
 
     Attributes:
         address: Only those to this 7-bit address; None for every address.
-        first: Only those whose first byte written is this; None for every byte.
-        probability: How likely each of them is hit, 0..1.
-        count: How many are hit at most; None for no limit.
-        after: How many of them pass unharmed first.
+        first: Only those with this first byte written; None for every byte.
+        probability: Probability of a hit for each of them, 0..1.
+        count: Maximum number of hits; None for no limit.
+        after: Number of them that first pass unchanged.
     """
 
     address: int | None = None
@@ -74,12 +74,12 @@ class Injection:
     """One fault in force.
 
     Args:
-        effect: What it does.
-        when: To which transactions.
-        chance: Where its luck comes from.
+        effect: Its effect.
+        when: Transactions that it hits.
+        chance: Source of random numbers.
 
     Attributes:
-        hits: How many transactions it has spoilt.
+        hits: Number of transactions hit so far.
     """
 
     def __init__(self, effect: Effect, when: When, chance: random.Random) -> None:
@@ -93,7 +93,7 @@ class Injection:
         self._cancelled = True
 
     def carry(self, transaction: Transaction, onward: Carry) -> Result:
-        """Carry ``transaction`` through this fault and, where it gets that far, ``onward``."""
+        """Carry ``transaction`` through this fault and, unless dropped there, ``onward``."""
         if not self._strikes(transaction):
             return onward(transaction)
         self.hits += 1

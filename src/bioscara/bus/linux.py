@@ -1,6 +1,6 @@
 """The bus of a Raspberry Pi: Linux i2c-dev, one ioctl per transaction.
 
-One ioctl carries one write and one read to one address and never more. The kernel would take 42
+One ioctl carries at most one write and one read to one address. The kernel would accept 42
 messages, but the Pi 4's controller refuses a read that is not the last message and the Pi 5's
 refuses a change of address.
 """
@@ -36,17 +36,17 @@ _I2C_FUNC_I2C = 0x00000001
 _I2C_M_RD = 0x0001
 
 MESSAGE_MAX = 32
-"""Bytes that the I2C target of a joint takes or gives in one frame. The kernel would send 8192; the
-original firmware writes more than it has room for over its own variables."""
+"""Bytes that the I2C target of a joint accepts or sends in one frame. The kernel would send 8192;
+in the original firmware, an excess overwrites its own variables."""
 
 TIMEOUT_STEP = 0.010
-"""The kernel counts an adapter's timeout in steps of this [s], so nothing shorter can be set."""
+"""Resolution of an adapter's timeout in the kernel [s], and thus its minimum."""
 
 STUCK_AFTER = 4
 """Timeouts in a row, with no other outcome between them, after which the bus counts as stuck."""
 
 _SHAPES_MAX = 1024
-"""How many shapes of transactions are kept: some hundred times those of a run."""
+"""Number of cached shapes of transactions: some hundred times those of a run."""
 
 
 class _Message(ctypes.Structure):
@@ -84,18 +84,18 @@ class _Exchange:
                 messages.append(_Message(address, flags, len(buffer), ctypes.addressof(view)))
         array = (_Message * len(messages))(*messages)
         self.request = _Request(ctypes.addressof(array), len(messages))
-        # The kernel sees bare addresses: what they point to must live as long as the request.
+        # The kernel sees bare addresses: their targets must live as long as the request.
         self._kept = (array, views)
 
 
 class LinuxBusStatistics(NamedTuple):
-    """What went wrong on a :class:`LinuxBus` since it was made.
+    """Error counts of a :class:`LinuxBus` since its creation.
 
     Attributes:
-        no_acknowledges: Transactions that nobody acknowledged.
+        no_acknowledges: Transactions without an acknowledge.
         timeouts: Transactions that did not end in time.
         other_errors: Transactions that failed otherwise.
-        recoveries: How often a stuck bus was re-opened.
+        recoveries: Number of times that a stuck bus was re-opened.
     """
 
     no_acknowledges: int
@@ -112,12 +112,12 @@ class LinuxBus(Bus):
     answered with :class:`~bioscara.errors.BusStuckError`, so a transfer on a stuck bus takes one
     adapter timeout, not one per joint. Any other outcome ends the condition.
 
-    For one thread at a time, and one program: the first transfer opens the adapter, and until it is
-    closed no other bus of this kind can.
+    For one thread at a time, and one program: the first transfer opens the adapter, and no other
+    bus of this kind can open it until it is closed.
 
     Args:
         bus: Number of the bus (1 is the one on the Pi's header) or path of its device.
-        timeout: Time after which the kernel gives a transaction up [s]; rounded up to
+        timeout: Time after which the kernel aborts a transaction [s]; rounded up to
             :data:`TIMEOUT_STEP`. The kernel keeps one per adapter: it holds for other programs
             too.
 
@@ -155,7 +155,7 @@ class LinuxBus(Bus):
 
     @property
     def statistics(self) -> LinuxBusStatistics:
-        """Counts of what went wrong."""
+        """Error counts."""
         return LinuxBusStatistics(
             self._no_acknowledges, self._timeouts, self._other_errors, self._recoveries
         )
@@ -271,7 +271,7 @@ class LinuxBus(Bus):
         try:
             functions = ioctl(device, _I2C_FUNCS, bytes(struct.calcsize("L")))
             ioctl(device, _I2C_TIMEOUT, self._timeout_steps)
-            # Whether a repetition is safe is known above; the kernel must not decide it.
+            # Only the layers above know whether a repetition is safe; the kernel must not repeat.
             ioctl(device, _I2C_RETRIES, 0)
         except OSError as error:
             os.close(device)

@@ -1,4 +1,4 @@
-"""A bus that writes down what passes, and one that answers from what was written down."""
+"""A bus that records its transactions, and one that replays a recording."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ _LOG = logging.getLogger(__name__)
 
 
 class RecordingBus(Bus):
-    """Passes transactions on to another bus and records them with what came back.
+    """Forwards transactions to another bus and records them with their results.
 
     Each transfer is handed to the operating system, unbuffered, before its results are returned:
     the record outlives this process. It outlives a power cut once the system has written it to
     the disk, which :meth:`sync` waits for.
 
-    A recording never disturbs what it records: when the file cannot be written any more, this is
-    logged once, :attr:`failure` says why, and the transactions go on.
+    Recording never disturbs the transactions: when the file can no longer be written, this is
+    logged once, :attr:`failure` holds the reason, and the transactions continue.
 
     Args:
         bus: The bus to record; closed with this one.
@@ -74,7 +74,7 @@ class RecordingBus(Bus):
         return results
 
     def sync(self) -> None:
-        """Wait until all records are on the disk; may take long, so never in a control loop."""
+        """Wait until all records are on the disk; may take long, so never within a control loop."""
         if self._file is not None:
             try:
                 os.fsync(self._file)
@@ -120,7 +120,7 @@ class RecordingBus(Bus):
 
 
 class ReplayBus(Bus):
-    """Answers from a recording, as long as it is asked what the recorded run asked.
+    """Answers from a recording, as long as the requests equal those of the recorded run.
 
     Args:
         path: A file that :class:`RecordingBus` wrote; opened at the first transfer.
@@ -133,10 +133,10 @@ class ReplayBus(Bus):
         self._closed = False
 
     def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
-        """Return what was recorded for these transactions.
+        """Return the recorded results of these transactions.
 
         Raises:
-            ReplayError: The recorded run asked for something else, or ended here.
+            ReplayError: The recorded run sent other transactions, or ended here.
             InvalidArgumentError: The file cannot be read or is damaged.
             BusUnavailableError: The bus is closed, or the recorded transfer raised it.
         """

@@ -1,4 +1,4 @@
-"""The file that a recorded bus leaves: one line of text per transfer.
+"""File format of bus recordings: one line of text per transfer.
 
     bioscara-bus 1
     12.000125 0.001840 - 11:d500000000:9=0102030405060708ff 12:18:5!NoAcknowledgeError:... *5a17c0de
@@ -56,10 +56,10 @@ class Record(NamedTuple):
     """One transfer.
 
     Attributes:
-        start: When it began [s], by the recorder's clock.
-        duration: How long it took [s].
-        transactions: What was asked for.
-        results: What came back, one per transaction; empty if ``raised``.
+        start: Time of its start [s], by the recorder's clock.
+        duration: Its duration [s].
+        transactions: The transactions.
+        results: The results, one per transaction; empty if ``raised``.
         raised: The error that the transfer raised as a whole, or None.
     """
 
@@ -81,9 +81,9 @@ def encode_record(
 
     Args:
         start: When it began [s].
-        duration: How long it took [s].
-        transactions: What was asked for.
-        results: What came back, one per transaction; ignored if ``raised``.
+        duration: Its duration [s].
+        transactions: The transactions.
+        results: The results, one per transaction; ignored if ``raised``.
         raised: The error that the transfer raised as a whole.
     """
     words = [f"{start:.6f} {duration:.6f} {'-' if raised is None else _error_word(raised)}"]

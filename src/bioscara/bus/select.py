@@ -1,4 +1,4 @@
-"""A bus by its name, as the command line spells it."""
+"""Opening of a bus by its name on the command line."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bioscara.bus.linux import LinuxBus
 from bioscara.errors import InvalidArgumentError
 
 FORMS = ("linux:1 (number of the I2C bus)", "linux:/dev/i2c-1 (path of its device)")
-"""The names that :func:`open_bus` takes, for messages and help."""
+"""Forms of the names accepted by :func:`open_bus`, for messages and help."""
 
 
 def open_bus(name: str, other_forms: Sequence[str] = ()) -> Bus:
@@ -18,7 +18,7 @@ def open_bus(name: str, other_forms: Sequence[str] = ()) -> Bus:
 
     Args:
         name: ``linux:NUMBER`` or ``linux:PATH``.
-        other_forms: Forms that the caller understands itself, for the message.
+        other_forms: Further forms that the caller handles, for the message.
 
     Raises:
         InvalidArgumentError: The name has none of the forms.

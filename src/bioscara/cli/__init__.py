@@ -1,9 +1,9 @@
-"""The command line: arguments go in, one arm moves, a person reads what happened.
+"""The command-line interface: parses the arguments, moves one arm and reports the result.
 
-Begin with ``commands``, one module each, and ``arguments``. ``connect`` opens the arm that is
-named, ``target`` is where ``plan`` and ``move`` go, ``job`` what ``demo`` and ``run`` have in
-common. ``live_view`` and ``observer`` show and record a motion without ever delaying it. Nothing
-heavy is imported before it is needed.
+Entry points are ``commands``, one module each, and ``arguments``. ``connect`` opens the named arm,
+``target`` plans the motions of ``plan`` and ``move``, ``job`` has the common part of ``demo`` and
+``run``. ``live_view`` and ``observer`` show and record a motion and never delay it. Modules that
+are slow to import are imported only when needed.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
     """Run one command and return its exit status.
 
     Args:
-        arguments: The words after ``bioscara``; those of the process by default.
-        paced: Whether a simulated trajectory takes the time it takes; tests do not wait for it.
+        arguments: The arguments after ``bioscara``; those of the process by default.
+        paced: Whether a simulated trajectory runs in real time; False in tests.
     """
     if sys.stdout is None:
-        # Closed by who started it, as in `bioscara demo >&-`: nobody reads.
+        # Closed by the parent process, as in `bioscara demo >&-`: there is no reader.
         sys.stdout = Path(os.devnull).open("w")  # noqa: SIM115
     options = parse(arguments)
     options.paced = paced
@@ -47,7 +47,7 @@ def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
     except OSError as error:
         if not isinstance(error, BrokenPipeError):
             complain(f"the output cannot be written: {error.strerror or error}")
-        # Python flushes what is left once more at exit: to nowhere.
+        # Python flushes the remaining output again at exit: it goes to the null device.
         with contextlib.suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         status = Status.FAILED

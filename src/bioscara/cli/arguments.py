@@ -1,4 +1,4 @@
-"""The words of the command line."""
+"""The arguments of the command line."""
 
 from __future__ import annotations
 
@@ -32,42 +32,42 @@ _EPILOG = (
 
 
 class Options(argparse.Namespace):
-    """What was asked for; which attributes there are depends on the command.
+    """Parsed options; the set of attributes depends on the command.
 
     Attributes:
-        command: Name of the command, which is also the module that does it.
+        command: Name of the command, and of the module that implements it.
         bus: Name of the bus.
         v1: Whether the simulated joints have their original firmware.
-        words: All words after ``bioscara``, as they were typed.
-        acknowledge: Whether what stopped the arm before is taken note of.
-        realtime: Whether simulated homing takes the time it takes.
-        paced: Whether a simulated trajectory takes the time it takes.
+        words: All arguments after ``bioscara``, as typed.
+        acknowledge: Whether to acknowledge the faults that stopped the arm before.
+        realtime: Whether simulated homing runs in real time.
+        paced: Whether a simulated trajectory runs in real time.
         full_speed: Whether the tool may be faster than 250 mm/s.
         priority: Real-time priority of the control loop; None for an ordinary process.
-        out: Where to put the run's files; None for a new folder under ``runs``.
-        file: The trajectory.
-        fit: Whether to stretch the trajectory to the limits.
-        pose: Where the tool shall be: x, y, z [m] and yaw [rad]; None where joints are given.
-        joints: Where the joints shall be; None where a pose is given.
-        start: Where a plan starts from: positions of the joints; None for :data:`START`.
-        scene: What stands around the arm.
-        linear: Whether the tool goes along a line.
-        via: A place that the tool's arc leads through [m].
+        out: Folder for the files of the run; None for a new folder under ``runs``.
+        file: File of the trajectory.
+        fit: Whether to stretch the trajectory in time to fit the limits.
+        pose: Goal pose of the tool: x, y, z [m] and yaw [rad]; None if joints are given.
+        joints: Goal positions of the joints; None if a pose is given.
+        start: Joint positions at the start of a plan; None for :data:`START`.
+        scene: File with the zones and the table around the arm.
+        linear: Whether the tool moves along a line.
+        via: A point on the tool's arc [m].
         speed: Share of the speed limits to use.
-        csv: Where to write the planned trajectory.
-        plot: Where to draw it; None for nowhere.
-        socket: Where the simulated arm listens.
+        csv: File for the planned trajectory.
+        plot: File for the plot of the motion; None for no plot.
+        socket: Unix socket on which the simulated arm listens.
         seed: Seed of the simulation.
-        port: Where the 3D view listens.
-        action: What to do with poses.
+        port: TCP port of the 3D view.
+        action: Action on poses.
         table: The file with taught poses.
-        name: Of a pose.
+        name: Name of a pose.
         tool: Name of a tool.
-        calibration: Id of the arm's calibration; may be empty.
+        calibration: Identifier of the arm's calibration; may be empty.
         joint: Number of the joint to flash.
         swd: Whether to flash through an ST-Link instead of the USB bootloader.
-        image: The firmware image; None for the one of this version that is at hand.
-        serial: Serial number of the board in its bootloader, or of the ST-Link, if it was given.
+        image: The firmware image; None for the available one of this version.
+        serial: Serial number of the board in its bootloader, or of the ST-Link, if given.
     """
 
     command: str
@@ -105,17 +105,17 @@ class Options(argparse.Namespace):
     serial: str | None
 
     def load_command(self) -> Callable[[Options], int]:
-        """Import the module of the command and return what runs it."""
+        """Import the module of the command and return its ``run`` function."""
         module = importlib.import_module(f"bioscara.cli.commands.{self.command}")
         run: Callable[[Options], int] = module.run
         return run
 
 
 def parse(arguments: Sequence[str] | None = None) -> Options:
-    """Return the options; leaves through ``SystemExit`` with status 2 on wrong usage.
+    """Parse the options; raises ``SystemExit`` with status 2 on wrong usage.
 
     Args:
-        arguments: The words after ``bioscara``; those of the process by default.
+        arguments: The arguments after ``bioscara``; those of the process by default.
     """
     parser = argparse.ArgumentParser(
         prog="bioscara",
@@ -265,7 +265,7 @@ def _add_poses(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
 
 
 def _serial_number(word: str) -> str:
-    if not word:  # As from an unset variable: the only board may be another one.
+    if not word:  # As from an unset variable: the only connected board may be another one.
         raise argparse.ArgumentTypeError("is empty; leave it out, or name a board")
     return word
 

@@ -1,4 +1,4 @@
-"""Warnings of the arm, each told once."""
+"""Warnings of the arm, each reported once."""
 
 from __future__ import annotations
 
@@ -9,11 +9,11 @@ from bioscara.robot import Robot
 
 
 class Warnings:
-    """Knows which warnings of a robot were told already.
+    """Filters the warnings of a robot for those not yet reported.
 
     Args:
-        robot: A connected robot; those that it has now were told.
-        notes: What was told of the plan already: a robot warns of it again.
+        robot: A connected robot; its present warnings count as reported.
+        notes: Notes on the plan that were reported already; the robot repeats them as warnings.
     """
 
     def __init__(self, robot: Robot, notes: Collection[str] = ()) -> None:
@@ -22,11 +22,11 @@ class Warnings:
         self._last = (robot.warnings or ("",))[-1]
 
     def fresh(self) -> list[str]:
-        """Return those that came since it was last asked, oldest first, as sentences."""
+        """Return the warnings since the last call, oldest first, as sentences."""
         warnings, last = self._robot.warnings, self._last
         if not warnings or warnings[-1] is last:
             return []
         self._last = warnings[-1]
-        # The oldest are dropped by and by, so their number tells nothing.
+        # The oldest are dropped over time, so their number is no indication.
         new = [*takewhile(lambda text: text is not last, reversed(warnings))]
         return [f"warning: {text}" for text in reversed(new) if text not in self._notes]

@@ -13,12 +13,12 @@ def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULT
     """Return the arm that ``--bus`` and ``--v1`` name; nothing is opened yet.
 
     Args:
-        options: What was asked for.
-        parameters: The arm as data.
+        options: Parsed options.
+        parameters: Parameters of the arm.
         evidence: Folder for the flight records of faults.
 
     Raises:
-        InvalidArgumentError: No bus has such a name.
+        InvalidArgumentError: There is no bus of that name.
     """
     if options.bus != "sim":
         return Robot.connect(

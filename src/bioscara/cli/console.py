@@ -1,4 +1,4 @@
-"""Standard output that may go away without the arm noticing."""
+"""Standard output whose failure does not affect the arm."""
 
 from __future__ import annotations
 
@@ -6,17 +6,17 @@ from bioscara.printing import printable
 
 
 class Output:
-    """Writes lines to standard output until it fails; then it stays silent.
+    """Writes lines to standard output until that fails, and nothing from then on.
 
     Attributes:
-        problem: Why it fell silent; None while it works.
+        problem: The error that ended the output; None while it works.
     """
 
     def __init__(self) -> None:
         self.problem: OSError | None = None
 
     def line(self, text: str = "") -> None:
-        """Write one line at once; what is not printable in it is escaped, also line ends."""
+        """Write and flush one line; non-printable characters, also line ends, are escaped."""
         if self.problem is None:
             try:
                 print(printable(text), flush=True)  # noqa: T201
@@ -24,14 +24,14 @@ class Output:
                 self.fail(error)
 
     def fail(self, error: OSError) -> None:
-        """Fall silent because of ``error``."""
+        """End the output because of ``error``."""
         self.problem = error
 
     def check(self) -> None:
-        """Tell what went wrong, once there is nothing left that could be disturbed.
+        """Raise the error of the output; to be called at the end, when it disturbs nothing.
 
         Raises:
-            OSError: What made it fall silent; BrokenPipeError when the reader went away.
+            OSError: The error that ended the output; BrokenPipeError if the reader closed it.
         """
         if self.problem is not None:
             raise self.problem

@@ -1,4 +1,4 @@
-"""What stopped the arm before this run: nothing moves until a person has taken note of it."""
+"""Faults from before this run: nothing moves until a person has acknowledged them."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from bioscara.robot import Robot
 
 
 def require_noted(robot: Robot, options: Options) -> None:
-    """Refuse to go on with faults that nobody took note of with ``--acknowledge``.
+    """Raise if there are faults, unless ``--acknowledge`` is given.
 
     Args:
-        robot: Just connected.
-        options: What was asked for.
+        robot: A robot that was just connected.
+        options: Parsed options.
 
     Raises:
-        FaultedError: There are some; names them, what to do and the command to go on.
+        FaultedError: There are faults; names them, what to do and the command to continue.
     """
     if options.acknowledge or not robot.faults:
         return
@@ -37,16 +37,16 @@ def require_noted(robot: Robot, options: Options) -> None:
 
 
 def the_way_on(robot: Robot) -> str:
-    """Return what goes behind the cause of a failure if that latched a fault; else nothing."""
+    """Return the advice appended to a failure's cause if a fault is latched; else nothing."""
     return "; then go on with --acknowledge" if robot.faults else ""
 
 
 def acknowledge(robot: Robot, tell: Callable[[str], None]) -> None:
-    """Acknowledge and recover from what stopped the arm before, if anything did; nothing moves.
+    """Acknowledge and recover from faults that stopped the arm before, if any; nothing moves.
 
     Args:
-        robot: Just connected.
-        tell: Takes a sentence for each fault.
+        robot: A robot that was just connected.
+        tell: Receives a sentence for each fault.
 
     Raises:
         FaultedError: The evidence cannot be written; the faults stay.

@@ -1,4 +1,4 @@
-"""The joint that is flashed, on its bus: into its bootloader before, who it is afterwards."""
+"""The flashed joint on its bus: bootloader request before flashing, identity check afterwards."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ from bioscara.flashing.image import dotted
 from bioscara.protocol import Flags
 
 _PATIENCE, _PAUSE = 5.0, 0.1
-"""How long the new firmware may take to answer, and between two questions [s]."""
+"""Longest time for the new firmware to answer, and interval between two attempts [s]."""
 
 
 class Flashed:
-    """One joint on its bus.
+    """The joint to flash, on its bus.
 
     Args:
         joint: The joint.
-        clock: Time of its bus.
-        output: Where people read.
+        clock: Clock of its bus.
+        output: Output for messages to the user.
     """
 
     def __init__(self, joint: Joint, clock: Clock, output: Output) -> None:
@@ -37,12 +37,12 @@ class Flashed:
         self._boot_id: int | None = None
 
     def prepare(self, programmer: Programmer) -> None:
-        """Bring the joint into its bootloader, if it can be asked to and must be.
+        """Start the bootloader of the joint, if that is needed and supported.
 
-        A joint that does not answer, or cannot be asked, is left to its BOOT button.
+        A joint that does not answer, or does not support the request, needs its BOOT button.
 
         Raises:
-            FlashError: The board in its bootloader is another than this joint.
+            FlashError: The board in its bootloader is not this joint.
             IncorrectStateError: The joint is enabled.
             BusUnavailableError: The bus cannot be opened.
         """
@@ -82,7 +82,7 @@ class Flashed:
         programmer.wait()
 
     def confirm(self, image: Image) -> Status:
-        """Ask the joint who it is, and compare that with the image.
+        """Query the identity of the joint, and compare it with the image.
 
         Raises:
             BusUnavailableError: The bus cannot be opened.

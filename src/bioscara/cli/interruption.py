@@ -1,4 +1,4 @@
-"""Ctrl-C as a request: what moves the arm is never torn apart, it is asked to stop."""
+"""Ctrl-C as a request: a motion is never interrupted midway, it is requested to stop."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 
 
 class Interruption:
-    """While entered, Ctrl-C, SIGTERM and SIGHUP only set a mark that the motion looks at.
+    """While entered, Ctrl-C, SIGTERM and SIGHUP only set a flag that the motion polls.
 
-    More of them change nothing: the arm is stopping already, and it must end disabled. For the
-    main thread.
+    Further signals change nothing: the arm is stopping already, and must end up disabled. Main
+    thread only.
 
     Attributes:
-        requested: True once one arrived.
+        requested: True once a signal arrived.
     """
 
     def __init__(self) -> None:
@@ -35,5 +35,5 @@ class Interruption:
             signal.signal(number, handler)
 
     def _mark(self, number: int, frame: FrameType | None) -> None:  # noqa: ARG002 (signal's form)
-        # A plain attribute: an Event's lock could be held by the very thread interrupted here.
+        # A plain attribute: an Event's lock could be held by the thread interrupted here.
         self.requested = True

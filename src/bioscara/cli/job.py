@@ -1,4 +1,4 @@
-"""What ``demo`` and ``run`` have in common: check, home, follow, stop, report."""
+"""Common part of ``demo`` and ``run``: check, home, follow, stop, report."""
 
 from __future__ import annotations
 
@@ -35,14 +35,14 @@ from bioscara.robot import Robot, kinematics_of
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """A trajectory that was found executable.
+    """A trajectory that was checked to be executable.
 
     Attributes:
         title: Name of the run.
-        source: Where the trajectory came from, in words.
-        trajectory: What to execute.
-        notes: What the person should know about it.
-        scene: What the arm keeps clear of, also on its way to the start.
+        source: Origin of the trajectory, in words.
+        trajectory: Trajectory to execute.
+        notes: Notes on the trajectory for the user.
+        scene: Surroundings to keep clear of, also during the motion to the start.
     """
 
     title: str
@@ -53,7 +53,7 @@ class Plan:
 
 
 _HOMING_CYCLES = 10_000
-"""Homing and approach leave fewer records than this."""
+"""Upper bound of the number of records of homing and approach."""
 
 
 def prepare(
@@ -66,20 +66,20 @@ def prepare(
     fit: bool = False,
     full_speed: bool = False,
 ) -> Plan:
-    """Read a trajectory file and make sure that the arm can execute it.
+    """Read a trajectory file and check that the arm can execute it.
 
     Args:
         path: The file.
         title: Name of the run.
-        source: Where the trajectory came from, in words.
-        parameters: The arm; its limits are those of the trajectory.
-        scene: What it must keep clear of.
-        fit: Whether to stretch in time what is too fast for a joint.
+        source: Origin of the trajectory, in words.
+        parameters: Parameters of the arm; the trajectory must be within its limits.
+        scene: Surroundings to keep clear of.
+        fit: Whether to stretch the trajectory in time where it is too fast for a joint.
         full_speed: Whether the tool may be faster than 250 mm/s.
 
     Raises:
-        TrajectoryError: The file cannot be read, or asks for what the arm cannot do.
-        ZoneError: The trajectory leads through something.
+        TrajectoryError: The file cannot be read, or the arm cannot execute its trajectory.
+        ZoneError: The path of the trajectory is not free.
     """
     trajectory, notes = read(path)
     if fit:
@@ -96,14 +96,14 @@ def prepare(
                 "--full-speed lifts that",
             )
     if len(trajectory.joint_names) == len(parameters.joints):
-        # Where joints are that it does not name is known only when it is homed: then all is
-        # checked again.
+        # Positions of joints that it does not name are known only after homing: then everything
+        # is checked again.
         scene.check(arm, trajectory)
     return Plan(title, source, trajectory, notes, scene)
 
 
 class _Course(NamedTuple):
-    """How a motion went; the fields are those of :class:`Summary`."""
+    """Result of a motion; the fields are those of :class:`Summary`."""
 
     outcome: Outcome
     message: str
@@ -115,7 +115,7 @@ def run_job(plan: Plan, parameters: ArmParameters, options: Options) -> Status:
     """Home the arm, execute the plan, leave the arm disabled and write the report.
 
     Raises:
-        BioscaraError: Something was in the way before anything moved.
+        BioscaraError: The run was refused or failed before anything moved.
         OSError: Standard output cannot be written.
     """
     output, started = Output(), datetime.now().astimezone()
@@ -171,7 +171,7 @@ def _joint_info(joint: Joint) -> JointInfo:
 
 
 def _move(robot: Robot, plan: Plan, cancelled: Interruption, observer: Observer) -> _Course:
-    """Move the arm and leave it disabled; tell how it went."""
+    """Move the arm, leave it disabled and return the result."""
     outcome, message = Outcome.COMPLETED, ""
     faults: tuple[str, ...] = ()
     warnings = Warnings(robot, plan.notes)

@@ -15,7 +15,7 @@ from bioscara.report import CycleRecord
 
 
 class _Console(Console):
-    """A console that does not end the program when its reader goes away, as rich's does."""
+    """A console that, unlike rich's, does not end the program when its reader closes the pipe."""
 
     def __init__(self, output: Output) -> None:
         super().__init__(highlight=False)
@@ -27,7 +27,7 @@ class _Console(Console):
 
 
 class TableView(View):
-    """A table with a line per joint that is redrawn in place; arguments as :class:`View`."""
+    """A table with one line per joint, redrawn in place; arguments as :class:`View`."""
 
     def __init__(
         self, output: Output, joints: Sequence[tuple[str, str]], interval: float = 0.125
@@ -38,7 +38,7 @@ class TableView(View):
         self._live.start()
 
     def note(self, text: str) -> None:
-        """Say something above the table."""
+        """Print a message above the table."""
         if self._output.problem is None:
             try:
                 self._console.print(printable(text), markup=False)
@@ -46,7 +46,7 @@ class TableView(View):
                 self._output.fail(error)
 
     def close(self) -> None:
-        """Show the last state and let go of the terminal."""
+        """Show the last state and release the terminal."""
         super().close()
         try:
             self._live.stop()

@@ -1,4 +1,4 @@
-"""What a person sees while the arm moves: a live table, or a line a second."""
+"""Live display while the arm moves: a table, or one line per second."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from bioscara.protocol import Flags
 from bioscara.report import CycleRecord, JointRecord, Phase, Quality
 
 _REST = {"rad": 2e-3, "m": 2e-4}
-"""Speed below which a joint is shown as standing [rad/s, m/s]: its speed filter's ripple."""
+"""Speed below which a joint is shown as holding [rad/s, m/s]: ripple of its speed filter."""
 
 
 class View(ABC):
     """Shows the progress of a run; called from one thread.
 
     Args:
-        output: Where to write.
+        output: Output to write to.
         joints: Name and unit of each joint.
-        interval: Least time between two pictures [s].
+        interval: Minimum time between two updates [s].
     """
 
     def __init__(self, output: Output, joints: Sequence[tuple[str, str]], interval: float) -> None:
@@ -32,11 +32,11 @@ class View(ABC):
         self._pending: CycleRecord | None = None
 
     def phase(self, text: str) -> None:
-        """Say that another part of the run begins."""
+        """Report the begin of another phase of the run."""
         self.note(text)
 
     def cycle(self, record: CycleRecord) -> None:
-        """Take the latest cycle; it is shown if it is time for another picture."""
+        """Accept the latest cycle; it is shown if the next update is due."""
         now = time.monotonic()
         self._pending = record
         if now - self._shown_at >= self._interval:
@@ -44,7 +44,7 @@ class View(ABC):
             self._show()
 
     def close(self) -> None:
-        """Show the last state and let go of the terminal."""
+        """Show the last state and release the terminal."""
         self._show()
 
     def _show(self) -> None:
@@ -54,7 +54,7 @@ class View(ABC):
 
     @abstractmethod
     def note(self, text: str) -> None:
-        """Say something that stays readable."""
+        """Print a message that remains visible."""
 
     @abstractmethod
     def _draw(self, record: CycleRecord) -> None:
@@ -65,11 +65,11 @@ def make_view(output: Output, joints: Sequence[tuple[str, str]]) -> View:
     """Return the live table on a terminal, plain lines elsewhere.
 
     Args:
-        output: Where to write.
+        output: Output to write to.
         joints: Name and unit of each joint.
     """
     if sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb":
-        # Here and not above: rich takes 60-200 ms to import.
+        # Imported here: rich takes 60-200 ms to import.
         from bioscara.cli.live_table import TableView  # noqa: PLC0415
 
         return TableView(output, joints)
@@ -77,7 +77,7 @@ def make_view(output: Output, joints: Sequence[tuple[str, str]]) -> View:
 
 
 def state_word(record: JointRecord, phase: Phase, unit: str) -> str:
-    """Return what a joint is doing, in a word or two."""
+    """Return the state of a joint in one or two words."""
     flags = Flags(record.flags)
     if record.quality is Quality.STALE:
         return "no answer"
@@ -104,13 +104,13 @@ def cells(record: JointRecord, phase: Phase, unit: str) -> tuple[str, str, str, 
 
 
 def progress(record: CycleRecord) -> str:
-    """Return how far the run is, in the arm's time."""
+    """Return phase and time of the run, in the arm's time."""
     shown = record.start if isnan(record.trajectory_time) else record.trajectory_time
     return f"{record.phase.value} {shown:7.2f} s"
 
 
 class PlainView(View):
-    """A line for all joints about once a second; arguments as :class:`View`."""
+    """One line for all joints about once per second; arguments as :class:`View`."""
 
     def __init__(
         self, output: Output, joints: Sequence[tuple[str, str]], interval: float = 1.0
@@ -118,7 +118,7 @@ class PlainView(View):
         super().__init__(output, joints, interval)
 
     def note(self, text: str) -> None:
-        """Say something."""
+        """Print a message."""
         self._output.line(text)
 
     def _draw(self, record: CycleRecord) -> None:

@@ -1,6 +1,6 @@
-"""Shows and records a motion in a thread of its own.
+"""Display and recording of a motion in a separate thread.
 
-Neither a slow disk nor a slow terminal may hold up the loop that feeds the joints.
+Neither a slow disk nor a slow terminal may delay the control loop.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ from bioscara.report import CycleRecord, History
 from bioscara.report.samples import SampleWriter
 
 _SWITCH_INTERVAL = 0.5e-3
-"""How long a thread keeps the interpreter when another wants it [s]; the default of 5 ms would
-make the loop late by half a period whenever a picture is drawn."""
+"""Switch interval of the interpreter between threads [s]; the default of 5 ms would delay the loop
+by half a period at each update of the display."""
 
 
 class Observer:
-    """Takes cycles from the loop, keeps them, writes them and shows them.
+    """Receives cycles from the loop, stores them, writes them to a file and displays them.
 
-    Usable as a context manager; leaving it waits until everything taken is written.
+    Usable as a context manager; leaving it waits until all received cycles are written.
 
     Args:
-        view: Shows them.
-        samples: Writes them.
-        history: Keeps them; complete once the observer is closed.
+        view: Displays the cycles.
+        samples: Writes the cycles.
+        history: Stores the cycles; complete once the observer is closed.
 
     Attributes:
         problem: Why not all samples were written; empty if they were.
@@ -53,15 +53,15 @@ class Observer:
         self._work.result()
 
     def cycle(self, record: CycleRecord) -> None:
-        """Take a cycle; returns at once."""
+        """Queue a cycle; returns at once."""
         self._queue.put(record)
 
     def phase(self, text: str) -> None:
-        """Say that another part of the run begins; returns at once."""
+        """Report the begin of another phase of the run; returns at once."""
         self._queue.put(lambda: self._view.phase(text))
 
     def note(self, text: str) -> None:
-        """Say something; returns at once."""
+        """Print a message; returns at once."""
         self._queue.put(lambda: self._view.note(text))
 
     def _observe(self) -> None:

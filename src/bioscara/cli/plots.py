@@ -1,4 +1,4 @@
-"""The files that ``--csv`` and ``--plot`` ask for."""
+"""The files that ``--csv`` and ``--plot`` request."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bioscara.robot.planner import Plan, Planner
 
 
 def require_files(options: Options) -> None:
-    """Raise if ``--csv`` or ``--plot`` cannot be written; to be asked before anything moves.
+    """Raise if ``--csv`` or ``--plot`` cannot be written; to be called before anything moves.
 
     Raises:
         InvalidArgumentError: As :func:`require_drawing`, for either file.
@@ -25,11 +25,11 @@ def require_files(options: Options) -> None:
 
 
 def require_drawing(plot: Path | None) -> None:
-    """Raise if a picture is wanted and cannot be drawn; to be asked before anything moves.
+    """Raise if a plot is requested and cannot be drawn; to be called before anything moves.
 
     Raises:
         InvalidArgumentError: matplotlib is not installed, the name is not that of a PNG file, or
-            nothing can be written there.
+            the file cannot be written.
     """
     if plot is None:
         return
@@ -56,7 +56,7 @@ def _require_writable(path: Path) -> None:
 
 
 def write_trajectory(path: Path, trajectory: Trajectory) -> str:
-    """Write a trajectory for ``bioscara run``; return the sentence that says so.
+    """Write a trajectory for ``bioscara run``; return a message that names the file.
 
     Raises:
         InvalidArgumentError: The file cannot be written.
@@ -71,14 +71,14 @@ def write_trajectory(path: Path, trajectory: Trajectory) -> str:
 def write_picture(
     path: Path, plan: Plan, planner: Planner, parameters: ArmParameters, title: str
 ) -> str:
-    """Draw a plan within the limits and the scene of its planner; return the sentence that says so.
+    """Draw a plan with the limits and the scene of its planner; return a message naming the file.
 
     Args:
         path: The PNG file.
-        plan: What to draw.
-        planner: Who planned it.
-        parameters: The arm as data.
-        title: What stands above.
+        plan: Plan to draw.
+        planner: The planner of the plan.
+        parameters: Parameters of the arm.
+        title: Title of the figure.
 
     Raises:
         InvalidArgumentError: The file cannot be written.

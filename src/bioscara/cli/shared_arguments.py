@@ -1,4 +1,4 @@
-"""Words that several commands understand: the arm, the target, what is around it and drawn."""
+"""Arguments that several commands share: the arm, the target, the scene and the plot."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ BUS_HELP = (
     "'bioscara simulate' runs) or 'linux:1' (a real one on I2C bus 1)"
 )
 START = (-0.6, 0.2, 1.2, -0.6)
-"""Where a plan starts from unless it is told [rad m rad rad]: in front of the column, the elbow
-well bent, so that a line can start there. Stretched, as at ``center``, none can."""
+"""Default joint positions at the start of a plan [rad m rad rad]: in front of the column, with the
+elbow bent, so that a line can start there. With a stretched arm, as at ``center``, none can."""
 _JOINTS = "J1 J2 J3 J4"
 
 
 def add_bus(parser: argparse.ArgumentParser) -> None:
-    """Add what says which arm it is."""
+    """Add the arguments that select the arm."""
     parser.add_argument("--bus", metavar="BUS", default="sim", help=BUS_HELP)
     parser.add_argument(
         "--v1",
@@ -26,7 +26,7 @@ def add_bus(parser: argparse.ArgumentParser) -> None:
 
 
 def add_motion(parser: argparse.ArgumentParser) -> None:
-    """Add what ``demo`` and ``run`` have in common."""
+    """Add the common arguments of ``demo`` and ``run``."""
     add_bus(parser)
     add_acknowledge(parser)
     add_realtime(parser)
@@ -47,7 +47,7 @@ def add_motion(parser: argparse.ArgumentParser) -> None:
 
 
 def add_acknowledge(parser: argparse.ArgumentParser) -> None:
-    """Add what lets an arm go on that a fault stopped."""
+    """Add the argument that acknowledges faults."""
     parser.add_argument(
         "--acknowledge",
         action="store_true",
@@ -57,7 +57,7 @@ def add_acknowledge(parser: argparse.ArgumentParser) -> None:
 
 
 def add_realtime(parser: argparse.ArgumentParser) -> None:
-    """Add how long simulated homing takes."""
+    """Add the argument for simulated homing in real time."""
     parser.add_argument(
         "--realtime",
         action="store_true",
@@ -66,7 +66,7 @@ def add_realtime(parser: argparse.ArgumentParser) -> None:
 
 
 def add_full_speed(parser: argparse.ArgumentParser) -> None:
-    """Add what lifts the limit of the tool's speed."""
+    """Add the argument that lifts the limit of the tool's speed."""
     parser.add_argument(
         "--full-speed",
         action="store_true",
@@ -75,7 +75,7 @@ def add_full_speed(parser: argparse.ArgumentParser) -> None:
 
 
 def add_target(parser: argparse.ArgumentParser) -> None:
-    """Add where to go and how, and what to write about it."""
+    """Add the arguments for target, type of motion and output files."""
     target = parser.add_mutually_exclusive_group(required=True)
     add_four(target, "--pose", "X Y Z YAW", "where the tool shall be, in the base [m m m rad]")
     add_four(target, "--joints", _JOINTS, "where the joints shall be [rad m rad rad]")
@@ -105,7 +105,7 @@ def add_target(parser: argparse.ArgumentParser) -> None:
 
 
 def add_start(parser: argparse.ArgumentParser, help_text: str) -> None:
-    """Add where the joints are at the start."""
+    """Add the argument for the joint positions at the start."""
     parser.add_argument(
         "--from",
         dest="start",
@@ -120,17 +120,17 @@ def add_scene(
     parser: argparse.ArgumentParser,
     help_text: str = "file with the zones and the table that the arm keeps clear of",
 ) -> None:
-    """Add what stands around the arm."""
+    """Add the argument for the scene file."""
     parser.add_argument("--scene", metavar="FILE", type=Path, help=help_text)
 
 
 def add_plot(parser: argparse.ArgumentParser, help_text: str) -> None:
-    """Add the picture of a motion."""
+    """Add the argument for the plot of a motion."""
     parser.add_argument("--plot", metavar="FILE", type=Path, help=help_text)
 
 
 def add_table(parser: argparse.ArgumentParser) -> None:
-    """Add the file with the poses."""
+    """Add the argument for the file with the poses."""
     parser.add_argument(
         "--table",
         metavar="FILE",
@@ -141,19 +141,19 @@ def add_table(parser: argparse.ArgumentParser) -> None:
 
 
 def add_tool(parser: argparse.ArgumentParser, help_text: str) -> None:
-    """Add the name of a tool."""
+    """Add the argument for the name of a tool."""
     parser.add_argument(
         "--tool", metavar="NAME", default="fingers", help=f"{help_text} (default: fingers)"
     )
 
 
 def add_four(parser: argparse._ActionsContainer, name: str, values: str, help_text: str) -> None:
-    """Add a word that four numbers follow.
+    """Add an option with four numbers.
 
     Args:
-        parser: What to add it to.
-        name: The word.
-        values: Names of the numbers, with spaces between.
-        help_text: What they are.
+        parser: Parser or group to add it to.
+        name: Name of the option.
+        values: Names of the numbers, separated by spaces.
+        help_text: Help text of the option.
     """
     parser.add_argument(name, metavar=tuple(values.split()), type=float, nargs=4, help=help_text)

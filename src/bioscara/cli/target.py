@@ -1,4 +1,4 @@
-"""Where ``bioscara plan`` and ``bioscara move`` shall go, from where, and around what."""
+"""Target, start and scene of ``bioscara plan`` and ``bioscara move``."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from bioscara.robot.planner import Plan, Planner
 
 
 def wanted_scene(options: Options) -> Scene:
-    """Return what stands around the arm: nothing, unless a file says so.
+    """Return the scene of ``--scene``; an empty one if no file is given.
 
     Raises:
         ConfigurationError: The file cannot be read; names file and line.
@@ -44,10 +44,11 @@ def planner_from(options: Options, parameters: ArmParameters) -> Planner:
 
 
 def target_planner(options: Options, parameters: ArmParameters) -> Planner:
-    """Return a planner as :func:`planner_from`, with ``--tool``, for a target it can go to.
+    """Return a planner as :func:`planner_from`, with ``--tool``, after a check of the target.
 
     Raises:
-        InvalidArgumentError: The target is refused wherever the arm is, or there is no such tool.
+        InvalidArgumentError: The target is refused irrespective of the arm's position, or there is
+            no such tool.
     """
     planner = planner_from(options, parameters)
     by_name(options, planner.use_tool, options.tool)
@@ -59,11 +60,12 @@ def plan_target(planner: Planner, options: Options) -> Plan:
     """Return the motion to the target that the options name; nothing moves.
 
     Args:
-        planner: Where the arm is, with what :func:`target_planner` returned.
-        options: What was asked for, and found possible there.
+        planner: Planner at the arm's position, with table, scene and tool of the planner that
+            :func:`target_planner` returned.
+        options: Parsed options, checked by :func:`target_planner`.
 
     Raises:
-        UnreachableError, TrajectoryError, ZoneError: The arm cannot go there.
+        UnreachableError, TrajectoryError, ZoneError: The arm cannot move to the target.
     """
     planner.full_speed = options.full_speed
     if options.name:
@@ -80,7 +82,7 @@ def plan_target(planner: Planner, options: Options) -> Plan:
 
 
 def describe(plan: Plan, arm: Scara) -> list[str]:
-    """Return what a person wants to know about a plan, a line each."""
+    """Describe a plan for the user, one item per line."""
     trajectory = plan.trajectory
     ends = batch.forward(arm, trajectory.positions[[0, -1]])
     peak = peak_tool_speed(trajectory, arm, (0.0,) * len(arm.limits))

@@ -1,4 +1,4 @@
-"""What can be refused of a target wherever the arm is: asked before it is homed or enabled."""
+"""Checks of a target that do not depend on the arm's position: done before homing or enabling."""
 
 from __future__ import annotations
 
@@ -20,19 +20,20 @@ from bioscara.robot.tools import check_number
 
 _LENGTHS = ("j2", "x", "y", "z")
 _ROUNDING = 1e-9
-"""What is beyond the reach by no more may still be within it [m]."""
+"""Tolerance of the reach for rounding errors [m]."""
 
 
 def check_target(planner: Planner, options: Options) -> None:
-    """Refuse what cannot be done from anywhere.
+    """Refuse a target that cannot be reached from any position.
 
     Args:
-        planner: Of the arm, with the tool that is mounted.
-        options: What was asked for.
+        planner: Planner of the arm, with the mounted tool.
+        options: Parsed options.
 
     Raises:
-        InvalidArgumentError: The words do not go together, a number cannot be, the target is out of
-            reach or limits or in a zone, or its pose was taught with another tool.
+        InvalidArgumentError: The options exclude one another, a number is not possible, the target
+            is out of reach, outside the limits or in a zone, or its pose was taught with another
+            tool.
     """
     _check_words(options)
     arm = planner.kinematics
@@ -59,14 +60,14 @@ def _check_words(options: Options) -> None:
 
 
 def _check_sizes(word: str, fields: Sequence[str], values: Sequence[float] | None) -> None:
-    """Refuse what is not finite, and millimetres and degrees."""
+    """Refuse values that are not finite or, by their size, in millimetres or degrees."""
     for field, value in zip(fields, values or (), strict=values is not None):
         size, unit = (PLACE_MAX, "m") if field in _LENGTHS else (ANGLE_MAX, "rad")
         check_number(f"{word}, {field}", value, size, unit)
 
 
 def _check_via(arm: Scara, via: Sequence[float]) -> None:
-    """Refuse a place that the tool cannot be at, whatever its yaw."""
+    """Refuse a point that the tool cannot reach with any yaw."""
     x, y, z = via
     tool, built = arm.tool, arm.geometry
     reach = built.upper_arm + built.forearm + math.hypot(tool.x, tool.y)
@@ -82,7 +83,7 @@ def _check_via(arm: Scara, via: Sequence[float]) -> None:
 
 
 def _ways(planner: Planner, options: Options) -> list[Joints]:
-    """Return each way in which the arm can be at the target."""
+    """Return all joint solutions for the target that are within the limits."""
     arm = planner.kinematics
     joints = None if options.joints is None else Joints(*options.joints)
     place = None if options.pose is None else Pose(*options.pose)
@@ -112,14 +113,14 @@ def _middle(arm: Scara) -> list[float]:
 
 
 def _refusal(scene: Scene, arm: Scara, joints: Joints) -> ZoneError | None:
-    """Return why the arm must not be there, if it must not."""
+    """Return the error for joint positions without clearance; None if they are free."""
     layout = scene.layout(arm)
     if not layout.pairs:
         return None
     pairs = layout.clearances(arm, np.array([joints]), scene.margin)[:, 0]
     nearest = int(pairs.argmin())
     pair, missed = layout.pairs[nearest], scene.margin - float(pairs[nearest])
-    # An arm that stands there already may stand a little nearer.
+    # An arm that is there already may have a slightly smaller clearance.
     if missed <= STAND:
         return None
     margin = scene.margin - pair.allowed

@@ -15,10 +15,10 @@ T = TypeVar("T")
 
 
 def taught(options: Options, tool: Tool) -> TeachTable:
-    """Return the poses and tools of ``--table``; where there is no such file, what every arm has.
+    """Return the poses and tools of ``--table``; the built-in ones if there is no such file.
 
     Args:
-        options: What was asked for.
+        options: Parsed options.
         tool: The fingers.
 
     Raises:
@@ -33,10 +33,10 @@ def taught(options: Options, tool: Tool) -> TeachTable:
 
 
 def by_name(options: Options, find: Callable[[str], T], name: str) -> T:
-    """Return what has a name in ``--table``; a complaint says so where there is no such file.
+    """Return the named entry of ``--table``; the error message mentions a missing file.
 
     Raises:
-        InvalidArgumentError: Nothing has that name.
+        InvalidArgumentError: There is no entry of that name.
     """
     try:
         return find(name)

@@ -1,5 +1,5 @@
 """Control: measured states come in, bounded commands go out, each cycle.
 
 ``loop`` runs ``manager`` on time. The manager updates the active ``controllers``; ``limits`` bounds
-what they command, whatever its source. ``faults`` watches each cycle and stops the arm.
+every command, independent of its source. ``faults`` watches each cycle and stops the arm.
 """

@@ -1,6 +1,6 @@
-"""Joints and gripper as objects: SI joint units go in and come out, registers stay below.
+"""Joint and gripper drivers; their interfaces use SI joint units and hide the registers.
 
-``joint`` is one axis and several of them in one bus call, ``link`` the frames that they exchange,
+``joint`` handles one axis, or several in one bus call; ``link`` the frames exchanged with them;
 ``gripper`` the servo.
 """
 

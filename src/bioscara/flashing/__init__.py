@@ -1,10 +1,10 @@
-"""Firmware of the joints' boards: an image file goes in, a board that runs it comes out.
+"""Flashing of firmware images to the joints' boards.
 
-``image`` knows the format of an image and refuses a wrong one before anything is written.
-``programmer`` is the interface to a board: find the only one, write, read back, compare, start. One
-file per program that does it: ``dfu`` (USB bootloader, dfu-util), ``stflash`` and ``openocd`` (SWD,
-ST-Link). ``program`` runs such a program; ``access`` is what a person without permission has to
-install. Nothing here knows a bus or a joint.
+``image`` parses an image and refuses a wrong one before anything is written. ``programmer`` is the
+interface to a board: find the only one, write, read back, compare, start. There is one module per
+flashing program: ``dfu`` (USB bootloader, dfu-util), ``stflash`` and ``openocd`` (SWD, ST-Link).
+``program`` runs such a program; ``access`` explains to users without permission what to install.
+Nothing here depends on a bus or a joint.
 """
 
 from bioscara.flashing.dfu import Dfu as Dfu

@@ -1,4 +1,4 @@
-"""What a person has to install who may not use a board or an ST-Link."""
+"""Installation advice for users without permission to use a board or an ST-Link."""
 
 from __future__ import annotations
 
@@ -8,14 +8,14 @@ from pathlib import Path
 from bioscara.errors import FlashError
 
 RULES = Path(__file__).with_name("70-bioscara-flash.rules")
-"""The udev rules that let the group plugdev, and who sits at the computer, use the devices."""
+"""The udev rules that let the group plugdev, and locally logged-in users, use the devices."""
 
 
 def not_permitted(device: str) -> FlashError:
-    """Return the error of a device that may not be opened.
+    """Return the error for a device that may not be opened.
 
     Args:
-        device: What it is, for the message.
+        device: Description of the device, for the message.
     """
     rules = shlex.quote(str(RULES))
     return FlashError(

@@ -1,7 +1,8 @@
 """The USB bootloader in the controller's ROM, through dfu-util.
 
-The commands and what is read of the output are those of dfu-util 0.11. ``-d ,ID`` names the device
-in its bootloader: without the comma devices of others that are in theirs would match as well.
+The commands and the parsed output are those of dfu-util 0.11. ``-d ,ID`` selects a device by its ID
+in the bootloader: without the comma, other vendors' devices in their bootloaders would match as
+well.
 """
 
 from __future__ import annotations
@@ -31,18 +32,18 @@ _CLOSED = re.compile(r"Cannot open DFU device 0483:df11(?P<rest>.*)")
 _SECTORS = re.compile(r"(\d+)\*(\d+)([ BKM])")
 _UNITS = {" ": 1, "B": 1, "K": 1024, "M": 1024 * 1024}
 _PATIENCE, _PAUSE = 5.0, 0.1
-"""How long a board may take to show up or to go away, and between two looks [s]."""
+"""Longest time for a board to appear or disappear, and polling interval [s]."""
 
 
 class Found(NamedTuple):
-    """A device in its bootloader: its serial number and how much flash it has [bytes]."""
+    """A device in its bootloader: its serial number and flash size [bytes]."""
 
     serial: str
     flash_size: int
 
 
 class Seen(NamedTuple):
-    """What is in the bootloader: devices that can be used, and why one cannot be opened, if so."""
+    """Devices in the bootloader: the usable ones, and the error of one that cannot be opened."""
 
     found: list[Found]
     closed: FlashError | None
@@ -52,7 +53,7 @@ class Dfu(Programmer):
     """A board in its USB bootloader.
 
     Args:
-        clock: Time while a board is waited for.
+        clock: Clock for waiting for a board.
     """
 
     program = "dfu-util"
@@ -66,7 +67,7 @@ class Dfu(Programmer):
         """Return the devices that are in the bootloader now.
 
         Raises:
-            FlashError: There is one that may not be used.
+            FlashError: There are only devices that may not be used.
         """
         found, closed = self._see()
         if closed is not None and not found:
@@ -74,7 +75,7 @@ class Dfu(Programmer):
         return found
 
     def wait(self) -> None:
-        """Wait until a board shows up; :meth:`connect` says if none did."""
+        """Wait until a board appears; :meth:`connect` raises if none did."""
         self._look_until(present=True)
 
     def connect(self, serial: str) -> str:
@@ -112,7 +113,7 @@ class Dfu(Programmer):
         return f"board in its USB bootloader, serial number {board.serial}"
 
     def start(self) -> bool:
-        """Leave the bootloader; the board may be gone before dfu-util hears that it went."""
+        """Leave the bootloader; the board may disconnect before dfu-util gets its answer."""
         run(self.program, *self._board(), "-s", f"{FLASH:#010x}:leave")
         return self._look_until(present=False)
 
@@ -150,7 +151,7 @@ class Dfu(Programmer):
             try:
                 there = bool(self.look())
             except FlashError:
-                # Before udev gave the new device its permissions, or while it went away.
+                # Before udev set the permissions of the new device, or while it disconnects.
                 there = not present
             if there == present or self._clock.now() >= end:
                 return there == present
@@ -158,6 +159,6 @@ class Dfu(Programmer):
 
 
 def _flash_size(name: str) -> int:
-    """Return the size that a name such as ``@Internal Flash  /0x08000000/04*016Kg`` tells, or 0."""
+    """Parse the size in a name such as ``@Internal Flash  /0x08000000/04*016Kg``; else 0."""
     sectors = _SECTORS.findall(name.rpartition("/")[2])
     return sum(int(count) * int(size) * _UNITS[unit] for count, size, unit in sectors)

@@ -1,6 +1,6 @@
-"""The image of a joint's firmware: which joint and version it is, and whether it is whole.
+"""The firmware image of a joint: its joint number, version and integrity.
 
-The linker puts an identity at a fixed place, behind the vector table. Little endian:
+The linker places an identity at a fixed offset, behind the vector table. Little endian:
 
     offset  bytes
     0x200   8   magic, the letters BIOSCARA
@@ -9,7 +9,7 @@ The linker puts an identity at a fixed place, behind the vector table. Little en
     0x20A   3   version: major, minor, patch
     0x20D   3   reserved
     0x210   4   length of the image [bytes]
-    0x214   4   CRC-32 (as zlib's) of the image, with this field taken as 0xFFFFFFFF
+    0x214   4   CRC-32 (as in zlib) of the image, with this field taken as 0xFFFFFFFF
 """
 
 from __future__ import annotations
@@ -23,9 +23,9 @@ import bioscara
 from bioscara.errors import ImageError
 
 JOINTS = (1, 2, 3, 4)
-"""Numbers of the joints that there are images for."""
+"""Numbers of the joints for which images exist."""
 FLASH_SIZE = 256 * 1024
-"""Flash of the STM32F401RC [bytes] (its data sheet)."""
+"""Flash size of the STM32F401RC [bytes], from its data sheet."""
 
 _OFFSET = 0x200
 _IDENTITY = struct.Struct("<8sBBBBB3xII")
@@ -37,13 +37,13 @@ _ELF = b"\x7fELF"
 
 @dataclass(frozen=True, slots=True)
 class Image:
-    """A firmware image that is whole.
+    """A firmware image that was checked to be complete.
 
     Attributes:
-        name: Where it comes from, for messages.
+        name: Origin of the image, for messages.
         joint: Number of the joint that it is for.
         version: Major, minor and patch.
-        content: What is written to the start of the flash.
+        content: The bytes to write to the start of the flash.
     """
 
     name: str
@@ -53,14 +53,14 @@ class Image:
 
     @classmethod
     def from_bytes(cls, name: str, content: bytes) -> Image:
-        """Return the image that ``content`` holds.
+        """Return the image in ``content``.
 
         Args:
-            name: Where it comes from, for messages.
-            content: All bytes of it.
+            name: Origin of the image, for messages.
+            content: All bytes of the image.
 
         Raises:
-            ImageError: It is none of this project, or it is truncated or damaged.
+            ImageError: It is no image of this project, or it is truncated or damaged.
         """
         if not content:
             raise ImageError(f"{name} is empty; build it or download it again")
@@ -102,7 +102,7 @@ class Image:
         return cls(name, joint, (version[0], version[1], version[2]), content)
 
     def require(self, joint: int) -> None:
-        """Raise unless this is an image for ``joint`` that this bioscara can talk to.
+        """Raise unless this is an image for ``joint`` and compatible with this bioscara.
 
         Args:
             joint: Number of the joint.
@@ -138,13 +138,13 @@ def read_image(path: Path) -> Image:
 
 
 def prebuilt(joint: int) -> Path:
-    """Return the image of this version that is at hand: built in this checkout, or downloaded.
+    """Return the available image of this version: built in this checkout, or downloaded.
 
     Args:
         joint: Number of the joint.
 
     Raises:
-        ImageError: There is none; says where images come from.
+        ImageError: There is none; the message says where to get one.
     """
     built = Path(bioscara.__file__).parents[2] / "firmware" / "build" / f"j{joint}.bin"
     released = Path(f"bioscara-{bioscara.__version__}-j{joint}.bin")  # As `make dist` names it.
@@ -158,7 +158,7 @@ def prebuilt(joint: int) -> Path:
 
 
 def dotted(version: tuple[int, ...]) -> str:
-    """Return a version as people write it."""
+    """Return a version in dotted notation."""
     return ".".join(map(str, version))
 
 

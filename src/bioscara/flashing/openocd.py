@@ -15,7 +15,7 @@ _DEVICE_ID = re.compile(r"device id = (0x[0-9a-fA-F]+)")
 
 
 class OpenOcd(Programmer):
-    """A board on an ST-Link; OpenOCD lists none, so without a serial number it takes the first."""
+    """A board on an ST-Link; OpenOCD lists none, so without a serial number it uses the first."""
 
     program = "openocd"
     package = "openocd"

@@ -1,4 +1,4 @@
-"""A program of others: run to its end, with all that it said."""
+"""Running of an external program to its end, with its output."""
 
 from __future__ import annotations
 
@@ -11,19 +11,19 @@ from pathlib import Path
 from bioscara.errors import FlashError
 
 LIMIT = 120.0
-"""Longest time that one run may take [s]; 256 KiB take dfu-util about 20 s."""
+"""Longest duration of one run [s]; dfu-util takes about 20 s for 256 KiB."""
 
 _ERROR = re.compile(r"error|fail", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
 class Ended:
-    """How a program ended.
+    """Result of a program.
 
     Attributes:
-        program: Its name.
+        program: Name of the program.
         code: Its exit status; negative for the signal that ended it.
-        text: What it wrote, both streams.
+        text: Its output, both streams.
     """
 
     program: str
@@ -34,10 +34,10 @@ class Ended:
         """Raise unless the program ended with 0.
 
         Args:
-            what: What failed if it did not.
+            what: Description of the failed step, for the message.
 
         Raises:
-            FlashError: Says what, with the line of the program that tells most.
+            FlashError: The program failed; has the description and the program's error line.
         """
         if self.code != 0:
             raise FlashError(f"{what}: {self.program} ended with {self.code}: {self.complaint()}")
@@ -50,20 +50,20 @@ class Ended:
 
 
 def is_installed(program: str) -> bool:
-    """Return whether there is a program of this name."""
+    """Return whether a program of this name is installed."""
     return shutil.which(program) is not None
 
 
 def run(program: str, *words: str, folder: Path | None = None) -> Ended:
-    """Run a program and wait for its end; it is killed where Ctrl-C interrupts the wait.
+    """Run a program and wait for its end; it is killed if Ctrl-C interrupts the wait.
 
     Args:
-        program: Its name.
+        program: Name of the program.
         words: Its arguments.
-        folder: Where it runs.
+        folder: Its working directory.
 
     Raises:
-        FlashError: It cannot be started, or does not end.
+        FlashError: The program cannot be started, or does not end in time.
     """
     try:
         with subprocess.Popen(  # noqa: S603 (no shell; the words are ours)
@@ -76,7 +76,7 @@ def run(program: str, *words: str, folder: Path | None = None) -> Ended:
             try:
                 text, _ = process.communicate(timeout=LIMIT)
             except BaseException:
-                # Ctrl-C too: nothing goes on writing after the message that it ended.
+                # Ctrl-C too: the program must not continue writing after the final message.
                 process.kill()
                 process.wait()
                 raise

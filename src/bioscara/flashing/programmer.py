@@ -1,4 +1,4 @@
-"""What writes firmware into a board."""
+"""Interface of the programs that write firmware to a board."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from bioscara.errors import FlashError, ImageError
 from bioscara.flashing.program import is_installed
 
 FLASH = 0x08000000
-"""Where the flash begins that the controller starts from."""
+"""Start address of the flash from which the controller boots."""
 WRITTEN, READ_BACK = "image.bin", "readback.bin"
-"""Names of the files in the programs' folder, so that none has to be quoted."""
+"""File names in the programs' working directory, so that no path has to be quoted."""
 
 
 class Programmer(ABC):
-    """A connection to the one board that shall be flashed.
+    """A connection to the one board to flash.
 
     Attributes:
-        program: Name of the program that does it.
+        program: Name of the program that writes the flash.
         package: Debian package that has the program.
     """
 
@@ -30,7 +30,7 @@ class Programmer(ABC):
 
     @classmethod
     def is_installed(cls) -> bool:
-        """Return whether the program is there."""
+        """Return whether the program is installed."""
         return is_installed(cls.program)
 
     @abstractmethod
@@ -41,18 +41,18 @@ class Programmer(ABC):
             serial: Serial number of the device to use; ``""`` for the only one.
 
         Returns:
-            What was found, for people.
+            A description of the device that was found, for messages.
 
         Raises:
-            FlashError: There is none, more than one, it may not be used or it is another board.
+            FlashError: There is none or more than one, it may not be used, or it is another board.
         """
 
     def flash(self, content: bytes) -> None:
         """Write ``content`` to the start of the flash, read it back and compare; starts nothing.
 
         Raises:
-            ImageError: There is no room for the file that the program takes; nothing was written.
-            FlashError: Writing or reading failed, or something else came back.
+            ImageError: There is no room for the program's input file; nothing was written.
+            FlashError: Writing or reading failed, or the data read back differ.
         """
         with ExitStack() as stack:
             try:
@@ -79,7 +79,7 @@ class Programmer(ABC):
 
     @abstractmethod
     def start(self) -> bool:
-        """Let the board run what was written; returns whether it does so, as far as can be seen."""
+        """Start the written firmware; returns whether it runs, as far as that can be observed."""
 
     @abstractmethod
     def _write(self, folder: Path) -> None:

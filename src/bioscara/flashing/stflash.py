@@ -29,7 +29,7 @@ class StFlash(Programmer):
 
     @classmethod
     def is_installed(cls) -> bool:
-        """Return whether both programs of the package are there."""
+        """Return whether both programs of the package are installed."""
         return super().is_installed() and is_installed("st-info")
 
     def connect(self, serial: str) -> str:
@@ -66,10 +66,13 @@ class StFlash(Programmer):
 
 
 def require_chip(chip: int) -> None:
-    """Raise unless the device id that an ST-Link read is that of the board's controller.
+    """Raise unless the device id read by an ST-Link is that of the board's controller.
+
+    Args:
+        chip: The device id; 0 if no controller answered.
 
     Raises:
-        FlashError: It is another; 0 where no controller answered.
+        FlashError: It is another device id.
     """
     if chip == 0:
         raise FlashError(f"the ST-Link finds no controller: {WIRING}")

@@ -1,9 +1,9 @@
-"""Devices with ros2_control's lifecycle: registers stay below, named interfaces come out.
+"""Hardware components with ros2_control's lifecycle and named interfaces, without registers.
 
 Begin with ``arm``, the joints of one bus, and ``axis``, one of them; ``gripper`` is the servo.
-``component`` is their lifecycle, ``interfaces`` the handles that they share with controllers.
-``mode_switching`` changes what joints do, ``cyclic_io`` exchanges with them in each cycle,
-``safe_stop`` brings them to rest whatever fails. ``ros2_control_tags`` reads a URDF.
+``component`` implements their lifecycle, ``interfaces`` the handles shared with controllers.
+``mode_switching`` changes the joints' command modes, ``cyclic_io`` exchanges with them in each
+cycle, ``safe_stop`` brings them to rest despite any failure. ``ros2_control_tags`` reads a URDF.
 """
 
 from bioscara.hardware.arm import ArmHardware as ArmHardware

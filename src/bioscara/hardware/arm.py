@@ -37,19 +37,19 @@ _log = logging.getLogger(__name__)
 class ArmHardware(HardwareComponent):
     """All joints of one bus.
 
-    A joint that fails alone is left out and told of in ``problems``: the others must still be
+    A joint that fails alone is left out and reported in ``problems``: the others must still be
     brought to rest together. Only when no joint can be reached does ``read`` or ``write`` raise.
 
     Args:
         name: Name of the component.
-        bus: What the joints are on; not closed here.
+        bus: Bus of the joints; not closed here.
         clock: Time of that bus.
-        joints: What the joints are.
+        joints: Parameters of the joints.
 
     Attributes:
         axes: The joints with their handles.
-        bus_time: How long the exchanges of the last cycle took [s].
-        capacity: What its bus can carry; None where nothing is refused for that.
+        bus_time: Duration of the exchanges of the last cycle [s].
+        capacity: Capacity of its bus; None if no mode is refused because of it.
     """
 
     def __init__(
@@ -74,11 +74,11 @@ class ArmHardware(HardwareComponent):
     def from_description(
         cls, urdf: Urdf, bus: Bus, clock: Clock, name: str = ARM_COMPONENT
     ) -> ArmHardware:
-        """Return the arm that a description tells of; nothing is sent yet.
+        """Return the arm defined by a description; nothing is sent yet.
 
         Args:
             urdf: The description.
-            bus: What the joints are on.
+            bus: Bus of the joints.
             clock: Time of that bus.
             name: Name of the ``<ros2_control>`` tag.
 
@@ -98,10 +98,10 @@ class ArmHardware(HardwareComponent):
         return tuple(axis.joint for axis in self.axes)
 
     def on_configure(self) -> None:
-        """Greet every joint; if one does not answer, all are let go.
+        """Identify every joint; if one does not answer, all are released.
 
-        Where one does not even acknowledge, the arm may have been switched on just now: then all
-        are left alone for a second first, and a warning is logged.
+        If one does not even acknowledge, the arm may have been switched on just now: then nothing
+        is sent for a second first, and a warning is logged.
         """
         self._late.clear()
         try:
@@ -119,7 +119,7 @@ class ArmHardware(HardwareComponent):
             raise
 
     def on_activate(self) -> None:
-        """Engage every joint where it stands; if one does not, all are released."""
+        """Engage every joint at its present position; if one fails, all are released."""
         try:
             for axis in self.axes:
                 axis.joint.enable()
@@ -145,13 +145,13 @@ class ArmHardware(HardwareComponent):
             raise HardwareError("; ".join(problems), self.name)
 
     def on_cleanup(self) -> None:
-        """Let every joint go; nothing is sent."""
+        """Deinitialise every joint; nothing is sent."""
         for axis in self.axes:
             axis.joint.deinit()
             axis.forget()
 
     def on_shutdown(self, before: State) -> None:
-        """Release and let go."""
+        """Release and deinitialise every joint."""
         try:
             if before is State.ACTIVE:
                 self.on_deactivate()
@@ -159,10 +159,10 @@ class ArmHardware(HardwareComponent):
             self.on_cleanup()
 
     def on_error(self, before: State) -> None:
-        """Release and let go, from wherever it was.
+        """Release and deinitialise every joint, in any state.
 
-        A joint that cannot be told stops by itself and is greeted anew before it moves again, so
-        the component can be configured again. The error that led here is known already.
+        A joint that cannot be reached stops autonomously and is identified again before it moves,
+        so the component can be configured again. The error that led here is already known.
         """
         try:
             if before is State.ACTIVE:
@@ -172,10 +172,10 @@ class ArmHardware(HardwareComponent):
             self.on_cleanup()
 
     def latched(self, flags: Flags) -> list[BioscaraError]:
-        """Ask the joints what they stopped for, restarted or fell silent while nobody watched.
+        """Return the errors of joints that stopped, restarted or fell silent while not supervised.
 
         Args:
-            flags: Those that tell that a joint stopped by itself.
+            flags: Those that report an autonomous stop.
         """
         found = []
         for axis in self.axes:
@@ -187,7 +187,7 @@ class ArmHardware(HardwareComponent):
         return found
 
     def clear_faults(self) -> None:
-        """Clear what the joints latched; they stay disabled and nothing moves.
+        """Clear the joints' latched faults; they stay disabled and nothing moves.
 
         Raises:
             CommunicationError: A joint does not answer.
@@ -197,10 +197,10 @@ class ArmHardware(HardwareComponent):
                 joint.clear_fault(joint.get_fault().fault)
 
     def read(self, time: float, period: float) -> None:
-        """Measure every joint that did not say where it is when it was just written to."""
+        """Read the state of every joint that did not report it in the last write."""
         self.problems[:], self._late[:] = self._late, ()
         self.bus_time = 0.0
-        # A joint that heard nothing for so long may have stopped by itself.
+        # A joint that received nothing for so long may have stopped autonomously.
         old = time - self._written > min(2.0 * period, SILENCE)
         asked = [axis for axis in self.axes if (old or not axis.answered) and not axis.gone]
         if asked:
@@ -216,7 +216,7 @@ class ArmHardware(HardwareComponent):
             )
 
     def write(self, time: float, period: float) -> None:
-        """Send what is claimed: one bus call for all positions, one for all velocities."""
+        """Send the claimed commands: one bus call for all positions, one for all velocities."""
         before, self._written = self._clock.now(), time
         following, driven = [], []
         for axis in self.axes:
@@ -242,13 +242,13 @@ class ArmHardware(HardwareComponent):
     def prepare_command_mode_switch(
         self, start: Sequence[str], stop: Sequence[str]
     ) -> Sequence[str]:
-        """Check that every joint can take its new mode now, and the bus the cycles of all.
+        """Check that every joint can take its new mode now, and that the bus can carry the cycles.
 
         Returns:
-            What is odd about letting interfaces go, but no reason to refuse it.
+            Warnings about releasing interfaces that are no reason to refuse it.
 
         Raises:
-            ModeSwitchError: One cannot; the message says which, why and what to do.
+            ModeSwitchError: One cannot; the message names it, the reason and the remedy.
         """
         self.require_commands((*start, *stop))
         plan = plan_modes(self.name, self.axes, start, stop)
@@ -258,17 +258,18 @@ class ArmHardware(HardwareComponent):
         return doubts(self.axes, stop, plan)
 
     def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
-        """Change the modes; a joint that nobody commands any more ramps down.
+        """Change the modes; a joint that is no longer commanded ramps down.
 
-        One that cannot be told to is a problem of the next cycle: it hears no more setpoints, so
-        it stops by itself. One that was homing is told again, cycle by cycle, until it heard.
+        A joint that does not receive the stop is a problem of the next cycle: it receives no more
+        setpoints, so it stops autonomously. To one that was homing, the stop is repeated in every
+        cycle until it is received.
         """
         self.require_commands((*start, *stop))
         for axis, mode in plan_modes(self.name, self.axes, start, stop):
             leaving = axis.homing.running or (axis.mode in MOTION and mode not in MOTION)
             failed = axis.home_command.problem
             if isinstance(failed, HomingError) and axis.joint.session.flags & HALTED:
-                # Told already; as long as the joint was to home, that did not take it out.
+                # Already reported; while the joint was to home, that did not halt it.
                 axis.halted = failed
             axis.change(mode)
             if leaving and axis.halted is None:
@@ -286,7 +287,7 @@ class ArmHardware(HardwareComponent):
     def _end_modes(self) -> None:
         for axis in self.axes:
             axis.mode, axis.homing.running = Mode.NONE, False
-            # What it answered last is not what it will be found to be when it is read again.
+            # Its last answer does not hold after the change of mode, so it is read again.
             axis.answered = False
 
     def _home(self, axis: Axis) -> None:
@@ -301,6 +302,6 @@ class ArmHardware(HardwareComponent):
                 check_homing(self.name, self.axes, axis)
                 homing.start(command.value)
         except BioscaraError as error:
-            # With a command of 0 it is told to stop, cycle by cycle, until it heard.
+            # With a command of 0 the stop is sent in every cycle until it is received.
             command.value, command.problem = 0.0, error
             self.problems.append(error)

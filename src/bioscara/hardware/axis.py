@@ -1,4 +1,4 @@
-"""One joint inside the hardware component: its handles, its mode and what it said last."""
+"""One joint inside the hardware component: its handles, its mode and its last sample."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ HALTED = int(Flags.STALL | Flags.NOTENABLED | Flags.FAULT)
 
 
 class Axis:
-    """One joint and everything that is remembered about it from cycle to cycle.
+    """One joint and its state that is kept from cycle to cycle.
 
     Args:
         joint: The joint.
@@ -33,19 +33,18 @@ class Axis:
     Attributes:
         joint: As given.
         homing: Its homing.
-        mode: What it does with its command interfaces.
-        halted: Why it takes no commands until somebody intervenes; None while it does.
-        sample: What it said last.
-        answered: Whether it said so while it was written to in the last cycle.
-        arrival: How long after the begin of a cycle its setpoint arrives [s], as last seen.
+        mode: Its command mode.
+        halted: Why it takes no commands until an intervention; None while it does.
+        sample: Its last sample.
+        answered: Whether it came as the answer to a write in the last cycle.
+        arrival: Last delay from the start of a cycle to the arrival of its setpoint [s].
         stamp: When ``sample`` was measured [s].
         previous: Position that was commanded in the last cycle [rad or m]; NaN if none was.
         lower: Lowest position that the joint may take [rad or m].
         upper: Highest position that it may take [rad or m].
         velocity_limit: Highest speed that it may have [rad/s or m/s].
-        position: Handle of what is measured, as ``velocity`` and ``home`` are.
-        position_command: Handle of what is commanded, as ``velocity_command`` and
-            ``home_command`` are.
+        position: State interface, as are ``velocity`` and ``home``.
+        position_command: Command interface, as are ``velocity_command`` and ``home_command``.
     """
 
     __slots__ = (
@@ -75,16 +74,16 @@ class Axis:
 
     @property
     def homed(self) -> bool:
-        """Whether the joint knew its position when it spoke last."""
+        """Whether the joint knew its position at its last answer."""
         return self.sample.position is not None
 
     @property
     def gone(self) -> bool:
-        """Whether the joint cannot be reached until it is greeted again."""
+        """Whether the joint cannot be reached until it is initialised again."""
         return isinstance(self.halted, JointLostError) or self.joint.session.version == 0
 
     def why_halted(self) -> BioscaraError:
-        """Return why a joint that answers does not move; asks it for its fault."""
+        """Return why a joint that answers does not move; requests its fault."""
         try:
             self.joint.raise_fault()
             self.joint.require_ready()
@@ -93,15 +92,15 @@ class Axis:
         return JointError(f"{self.name}: the joint stopped and did not say why", self.name)
 
     def halt(self, reason: BioscaraError) -> bool:
-        """Let the joint take no commands until somebody intervenes.
+        """Make the joint take no commands until an intervention.
 
         Returns:
-            Whether that is news: it is not halted for a second reason.
+            Whether it was not halted before: it is not halted for a second reason.
         """
         if self.halted is not None:
             return False
         self.halted = reason
-        # A lost joint stops by itself, one of version 1 may not: it is told once it can be.
+        # A lost joint stops autonomously, one of version 1 may not: it is stopped once reachable.
         lost = isinstance(reason, JointLostError) and self.joint.version == 1
         self.homing.running = self.homing.running and lost
         if self.mode is Mode.HOME:
@@ -109,9 +108,9 @@ class Axis:
         return True
 
     def hindrance(self, mode: Mode) -> BioscaraError | str | None:
-        """Return why the joint cannot take up ``mode``, as far as it said; None if it can.
+        """Return why the joint cannot take up ``mode``, by its last sample; None if it can.
 
-        Homing engages a joint that is off, so that does not hinder it.
+        Homing engages a disabled joint, so being disabled does not prevent it.
         """
         if self.halted is not None:
             return self.halted
@@ -120,15 +119,15 @@ class Axis:
         return None
 
     def take(self, sample: JointSample, stamp: float) -> None:
-        """Remember what the joint said; a stale sample keeps the time at which it was fresh."""
+        """Store the joint's sample; a stale sample keeps the time at which it was fresh."""
         self.sample = sample
         if sample.quality is Quality.FRESH:
             self.stamp = stamp
 
     def miss(self, reason: BioscaraError) -> None:
-        """Know that the joint did not say where it is.
+        """Record that the joint did not report its state.
 
-        What it said before is stale; nothing is known of one that restarted or is lost.
+        Its last sample is marked stale; that of a joint that restarted or is lost is discarded.
         """
         lost = isinstance(reason, (JointLostError, JointResetError))
         if lost or self.joint.session.version == 0:
@@ -137,7 +136,7 @@ class Axis:
             self.sample = self.sample._replace(quality=Quality.STALE)
 
     def publish(self) -> None:
-        """Copy what the joint said last to the state interfaces."""
+        """Copy the joint's last sample to the state interfaces."""
         sample, stamp = self.sample, self.stamp
         position, velocity, home = self.position, self.velocity, self.home
         velocity.value, velocity.quality, velocity.stamp = sample.velocity, sample.quality, stamp
@@ -149,12 +148,12 @@ class Axis:
         home.quality = sample.quality
 
     def forget(self) -> None:
-        """Know nothing about the joint any more."""
+        """Discard all values of the joint."""
         self.sample, self.stamp, self.answered = UNKNOWN, -math.inf, False
         self.publish()
 
     def rest_here(self) -> None:
-        """Make the commands what was measured: at rest, not homing.
+        """Set the commands to the measured state: at rest, not homing.
 
         A joint that was pushed beyond a limit is held there; it can only be moved back.
         """
@@ -171,7 +170,7 @@ class Axis:
             self.joint.start_from(measured)
 
     def change(self, mode: Mode) -> None:
-        """Take up a mode that was checked; commands become what is measured."""
+        """Take up a mode that was checked; the commands are set to the measured state."""
         before, self.mode = self.mode, mode
         self.previous = math.nan
         if mode not in MOTION:
@@ -185,10 +184,10 @@ class Axis:
             self._hold_measured()
 
     def setpoint(self, period: float) -> Setpoint:
-        """Return where the joint is to be one period after the setpoint arrives.
+        """Return the setpoint of the joint for one period after its arrival.
 
-        The position command belongs to one period after the begin of the cycle; the frame arrives
-        later than that by ``arrival``, for which the velocity carries it on.
+        The position command belongs to one period after the start of the cycle; the frame arrives
+        later by ``arrival``, over which the position is extrapolated with the velocity.
 
         Args:
             period: Time from cycle to cycle [s].
@@ -202,7 +201,7 @@ class Axis:
             velocity = min(max(velocity, -self.velocity_limit), self.velocity_limit)
         self.previous = position
         if self.lower <= position <= self.upper:
-            # A host that was held up once is not held up again: never more than a period.
+            # A single delay of the host must not carry over: never more than a period.
             ahead = position + velocity * min(self.arrival, period)
             return Setpoint(min(max(ahead, self.lower), self.upper), velocity)
         return Setpoint(position, velocity)

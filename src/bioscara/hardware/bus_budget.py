@@ -1,4 +1,4 @@
-"""How many control cycles per second a bus can carry."""
+"""Capacity of a bus in control cycles per second."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from bioscara.hardware.command_modes import Mode
 from bioscara.protocol import READ, TRAILER, WRITE, Message, Register
 
 _BUS_SHARE = 0.85
-"""Share of a period that the bus may take: a repetition must fit in now and then."""
+"""Share of a period that the bus may take: an occasional repetition must fit in."""
 _NO_TIME = 1e-9
-"""Stands for no time at all [s]."""
+"""Stands for a time of zero [s]."""
 _FIXED_BITS, _BITS_PER_BYTE = 30, 9
 """Two addresses with their acknowledge, the register and the conditions; each byte that follows."""
 _TRIES = 3
-"""How often the exchanges are timed."""
+"""Number of timings of the exchanges."""
 _HELD = {WRITE[Register.MOVETOANGLE]: 350e-6, WRITE[Register.SETRPM]: 50e-6}
-"""How long a version 1 joint holds the clock low before it answers [s]; measured on the arm."""
+"""Time that a version 1 joint holds the clock low before answering [s]; measured on the arm."""
 _READ = {
     1: (READ[Register.ANGLEMOVED], READ[Register.GETENCODERRPM]),
     2: (READ[Register.STATE],),
@@ -33,21 +33,21 @@ _CYCLES = {Mode.POSITION: _TRACK, Mode.TRACK: _TRACK, Mode.VELOCITY: _DRIVE}
 
 
 def highest_rate(bus_time: float) -> int:
-    """Return the highest rate [Hz] at which a cycle's exchanges leave the bus some room.
+    """Return the highest rate [Hz] at which a cycle's exchanges leave a reserve on the bus.
 
     Args:
-        bus_time: What they take [s]; 0 for a bus that takes no time.
+        bus_time: Their duration [s]; 0 for a bus that takes no time.
     """
     return int(_BUS_SHARE / max(bus_time, _NO_TIME))
 
 
 class Capacity:
-    """What the exchanges of a cycle take on a bus.
+    """Bus time of the exchanges of a cycle.
 
-    Reads the state of all joints and goes from the length of those frames to that of others.
+    Times a read of the state of all joints and scales that time to other frames by their length.
 
     Args:
-        joints: Joints that have been greeted.
+        joints: Initialised joints.
         clock: Time of their bus.
 
     Attributes:
@@ -60,17 +60,18 @@ class Capacity:
             start = clock.now()
             read_states(joints)
             taken.append(clock.now() - start)
-        # The shortest: what else the computer did meanwhile is not the bus's doing.
+        # The shortest: delays by other work of the computer are not due to the bus.
         self._bit_time = min(taken) / sum(_bits(joint, Mode.NONE) for joint in joints)
         self.rate = 0
 
     def cycle_time(self, modes: Iterable[tuple[Joint, Mode]]) -> float:
-        """Return how long the bus needs for a cycle [s].
+        """Return the bus time of a cycle [s].
 
-        A joint that homes is counted as one that is read: it sends its few bytes more alone.
+        A joint that homes is counted as one that is read: its few extra bytes go in a separate
+        call.
 
         Args:
-            modes: All joints with what they do.
+            modes: All joints with their modes.
         """
         return sum(
             self._bit_time * _bits(joint, mode) + _held(joint, mode) for joint, mode in modes

@@ -1,4 +1,4 @@
-"""Which command interfaces one joint may have claimed together, and what that makes it do."""
+"""Sets of command interfaces that may be claimed together on a joint, and the resulting mode."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bioscara.hardware import interfaces
 
 
 class Mode(Enum):
-    """What a joint does with its command interfaces; the value is the set that is claimed."""
+    """Command mode of a joint; the value is the set of claimed command interfaces."""
 
     NONE = frozenset[str]()
     POSITION = frozenset({interfaces.POSITION})
@@ -25,7 +25,7 @@ MOTION = frozenset({Mode.POSITION, Mode.VELOCITY, Mode.TRACK})
 
 
 def resolve(component: str, joint: str, claimed: Iterable[str]) -> Mode:
-    """Return the mode that a set of claimed interface kinds stands for.
+    """Return the mode of a set of claimed interface kinds.
 
     Raises:
         ModeSwitchError: They exclude one another.

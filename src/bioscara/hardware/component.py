@@ -1,4 +1,4 @@
-"""What every hardware component is: a lifecycle around ``read`` and ``write``."""
+"""Base class of hardware components: a lifecycle around ``read`` and ``write``."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class HardwareComponent(ABC):
 
     A subclass implements the ``on_`` hooks, :meth:`read` and :meth:`write`. A hook that raises a
     :class:`~bioscara.errors.BioscaraError` in ``on_configure`` or ``on_activate`` leaves the
-    component where it was, after the subclass undid what it had begun; one that raises in
-    ``on_deactivate`` or ``on_cleanup`` sends it through :meth:`fail`.
+    component in its previous state, after the subclass undid its partial changes; one that raises
+    in ``on_deactivate`` or ``on_cleanup`` sends it through :meth:`fail`.
 
     Args:
         name: Name of the component.
@@ -27,12 +27,12 @@ class HardwareComponent(ABC):
     Attributes:
         name: As given.
         kind: As given.
-        state: Where it is in its life.
-        transitions: How often that changed.
+        state: Its lifecycle state.
+        transitions: Number of changes of that state.
         states: Its state interfaces, by name.
         commands: Its command interfaces, by name.
-        problems: What befell single joints in the last ``read`` or ``write``, while the component
-            as a whole goes on; who stops what because of them is not decided here.
+        problems: Errors of single joints in the last ``read`` or ``write``, while the component as
+            a whole continues; the reaction to them is not decided here.
     """
 
     def __init__(self, name: str, kind: str = "system") -> None:
@@ -65,7 +65,7 @@ class HardwareComponent(ABC):
         self._enter(State.INACTIVE)
 
     def activate(self) -> None:
-        """Go from INACTIVE to ACTIVE; commands are then NaN or what was measured.
+        """Go from INACTIVE to ACTIVE; commands are then NaN or the measured values.
 
         Raises:
             LifecycleError: It is in another state.
@@ -112,10 +112,10 @@ class HardwareComponent(ABC):
         self.on_shutdown(before)
 
     def fail(self) -> None:
-        """Give up after an error: UNCONFIGURED if everything could be let go, else FINALIZED.
+        """Give up after an error: UNCONFIGURED if everything could be released, else FINALIZED.
 
         Raises:
-            BioscaraError: Something could not be let go; it is FINALIZED.
+            BioscaraError: Something could not be released; it is FINALIZED.
         """
         before = self.state
         try:
@@ -128,11 +128,11 @@ class HardwareComponent(ABC):
         self._enter(State.UNCONFIGURED)
 
     def set_state(self, target: State) -> State:
-        """Walk to ``target``, over several transitions where need be, and return the state.
+        """Go to ``target``, over several transitions if necessary, and return the state.
 
         Raises:
-            LifecycleError: There is no way from here, for example out of FINALIZED.
-            BioscaraError: A transition failed; the component is where it got to.
+            LifecycleError: ``target`` cannot be reached, for example out of FINALIZED.
+            BioscaraError: A transition failed; the component stays in the state reached.
         """
         if target not in (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE, State.FINALIZED):
             raise LifecycleError(f"{self.name}: no component can be {target.label}", self.name)
@@ -176,10 +176,10 @@ class HardwareComponent(ABC):
 
     @abstractmethod
     def read(self, time: float, period: float) -> None:
-        """Measure, into the state interfaces.
+        """Read the measurements into the state interfaces.
 
         Args:
-            time: Now [s].
+            time: Present time [s].
             period: Time since the last cycle [s].
 
         Raises:
@@ -188,7 +188,7 @@ class HardwareComponent(ABC):
 
     @abstractmethod
     def write(self, time: float, period: float) -> None:
-        """Command, from the claimed command interfaces; arguments and errors as :meth:`read`."""
+        """Send the commands of the claimed interfaces; arguments and errors as :meth:`read`."""
 
     def prepare_command_mode_switch(
         self, start: Sequence[str], stop: Sequence[str]
@@ -197,13 +197,13 @@ class HardwareComponent(ABC):
 
         Args:
             start: Names of command interfaces that will be claimed.
-            stop: Names of command interfaces that will be let go.
+            stop: Names of command interfaces that will be released.
 
         Returns:
-            Warnings: what whoever asked for it may not have meant, but can be done; none here.
+            Warnings about changes that are possible but may be unintended; none here.
 
         Raises:
-            ModeSwitchError: It cannot be done now, and why.
+            ModeSwitchError: It cannot be done now; the message states the reason.
         """
         return ()
 
@@ -253,6 +253,6 @@ class HardwareComponent(ABC):
             raise
 
     def _forget(self) -> None:
-        """What was measured before means nothing any more."""
+        """Invalidate all earlier measurements."""
         for state in self.states.values():
             state.forget()

@@ -1,4 +1,4 @@
-"""What the arm and its joints say to each other in a cycle, and which joints drop out of it."""
+"""Cyclic exchange between the arm and its joints, and removal of failed joints from it."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from bioscara.hardware.command_modes import Mode
 
 
 class Exchange:
-    """Questions and commands to joints of one bus, each for several joints in one bus call.
+    """Requests and commands to joints of one bus, each for several joints in one bus call.
 
-    A joint that cannot go on is halted and told of; the others are not disturbed.
+    A joint that cannot continue is halted and reported; the others are not affected.
 
     Args:
         clock: Time of the bus.
-        problems: Where it is told what befell a joint.
+        problems: List to which the joints' errors are added.
 
     Attributes:
-        engaged: Whether the joints are meant to be engaged: one that is not has a problem.
+        engaged: Whether the joints should be engaged: one that is not has a problem.
     """
 
     def __init__(self, clock: Clock, problems: list[BioscaraError]) -> None:
@@ -30,17 +30,17 @@ class Exchange:
         self.engaged = False
 
     def ask(self, axes: Sequence[Axis]) -> None:
-        """Ask joints where they are."""
+        """Request the state of joints."""
         start = self._clock.now()
         outcomes = read_states([axis.joint for axis in axes], retry=True)
         self._take(axes, outcomes, start)
 
     def follow(self, axes: Sequence[Axis], time: float, period: float) -> None:
-        """Give joints their positions; they answer with where they are.
+        """Send joints their positions; they answer with their state.
 
         Args:
             axes: The joints.
-            time: Begin of the cycle [s].
+            time: Start of the cycle [s].
             period: Time from cycle to cycle [s].
         """
         start = self._clock.now()
@@ -50,7 +50,7 @@ class Exchange:
         self._take(axes, outcomes, start, time)
 
     def drive(self, axes: Sequence[Axis]) -> None:
-        """Give joints their velocities; they answer with their flags alone."""
+        """Send joints their velocities; they answer only with their flags."""
         velocities = [axis.velocity_command.value for axis in axes]
         outcomes = drive([axis.joint for axis in axes], velocities, retry=True)
         for axis, outcome in zip(axes, outcomes, strict=True):
@@ -67,7 +67,7 @@ class Exchange:
         start: float,
         commanded: float | None = None,
     ) -> None:
-        """Take what joints say; ``commanded`` is the begin of the cycle that commanded them."""
+        """Take the joints' outcomes; ``commanded`` is the start of their commanding cycle."""
         # One bus call carries all frames, one after the other and all of the same length.
         share = (self._clock.now() - start) / len(axes)
         stamp = start
@@ -84,7 +84,7 @@ class Exchange:
             self._notice(axis, outcome)
 
     def _notice(self, axis: Axis, sample: JointSample) -> None:
-        """Take a joint out that does not follow; one that is to home is engaged by that."""
+        """Halt a joint that does not follow; one that is to home is engaged by homing."""
         if not sample.flags & HALTED or axis.halted is not None or axis.mode is Mode.HOME:
             return
         if self.engaged:

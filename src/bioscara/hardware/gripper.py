@@ -20,16 +20,16 @@ from bioscara.model.tags import GRIPPER_COMPONENT
 
 
 class GripperHardware(HardwareComponent):
-    """A servo that is told a width and never answers.
+    """Servo that receives a width and gives no feedback.
 
-    What it publishes is what the servo was told, of quality ASSUMED while it is driven and
+    It publishes the commanded width, of quality ASSUMED while the servo is driven and
     UNKNOWN otherwise: then the jaws may be moved by hand.
 
     Args:
         name: Name of the component.
         joint: Name of its joint.
         gripper: The driver.
-        clock: What measurements are stamped by.
+        clock: Clock of the time stamps.
     """
 
     def __init__(self, name: str, joint: str, gripper: Gripper, clock: Clock) -> None:
@@ -54,13 +54,13 @@ class GripperHardware(HardwareComponent):
         name: str = GRIPPER_COMPONENT,
         root: Path = SYSFS,
     ) -> GripperHardware:
-        """Return the gripper that a description tells of; nothing is written yet.
+        """Return the gripper defined by a description; nothing is written yet.
 
         Args:
             urdf: The description.
-            servo: Where pulses and wiring are taken from.
-            clock: Time to wait and to stamp by.
-            state_file: Where the last width is kept.
+            servo: Source of the pulses and wiring.
+            clock: Clock for waiting and time stamps.
+            state_file: File of the last width.
             name: Name of the ``<ros2_control>`` tag.
             root: The kernel's folder of PWM outputs.
 
@@ -77,44 +77,44 @@ class GripperHardware(HardwareComponent):
         return {}
 
     def on_configure(self) -> None:
-        """Look whether there is an output; nothing is written."""
+        """Check that there is an output; nothing is written."""
         self._gripper.check()
 
     def on_activate(self) -> None:
-        """Drive the servo to where it is; the command becomes that width."""
+        """Drive the servo at its present width, which becomes the command."""
         self._gripper.enable()
         self._told = self._before = self._command.value = self._gripper.state.width
         self._publish(0.0)
 
     def on_deactivate(self) -> None:
-        """Keep the width and let the servo go."""
+        """Store the width and release the servo."""
         self._claimed = False
         self._gripper.disable()
         self._forget()
 
     def on_cleanup(self) -> None:
-        """Nothing is held."""
+        """Do nothing: there is nothing to release."""
 
     def on_shutdown(self, before: State) -> None:
-        """Keep the width and let the servo go."""
+        """Store the width and release the servo."""
         self._claimed = False
         self._gripper.disable()
 
     def on_error(self, before: State) -> None:
-        """Let the servo go; its width is not kept, since a cycle may end here.
+        """Release the servo; its width is not stored, since this may run within a cycle.
 
-        The error that led here is known already; a servo that is driven on is found to be when it
-        is activated again.
+        The error that led here is already known; a servo that is still driven is detected at the
+        next activation.
         """
         self._claimed = False
         with suppress(GripperError):
             self._gripper.disable(keep=False)
 
     def keep(self, width: float | None = None) -> None:
-        """Keep a width for after a loss of power; waits for the disk, so never within a cycle.
+        """Store a width against a loss of power; waits for the disk, so never within a cycle.
 
         Args:
-            width: What will be commanded [m]; None for what the servo was told last.
+            width: Width to be commanded [m]; None for the width commanded last.
 
         Raises:
             GripperError: The state file cannot be written; nothing moved.
@@ -122,17 +122,17 @@ class GripperHardware(HardwareComponent):
         self._gripper.keep(width)
 
     def read(self, time: float, period: float) -> None:
-        """Publish what the servo was told, and how fast that changed over the last period."""
+        """Publish the commanded width, and its mean velocity over the last period."""
         self.problems.clear()
         if self.state is State.ACTIVE:
             self._publish((self._told - self._before) / period if period > 0.0 else 0.0)
             self._before = self._told
 
     def write(self, time: float, period: float) -> None:
-        """Tell the servo a new width; the one that it was told already costs nothing.
+        """Send the servo a new width; an unchanged width is not sent again.
 
-        A width that cannot be told is given up, and what the jaws hold stays held: the command
-        becomes the width of before and has a problem. Nothing is kept here: see :meth:`keep`.
+        A width that cannot be sent is abandoned, and a gripped object stays gripped: the command
+        becomes the previous width and has a problem. Nothing is stored here: see :meth:`keep`.
         """
         if not self._claimed:
             return
@@ -152,7 +152,7 @@ class GripperHardware(HardwareComponent):
         return [f"{name} is let go, but nobody had claimed it" for name in unclaimed]
 
     def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
-        """Claim or let go of the width; the command becomes the width that was told last."""
+        """Claim or release the width; the command becomes the width commanded last."""
         self.require_commands((*start, *stop))
         self._claimed = bool(start) or (self._claimed and not stop)
         self._command.value = self._told

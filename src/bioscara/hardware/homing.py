@@ -1,4 +1,4 @@
-"""Homing one joint a cycle at a time."""
+"""Homing of one joint, cycle by cycle."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from bioscara.protocol import Flags
 
 
 class Homing:
-    """The homing of one joint: started by a command, watched by the cycle, ended by either.
+    """Homing of one joint: started by a command, supervised by the cycle, ended by either.
 
     Args:
         joint: The joint.
         clock: Time of its bus.
 
     Attributes:
-        running: Whether the joint is, or may be, seeking its end stop: it was told to and nobody
-            heard that it stopped.
+        running: Whether the joint is, or may be, seeking its end stop: homing was sent and its end
+            was not reported.
     """
 
     __slots__ = ("_asked", "_clock", "_deadline", "_joint", "running")
@@ -31,13 +31,13 @@ class Homing:
         self.running = False
 
     def start(self, direction: float) -> None:
-        """Begin to seek the end stop; the joint is engaged first where need be.
+        """Begin to seek the end stop; the joint is engaged first if necessary.
 
         Args:
             direction: Its sign is the direction; the speed is the configured one.
 
         Raises:
-            InvalidArgumentError: It has no sign that means one.
+            InvalidArgumentError: Its sign defines no direction.
             BioscaraError: As :meth:`bioscara.drivers.Joint.start_homing`.
         """
         if not math.isfinite(direction):
@@ -47,7 +47,7 @@ class Homing:
         # If only the answer is lost, the joint moves.
         self.running = True
         if self._joint.session.breaking_off:
-            # A version 1 joint may be in the homing before still. The cycle does not wait for it.
+            # A version 1 joint may still be in the previous homing. The cycle does not wait for it.
             self._asked = direction
             return
         self._joint.start_homing(math.copysign(self._joint.parameters.homing.velocity, direction))
@@ -57,7 +57,7 @@ class Homing:
         """Keep it alive; return whether it is still running.
 
         Raises:
-            HomingError: It ended without a home that can be trusted.
+            HomingError: It ended without a trustworthy home.
             CommunicationError: The joint does not answer.
         """
         if math.isfinite(self._asked):
@@ -82,9 +82,9 @@ class Homing:
         return False
 
     def stop_lost(self) -> None:
-        """Try to end it on a joint that was lost under way; the cycle does not wait for it.
+        """Try to end it on a joint that was lost during homing; the cycle does not wait for it.
 
-        One with its original firmware goes on to its end stop, whether anybody asks or not.
+        One with its original firmware continues to its end stop, whether it is polled or not.
         """
         with suppress(BioscaraError):
             if self._joint.session.listens():
@@ -94,7 +94,7 @@ class Homing:
         """End it; the joint ramps down and is not homed.
 
         Raises:
-            CommunicationError: The joint did not hear it and may still be running.
+            CommunicationError: The joint did not receive it and may still be moving.
         """
         self._asked = math.nan
         self._joint.stop()

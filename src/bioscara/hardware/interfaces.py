@@ -1,4 +1,4 @@
-"""The numbers that hardware and controllers share, one handle each."""
+"""Interfaces: handles of the values that hardware and controllers share."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ POSITION, VELOCITY, HOME = "position", "velocity", "home"
 
 
 class Interface:
-    """A number of one joint.
+    """One value of a joint.
 
     Args:
         joint: Name of the joint.
@@ -21,7 +21,7 @@ class Interface:
         joint: As given.
         kind: As given.
         name: ``"<joint>/<kind>"``.
-        value: The number, SI units; NaN while there is none.
+        value: The value, SI units; NaN while there is none.
     """
 
     __slots__ = ("joint", "kind", "name", "value")
@@ -33,11 +33,11 @@ class Interface:
 
 
 class StateInterface(Interface):
-    """A measured number: written by the hardware in ``read``, read by everybody.
+    """State interface: written by the hardware in ``read``, readable by all.
 
     Attributes:
-        quality: How far it can be believed.
-        stamp: When it was measured [s], on the clock of the hardware.
+        quality: Trustworthiness of the value.
+        stamp: Time of the measurement [s], on the clock of the hardware.
     """
 
     __slots__ = ("quality", "stamp")
@@ -51,16 +51,16 @@ class StateInterface(Interface):
         return f"<{self.name} {self.value:g} {self.quality.value}>"
 
     def forget(self) -> None:
-        """Know nothing any more."""
+        """Invalidate the value."""
         self.value, self.quality, self.stamp = math.nan, Quality.UNKNOWN, -math.inf
 
 
 class CommandInterface(Interface):
-    """A commanded number: written by the one controller that claimed it.
+    """Command interface: written by the one controller that claimed it.
 
     Attributes:
         owner: Name of the controller that claimed it, or None.
-        problem: Why the hardware gave the last command up; None while it did not. Whoever gives a
+        problem: Why the hardware abandoned the last command; None while it did not. The writer of a
             command clears it.
     """
 

@@ -6,7 +6,7 @@ from enum import IntEnum
 
 
 class State(IntEnum):
-    """Where a component or controller is in its life; the numbers are those of lifecycle_msgs."""
+    """Lifecycle state of a component or controller; the numbers are those of lifecycle_msgs."""
 
     UNKNOWN = 0
     UNCONFIGURED = 1
@@ -16,5 +16,5 @@ class State(IntEnum):
 
     @property
     def label(self) -> str:
-        """The name that ROS messages carry, in lower case."""
+        """The name used in ROS messages, in lower case."""
         return self.name.lower()

@@ -1,4 +1,4 @@
-"""Changing what joints do: checked for all of them before any of them changes."""
+"""Switching of command modes: checked for all joints before any of them changes."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from bioscara.hardware.command_modes import MOTION, Mode, resolve
 from bioscara.hardware.interfaces import VELOCITY
 
 Plan = list[tuple[Axis, Mode]]
-"""The joints that change, and what they will do."""
+"""The joints that change, and their new modes."""
 
 
 def plan_modes(
@@ -23,11 +23,11 @@ def plan_modes(
         component: Name of the component, for messages.
         axes: Its joints.
         start: Names of command interfaces that will be claimed; all exist.
-        stop: Names of command interfaces that will be let go; all exist.
+        stop: Names of command interfaces that will be released; all exist.
 
     Raises:
-        ModeSwitchError: Interfaces of one joint exclude one another, or one is claimed beside
-            another that stays claimed.
+        ModeSwitchError: Interfaces of one joint exclude one another, or one is claimed in addition
+            to another that stays claimed.
     """
     plan: Plan = []
     for axis in axes:
@@ -54,7 +54,7 @@ def check_modes(component: str, axes: Sequence[Axis], plan: Plan) -> None:
     """Raise unless every joint can take its new mode now.
 
     Raises:
-        ModeSwitchError: One cannot; the message says which, why and what to do.
+        ModeSwitchError: One cannot; the message names it, the reason and the remedy.
     """
     homing = next((axis for axis in axes if axis.homing.running), None)
     for axis, mode in plan:
@@ -88,12 +88,12 @@ def check_modes(component: str, axes: Sequence[Axis], plan: Plan) -> None:
 
 
 def check_capacity(component: str, axes: Sequence[Axis], plan: Plan, capacity: Capacity) -> None:
-    """Raise if the bus cannot carry the cycles that a change makes.
+    """Raise if the bus cannot carry the cycles that result from a change.
 
     Positions are never refused: the rate is one at which the bus carries those of all joints.
 
     Raises:
-        ModeSwitchError: It cannot; the message says how long they would take and what to do.
+        ModeSwitchError: It cannot; the message states their duration and the remedy.
     """
     becoming = dict(plan)
     modes = [(axis.joint, becoming.get(axis, axis.mode)) for axis in axes]
@@ -113,12 +113,12 @@ def check_capacity(component: str, axes: Sequence[Axis], plan: Plan, capacity: C
 
 
 def doubts(axes: Sequence[Axis], stop: Sequence[str], plan: Plan) -> list[str]:
-    """Return what is odd about letting interfaces go, but no reason to refuse it.
+    """Return warnings about releasing interfaces that are no reason to refuse it.
 
     Args:
         axes: The joints.
-        stop: Names of command interfaces that will be let go; all exist.
-        plan: What that comes to.
+        stop: Names of command interfaces that will be released; all exist.
+        plan: The resulting changes of mode.
     """
     said = []
     becoming = dict(plan)
@@ -141,7 +141,7 @@ def doubts(axes: Sequence[Axis], stop: Sequence[str], plan: Plan) -> list[str]:
 
 
 def check_homing(component: str, axes: Sequence[Axis], axis: Axis) -> None:
-    """Raise unless ``axis`` can begin to home: all others are at rest and nobody commands them.
+    """Raise unless ``axis`` can begin to home: all others are at rest and not commanded.
 
     Raises:
         ModeSwitchError: Another joint is homing or under command.

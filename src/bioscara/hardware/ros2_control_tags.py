@@ -1,4 +1,4 @@
-"""What the ``<ros2_control>`` tags of a URDF say about the hardware, checked."""
+"""Read and check the ``<ros2_control>`` tags of a URDF."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class GripperDescription:
     Attributes:
         name: Name of the component.
         joint: Name of its joint.
-        parameters: What it is.
+        parameters: Its parameters.
     """
 
     name: str
@@ -92,14 +92,14 @@ class _Params(Section):
 
 
 def read_arm(urdf: Urdf, name: str = ARM_COMPONENT) -> ArmDescription:
-    """Return what a description says about the arm.
+    """Return the arm's part of a description.
 
     Args:
         urdf: The description.
         name: Name of the ``<ros2_control>`` tag.
 
     Raises:
-        ConfigurationError: Something is missing, unknown, there twice, or out of its range.
+        ConfigurationError: Something is missing, unknown, duplicated, or out of its range.
     """
     component = _component(urdf, name)
     elements = _joints(urdf, component)
@@ -125,15 +125,15 @@ def read_arm(urdf: Urdf, name: str = ARM_COMPONENT) -> ArmDescription:
 def read_gripper(
     urdf: Urdf, servo: GripperParameters, name: str = GRIPPER_COMPONENT
 ) -> GripperDescription:
-    """Return what a description says about the gripper.
+    """Return the gripper's part of a description.
 
     Args:
         urdf: The description.
-        servo: Where pulses and wiring are taken from, which no URDF tells.
+        servo: Source of the pulses and wiring, which a URDF does not contain.
         name: Name of the ``<ros2_control>`` tag.
 
     Raises:
-        ConfigurationError: Something is missing, unknown, there twice, or out of its range.
+        ConfigurationError: Something is missing, unknown, duplicated, or out of its range.
     """
     component = _component(urdf, name)
     elements = _joints(urdf, component)
@@ -186,7 +186,7 @@ def _unit(urdf: Urdf, element: Element) -> str:
 def _check_parts(
     urdf: Urdf, element: Element, commands: Sequence[str], states: Sequence[str]
 ) -> None:
-    """Raise unless a joint has just these interfaces, and no tag that would be passed over."""
+    """Raise unless a joint has exactly these interfaces, and no tag that would be ignored."""
     name = element.attrib["name"]
     for part in element:
         if part.tag not in _PARTS:

@@ -1,4 +1,4 @@
-"""Bringing every joint to rest and off, whatever went wrong before or goes wrong meanwhile."""
+"""Stop and disable every joint despite any earlier or further error."""
 
 from __future__ import annotations
 
@@ -12,16 +12,16 @@ from bioscara.errors import BioscaraError, JointResetError, NotInitializedError
 def stop_and_disable(joints: Sequence[Joint]) -> list[str]:
     """Stop all joints, then disable one after the other; disabling waits for standstill.
 
-    Each step is taken for each joint, also after a failure. One that a KeyboardInterrupt broke off
-    is taken again, however often, and the interrupt raised at the end. A joint that was let go
-    while it may be energised is greeted again.
+    Each step is performed for each joint, also after a failure. One that a KeyboardInterrupt
+    aborted is repeated, however often, and the interrupt is raised at the end. A joint that was
+    deinitialised while it may be energised is initialised again.
 
     Returns:
-        A sentence for each joint that could not be stopped or disabled.
+        A message for each joint that could not be stopped or disabled.
     """
     problems: list[str] = []
     with ExitStack() as steps:
-        # Last in, first out, and each is called whatever an earlier one raised.
+        # Last in, first out, and each is called even if an earlier one raised.
         for joint in reversed(joints):
             steps.callback(_attempt, joint, joint.disable, "may be energised", problems)
         for joint in reversed(joints):
@@ -33,7 +33,7 @@ def release(joints: Sequence[Joint]) -> list[str]:
     """Stop and disable all joints if one of them may be energised; else nothing is sent.
 
     Returns:
-        A sentence for each joint that could not be stopped or disabled.
+        A message for each joint that could not be stopped or disabled.
     """
     return stop_and_disable(joints) if any(joint.may_be_energised for joint in joints) else []
 
@@ -59,7 +59,7 @@ def _take(joint: Joint, step: Callable[[], None], risk: str, problems: list[str]
         # It is off.
         joint.may_be_energised = False
     except NotInitializedError:
-        # It was never greeted, so it was never on, or it was released before it was let go.
+        # It was never initialised, so it was never on, or it was released before ``deinit``.
         return
     except BioscaraError as error:
         problems.append(f"{joint.name} {risk}: {error}")

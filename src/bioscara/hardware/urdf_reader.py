@@ -1,4 +1,4 @@
-"""XML in, elements that know their line out; no entities, no document types, no large files."""
+"""Parse XML into elements with line numbers; no entities, no document types, no large files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Urdf:
 
     Args:
         text: The XML.
-        source: What messages call it.
+        source: Name of the source in messages.
 
     Attributes:
         root: The ``<robot>`` element.
@@ -55,7 +55,7 @@ class Urdf:
             raise ConfigurationError(f"{path}: not a text file: {error}") from error
 
     def error(self, element: Element, text: str) -> ConfigurationError:
-        """Return an error that says where ``element`` stands."""
+        """Return an error that states the location of ``element``."""
         return ConfigurationError(f"{self._source}, line {self._lines[element]}: {text}")
 
     def attribute(self, element: Element, name: str) -> str:

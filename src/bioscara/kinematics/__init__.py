@@ -1,7 +1,8 @@
-"""Where the tool is, given the joints, and the other way round: closed forms, no iteration.
+"""Forward and inverse kinematics of the arm, in closed form without iteration.
 
-``pose`` is a place and a turn about the vertical, ``joints`` what there is to know of the joints,
-``scara`` the arm for single poses in plain floats, ``batch`` the same for whole arrays.
+``pose`` is a position and a rotation about the vertical, ``joints`` the lengths, ranges and
+positions of the joints, ``scara`` the arm for single poses in plain floats, ``batch`` the same for
+whole arrays.
 """
 
 from bioscara.kinematics.joints import Geometry as Geometry

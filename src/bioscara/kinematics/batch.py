@@ -1,7 +1,7 @@
-"""The same kinematics for whole arrays; the last axis is x, y, z, yaw or j1 to j4.
+"""Kinematics for whole arrays; the last axis is x, y, z, yaw or j1 to j4.
 
-Every function raises :class:`~bioscara.errors.InvalidArgumentError` where that axis has another
-length than four.
+Every function raises :class:`~bioscara.errors.InvalidArgumentError` if the length of that axis is
+not four.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from bioscara.kinematics.scara import LIMIT_ROUNDING, STRETCH_ROUNDING, Scara
 Array = npt.NDArray[np.float64]
 
 _BLOCK = 8192
-"""Poses that are worked on at once, so that what is between stays in the cache."""
+"""Poses processed at once, so that intermediate results stay in the cache."""
 
 
 def forward(arm: Scara, joints: npt.ArrayLike) -> Array:
@@ -53,11 +53,11 @@ def forward(arm: Scara, joints: npt.ArrayLike) -> Array:
 
 
 def inverse(arm: Scara, poses: npt.ArrayLike) -> Array:
-    """Return both ways to reach each pose: elbow positive first, then elbow negative.
+    """Return both solutions for each pose: elbow positive first, then elbow negative.
 
-    Nothing is refused. What is out of reach or no number gives NaN, in both ways and in all four
-    joints, and no reason: :meth:`Scara.inverse` and :meth:`Scara.solve` give one, and ask about
-    millimetres and degrees.
+    No error is raised for a pose: one that is out of reach or not a number gives NaN, in both
+    solutions and in all four joints. :meth:`Scara.inverse` and :meth:`Scara.solve` report the
+    reason, and hint at millimetres and degrees.
 
     Args:
         arm: The arm.
@@ -93,7 +93,7 @@ def _inverse_block(arm: Scara, poses: Array, result: Array) -> None:
     if not (size <= 1.0).all():
         cosine = np.where(size <= 1.0 + STRETCH_ROUNDING, np.clip(cosine, -1.0, 1.0), np.nan)
     q2 = place_z + (to_base.z - tz - height)
-    # One value that is no number makes the whole way none.
+    # One NaN makes the whole solution NaN.
     cosine = cosine + 0.0 * q2
     q2 += 0.0 * cosine
     q3 = np.arccos(cosine)
@@ -136,17 +136,17 @@ def jacobian(arm: Scara, joints: npt.ArrayLike) -> Array:
 
 
 def tool_speeds(arm: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike) -> Array:
-    """Return how fast the tool moves through space [m/s], shape (...).
+    """Return the translational speed of the tool [m/s], shape (...).
 
     Args:
         arm: The arm.
-        joints: Where it is [rad, m, rad, rad], shape (..., 4).
+        joints: Positions of the joints [rad, m, rad, rad], shape (..., 4).
         rates: Velocities of the joints [rad/s, m/s, rad/s, rad/s], shape (..., 4).
     """
     q, v = _rows("joints", joints), _rows("rates", rates)
     l1, l2, _ = arm.geometry
     tx, ty, _, _ = arm.tool
-    # As seen from the forearm: how it is turned itself does not matter.
+    # In the forearm's frame: the speed does not depend on its orientation.
     q3, q4 = q[..., 2], q[..., 3]
     c, s = np.cos(q4), np.sin(q4)
     r1 = l1 * v[..., 0]
@@ -164,12 +164,12 @@ def tool_motion(
 
     Args:
         arm: The arm.
-        joints: Where it is [rad, m, rad, rad], shape (..., 4).
+        joints: Positions of the joints [rad, m, rad, rad], shape (..., 4).
         rates: Velocities of the joints [rad/s, m/s, rad/s, rad/s], shape (..., 4).
         accelerations: Of the joints [rad/s^2, m/s^2, rad/s^2, rad/s^2], shape (..., 4).
 
     Returns:
-        Derivatives and second derivatives of x, y, z [m] and yaw [rad] by time, shape (..., 4).
+        First and second time derivatives of x, y, z [m] and yaw [rad], shape (..., 4).
     """
     q, v = _rows("joints", joints), _rows("rates", rates)
     a = _rows("accelerations", accelerations)
@@ -185,15 +185,15 @@ def tool_motion(
 
 
 def _wrap(angles: Array, arm: Scara, joint: int) -> Array:
-    # Half a turn is the positive one, as Scara has it.
+    # Half a turn gives +pi, as in Scara.
     return _turned(angles - TURN * np.ceil(angles * (1.0 / TURN) - 0.5), arm, joint)
 
 
 def _turned(angles: Array, arm: Scara, joint: int) -> Array:
-    """Return angles within half a turn, but on another turn where only that is within limits."""
+    """Return angles within half a turn, or on another turn where only that is within limits."""
     slack = 0.5 * LIMIT_ROUNDING
     lower, upper = arm.limits[joint].lower - slack, arm.limits[joint].upper + slack
-    # Within half a turn either way, no other turn of the angle can be within these limits.
+    # For limits within half a turn of zero, no other turn of the angle is within them.
     if lower > -math.pi and upper < math.pi:
         return angles
     up = angles + TURN * np.ceil((lower - angles) / TURN)
@@ -203,7 +203,7 @@ def _turned(angles: Array, arm: Scara, joint: int) -> Array:
 
 
 def _rows(what: str, values: npt.ArrayLike) -> Array:
-    """Return values as an array of four in its last axis."""
+    """Return values as an array whose last axis has length four."""
     rows = np.asarray(values, dtype=np.float64)
     if rows.shape[-1:] != (4,):
         raise InvalidArgumentError(f"{what} have the shape {rows.shape}; it must be (..., 4)")

@@ -1,4 +1,4 @@
-"""What is known of the arm's joints: lengths between them, their ranges and where they are."""
+"""The arm's joints: lengths between them, their ranges and their positions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Poses of a four-axis arm: a place and a turn about the vertical."""
+"""Poses of a four-axis arm: a position and a rotation about the vertical."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from bioscara.errors import InvalidArgumentError
 
 
 class Pose(NamedTuple):
-    """A frame that stands upright in another: it can be turned about the vertical only.
+    """An upright frame in a parent frame: it can be rotated about the vertical only.
 
-    Which other one is not part of it. All that plans, moves and tells poses of an arm means its
-    tool in its base, also in files and on the command line; what stands in another frame is turned
-    into that by :meth:`compose`, ``bench_in_base.compose(plate_in_bench)``.
+    The parent frame is not stored. Planning, motion and reports, files and the command line use
+    the pose of the tool in the arm's base; convert poses given in other frames with
+    :meth:`compose`, ``bench_in_base.compose(plate_in_bench)``.
 
     Attributes:
         x: [m].
         y: [m].
         z: [m].
-        yaw: Turn about z [rad].
+        yaw: Rotation about z [rad].
     """
 
     x: float
@@ -32,10 +32,10 @@ class Pose(NamedTuple):
         return f"({self.x:.4g}, {self.y:.4g}, {self.z:.4g}) m, yaw {self.yaw:.4g} rad"
 
     def compose(self, other: Pose) -> Pose:
-        """Return ``other``, given in this frame, in the frame that this one is given in.
+        """Return ``other``, given in this frame, in the parent frame of this one.
 
         Raises:
-            InvalidArgumentError: One of them is no pose of finite numbers.
+            InvalidArgumentError: One of them is not a pose of finite numbers.
         """
         x, y, z, yaw = require_pose("the pose", self)
         there = require_pose("the pose in it", other)
@@ -48,10 +48,10 @@ class Pose(NamedTuple):
         )
 
     def inverse(self) -> Pose:
-        """Return the frame that this one is given in, as it is seen from this one.
+        """Return the pose of the parent frame in this one.
 
         Raises:
-            InvalidArgumentError: It is no pose of finite numbers.
+            InvalidArgumentError: It is not a pose of finite numbers.
         """
         x, y, z, yaw = require_pose("the pose", self)
         c, s = math.cos(yaw), math.sin(yaw)
@@ -62,10 +62,10 @@ TURN = 2.0 * math.pi
 """One full turn [rad]."""
 
 PLACE_MAX = 10.0
-"""Farthest place that is taken for one [m]: beyond it stand millimetres."""
+"""Largest coordinate accepted [m]: a larger one is taken for millimetres."""
 
 ANGLE_MAX = 4.0 * math.pi
-"""Largest angle that is taken for one [rad]: beyond it stand degrees."""
+"""Largest angle accepted [rad]: a larger one is taken for degrees."""
 
 _HINTS = {
     "m": (PLACE_MAX, "are these millimetres? lengths are metres"),
@@ -73,20 +73,20 @@ _HINTS = {
 }
 
 IDENTITY = Pose(0.0, 0.0, 0.0, 0.0)
-"""The frame itself."""
+"""The pose of a frame in itself."""
 
 
 def wrapped(angle: float) -> float:
-    """Return ``angle`` [rad] as the equal one above -pi and up to pi."""
+    """Return ``angle`` [rad] wrapped to above -pi and up to pi."""
     turned = math.remainder(angle, TURN)
     return math.pi if turned == -math.pi else turned
 
 
 def unit_hint(value: float, unit: str) -> str:
-    """Return the question that a value raises which is too large for its unit, or nothing.
+    """Return a hint at the probable unit if a value is too large for its own, else ``""``.
 
     Args:
-        value: What was given.
+        value: The given value.
         unit: ``"m"`` or ``"rad"``.
     """
     most, hint = _HINTS[unit]
@@ -97,11 +97,11 @@ def require_pose(what: str, pose: object) -> Pose:
     """Return ``pose`` as a :class:`Pose` of finite floats.
 
     Args:
-        what: Is said to be wrong.
-        pose: What was given.
+        what: Name of the pose in the error message.
+        pose: The given value.
 
     Raises:
-        InvalidArgumentError: It is something else, for example a bare tuple, or not finite.
+        InvalidArgumentError: It is of another type, for example a bare tuple, or not finite.
     """
     if not isinstance(pose, Pose):
         raise InvalidArgumentError(
@@ -115,14 +115,14 @@ def require_pose(what: str, pose: object) -> Pose:
 
 
 def require_near(what: str, pose: object) -> Pose:
-    """Return ``pose`` as :func:`require_pose` does, unless another unit explains it better.
+    """Return ``pose`` as :func:`require_pose` does, unless its values are in another unit.
 
     Args:
-        what: Is said to be wrong.
-        pose: What was given.
+        what: Name of the pose in the error message.
+        pose: The given value.
 
     Raises:
-        InvalidArgumentError: As :func:`require_pose`, or a value is one of millimetres or degrees.
+        InvalidArgumentError: As :func:`require_pose`, or a value is in millimetres or degrees.
     """
     plain = require_pose(what, pose)
     for name, value, unit in zip(Pose._fields, plain, ("m", "m", "m", "rad"), strict=True):

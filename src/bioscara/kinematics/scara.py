@@ -27,15 +27,15 @@ from bioscara.kinematics.pose import (
 )
 
 _SINGULAR = 1e-9
-"""Sine of the elbow angle below which the arm counts as stretched or folded."""
+"""Sine of the elbow angle below which the arm is treated as stretched or folded."""
 STRETCH_ROUNDING = 1e-12
-"""How far beyond 1 rounding may take the cosine of the elbow angle."""
+"""How far the cosine of the elbow angle may exceed 1 by rounding."""
 LIMIT_ROUNDING = 1e-9
-"""How far rounding may take a joint beyond its limit [rad or m]."""
+"""How far a joint may exceed its limit by rounding [rad or m]."""
 _SMALL = 1e-3
-"""Below this, four decimals say too little of an excess [rad or m]."""
+"""Excess below which four decimals are too few to print it [rad or m]."""
 _TURNING = (0, 2, 3)
-"""The joints that turn."""
+"""The rotary joints."""
 
 
 class Scara:
@@ -45,7 +45,7 @@ class Scara:
         geometry: Lengths of the arm.
         limits: Of its joints, j1 to j4.
         tool: Pose of the tool in the flange.
-        base: Pose of the arm's base in the frame that poses are given in.
+        base: Pose of the arm's base in the frame in which poses are given.
 
     Attributes:
         geometry: As given.
@@ -65,7 +65,7 @@ class Scara:
         self.tool, self.base = tool, base
         self._l1, self._l2, self._height = geometry
         self._to_base = base.inverse()
-        # Half of what rounding may do is for what is found, the rest for adding its turns.
+        # Half of the rounding tolerance is for the solution, the rest for adding its turns.
         slack = 0.5 * LIMIT_ROUNDING
         self._bounds = tuple((limit.lower - slack, limit.upper + slack) for limit in limits)
         self._elbow_turns = max(-self._bounds[2][0], self._bounds[2][1]) >= math.pi
@@ -93,18 +93,18 @@ class Scara:
         return pose if self._plain_base else self.base.compose(pose)
 
     def inverse(self, pose: Pose) -> tuple[Joints, Joints]:
-        """Return both ways to reach a pose: elbow positive first, then elbow negative.
+        """Return both solutions for a pose: elbow positive first, then elbow negative.
 
-        Angles are wrapped, except where only another turn of it is within a joint's limits.
-        Limits are not checked; :meth:`solve` does.
+        Angles are wrapped, except where only another turn of one is within its joint's limits.
+        Limits are not checked; :meth:`solve` does that.
 
         Args:
             pose: Of the tool.
 
         Raises:
-            UnreachableError: It is too far out or too close in; says by how much. Or its yaw is
-                one of degrees.
-            InvalidArgumentError: It is no :class:`Pose` of finite numbers.
+            UnreachableError: It is too far out or too close in; the message states by how much.
+                Or its yaw is in degrees.
+            InvalidArgumentError: It is not a :class:`Pose` of finite numbers.
         """
         pose = require_pose("the pose", pose)
         if abs(pose.yaw) > self._most_yaw:
@@ -131,17 +131,17 @@ class Scara:
         )
 
     def solve(self, pose: Pose, near: Sequence[float]) -> Joints:
-        """Return the way to reach a pose that is within limits and closest to ``near``.
+        """Return the solution for a pose that is within limits and closest to ``near``.
 
-        A joint that has more than one full turn takes the turn closest to where it is.
+        A joint with a range of more than one full turn takes the turn closest to ``near``.
 
         Args:
             pose: Of the tool.
             near: Joints from which the arm comes [rad, m, rad, rad].
 
         Raises:
-            UnreachableError: No way is within the limits; says for each which joint is beyond
-                its limit, and by how much.
+            UnreachableError: No solution is within the limits; the message states for each which
+                joint is beyond its limit, and by how much.
             InvalidArgumentError: ``near`` is not finite, or ``pose`` is not a :class:`Pose`.
         """
         near = numbers("the joints to start from", near, "give one for each joint")
@@ -153,7 +153,7 @@ class Scara:
         both = self.inverse(pose)
         good = [self._unwound(joints, near) for joints in both if not self.beyond(joints)]
         if not good:
-            # With either elbow it may be the lift alone that is beyond: that is said once.
+            # If the lift alone is beyond its limits for both elbows, it is reported once.
             reasons = dict.fromkeys(", ".join(self.beyond(joints)) for joints in both)
             raise UnreachableError(
                 f"{pose} cannot be reached: it would take {' or '.join(reasons)}"
@@ -191,18 +191,18 @@ class Scara:
         return ((x1, 0.0, x3, x4), (y1, 0.0, y3, y4), (0.0, 1.0, 0.0, 0.0), (1.0, 0.0, 1.0, 1.0))
 
     def rates(self, joints: Sequence[float], velocity: Sequence[float]) -> Joints:
-        """Return the joint velocities that move the tool as asked.
+        """Return the joint velocities for a velocity of the tool.
 
         Args:
-            joints: Where the arm is [rad, m, rad, rad].
+            joints: Positions of the joints [rad, m, rad, rad].
             velocity: Of the tool: x, y, z [m/s] and yaw [rad/s].
 
         Raises:
-            UnreachableError: The arm is stretched or folded: there it cannot move so.
+            UnreachableError: The arm is stretched or folded and cannot move in this direction.
         """
         (x1, _, x3, x4), (y1, _, y3, y4), _, _ = self.jacobian(joints)
         vx, vy, vz, w = velocity
-        # Of the wrist's axis, which j1 and j3 alone move.
+        # Velocity of the wrist's axis, which only j1 and j3 move.
         wx, wy = vx - w * x4, vy - w * y4
         a, b, c, d = x1 - x4, x3 - x4, y1 - y4, y3 - y4
         determinant = a * d - b * c
@@ -217,10 +217,10 @@ class Scara:
         return Joints(r1, vz, r3, w - r1 - r3)
 
     def tool_speed(self, joints: Sequence[float], rates: Sequence[float]) -> float:
-        """Return how fast the tool moves through space [m/s].
+        """Return the translational speed of the tool [m/s].
 
         Args:
-            joints: Where the arm is [rad, m, rad, rad].
+            joints: Positions of the joints [rad, m, rad, rad].
             rates: Velocities of the joints [rad/s, m/s, rad/s, rad/s].
         """
         (x1, _, x3, x4), (y1, _, y3, y4), _, _ = self.jacobian(joints)
@@ -229,7 +229,7 @@ class Scara:
         return math.sqrt(vx * vx + vy * vy + r2 * r2)
 
     def _unwound(self, joints: Joints, near: Sequence[float]) -> Joints:
-        """Return the same way with each turning joint on its turn closest to ``near``."""
+        """Return the same solution with each rotary joint on its turn closest to ``near``."""
         turned = [self._closest(i, joints[i], near[i]) for i in _TURNING]
         return Joints(turned[0], joints.j2, turned[1], turned[2])
 
@@ -237,7 +237,7 @@ class Scara:
         lower, upper = self._bounds[joint]
         least, most = math.ceil((lower - angle) / TURN), math.floor((upper - angle) / TURN)
         if least > most:
-            return angle  # it is beyond, by no more than rounding
+            return angle  # beyond its limits by rounding only
         return angle + TURN * min(max(round((near - angle) / TURN), least), most)
 
     def _wrap(self, joint: int, angle: float) -> float:
@@ -252,7 +252,11 @@ class Scara:
         return other if lower <= other <= upper else angle
 
     def _stretch(self, pose: Pose, x: float, y: float, cosine: float) -> float:
-        """Return the cosine bounded where only rounding is beyond it, else complain."""
+        """Return the cosine bounded to 1 where it exceeds that by rounding only.
+
+        Raises:
+            UnreachableError: It exceeds 1 by more.
+        """
         if abs(cosine) <= 1.0 + STRETCH_ROUNDING:
             return math.copysign(1.0, cosine)
         distance = math.hypot(x, y)
@@ -269,7 +273,7 @@ class Scara:
 
 
 def _amount(value: float) -> str:
-    """Return an excess with 4 decimals, or with as many as it takes to be seen."""
+    """Format an excess with 4 decimals, a small one with two significant digits."""
     return f"{value:.4f}" if value >= _SMALL else f"{value:.2g}"
 
 

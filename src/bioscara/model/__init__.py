@@ -1,9 +1,9 @@
-"""The arm as data: a file goes in, frozen values in SI units come out.
+"""Model of the arm: its parameters as immutable values in SI units, its shapes and description.
 
 ``parameters.yaml`` holds the values of the existing arms, each with its unit and source;
-``parameters`` is what they are to a program, ``loading`` reads and checks the file, with
-``yaml_section`` and ``checks``. ``parts`` is the drawing of the arm, of which ``solids`` and
-``meshes`` make its shapes and ``urdf`` its description; ``tags`` are words of that.
+``parameters`` defines them as classes, ``loading`` reads and checks the file, with
+``yaml_section`` and ``checks``. ``parts`` is the drawing of the arm, from which ``solids`` and
+``meshes`` make its shapes and ``urdf`` its description; ``tags`` are the names used in it.
 """
 
 from bioscara.model.loading import load_parameters as load_parameters

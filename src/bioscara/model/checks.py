@@ -1,4 +1,4 @@
-"""Checks of the arm's values, whatever kind of file they stand in."""
+"""Checks of the arm's values, independent of the file format."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UNITS = {"j1": "rad", "j2": "m", "j3": "rad", "j4": "rad"}
 JOINTS = tuple(UNITS)
 """Names of the joints, in the order of their numbers."""
 _FARTHEST = {"rad": 4.0 * math.pi, "m": 2.0}
-"""Positions that a joint of this unit may have: beyond them stand degrees and millimetres."""
+"""Largest position of a joint of this unit: larger ones are probably degrees or millimetres."""
 _MOTOR_VELOCITY = 343.0
 """Highest speed of a motor [rad/s]: TRACK carries 3276 rpm."""
 _MOTOR_ACCELERATION = 365.0
@@ -28,14 +28,14 @@ _HOMING_RPM = (1.0, 250.0)
 
 
 class Section(ABC):
-    """Named values that belong together; each complaint says which one, where, and its limit.
+    """Group of named values; each error states the name, location and limit of the value.
 
     Keys are the names of fields in :mod:`bioscara.model.parameters`.
     """
 
     @abstractmethod
     def value(self, key: str) -> Any:
-        """Return the value as it stands in the file.
+        """Return the value as written in the file.
 
         Raises:
             ConfigurationError: There is none.
@@ -43,21 +43,22 @@ class Section(ABC):
 
     @abstractmethod
     def name(self, key: str) -> str:
-        """Return what the file calls the value."""
+        """Return the name of the value in the file."""
 
     @abstractmethod
     def error(self, text: str, key: str | None = None) -> ConfigurationError:
-        """Return an error that says where the value of ``key`` stands."""
+        """Return an error that states the location of the value of ``key``."""
 
     @abstractmethod
     def keys(self) -> Iterable[str]:
-        """Return the keys that the file has here."""
+        """Return the keys of this section of the file."""
 
     def number(self, key: str, lower: float, upper: float, unit: str = "") -> float:
         """Return a finite number from ``lower`` to ``upper``.
 
         Raises:
-            ConfigurationError: It is missing, no number, or outside; so for all that follow.
+            ConfigurationError: It is missing, no number, or outside; likewise for the methods
+                below.
         """
         value = self.value(key)
         if isinstance(value, bool) or not isinstance(value, int | float):
@@ -106,10 +107,10 @@ class Section(ABC):
         return value
 
     def refuse_unknown(self, known: Iterable[str]) -> None:
-        """Raise if there is a key that is not ``known``, with a proposal.
+        """Raise if there is a key that is not ``known``, with a suggestion.
 
-        To be called before anything is read: a misspelt key is the better complaint than a
-        missing one.
+        To be called before anything is read: reporting a misspelt key helps more than a missing
+        one.
         """
         names = sorted(known)
         for key in self.keys():
@@ -120,9 +121,9 @@ class Section(ABC):
 
 
 def told_of(value: object) -> str:
-    """Return a value of a file as a complaint shows it.
+    """Return a value of a file as shown in an error.
 
-    Collections are told by their size: what anchors bring into them may be without end.
+    Collections are shown by their size: anchors may make their content endless.
     """
     if isinstance(value, dict | list):
         kind = "mapping" if isinstance(value, dict) else "list"
@@ -135,11 +136,11 @@ def check_joint(name: str, section: Section, homing: Section) -> JointParameters
 
     Args:
         name: One of :data:`JOINTS`.
-        section: Where its values are.
-        homing: Where those of its homing are.
+        section: Section of its values.
+        homing: Section of its homing values.
 
     Raises:
-        ConfigurationError: A value is missing or cannot be.
+        ConfigurationError: A value is missing or invalid.
     """
     unit = UNITS[name]
     reduction = section.nonzero("reduction", 1e5)
@@ -186,10 +187,10 @@ def check_addresses(joints: Iterable[tuple[JointParameters, Section]]) -> None:
     """Raise if two joints have the same address.
 
     Args:
-        joints: The joints, and where their values are.
+        joints: The joints, and the sections of their values.
 
     Raises:
-        ConfigurationError: Two have; names both.
+        ConfigurationError: Two have the same; the message names both.
     """
     owners: dict[int, str] = {}
     for joint, section in joints:
@@ -203,7 +204,7 @@ def check_addresses(joints: Iterable[tuple[JointParameters, Section]]) -> None:
 
 
 class Jaws(NamedTuple):
-    """What the jaws of a gripper can do; fields as in ``GripperParameters``."""
+    """Limits of a gripper's jaws; fields as in ``GripperParameters``."""
 
     lower: float
     upper: float
@@ -213,10 +214,10 @@ class Jaws(NamedTuple):
 
 
 def check_jaws(section: Section) -> Jaws:
-    """Return what the gripper's jaws can do.
+    """Return the limits of the gripper's jaws.
 
     Raises:
-        ConfigurationError: A value is missing or cannot be.
+        ConfigurationError: A value is missing or invalid.
     """
     lower = section.number("lower", 0.0, 1.0, "m")
     upper = section.above("upper", lower, 1.0)

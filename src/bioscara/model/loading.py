@@ -1,4 +1,4 @@
-"""Read and check a parameter file; every complaint names file, line, key, value and limit."""
+"""Read and check a parameter file; every error names file, line, key, value and limit."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ from bioscara.model.yaml_section import YamlSection, read_sections
 _EXISTING_ARMS = Path(__file__).with_name("parameters.yaml")
 _IMPLIED = ("name", "number")
 _CARRIAGE = 0.16
-"""Shortest upper arm [m]: the lift's carriage reaches so far, and the elbow is beyond it."""
+"""Shortest upper arm [m]: the lift's carriage extends to there, and the elbow is beyond it."""
 _BRAKING_SHARE = (0.01, 1.0)
 
 _SLOWEST_BELT = 1.0
-"""Longest period of a belt [s]: a load that swings slower is not one that can be positioned."""
+"""Longest period of a belt [s]: a load with a slower oscillation cannot be positioned."""
 
 
 def _joint(name: str, section: YamlSection) -> JointParameters:
@@ -42,7 +42,7 @@ def _joint(name: str, section: YamlSection) -> JointParameters:
     homing = section.section("homing")
     homing.refuse_unknown(HomingParameters.__slots__)
     section.text("unit", (UNITS[name],))
-    # Not in a description, which says what the hardware is: the belts are for who plans.
+    # Not in the description, which covers the hardware: only planning uses the belts.
     period = section.number("belt_period", 0.0, _SLOWEST_BELT, "s")
     return replace(check_joint(name, section, homing), belt_period=period)
 
@@ -132,7 +132,7 @@ def _trajectory(
 
 def _tolerances(section: YamlSection, joint: JointParameters) -> Tolerances:
     section.refuse_unknown(Tolerances.__slots__)
-    # What exceeds the joint's range can never be violated.
+    # A tolerance above the joint's range can never be violated.
     span = joint.upper - joint.lower
     return Tolerances(
         trajectory=section.number("trajectory", 0.0, span, joint.unit),
@@ -178,7 +178,7 @@ def load_parameters(path: Path | None = None) -> ArmParameters:
 
     Args:
         path: The file; None for the values of the existing arms, which come with the package
-            (``parameters.yaml`` shows the form).
+            (``parameters.yaml`` is an example).
 
     Raises:
         ConfigurationError: The file cannot be read, a key is unknown or missing, or a value is

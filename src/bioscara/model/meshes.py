@@ -1,4 +1,4 @@
-"""Writes the arm's drawing as files: meshes as binary STL, masses and inertias as YAML.
+"""Export of the arm's drawing: meshes as binary STL, masses and inertias as YAML.
 
 The numbers are rounded to a micrometre and to six digits, so that every machine writes the same
 bytes; ``make generate`` writes them, ``make fresh`` compares.
@@ -15,7 +15,7 @@ from bioscara.model.parts import Link, Part, drawing
 from bioscara.model.solids import Array, Inertial, Solid, weigh
 
 FINISHES = ("printed", "metal")
-"""Every link is seen as two meshes: what is printed, and the metal and rubber in it."""
+"""Every link is drawn as two meshes: its printed parts, and its metal and rubber ones."""
 
 _TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")])
 _HEADER = 80
@@ -38,7 +38,7 @@ def read_stl(content: bytes) -> Array:
 
 
 def files(geometry: GeometryParameters) -> dict[str, bytes]:
-    """Return every file that follows from the drawing, by its path in the description."""
+    """Return every file generated from the drawing, by its path in the description."""
     links = drawing(geometry)
     out = {"links.yaml": _properties(links).encode()}
     for link in links:
@@ -70,7 +70,7 @@ def _properties(links: tuple[Link, ...]) -> str:
 
 
 def _lines(name: str, inertial: Inertial) -> list[str]:
-    # Beyond these decimals there is only rounding, which differs between machines.
+    # Further decimals are rounding errors, which differ between machines.
     centre = ", ".join(f"{number:.6f}" for number in inertial.centre.round(6) + 0.0)
     inertia = inertial.inertia.round(9) + 0.0
     return [

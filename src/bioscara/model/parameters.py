@@ -1,24 +1,24 @@
-"""What the arm's parameters are, in SI units. How they are read: :mod:`bioscara.model.loading`."""
+"""Parameters of the arm, in SI units. They are read by :mod:`bioscara.model.loading`."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 JERK_TIME = 0.025
-"""Time in which a joint may build its highest acceleration up [s].
+"""Time in which a joint may reach its highest acceleration [s].
 
 A choice: it costs 25 ms per motion, and spreads the step that would ring the column over two
 cycles and more.
 """
 
 LOWEST_RATE, HIGHEST_RATE = 20, 10_000
-"""Cycles per second that make sense [Hz]: a setpoint must come before a joint misses it, and a
-joint that hears nothing for 60 ms stops."""
+"""Useful range of cycles per second [Hz]: a setpoint must arrive in time, and a joint
+that receives nothing for 60 ms stops."""
 
 
 @dataclass(frozen=True, slots=True)
 class HomingParameters:
-    """How one joint seeks its end stop.
+    """Homing parameters of one joint.
 
     Attributes:
         velocity: Least speed of the joint towards its end stop [unit/s]; its sign is the direction.
@@ -39,21 +39,22 @@ class JointParameters:
 
     Attributes:
         name: ``"j1"`` to ``"j4"``.
-        number: 1 to 4, what the joint's firmware says it is.
+        number: 1 to 4, as reported by the joint's firmware.
         address: 7-bit bus address.
         unit: ``"rad"`` or ``"m"``.
-        reduction: Motor radians per joint unit; negative where the motor turns against it.
+        reduction: Motor radians per joint unit; negative where the motor turns in the opposite
+            direction.
         lower: Lowest position [unit].
         upper: Highest position [unit].
         max_velocity: Highest speed [unit/s].
         max_acceleration: Highest acceleration [unit/s^2].
         drive_current_percent: Motor current in motion.
         hold_current_percent: Motor current at standstill.
-        stall_threshold: How far the motor may be off: a stall is a position error above
+        stall_threshold: Threshold of the motor's position error: a stall is a position error above
             512 + 32 x this [microsteps of the motor]; 0 for no detection. Firmware of the
-            existing arms takes 10 x this instead.
-        homing: How it is homed.
-        belt_period: Period in which the load swings behind its belt [s]; 0 where it is rigid.
+            existing arms uses 10 x this instead.
+        homing: Its homing parameters.
+        belt_period: Period of the load's oscillation on its belt [s]; 0 for a rigid drive.
     """
 
     name: str
@@ -78,7 +79,7 @@ class JointParameters:
 
     @property
     def max_jerk(self) -> float:
-        """Highest jerk [unit/s^3]: the highest acceleration builds up in 25 ms."""
+        """Highest jerk [unit/s^3]: the highest acceleration is reached in 25 ms."""
         return self.max_acceleration / JERK_TIME
 
 
@@ -87,7 +88,7 @@ class PwmOutput:
     """A PWM output of the computer.
 
     Attributes:
-        device: Name of the device that drives it, as the kernel's device tree says.
+        device: Name of the device that drives it, from the kernel's device tree.
         channel: Number of the output on that device.
     """
 
@@ -103,15 +104,15 @@ class GripperParameters:
         lower: Smallest width [m].
         upper: Largest width [m].
         max_velocity: Speed of the width that the gripper cannot exceed [m/s].
-        initial: Width that is assumed until one was commanded [m].
+        initial: Width that is assumed until one is commanded [m].
         deg_per_m: Servo degrees per metre of width; its sign is the direction.
         zero_width: Width at servo angle zero [m].
         frequency: Pulses per second [Hz].
-        pulse_center: Pulse at servo angle zero [s].
-        pulse_per_deg: Change of the pulse per servo degree [s].
-        pulse_lower: Shortest pulse that the servo takes [s].
-        pulse_upper: Longest pulse that the servo takes [s].
-        outputs: Where the servo may be wired to; the first one that exists is used.
+        pulse_center: Pulse length at servo angle zero [s].
+        pulse_per_deg: Change of the pulse length per servo degree [s].
+        pulse_lower: Shortest pulse that the servo accepts [s].
+        pulse_upper: Longest pulse that the servo accepts [s].
+        outputs: Candidate outputs of the servo; the first one that exists is used.
     """
 
     lower: float
@@ -130,17 +131,17 @@ class GripperParameters:
 
 @dataclass(frozen=True, slots=True)
 class GeometryParameters:
-    """How the arm is built; angles and the frame of the wrist as in the arm's description.
+    """Dimensions of the arm; angles and the frame of the wrist as in the arm's description.
 
     Attributes:
-        height: Of the wrist's frame above the base when j2 is at 0 [m].
-        upper_arm: From the column's axis to the elbow's [m].
-        forearm: From the elbow's axis to the wrist's [m].
-        tool_x: Of the point between the finger tips, in the wrist's frame [m].
-        tool_y: Likewise [m].
-        tool_z: Likewise [m].
-        tool_mass: Of the gripper with its jaws, as the description has it [kg]; a record, no motion
-            depends on it.
+        height: Height of the wrist's frame above the base when j2 is at 0 [m].
+        upper_arm: Distance from the column's axis to the elbow's [m].
+        forearm: Distance from the elbow's axis to the wrist's [m].
+        tool_x: x of the point between the finger tips, in the wrist's frame [m].
+        tool_y: y of that point [m].
+        tool_z: z of that point [m].
+        tool_mass: Mass of the gripper with its jaws, as in the description [kg]; a record, no
+            motion depends on it.
     """
 
     height: float
@@ -167,11 +168,12 @@ class UpdateRates:
 
 @dataclass(frozen=True, slots=True)
 class Tolerances:
-    """How far one joint may be off a trajectory.
+    """Tolerances of one joint for following a trajectory.
 
     Attributes:
-        trajectory: On the way [unit]; 0 for what a healthy joint trails at its highest speed.
-        goal: At the end [unit]; 0 is unchecked.
+        trajectory: Tolerance during the motion [unit]; 0 for the following error of a healthy joint
+            at its highest speed.
+        goal: Tolerance at the end [unit]; 0 is unchecked.
     """
 
     trajectory: float
@@ -180,14 +182,15 @@ class Tolerances:
 
 @dataclass(frozen=True, slots=True)
 class TrajectoryConstraints:
-    """What makes a trajectory fail, and how it ends then.
+    """Failure conditions of a trajectory, and its deceleration on failure.
 
     Attributes:
-        stopped_velocity_tolerance: Speed of every joint that counts as standing [rad/s or m/s]; 0
-            is unchecked.
-        goal_time: How much later than planned the goal may be reached [s]; 0 waits for ever.
-        max_deceleration_on_cancel_share: Of the joint's highest acceleration, above 0 up to 1.
-        joints: How far each joint may be off, in the order of their numbers.
+        stopped_velocity_tolerance: Speed at which a joint counts as at rest [rad/s or m/s]; 0 is
+            unchecked.
+        goal_time: Delay after the planned time at which the goal may be reached [s]; 0 for no
+            limit.
+        max_deceleration_on_cancel_share: Share of the highest joint acceleration, above 0 up to 1.
+        joints: Tolerances of each joint, in the order of their numbers.
     """
 
     stopped_velocity_tolerance: float
@@ -201,9 +204,10 @@ class TrajectoryControllerParameters:
     """How trajectories are followed.
 
     Attributes:
-        allow_partial_joints_goal: Whether a goal may leave joints out.
-        allow_nonzero_velocity_at_trajectory_end: Whether the last point may be in motion.
-        constraints: What makes a goal fail.
+        allow_partial_joints_goal: Whether a goal may omit joints.
+        allow_nonzero_velocity_at_trajectory_end: Whether the last point may have a nonzero
+            velocity.
+        constraints: Failure conditions of a goal.
     """
 
     allow_partial_joints_goal: bool
@@ -213,11 +217,11 @@ class TrajectoryControllerParameters:
 
 @dataclass(frozen=True, slots=True)
 class HomingControllerParameters:
-    """When homing is given up.
+    """Limits of homing, beyond which it fails.
 
     Attributes:
         timeout: Longest time that one joint may take [s].
-        max_travel_share: Farthest that a joint may go, as a share of its range; 1 or more.
+        max_travel_share: Largest travel of a joint, as a share of its range; 1 or more.
     """
 
     timeout: float
@@ -226,10 +230,10 @@ class HomingControllerParameters:
 
 @dataclass(frozen=True, slots=True)
 class HoldControllerParameters:
-    """How joints come to rest.
+    """Deceleration of joints to rest.
 
     Attributes:
-        max_deceleration_share: Of the joint's highest acceleration, above 0 up to 1.
+        max_deceleration_share: Share of the highest joint acceleration, above 0 up to 1.
     """
 
     max_deceleration_share: float
@@ -237,13 +241,13 @@ class HoldControllerParameters:
 
 @dataclass(frozen=True, slots=True)
 class GripperControllerParameters:
-    """When the gripper has arrived, and when it is held up.
+    """Conditions for the gripper's arrival and stall.
 
     Attributes:
-        goal_tolerance: How near to its goal it has arrived [m].
-        allow_stalling: Whether jaws that are held up before their goal have succeeded.
-        stall_velocity_threshold: Speed below which they do not move [m/s].
-        stall_timeout: How long they do not move when they are held up [s].
+        goal_tolerance: Distance to the goal that counts as arrival [m].
+        allow_stalling: Whether jaws that stall before their goal have succeeded.
+        stall_velocity_threshold: Speed below which they count as at rest [m/s].
+        stall_timeout: Time at rest after which they count as stalled [s].
     """
 
     goal_tolerance: float
@@ -254,14 +258,14 @@ class GripperControllerParameters:
 
 @dataclass(frozen=True, slots=True)
 class ControllersParameters:
-    """What the controllers do; names are those of ros2_controllers where it has the parameter.
+    """Parameters of the controllers, named as in ros2_controllers where it has the parameter.
 
     Attributes:
         update_rate: Cycles per second.
-        joint_trajectory_controller: How trajectories are followed.
-        homing_controller: When homing is given up.
-        hold_controller: How joints come to rest.
-        gripper_controller: When the gripper has arrived.
+        joint_trajectory_controller: Following of trajectories.
+        homing_controller: Limits of homing.
+        hold_controller: Deceleration of joints to rest.
+        gripper_controller: Conditions for the gripper's arrival and stall.
     """
 
     update_rate: UpdateRates
@@ -277,10 +281,10 @@ class ArmParameters:
 
     Attributes:
         joints: The joints, in the order of their numbers.
-        geometry: How it is built.
+        geometry: Its dimensions.
         gripper: The gripper.
         homing_order: Names of the joints in the order in which they are homed.
-        controllers: What the controllers do.
+        controllers: Parameters of the controllers.
     """
 
     joints: tuple[JointParameters, ...]
@@ -291,15 +295,15 @@ class ArmParameters:
 
     @property
     def belt_periods(self) -> tuple[float, ...]:
-        """Periods of the belts, the longest first [s]; at least one, however short."""
+        """Periods of the belts, the longest first [s]; always at least one, even if very short."""
         periods = sorted((joint.belt_period for joint in self.joints), reverse=True)
         return tuple(period for period in periods if period > JERK_TIME) or (JERK_TIME,)
 
     @property
     def stop_time(self) -> float:
-        """Least time of a stop that nothing forces to be shorter [s].
+        """Minimum duration of a stop that need not be shorter [s].
 
-        A steady deceleration over the longest period leaves no swing of that belt behind; over the
-        shortest one it builds up.
+        A constant deceleration over the longest period leaves no residual oscillation of that belt;
+        it builds up over the shortest one.
         """
         return self.belt_periods[0] + self.belt_periods[-1]

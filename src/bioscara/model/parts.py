@@ -1,7 +1,7 @@
-"""The drawing of the arm: of which convex parts each link consists.
+"""Drawing of the arm: the convex parts of each link.
 
-Outer dimensions are those of the existing arm's links; what is inside them is drawn so that a
-person recognises the arm, and is no manufacturing data. Metres, in the frames of the description.
+Outer dimensions are those of the existing arm's links; the inside is drawn to make the arm
+recognisable, and is no manufacturing data. Metres, in the frames of the description.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ class Part(NamedTuple):
 
     Attributes:
         solid: Its shape.
-        density: Of its material [kg/m^3].
-        printed: Whether it is printed, which is a shell, or solid.
+        density: Density of its material [kg/m^3].
+        printed: Whether it is printed, thus a shell, or solid.
     """
 
     solid: Solid
@@ -49,8 +49,8 @@ class Link:
 
     Attributes:
         name: As in the description, without a prefix.
-        bodies: Its convex parts by the name of what they make up; what touches a part touches the
-            link.
+        bodies: Its convex parts by the name of the body they form; contact with a part is contact
+            with the link.
     """
 
     name: str
@@ -107,7 +107,7 @@ def _column() -> Link:
 def _upper_arm(length: float) -> Link:
     carriage = box((0, -0.0528, -0.0132), (0.0856, 0.0528, 0.1279))
     profile = ((0.0856, -0.0132), (0.156, 0.0426), (0.0856, 0.0426))
-    # Outlines across y are z, x.
+    # Outlines perpendicular to y are given as z, x.
     gusset = prism([(z, x) for x, z in reversed(profile)], -0.03, 0.03, "y")
     motor = box((0.1, -0.021, 0.0879), (0.142, 0.021, 0.1279))
     return Link(
@@ -156,7 +156,7 @@ def _jaw(name: str, side: float, rack_at: float) -> Link:
         x0, x1 = sorted((side * near, side * far))
         return box((x0, *low), (x1, *high))
 
-    # The rack passes over the carriage of the other jaw, beside its rack.
+    # The rack passes over the carriage of the other jaw, next to its rack.
     rack_end = rack_at + 0.012
     carriage = across(0.0, 0.02, (-0.039, -0.1), (0.026, -0.0716))
     head = across(0.0, 0.02, (rack_at, -0.0716), (rack_end, -0.0606))
@@ -173,22 +173,22 @@ def _jaw(name: str, side: float, rack_at: float) -> Link:
 
 
 class Lengths(Protocol):
-    """Lengths of an arm, by which its bars are drawn; parameters and kinematics have them."""
+    """Lengths of an arm for drawing its bars; parameters and kinematics have them."""
 
     @property
     def upper_arm(self) -> float:
-        """From the column's axis to the elbow's [m]."""
+        """Distance from the column's axis to the elbow's [m]."""
 
     @property
     def forearm(self) -> float:
-        """From the elbow's axis to the wrist's [m]."""
+        """Distance from the elbow's axis to the wrist's [m]."""
 
 
 def drawing(geometry: Lengths) -> tuple[Link, ...]:
     """Return the links that have a body, from the base to the jaws.
 
     Args:
-        geometry: Lengths of the arm; the arms are as long as it says.
+        geometry: Lengths of the upper arm and forearm.
     """
     return (
         _base(),

@@ -1,4 +1,4 @@
-"""Convex solids as triangles, and what they weigh. Metres, in the frame of a link."""
+"""Convex solids as triangles, and their mass properties. Metres, in the frame of a link."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 
 FIT = 4.5e-3
-"""How far the upright shapes of a solid may reach beyond it [m]: what is rounded is sliced."""
+"""Distance by which a solid's upright shapes may exceed it [m]: rounded solids are sliced."""
 _SIDES = 32
-"""Of the polygon that stands for a circle."""
+"""Sides of the polygon that approximates a circle."""
 _AXES = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
 
 
@@ -24,10 +24,10 @@ class Upright(NamedTuple):
     """A rectangle along x and y, moved outwards by a radius, between two heights.
 
     Attributes:
-        x: Of the rectangle's centre [m].
-        y: [m].
+        x: x of the rectangle's centre [m].
+        y: y of its centre [m].
         half_x: Half its size along x [m].
-        half_y: Along y [m].
+        half_y: Half its size along y [m].
         low: Height of the bottom [m].
         high: Height of the top [m].
         radius: Added to the rectangle on all sides [m].
@@ -61,12 +61,12 @@ class Solid:
 
 
 def prism(outline: npt.ArrayLike, lower: float, upper: float, axis: str = "z") -> Solid:
-    """Return an extruded convex polygon; its upright shapes are slices of it, each a box.
+    """Return an extruded convex polygon; its upright shapes are box-shaped slices of it.
 
     Args:
         outline: Corners counter-clockwise, shape (n, 2): x, y for axis z; y, z for x; z, x for y.
-        lower: Where it begins along the axis [m].
-        upper: Where it ends [m].
+        lower: Its start along the axis [m].
+        upper: Its end [m].
         axis: ``"x"``, ``"y"`` or ``"z"``.
     """
     corners = np.asarray(outline, dtype=np.float64)
@@ -114,7 +114,7 @@ def _range(values: Array) -> tuple[float, float]:
 
 
 def _width(corners: Array, low: float, high: float) -> tuple[float, float]:
-    """Return the range of second coordinates of a polygon between two first ones."""
+    """Return a polygon's range of second coordinates between two first coordinates."""
     u, v = corners.T
     found = [v[(low <= u) & (u <= high)]]
     for (u0, v0), (u1, v1) in zip(corners, np.roll(corners, -1, axis=0), strict=True):
@@ -124,7 +124,7 @@ def _width(corners: Array, low: float, high: float) -> tuple[float, float]:
 
 
 def _beyond(corners: Array, u: float, v: float) -> float:
-    """Return how far a point is from a convex polygon; zero inside."""
+    """Return the distance of a point from a convex polygon; zero inside."""
     place, sides = np.array((u, v)), np.roll(corners, -1, axis=0) - corners
     off = place - corners
     if (sides[:, 0] * off[:, 1] >= sides[:, 1] * off[:, 0]).all():
@@ -149,11 +149,11 @@ def capsule(start: float, end: float, radius: float, lower: float, upper: float)
     """Return an upright bar along x with round ends.
 
     Args:
-        start: Where the axis of one end is, along x [m].
-        end: Where that of the other is, further along [m].
-        radius: Of both ends [m].
-        lower: Where it begins in height [m].
-        upper: Where it ends [m].
+        start: Position of the axis of one end, along x [m].
+        end: Position of the other end's axis, at a larger x [m].
+        radius: Radius of both ends [m].
+        lower: Height of its bottom [m].
+        upper: Its end [m].
     """
     half = np.linspace(-np.pi / 2.0, np.pi / 2.0, _SIDES // 2 + 1)
     arc = radius * np.column_stack((np.cos(half), np.sin(half)))
@@ -168,10 +168,10 @@ def cylinder(
     """Return a cylinder.
 
     Args:
-        centre: In the plane across the axis, as the corners of :func:`prism`.
-        radius: [m].
-        lower: Where it begins along the axis [m].
-        upper: Where it ends [m].
+        centre: Centre in the plane perpendicular to the axis, as the corners of :func:`prism`.
+        radius: Its radius [m].
+        lower: Its start along the axis [m].
+        upper: Its end [m].
         axis: ``"x"``, ``"y"`` or ``"z"``.
     """
     angles = np.arange(_SIDES) * (2.0 * np.pi / _SIDES)
@@ -188,7 +188,7 @@ class Inertial(NamedTuple):
     Attributes:
         mass: Mass [kg].
         centre: Centre of mass in the link's frame [m], shape (3,).
-        inertia: About the centre, along the link's axes [kg m^2], shape (3, 3).
+        inertia: Inertia about the centre, along the link's axes [kg m^2], shape (3, 3).
     """
 
     mass: float
@@ -201,8 +201,8 @@ class Moments(NamedTuple):
 
     Attributes:
         mass: Mass [kg].
-        first: Of position [kg m], shape (3,).
-        second: Of position times position [kg m^2], shape (3, 3).
+        first: Integral of position [kg m], shape (3,).
+        second: Integral of position times position [kg m^2], shape (3, 3).
     """
 
     mass: float
@@ -238,7 +238,7 @@ def _moments(solid: Solid, masses: Array, corners: int) -> Moments:
 
 
 def weigh(bodies: Iterable[Moments]) -> Inertial:
-    """Return mass, centre and inertia of several bodies as one."""
+    """Return mass, centre and inertia of several bodies combined."""
     masses, firsts, seconds = zip(*bodies, strict=True)
     mass = float(sum(masses))
     centre = sum(firsts, np.zeros(3)) / mass

@@ -1,4 +1,4 @@
-"""Words of the ``<ros2_control>`` tags, as ``description/control.xacro`` writes them."""
+"""Names in the ``<ros2_control>`` tags, as written by ``description/control.xacro``."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ HOMING_TAGS = {
     "current_percent": "homing_current",
     "acceleration": "homing_acceleration",
 }
-"""The same of its homing."""
+"""The same for its homing."""
 GRIPPER_TAGS = {
     "deg_per_m": "reduction",
     "zero_width": "offset",
@@ -31,7 +31,7 @@ GRIPPER_TAGS = {
     "upper": "max",
     "initial": "init_pos",
 }
-"""The same of the gripper."""
+"""The same for the gripper."""
 ARM_COMMANDS = ARM_STATES = ("position", "velocity", "home")
 """Interfaces of every joint of the arm."""
 GRIPPER_COMMANDS, GRIPPER_STATES = ("position",), ("position", "velocity")

@@ -1,7 +1,7 @@
-"""The arm's description: meshes and weights from its drawing, URDF and SRDF from their xacro.
+"""Description of the arm: meshes and masses from its drawing, URDF and SRDF from their xacro.
 
 ``make generate`` writes the files, ``make fresh`` compares them. Both need the ``xacro`` package,
-which comes with the ``dev`` extra; whoever only reads the description needs none.
+which comes with the ``dev`` extra; reading the description does not need it.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ def render(source: Path, **arguments: str) -> str:
 
 
 def _xacro() -> Any:
-    # Only who generates the description has it.
+    # Installed only where the description is generated.
     try:
         import xacro  # noqa: PLC0415
     except ImportError as error:
@@ -59,7 +59,7 @@ def _xacro() -> Any:
 
 
 def _strip(node: Any) -> None:
-    """Remove comments, which are about the source, and the blank text between elements."""
+    """Remove comments, which concern the source, and the blank text between elements."""
     for child in list(node.childNodes):
         if child.nodeType == child.COMMENT_NODE or (
             child.nodeType == child.TEXT_NODE and not child.data.strip()
@@ -77,9 +77,9 @@ def write(folder: Path, *, check: bool = False) -> list[str]:
         check: Whether to write nothing.
 
     Returns:
-        Names of the files that were not fresh, or that nothing generates any more.
+        Names of the files that were outdated, or that are no longer generated.
     """
-    # numpy is for who generates.
+    # Only generating needs numpy.
     from bioscara.model.meshes import files  # noqa: PLC0415
 
     wanted = files(load_parameters().geometry)

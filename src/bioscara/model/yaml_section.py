@@ -1,4 +1,4 @@
-"""Sections of a YAML file; every complaint says in which line."""
+"""Sections of a YAML file; every error states its line."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _UNMARKED = (
     ValueError, LookupError, AttributeError, TypeError, OverflowError,
     AssertionError, NotImplementedError,
 )  # fmt: skip
-"""What the parser lets through: values that cannot be, such as a thirteenth month, and comments
-where it expects none."""
+"""Errors that the parser does not convert: impossible values, such as a thirteenth
+month, and comments where it expects none."""
 
 
 class YamlSection(Section):
@@ -30,9 +30,9 @@ class YamlSection(Section):
 
     Args:
         source: Name of the file.
-        where: Names on the way to the mapping, with dots between; empty for the whole file.
-        node: What stands there.
-        line: The line in which it begins.
+        where: Dotted path of the mapping; empty for the whole file.
+        node: The parsed mapping.
+        line: Line in which it begins.
 
     Raises:
         ConfigurationError: It is no mapping.
@@ -45,20 +45,20 @@ class YamlSection(Section):
         self._node: Any = node
 
     def error(self, text: str, key: str | None = None) -> ConfigurationError:
-        """Return an error that says where the value of ``key`` stands."""
+        """Return an error that states the location of the value of ``key``."""
         line = self._line if key is None else self._line_of(key)
         return ConfigurationError(f"{self._source}, line {line}: {text}")
 
     def name(self, key: str) -> str:
-        """Return what the file calls the value."""
+        """Return the name of the value in the file."""
         return f"{self._where}.{key}" if self._where else key
 
     def keys(self) -> Iterable[str]:
-        """Return the keys that the file has here."""
+        """Return the keys of this section of the file."""
         return tuple(self._node)
 
     def value(self, key: str) -> Any:
-        """Return the value as it stands in the file.
+        """Return the value as written in the file.
 
         Raises:
             ConfigurationError: There is none.
@@ -68,7 +68,7 @@ class YamlSection(Section):
         return self._node[key]
 
     def section(self, key: str) -> YamlSection:
-        """Return the mapping that stands there.
+        """Return the mapping at ``key``.
 
         Raises:
             ConfigurationError: There is none.
@@ -77,7 +77,7 @@ class YamlSection(Section):
         return YamlSection(self._source, self.name(key), node, self._line_of(key))
 
     def sections(self, key: str) -> list[YamlSection]:
-        """Return the mappings of the list that stands there.
+        """Return the mappings of the list at ``key``.
 
         Raises:
             ConfigurationError: There is no list, it is empty, or an item is no mapping.
@@ -92,17 +92,17 @@ class YamlSection(Section):
         ]
 
     def _line_of(self, key: str) -> int:
-        # What a merge (<<) brought here stands elsewhere; it has no line of its own.
+        # A value merged here (<<) is written elsewhere; it has no line of its own.
         known = (self._node.lc.data or {}).get(key)
         return known[0] + 1 if known else self._line
 
 
 def read_text(path: Path, source: str) -> str:
-    """Return what is in a file.
+    """Return the text of a file.
 
     Args:
         path: The file.
-        source: What complaints call it.
+        source: Name of the source in errors.
 
     Raises:
         ConfigurationError: It cannot be read, is too large or is no text.
@@ -123,17 +123,17 @@ def read_text(path: Path, source: str) -> str:
 
 
 def sections_of(text: str, source: str) -> YamlSection:
-    """Return the mapping that a YAML text is.
+    """Return the mapping of a YAML text.
 
     Args:
         text: The text.
-        source: What complaints call it.
+        source: Name of the source in errors.
 
     Raises:
         ConfigurationError: It is no YAML, no mapping, or larger than the bounds above.
     """
     _check_lines(text, source)
-    # Only who reads a file pays for the parser.
+    # Imported only when a file is read, since the parser loads slowly.
     from ruamel.yaml import YAML  # noqa: PLC0415
     from ruamel.yaml.composer import Composer, ComposerError  # noqa: PLC0415
     from ruamel.yaml.constructor import ConstructorError, RoundTripConstructor  # noqa: PLC0415
@@ -198,5 +198,5 @@ def _check_lines(text: str, source: str) -> None:
 
 
 def read_sections(path: Path, source: str) -> YamlSection:
-    """Return the mapping that a YAML file is; arguments and errors as the two above."""
+    """Return the mapping of a YAML file; arguments and errors as the two above."""
     return sections_of(read_text(path, source), source)

@@ -1,10 +1,10 @@
-"""Planning as pure mathematics: limits and goals go in, timed joint motions come out.
+"""Motion planning as pure mathematics: timed joint motions from limits and goals.
 
-Begin with ``motions``, what a user asks for, and ``trajectory``, the one type that everything above
-executes. Between them a tool path from ``paths`` gets its timing in ``topp``, a joint motion its
-from ``profiles``. ``collision`` keeps all of them clear of what is around, ``files`` stores them.
-``limits`` and ``tool_limits`` are what joints and tool can do; ``moving_average`` keeps streamed
-values from making belts swing.
+Begin with ``motions``, the user's interface, and ``trajectory``, the one type that all layers above
+execute. Between them a tool path from ``paths`` gets its timing in ``topp``, a joint motion from
+``profiles``. ``collision`` checks the clearance of all of them, ``files`` stores them. ``limits``
+and ``tool_limits`` are the limits of joints and tool; ``moving_average`` keeps streamed values
+from exciting belt oscillations.
 
 A trajectory that ``trajectory.validation`` accepts stays within every limit at every instant.
 """

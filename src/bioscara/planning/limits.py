@@ -1,4 +1,4 @@
-"""What a joint can do, as planning needs to know it."""
+"""Joint limits used by planning."""
 
 from __future__ import annotations
 
@@ -9,17 +9,17 @@ from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Range
 
 SLOWEST = 1e-3
-"""Least share of the speed that a motion may have: at it, one of a second takes a quarter hour."""
+"""Least speed share of a motion: with it, a motion of one second takes a quarter of an hour."""
 
 
 def check_share(speed: float) -> float:
-    """Return a share of the speed if it is one.
+    """Check a speed share and return it.
 
     Args:
         speed: From :data:`SLOWEST` to 1.
 
     Raises:
-        InvalidArgumentError: It is not.
+        InvalidArgumentError: It is outside that range.
     """
     speed = number("speed", speed)
     if not SLOWEST <= speed <= 1.0:

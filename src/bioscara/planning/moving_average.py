@@ -1,8 +1,8 @@
-"""Averages over time, which do not make belts swing.
+"""Moving averages that do not excite belt oscillations.
 
-A load behind a belt swings with a period of its own. An average over that period has nothing at its
-frequency: without damping the velocity of the load is itself an average of what was averaged, so
-that it is nowhere higher. Averages of averages do so for several periods.
+A load behind a belt has a natural period. An average over that period has no component at its
+frequency: without damping the velocity of the load is itself an average of the input, hence
+nowhere higher. Averages of averages achieve this for several periods.
 """
 
 from __future__ import annotations
@@ -15,19 +15,19 @@ import numpy as np
 from bioscara.planning.collision.shapes import Array
 
 Values = tuple[float, float, float, float]
-"""One for each joint, or for each velocity of the tool."""
+"""One value for each joint, or for each velocity of the tool."""
 
 
 class Average:
-    """The average of four values over the last while.
+    """Moving average of four values over a window.
 
     It is the difference of two integrals, each of which is the sum of the same numbers in the same
-    order: its rounding does not grow. Four values are written out, for a stream of commands is
+    order: its rounding does not grow. The four values are unrolled because streamed commands are
     averaged in every cycle.
 
     Args:
-        window: How long that is [s]; above 0.
-        values: What they were until now.
+        window: Duration of the window [s]; above 0.
+        values: The values until now.
     """
 
     def __init__(self, window: float, values: Sequence[float]) -> None:
@@ -35,16 +35,16 @@ class Average:
         self.fill(values)
 
     def fill(self, values: Sequence[float]) -> None:
-        """Take it that the values have been these for long."""
+        """Fill the whole window with constant values."""
         a, b, c, d = values
         window, zero = self._window, (0.0, 0.0, 0.0, 0.0)
-        # Each part: how long it lasted, its values, and their integrals up to its beginning.
+        # Each part: its duration, its values, and their integrals up to its beginning.
         self._parts: deque[tuple[float, Values, Values]] = deque([(window, (a, b, c, d), zero)])
         self._integrals = (window * a, window * b, window * c, window * d)
         self._gone = 0.0
 
     def ahead(self, values: Array, period: float) -> Array:
-        """Return the averages after each of further values, one a period [s], shape (n, 4)."""
+        """Return the averages after each of further values, one per period [s], shape (n, 4)."""
         counts = [round(lasted / period) for lasted, _, _ in self._parts]
         counts[0] = round((self._parts[0][0] - self._gone) / period)
         counts[-1] = max(counts[-1], 1)
@@ -55,11 +55,11 @@ class Average:
 
     @property
     def oldest(self) -> Values:
-        """What leaves the average next."""
+        """The values that leave the average next."""
         return self._parts[0][1]
 
     def step(self, values: Values, duration: float) -> Values:
-        """Return the average after the values have been these for a duration [s]."""
+        """Advance by constant values over a duration [s]; return the new average."""
         parts, window, before = self._parts, self._window, self._integrals
         parts.append((duration, values, before))
         p, q, r, s = values
@@ -80,11 +80,11 @@ class Average:
 
 
 class Smoothed:
-    """Averages of averages.
+    """Moving averages in series, each the average of the one before.
 
     Args:
-        windows: Over how long each is taken [s].
-        values: What was averaged until now.
+        windows: Duration of each window [s].
+        values: The values until now.
     """
 
     def __init__(self, windows: Sequence[float], values: Sequence[float]) -> None:
@@ -92,22 +92,22 @@ class Smoothed:
 
     @property
     def oldest(self) -> Sequence[float]:
-        """What leaves the first average next; empty where there is none."""
+        """The values that leave the first average next; empty if there is no average."""
         return self._averages[0].oldest if self._averages else ()
 
     def fill(self, values: Sequence[float]) -> None:
-        """Take it that the values have been these for long."""
+        """Fill all windows with constant values."""
         for average in self._averages:
             average.fill(values)
 
     def step(self, values: Values, duration: float) -> Values:
-        """Return the average after the values have been these for a duration [s]."""
+        """Advance by constant values over a duration [s]; return the new average."""
         for average in self._averages:
             values = average.step(values, duration)
         return values
 
     def ahead(self, values: Array, period: float) -> Array:
-        """Return the averages after each of further values, one a period [s], shape (n, 4)."""
+        """Return the averages after each of further values, one per period [s], shape (n, 4)."""
         for average in self._averages:
             values = average.ahead(values, period)
         return values

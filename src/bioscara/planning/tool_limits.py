@@ -1,4 +1,4 @@
-"""What the tool may do on a path through space, whatever the joints could do."""
+"""Limits of the tool on a path through space, independent of the joints' limits."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from bioscara.errors import InvalidArgumentError
 from bioscara.planning.motions.tool_speed import REDUCED_SPEED
 
 LEAST = 1e-6
-"""Least limit of the tool, in its unit; below it, a way of a metre takes days."""
+"""Least limit of the tool, in its unit; below it, a path of one metre takes days."""
 
 
 @dataclass(frozen=True, slots=True)
 class ToolLimits:
     """Limits of the tool on lines and arcs; infinity means that only the joints limit it.
 
-    The defaults are the reduced speed, and what the original's planner used for its paths: 1.57
-    rad/s, with accelerations that reach either speed in a quarter of a second.
+    The defaults are the reduced speed, and the values of the original's planner for its paths:
+    1.57 rad/s, with accelerations that reach either speed in a quarter of a second.
 
     Attributes:
         speed: Through space [m/s].
@@ -45,4 +45,4 @@ class ToolLimits:
 
 
 FULL = ToolLimits(math.inf, math.inf, math.inf, math.inf)
-"""At full speed the joints alone are the limit."""
+"""Limits at full speed: only the joints limit the tool."""

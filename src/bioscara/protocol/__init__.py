@@ -1,7 +1,7 @@
-"""The wire: values go in, bytes come out, and back. No I/O.
+"""Wire protocol: conversion between values and bytes. No I/O.
 
-``registers`` is the one table, ``rows`` what it is made of, ``enums`` names the numbers in it and
-those that travel, ``codec`` turns a row and its values into frames of version 1 or 2, ``crc`` is
+``registers`` is the only table, ``rows`` defines its rows, ``enums`` names the numbers in it and
+those on the wire, ``codec`` turns a row and its values into frames of version 1 or 2, ``crc`` is
 their check byte, ``generate`` renders the table as the firmware's header and as docs/protocol.md.
 
 Law: decode(encode(x)) = x up to the resolution of the field.

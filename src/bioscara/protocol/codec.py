@@ -36,7 +36,7 @@ _INTEGER_BOUNDS = {
 
 
 class Answer(NamedTuple):
-    """What a joint answered.
+    """Decoded answer of a joint.
 
     Attributes:
         values: The payload's values in wire order, in the units of the table.
@@ -48,7 +48,7 @@ class Answer(NamedTuple):
 
 
 def field_bounds(field: Field) -> tuple[float, float]:
-    """Return the lowest and highest value that ``field`` takes, in its unit."""
+    """Return the lowest and highest value that ``field`` accepts, in its unit."""
     if field.kind is Kind.F32:
         low, high = -_F32_MAX, _F32_MAX
     else:
@@ -60,7 +60,7 @@ def field_bounds(field: Field) -> tuple[float, float]:
 
 
 class Message:
-    """One use of one register, with its frames' sizes worked out.
+    """One use of one register, with the sizes of its frames.
 
     Attributes:
         register: The code.
@@ -100,7 +100,7 @@ class Message:
 
         Raises:
             InvalidArgumentError: Wrong number of values, or one is not finite.
-            LimitError: A value is outside what the field takes.
+            LimitError: A value is outside the range of the field.
         """
         count = len(self._fields)
         if len(values) != count:
@@ -131,7 +131,7 @@ class Message:
         return frame + bytes((crc8(frame, crc8((address << 1,))),))
 
     def decode_v1(self, answer: bytes) -> Answer:
-        """Return what a version 1 answer says.
+        """Return a decoded version 1 answer.
 
         Raises:
             CorruptFrameError: The answer has the wrong size, a value that is not finite, or
@@ -148,7 +148,7 @@ class Message:
         return self._unpack(answer)
 
     def decode_v2(self, address: int, sequence: int, answer: bytes) -> Answer:
-        """Return what a version 2 answer says; REFUSED in its flags is the caller's to judge.
+        """Return a decoded version 2 answer; REFUSED in its flags is left to the caller.
 
         A joint that refuses a frame answers ``[flags][sequence][crc]`` and then filler; such an
         answer decodes to no values.

@@ -67,7 +67,7 @@ class Flags(IntFlag):
     ARMED = 0x20
     """The session is armed: un-trailered motion commands are refused (version 2)."""
     REFUSED = 0x80
-    """The frame just sent was not executed; FAULT tells the reason (version 2)."""
+    """The frame just sent was not executed; FAULT gives the reason (version 2)."""
 
 
 class JointState(IntEnum):

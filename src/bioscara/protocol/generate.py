@@ -1,7 +1,7 @@
-"""Renders the register table as the firmware's header and as docs/protocol.md.
+"""Generation of the firmware's header and docs/protocol.md from the register table.
 
 ``python -m bioscara.protocol.generate ROOT`` writes both below a checkout; with ``--check`` it
-writes nothing and fails when a file differs from what it would write.
+writes nothing and fails when a file differs from the generated text.
 """
 
 from __future__ import annotations

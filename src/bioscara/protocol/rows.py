@@ -1,4 +1,4 @@
-"""What the rows of the register table are made of."""
+"""Types of the rows of the register table."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ class Direction(Enum):
 
 
 class Support(Enum):
-    """What the version 1 firmware on existing arms does with a register."""
+    """Support of a register by the version 1 firmware on existing arms."""
 
     YES = "yes"
     NAMED = "named only"
@@ -48,8 +48,8 @@ class Field:
         name: Name of the value.
         kind: Type on the wire.
         unit: Unit of the value, ``""`` for a pure number.
-        lower: Lowest value that makes sense; None for the lowest of the type.
-        upper: Highest value that makes sense; None for the highest of the type.
+        lower: Lowest meaningful value; None for the lowest of the type.
+        upper: Highest meaningful value; None for the highest of the type.
         scale: Value of one step of an integer field: value = integer * scale.
         padding: True for a byte that is sent as zero and ignored.
     """
@@ -70,14 +70,14 @@ class Definition:
     Attributes:
         register: The code.
         direction: How it is used.
-        meaning: What it does, for the generated page and header.
+        meaning: Its effect, for the generated page and header.
         written: Payload of a write or exchange, in wire order.
         read: Payload of a read or exchange, in wire order, flags not included.
         version: First protocol version that knows it.
-        support: What existing version 1 firmware does with it.
+        support: Its support by existing version 1 firmware.
         blocking: BUSY until it ends; the host polls.
         motion: It can move the joint: needs an enabled joint, and a trailer once armed.
-        setpoint: Each intact, newer one feeds the joint's setpoint watchdog.
+        setpoint: Whether each intact, newer frame feeds the joint's setpoint watchdog.
     """
 
     register: Register

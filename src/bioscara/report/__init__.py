@@ -1,12 +1,12 @@
-"""What is left of a run: samples, report, plots, in a folder of its own.
+"""Files of a run: samples, report and plots, in a separate folder.
 
-Cycles of the motion loop go in; ``samples.csv``, ``report.txt``, ``plot.html`` and, where
-matplotlib is installed, ``plot.png`` come out. Nothing here touches a bus, a joint or a clock,
-and nothing here may stop a motion: what cannot be written is told at the end.
+The input is the cycles of the control loop; the output is ``samples.csv``, ``report.txt``,
+``plot.html`` and, if matplotlib is installed, ``plot.png``. Nothing here uses a bus, a joint or a
+clock, and nothing here may stop a motion: files that cannot be written are reported at the end.
 
-``cycles`` holds the values, ``samples`` writes them as CSV, ``statistics`` condenses them,
-``summary`` has the facts that they do not; ``text``, ``html`` and ``png`` show all of it, and
-``folder`` is where it is kept. ``plan_png`` and ``plan_views`` draw what is only planned.
+``cycles`` holds the values, ``samples`` writes them as CSV, ``statistics`` condenses them, and
+``summary`` has the facts that the samples do not contain; ``text``, ``html`` and ``png`` present
+all of it, and ``folder`` is the folder of a run. ``plan_png`` and ``plan_views`` draw plans.
 """
 
 from bioscara.report.cycles import CycleRecord as CycleRecord

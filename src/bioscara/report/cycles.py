@@ -1,4 +1,4 @@
-"""What one cycle of a motion leaves behind, and all of them together."""
+"""The record of one control cycle, and the history of all cycles of a run."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from enum import Enum, IntEnum
 from typing import NamedTuple
 
 UNKNOWN = math.nan
-"""Stands for a number that nobody knows; written as an empty cell."""
+"""Placeholder of an unknown number; written as an empty cell."""
 
 
 class Phase(Enum):
-    """Which part of a run a cycle belongs to."""
+    """Part of a run that a cycle belongs to."""
 
     HOMING = "homing"
     APPROACH = "approach"
-    """The planned ramp from where the arm stands to the start of the trajectory."""
+    """The planned ramp from the arm's position to the start of the trajectory."""
     TRAJECTORY = "trajectory"
     SETTLING = "settling"
-    """The last setpoint is held for a moment, so that the arm comes to rest at it."""
+    """The last setpoint is held for a short time, so that the arm comes to rest at it."""
     JOG = "jog"
     """Motion by streamed velocities."""
     STOPPING = "stopping"
@@ -28,28 +28,28 @@ class Phase(Enum):
 
 
 class Quality(IntEnum):
-    """How far a joint's measured values can be believed."""
+    """Reliability of a joint's measured values."""
 
     GOOD = 0
     STALE = 1
     """The exchange of this cycle failed; the values are those of an earlier one."""
     UNKNOWN = 2
-    """The joint does not know its position (it is not homed), or never answered."""
+    """The joint's position is unknown (it is not homed), or it never answered."""
 
 
 class JointRecord(NamedTuple):
     """One joint in one cycle; radians for a revolute joint, metres for a prismatic one.
 
     Attributes:
-        time: When the values were measured [s since the run began].
-        reference: Where the joint should have been at ``time``; NaN where nothing was asked.
-        reference_velocity: How fast it should have been [rad/s or m/s].
-        position: Where it was; NaN where unknown.
-        velocity: How fast it was [rad/s or m/s].
-        flags: State bits as on the wire, see :class:`bioscara.protocol.Flags`.
-        quality: How far to believe the measured values.
-        load: How close the joint was to its stall threshold when it was last asked [%]; NaN
-            where the joint cannot tell.
+        time: Time of the measurement [s since the run began].
+        reference: Reference position at ``time``; NaN if there was none.
+        reference_velocity: Reference velocity at ``time`` [rad/s or m/s].
+        position: Measured position; NaN if unknown.
+        velocity: Measured velocity [rad/s or m/s].
+        flags: State bits as in the protocol, see :class:`bioscara.protocol.Flags`.
+        quality: Reliability of the measured values.
+        load: Load relative to the stall threshold when it was last read [%]; NaN if the joint
+            does not report it.
     """
 
     time: float
@@ -69,10 +69,10 @@ class CycleRecord(NamedTuple):
         phase: Part of the run.
         start: Begin of the cycle [s since the run began].
         trajectory_time: Time in the trajectory at ``start`` [s]; negative during the
-            approach, NaN where there is no trajectory.
-        bus_time: How long the exchange with all joints took [s].
-        retries: Exchanges that had to be repeated in this cycle.
-        late: How much later than scheduled the cycle began [s].
+            approach, NaN if there is no trajectory.
+        bus_time: Duration of the exchange with all joints [s].
+        retries: Number of repeated exchanges in this cycle.
+        late: Delay of the begin of the cycle against its schedule [s].
         joints: One record per joint, in the order of the run's joint names.
     """
 
@@ -86,7 +86,7 @@ class CycleRecord(NamedTuple):
 
 
 class History:
-    """Every cycle of a run, kept by column: an hour at 100 Hz is about 80 MB.
+    """Every cycle of a run, stored by column: an hour at 100 Hz takes about 80 MB.
 
     Args:
         joint_names: Names of the joints, in the order of every cycle's records.
@@ -106,7 +106,7 @@ class History:
         return len(self.phases)
 
     def append(self, cycle: CycleRecord) -> None:
-        """Keep ``cycle``."""
+        """Store ``cycle``."""
         self.phases.append(cycle.phase)
         self.start.append(cycle.start)
         self.trajectory_time.append(cycle.trajectory_time)
@@ -131,7 +131,7 @@ class JointColumns:
         self.load = array("d")
 
     def append(self, record: JointRecord) -> None:
-        """Keep ``record``."""
+        """Store ``record``."""
         self.time.append(record.time)
         self.reference.append(record.reference)
         self.reference_velocity.append(record.reference_velocity)

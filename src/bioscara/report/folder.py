@@ -21,7 +21,7 @@ SAMPLES, REPORT, PLOT, PICTURE, TRAJECTORY = (
     "trajectory.csv",
 )
 _ROOM_FOR_PLOTS = 4_000_000
-"""A page with all its points and a picture take about 2 MB."""
+"""Disk space reserved for page and picture [bytes]; with all points they take about 2 MB."""
 
 
 class RunFolder:
@@ -29,7 +29,7 @@ class RunFolder:
 
     Attributes:
         path: The folder.
-        samples: Takes the cycles as they come.
+        samples: Writer that receives each cycle during the run.
     """
 
     def __init__(self, path: Path, samples: SampleWriter) -> None:
@@ -38,16 +38,17 @@ class RunFolder:
 
     @classmethod
     def create(cls, path: Path, joint_names: tuple[str, ...], cycles: int) -> RunFolder:
-        """Make the folder, and make sure before anything moves that it can be written.
+        """Create the folder, and check before anything moves that it can be written.
 
         Args:
-            path: Where; parents are made. A folder that holds a run already is not touched.
-            joint_names: For the header of the samples.
-            cycles: How many cycles are expected; the disk must have room for them.
+            path: Path of the folder; parents are created. A folder that already has a run is not
+                changed.
+            joint_names: Names of the joints, for the header of the samples.
+            cycles: Expected number of cycles; the disk must have room for them.
 
         Raises:
-            ConfigurationError: The folder cannot be made or written, holds another run, or
-                has too little room.
+            ConfigurationError: The folder cannot be created or written, has another run, or too
+                little room.
         """
         try:
             path.mkdir(parents=True, exist_ok=True)
@@ -75,12 +76,12 @@ class RunFolder:
     def finish(self, summary: Summary, history: History) -> tuple[list[Path], list[str]]:
         """Close the samples and write report and plots.
 
-        One that cannot be written does not keep the others from being written.
+        If one of them cannot be written, the others are still written.
 
         Returns:
-            The files that are complete, and a sentence for each that is not.
+            The complete files, and a sentence for each incomplete one.
         """
-        # Here and not above: they need numpy, which a refused run does not.
+        # Imported here: they need numpy, which a refused run does not.
         from bioscara.report import html, png, text  # noqa: PLC0415
 
         self.samples.close()
@@ -103,7 +104,7 @@ class RunFolder:
         return written, problems
 
     def _write_whole(self, name: str, write: Callable[[Path], None]) -> None:
-        """Write one file, whole or not at all."""
+        """Write one file atomically."""
         partial = self.path / f"partial-{name}"
         try:
             write(partial)
@@ -118,7 +119,7 @@ def _write_text(path: Path, content: str) -> None:
 
 
 def default_path(base: Path, name: str, now: datetime) -> Path:
-    """Return ``base/<time>-<name>``, with a number appended while that exists."""
+    """Return ``base/<time>-<name>``, with a number appended if that exists."""
     safe = re.sub(r"[^A-Za-z0-9._-]+", "-", name).strip("-.") or "run"
     wanted = base / f"{now:%Y%m%d-%H%M%S}-{safe}"
     path, number = wanted, 1

@@ -23,11 +23,11 @@ from bioscara.report.text import (
 )
 
 MAX_POINTS = 4000
-"""Points per curve; beyond that each is the worst of several cycles."""
+"""Points per curve; with more cycles, each point is the worst of several cycles."""
 
 
 def render(summary: Summary, history: History) -> str:
-    """Return the page; every text from outside is escaped."""
+    """Return the page; all external text is escaped."""
     moving = np.flatnonzero(~phase_mask(history, Phase.HOMING))
     shown = _thin(history, moving)
     values = {
@@ -48,7 +48,7 @@ def render(summary: Summary, history: History) -> str:
         "uplot_css": _resource("uplot/uPlot.min.css"),
         "uplot_js": _resource("uplot/uPlot.iife.min.js"),
     }
-    # One pass: what was put in is not searched again.
+    # One pass: inserted text is not searched for placeholders again.
     return re.sub(r"\{\{(\w+)\}\}", lambda match: values[match[1]], _resource("page.html"))
 
 
@@ -125,7 +125,7 @@ def _data(summary: Summary, history: History, cycles: NDArray[np.intp]) -> str:
         "bus_time": _numbers(np.asarray(history.bus_time)[cycles] * 1e3),
         "late": _numbers(np.asarray(history.late)[cycles] * 1e3),
     }
-    # Inside a script element only "</" could end it early.
+    # Only "</" could end the surrounding script element.
     return json.dumps(data, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 

@@ -28,13 +28,13 @@ Array = npt.NDArray[np.float64]
 _STEP, _SAMPLES = 1e-3, 5000
 _VALUE, _LIMIT = "tab:blue", "tab:red"
 _ROUNDING = 1e-6
-"""How far beyond a limit still counts as at it [rad or m]."""
+"""Excess over a limit that still counts as at the limit [rad or m]."""
 _NEAR = 0.3
-"""Share of a limit from which the limit is drawn; below it the curve would be a flat line."""
+"""Share of a limit from which on the limit is drawn; below it the curve would be a flat line."""
 
 
 class _Motion(NamedTuple):
-    """Samples of a trajectory: joints, and what the tool does; rows are instants."""
+    """Samples of a trajectory: motion of the joints and of the tool; rows are instants."""
 
     times: Array
     positions: Array
@@ -46,7 +46,7 @@ class _Motion(NamedTuple):
 
 
 def require_matplotlib() -> None:
-    """Raise if no picture can be drawn; to be asked before anything moves.
+    """Raise if no picture can be drawn; to be called before anything moves.
 
     Raises:
         InvalidArgumentError: matplotlib is not installed.
@@ -66,16 +66,16 @@ def write_plan(
     title: str = "",
     scene: Scene = FREE,
 ) -> None:
-    """Draw joints and tool of a planned motion against their limits, and the way past the zones.
+    """Draw joints and tool of a planned motion with their limits, and the path among the zones.
 
     Args:
-        path: The PNG file; replaced if there is one.
-        trajectory: For all joints of the arm.
+        path: The PNG file; an existing one is replaced.
+        trajectory: Trajectory of all joints of the arm.
         arm: The arm with its tool.
-        limits: Of its joints, j1 to j4.
-        tool: What the tool was kept to.
-        title: What stands above.
-        scene: What the arm was kept clear of.
+        limits: Limits of its joints, j1 to j4.
+        tool: Limits of the tool that the plan was kept to.
+        title: Title of the figure.
+        scene: Surroundings that the arm was kept clear of.
 
     Raises:
         InvalidArgumentError: matplotlib is not installed.
@@ -95,7 +95,7 @@ def draw_plan(
     scene: Scene = FREE,
 ) -> Figure:
     """Return the picture; arguments and errors as :func:`write_plan`."""
-    # Without pyplot: no display, no global state; and it takes a second to import.
+    # Without pyplot: no display, no global state. Imported here: it takes a second to import.
     from matplotlib import figure as figures  # noqa: PLC0415
 
     motion = _sampled(trajectory, arm)
@@ -136,7 +136,7 @@ def _sampled(trajectory: Trajectory, arm: Scara) -> _Motion:
             f"{', '.join(trajectory.joint_names)}"
         )
     count = min(max(int(trajectory.duration / _STEP) + 2, 2), _SAMPLES)
-    # At its very end a trajectory is at rest, whatever speed it arrives with.
+    # Exactly at its end a trajectory is at rest, irrespective of its speed just before.
     end = np.nextafter(trajectory.duration, 0.0) or _STEP
     times = np.linspace(0.0, end, count)
     order = [trajectory.joint_names.index(name) for name in names]
@@ -195,7 +195,7 @@ def _draw_yaw(axes: Sequence[Axes], motion: _Motion, tool: ToolLimits) -> None:
 def _draw_bounded(
     axis: Axes, times: Array, values: Array, bound: float, unit: str, *, size: bool = False
 ) -> None:
-    """Draw a velocity or acceleration, its bound either way, and how much of it is used."""
+    """Draw a velocity or acceleration, its bounds in both directions, and the share used."""
     peak = float(np.abs(values).max())
     axis.plot(times, values, color=_VALUE)
     axis.set_ylabel(f"[{unit}]")
@@ -220,6 +220,6 @@ def _limit_line(axis: Axes, value: float) -> None:
 
 
 def _caption(axis: Axes, text: str, *, over: bool) -> None:
-    """Write what a curve comes to, conspicuously where it is over its limit."""
+    """Write the caption of a curve, highlighted if the curve exceeds its limit."""
     weight = "bold" if over else "normal"
     axis.set_title(text, fontsize=9, color=_LIMIT if over else "black", weight=weight)

@@ -1,4 +1,4 @@
-"""The way of the tool on the picture of a plan: from above and its height, among the zones."""
+"""The path of the tool in the picture of a plan: top view and height, with the zones."""
 
 from __future__ import annotations
 
@@ -17,20 +17,20 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 FREE = Scene()
-"""Nothing around the arm."""
+"""A scene without zones and table."""
 LEAST = 0.01
-"""Smallest range that is shown where no limit gives a scale [unit of the axis]."""
+"""Smallest range of an axis that no limit scales [unit of the axis]."""
 _OUT, _IN, _TABLE = "tab:red", "tab:green", "saddlebrown"
 _ROOM = 0.02
-"""What is shown above and below the way at least [m]."""
+"""Minimum margin of the axis above and below the path [m]."""
 
 
 class Way(NamedTuple):
-    """The way of an arm.
+    """The path of an arm.
 
     Attributes:
-        ends: Joints at the start and at the end [rad, m, rad, rad], shape (2, 4).
-        poses: Of the tool in the base on the way: x, y, z [m] and yaw [rad], shape (n, 4).
+        ends: Joint positions at the start and at the end [rad, m, rad, rad], shape (2, 4).
+        poses: Tool poses in the base along the path: x, y, z [m] and yaw [rad], shape (n, 4).
     """
 
     ends: Array
@@ -38,13 +38,13 @@ class Way(NamedTuple):
 
 
 def draw_from_above(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
-    """Draw the way of the tool, the arm at both ends of it, and the borders of the zones.
+    """Draw the path of the tool, the arm at both of its ends, and the borders of the zones.
 
     Args:
-        axis: Where to.
-        way: What the arm does.
+        axis: Axes to draw on.
+        way: Path to draw.
         arm: The arm with its tool.
-        scene: What stands around it.
+        scene: Surroundings of the arm.
     """
     l1, l2, _ = arm.geometry
     reach = 1.2 * (l1 + l2 + math.hypot(arm.tool.x, arm.tool.y))
@@ -75,13 +75,13 @@ def draw_from_above(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
 
 
 def draw_height(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
-    """Draw the height of the tool along its way, and what it passes over or under.
+    """Draw the height of the tool along its path, and the zones that it passes over or under.
 
     Args:
-        axis: Where to.
-        way: What the arm does.
+        axis: Axes to draw on.
+        way: Path to draw.
         arm: The arm with its tool.
-        scene: What stands around it.
+        scene: Surroundings of the arm.
     """
     steps = np.linalg.norm(np.diff(way.poses[:, :2], axis=0), axis=1)
     along, height = np.concatenate(((0.0,), np.cumsum(steps))), way.poses[:, 2]
@@ -107,13 +107,13 @@ def draw_height(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
     axis.set_xlabel("way of the tool from above [m]")
     axis.set_ylabel("z [m]")
     if scene != FREE:
-        # The borders of a cell may be far away; they are drawn only where they are near.
+        # The borders of a cell may be far away; they are visible only if they are near.
         axis.set_ylim(low - _ROOM, high + _ROOM)
     widen(axis, LEAST)
 
 
 def widen(axis: Axes, least: float) -> None:
-    """Show at least ``least`` from bottom to top, so that rounding looks like rest."""
+    """Show at least ``least`` from bottom to top, so that rounding errors appear as rest."""
     low, high = axis.get_ylim()
     if high - low < least:
         middle = 0.5 * (low + high)
@@ -121,7 +121,7 @@ def widen(axis: Axes, least: float) -> None:
 
 
 def _draw_border(axis: Axes, zone: Zone, base: Pose) -> None:
-    """Draw a zone from above, with its name and, where it is not for all, the links it is for."""
+    """Draw a zone in the top view, with its name and, unless it is for all links, its links."""
     from matplotlib.patches import Polygon  # noqa: PLC0415
 
     rows = _in_world(zone.shape.outline(), base)
@@ -130,10 +130,10 @@ def _draw_border(axis: Axes, zone: Zone, base: Pose) -> None:
         border = Polygon(rows, facecolor="none", edgecolor=_IN, linewidth=2.0, linestyle="--")
     else:
         border = Polygon(rows, facecolor=_OUT, edgecolor=_OUT, alpha=0.3, linewidth=1.5)
-    # Not as a patch: the view would reach as far, and the arm be small in a room.
+    # Not as a patch: the view would extend to it, and the arm appear small in a large cell.
     axis.add_artist(border)
     name = zone.name + (f" ({', '.join(zone.links)})" if zone.links else "")
-    # Above a cell and below anything else: there the arm is not drawn.
+    # Above a keep-in zone and below any other: the arm is not drawn there.
     at, side = (y.argmax(), "bottom") if zone.keep_in else (y.argmin(), "top")
     color = _IN if zone.keep_in else _OUT
     axis.annotate(
@@ -156,7 +156,7 @@ def _in_base(places: Array, base: Pose) -> Array:
 
 
 def _chain(arm: Scara, joints: Array, pose: Array) -> Array:
-    """Return column, elbow, wrist and tool from above, shape (2, 4)."""
+    """Return column, elbow, wrist and tool in the top view, shape (2, 4)."""
     l1, l2, _ = arm.geometry
     first = arm.base.yaw + joints[0]
     second = first + joints[2]

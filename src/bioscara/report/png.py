@@ -24,13 +24,13 @@ def available() -> bool:
 
 
 def save(figure: Figure, path: Path, dpi: int) -> None:
-    """Write a picture as PNG; a sign that its font does not have is a box.
+    """Write a picture as PNG; a character that is missing in its font is drawn as a box.
 
     Raises:
         OSError: The file cannot be written.
     """
     with warnings.catch_warnings():
-        # The box says it; a line of this source for each sign would help nobody.
+        # The box shows it; a warning with this source line for each character would not help.
         warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
         figure.savefig(path, dpi=dpi, format="png")
 
@@ -41,13 +41,13 @@ def write(path: Path, summary: Summary, history: History) -> None:
     Raises:
         OSError: The file cannot be written.
     """
-    # Without pyplot: no display, no global state; and it takes a second to import.
+    # Without pyplot: no display, no global state. Imported here: it takes a second to import.
     from matplotlib import figure as figures  # noqa: PLC0415
 
     count = len(summary.joints)
     figure = figures.Figure(figsize=(14, 2.2 * count + 1), layout="constrained")
     title = f"{summary.title} on {summary.arm}: {outcome_line(summary)}"
-    # Between two dollars stands a formula, also for parse_math=False where lines are wrapped.
+    # Text between two dollar signs is a formula, for wrapped lines also with parse_math=False.
     figure.suptitle(title.replace("$", r"\$"), wrap=True)
     axes = figure.subplots(count, 3, sharex=True, squeeze=False)
     cycles = np.flatnonzero(~phase_mask(history, Phase.HOMING))

@@ -1,9 +1,9 @@
-"""The samples as CSV: one row per cycle, appended as they come.
+"""The samples as CSV: one row per cycle, appended during the run.
 
 Columns: ``time``, ``phase``, ``trajectory_time``, ``bus_time``, ``retries``, ``late``, then for
 each joint ``<joint>_time``, ``_reference``, ``_reference_velocity``, ``_position``,
 ``_velocity``, ``_flags``, ``_quality`` and ``_load``. Units are SI (s, rad or m, rad/s or m/s),
-load is in percent, flags are the number of the wire; an empty cell is a value that nobody knows.
+load is in percent, flags are the number as in the protocol; an empty cell is an unknown value.
 """
 
 from __future__ import annotations
@@ -17,18 +17,18 @@ from typing import Self
 from bioscara.report.cycles import CycleRecord, JointRecord
 
 ROW_BYTES = 420
-"""Size of a row of four joints, for judging beforehand whether a disk has room."""
+"""Size of a row of four joints [bytes], to estimate in advance whether the disk has room."""
 
 
 def header(joint_names: Sequence[str]) -> str:
-    """Return the first line of the file, without its end."""
+    """Return the first line of the file, without line end."""
     columns = ["time", "phase", "trajectory_time", "bus_time", "retries", "late"]
     columns += [f"{name}_{column}" for name in joint_names for column in JointRecord._fields]
     return ",".join(columns)
 
 
 def row(cycle: CycleRecord) -> str:
-    """Return the line of one cycle, without its end."""
+    """Return the line of one cycle, without line end."""
     cells = [
         f"{cycle.start:.6f}",
         cycle.phase.value,
@@ -43,11 +43,11 @@ def row(cycle: CycleRecord) -> str:
 
 
 class SampleWriter:
-    """Appends rows to a file that is whole after every call, also after a failed one.
+    """Appends rows to a file that ends with a complete row after every call, also a failed one.
 
     Args:
         path: The file; it must not exist.
-        joint_names: Names for the header.
+        joint_names: Names of the joints, for the header.
 
     Raises:
         OSError: The file cannot be created, or has no room for its header.
@@ -63,16 +63,16 @@ class SampleWriter:
             raise
 
     def write(self, cycles: Iterable[CycleRecord]) -> None:
-        """Append one row per cycle and hand them to the operating system.
+        """Append one row per cycle and pass them to the operating system.
 
         Raises:
-            OSError: They do not fit; the file ends at its last whole row.
+            OSError: A row does not fit; the file ends with its last complete row.
         """
         for cycle in cycles:
             self._append(row(cycle) + "\n")
 
     def close(self) -> None:
-        """Close the file; twice does no harm."""
+        """Close the file; may be called twice."""
         if self._file >= 0:
             os.close(self._file)
             self._file = -1

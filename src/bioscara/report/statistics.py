@@ -1,4 +1,4 @@
-"""A run in a few numbers: tracking error per joint, behaviour of the bus and of the loop."""
+"""Statistics of a run: tracking error per joint, timing of the bus and of the loop."""
 
 from __future__ import annotations
 
@@ -10,17 +10,17 @@ from numpy.typing import NDArray
 from bioscara.report.cycles import History, Phase, Quality
 
 LOOP = (Phase.APPROACH, Phase.TRAJECTORY, Phase.SETTLING, Phase.STOPPING)
-"""Phases in which the loop has a fixed rate; homing is only polled."""
+"""Phases in which the loop runs at a fixed rate; homing is only polled."""
 
 
 @dataclass(frozen=True, slots=True)
 class Tracking:
-    """How well one joint followed the trajectory: measured minus reference at the same time.
+    """Tracking error of one joint: measured minus reference position at the same time.
 
     Attributes:
-        samples: How many good samples there were; with none the numbers below are NaN.
+        samples: Number of good samples; if there are none, the numbers below are NaN.
         max_error: Largest absolute error [rad or m].
-        max_error_time: When that was [s in the trajectory].
+        max_error_time: Time of the largest error [s in the trajectory].
         rms_error: Root of the mean square error [rad or m].
         final_error: Absolute error of the last good sample after settling [rad or m].
         max_speed: Largest measured speed [rad/s or m/s].
@@ -36,17 +36,17 @@ class Tracking:
 
 @dataclass(frozen=True, slots=True)
 class LoopStatistics:
-    """How the loop and the bus behaved while setpoints were streamed, in the arm's time.
+    """Timing of the loop and the bus while setpoints were streamed, in the arm's time.
 
     Attributes:
-        cycles: How many cycles there were.
-        period_mean: Mean time from cycle to cycle [s]; NaN below two cycles.
+        cycles: Number of cycles.
+        period_mean: Mean time from cycle to cycle [s]; NaN with fewer than two cycles.
         period_max: Longest time from cycle to cycle [s].
-        late_max: Latest begin of a cycle against its schedule [s].
+        late_max: Largest delay of a cycle's begin against its schedule [s].
         bus_time_mean: Mean duration of the exchange with all joints [s].
-        bus_time_max: Longest one [s].
-        retries: Exchanges that were repeated.
-        stale: Joint samples that are those of an earlier cycle, because an exchange failed.
+        bus_time_max: Longest duration of that exchange [s].
+        retries: Number of repeated exchanges.
+        stale: Number of joint samples taken from an earlier cycle because an exchange failed.
     """
 
     cycles: int
@@ -65,7 +65,7 @@ def phase_mask(history: History, *phases: Phase) -> NDArray[np.bool_]:
 
 
 def tracking(history: History, joint: int) -> Tracking:
-    """Return how well the joint of this index followed the trajectory."""
+    """Return the tracking error of the joint of this index."""
     columns = history.columns[joint]
     good = np.asarray(columns.quality) == Quality.GOOD
     error = np.asarray(columns.position) - np.asarray(columns.reference)
@@ -88,19 +88,19 @@ def tracking(history: History, joint: int) -> Tracking:
 
 
 def measured_time(history: History, joint: int) -> NDArray[np.float64]:
-    """Return when each sample of a joint was measured [s in the trajectory], shape (cycles,)."""
+    """Return the time of each sample of a joint [s in the trajectory], shape (cycles,)."""
     offset = np.asarray(history.columns[joint].time) - np.asarray(history.start)
     return np.asarray(history.trajectory_time + offset, dtype=np.float64)
 
 
 def duration(history: History, *phases: Phase) -> float:
-    """Return the time from the first to the last cycle of ``phases`` [s]; NaN without any."""
+    """Return the time from the first to the last cycle of ``phases`` [s]; NaN if there is none."""
     start = np.asarray(history.start)[phase_mask(history, *phases)]
     return float(start[-1] - start[0]) if len(start) else float("nan")
 
 
 def loop_statistics(history: History) -> LoopStatistics:
-    """Return how the loop and the bus behaved."""
+    """Return the timing of the loop and the bus."""
     nan = float("nan")
     mask = phase_mask(history, *LOOP)
     cycles = int(mask.sum())

@@ -1,4 +1,4 @@
-"""The facts of a run that its samples do not hold."""
+"""The facts of a run that its samples do not contain."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class Outcome(Enum):
 
 @dataclass(frozen=True, slots=True)
 class JointInfo:
-    """Who a joint is.
+    """Identity of a joint.
 
     Attributes:
         name: Name of the joint.
@@ -34,20 +34,20 @@ class JointInfo:
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """What happened, in facts.
+    """The facts of a run.
 
     Attributes:
         title: Name of the run.
         arm: Which arm on which bus, in words; says whether it is a simulation.
-        source: Where the trajectory came from.
+        source: Origin of the trajectory.
         version: Version of the package.
         started: Begin of the run, with time zone.
         outcome: How it ended.
-        message: Why it did not complete; empty when it did.
-        joints: Who took part.
-        planned_duration: Length of the trajectory [s].
-        notes: What the person should know, one sentence each.
-        faults: What went wrong, one sentence each.
+        message: Why it did not complete; empty if it did.
+        joints: The joints of the arm.
+        planned_duration: Duration of the trajectory [s].
+        notes: Notes for the user, one sentence each.
+        faults: Faults and errors, one sentence each.
     """
 
     title: str

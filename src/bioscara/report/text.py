@@ -18,11 +18,11 @@ from bioscara.report.statistics import (
 from bioscara.report.summary import JointInfo, Outcome, Summary
 
 TRACKING = ("error max", "at", "error rms", "at the end", "speed max", "samples")
-"""What the cells of :func:`tracking_cells` are."""
+"""Headings of the cells of :func:`tracking_cells`."""
 
 
 def render(summary: Summary, history: History) -> str:
-    """Return the report, lines of at most about 100 characters, ending in a line end."""
+    """Return the report in lines of at most about 100 characters, with a final line end."""
     lines = [
         f"bioscara {summary.version}: {summary.title}",
         f"  arm         {summary.arm}",
@@ -53,7 +53,7 @@ def outcome_line(summary: Summary) -> str:
 
 
 def duration_line(summary: Summary, history: History) -> str:
-    """Return how long the trajectory is and how long the parts of the run took."""
+    """Return the durations of the trajectory and of the parts of the run, in words."""
     homing, motion = duration(history, Phase.HOMING), duration(history, *LOOP)
     return (
         f"trajectory {seconds(summary.planned_duration)}; homing took {seconds(homing)}, "
@@ -84,7 +84,7 @@ def tracking_cells(result: Tracking, unit: str) -> tuple[str, str, str, str, str
 
 
 def loop_lines(loop: LoopStatistics) -> list[str]:
-    """Return the behaviour of loop and bus as lines."""
+    """Return the statistics of loop and bus as lines."""
     if not loop.cycles:
         return ["  bus         no setpoint was streamed"]
     return [
@@ -101,12 +101,12 @@ def small(value: float, unit: str) -> str:
 
 
 def milli(value: float) -> str:
-    """Return a time in milliseconds; a dash when it is not known."""
+    """Return a time in milliseconds; a dash if it is unknown."""
     return "-" if isnan(value) else f"{value * 1e3:.2f} ms"
 
 
 def seconds(value: float) -> str:
-    """Return a time in seconds; a dash when it is not known."""
+    """Return a time in seconds; a dash if it is unknown."""
     return "-" if isnan(value) else f"{value:.2f} s"
 
 

@@ -1,16 +1,16 @@
-"""A whole arm as one object: home it, move it, stop it, deal with its faults.
+"""A whole arm as one object: homing, motion, stopping and fault handling.
 
-``robot`` has the one object and its motions, ``connection`` what it is without them,
-``pose_motions`` and ``planner`` the motions of the tool, ``looking`` what is seen of it,
-``fault_handling`` engaging it and the way out of a fault, ``homing_rules`` which joints are homed
-together, ``gripper`` the jaws. ``call_arbiter`` lets one
-call at a time use it. Behind them ``wiring`` finds the devices, ``stack`` wires everything above
-these, ``running`` keeps the loop going while something moves, ``records`` is what the joints said,
-``pacing`` simulated time for people who watch. ``tools`` and ``poses`` are what has a name,
-``teach_file`` keeps it.
+``robot`` has the robot class and its motions, ``connection`` its base class without motions,
+``pose_motions`` and ``planner`` the motions of the tool, ``looking`` access to the state,
+``fault_handling`` engaging the arm and recovery from faults, ``homing_rules`` the choice of the
+joints that are homed together, ``gripper`` the gripper. ``call_arbiter`` admits one call at a
+time. Below them, ``wiring`` selects the devices, ``stack`` assembles the control stack above the
+devices, ``running`` runs the control loop during a motion, ``records`` builds the cycle records,
+and ``pacing`` holds simulated time back to real time. ``tools`` and ``poses`` have the named tools
+and poses, ``teach_file`` stores them.
 
-Law: whatever ends a motion, every joint that can be reached is at rest before control returns to
-the caller's exception, and one thread at a time speaks with them.
+Invariant: however a motion ends, every joint that can be reached is at rest before the caller
+gets the exception, and one thread at a time communicates with the joints.
 """
 
 from importlib import import_module
@@ -26,7 +26,7 @@ _HOMES = {"FAULTS": "bioscara.robot.connection", "Robot": "bioscara.robot.robot"
 
 
 def __getattr__(name: str) -> object:
-    # Whoever only plans does not wait for controllers and drivers to be imported.
+    # Lazy: planning alone does not import controllers and drivers.
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)

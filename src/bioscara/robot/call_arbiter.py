@@ -1,4 +1,4 @@
-"""Whose turn it is: of the calls that use the arm one runs at a time, from whatever thread."""
+"""Mutual exclusion of the calls that use the arm, across all threads."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from typing import Concatenate, ParamSpec, Protocol, TypeVar
 from bioscara.errors import BusyError, MotionCancelledError
 
 _LOOK = 0.1
-"""How often a shutdown looks whether what it waits for has ended, should nobody tell it [s]."""
+"""Polling period of a shutdown that waits for a call's end, in case no event is set [s]."""
 
 
 @dataclass(eq=False, slots=True)
 class Call:
-    """One call that uses the arm, from its begin to its end.
+    """A call that uses the arm, from its begin to its end.
 
     Attributes:
-        name: What was called, for people.
-        thread: Who called it.
-        begin: When [s], on the machine's clock whatever the arm's is.
-        ended: Set when it is over.
-        stopped: Whether it was asked to end.
-        cycling: Whether it runs the control loop from now on.
+        name: Name of the called method, for messages.
+        thread: The calling thread.
+        begin: Time of the call [s], on the machine's monotonic clock, not the arm's clock.
+        ended: Set at its end.
+        stopped: Whether a stop was requested.
+        cycling: Whether it has started to run the control loop.
     """
 
     name: str
@@ -36,18 +36,18 @@ class Call:
     cycling: bool = False
 
     def refuse(self, name: str) -> BusyError:
-        """Return why something else cannot be done while this call runs."""
+        """Return the error for another call that is refused while this call runs."""
         inside = self.thread is threading.current_thread()
         return BusyError(name, self.name, time.monotonic() - self.begin, self.thread.name, inside)
 
 
 class CallArbiter:
-    """Lets one call at a time use the arm, and others look at it.
+    """Admits one call at a time to the arm; other calls may read its state.
 
-    Nothing waits for its turn: what had waited could begin to move after a stop.
+    There is no queue: a queued call could begin to move after a stop.
 
     Attributes:
-        running: The call that uses the arm; None where nothing does.
+        running: The call that uses the arm; None if there is none.
     """
 
     def __init__(self) -> None:
@@ -59,7 +59,7 @@ class CallArbiter:
         """Let a call use the arm.
 
         Raises:
-            BusyError: Another one does, of whatever thread.
+            BusyError: Another call uses the arm, of any thread.
         """
         with self._taking:
             for other in (self.running, *self._closing):
@@ -69,10 +69,10 @@ class CallArbiter:
         self._wait_for_lookers()
 
     def seize(self, call: Call) -> None:
-        """Stop what uses the arm, wait for its end, and let this call use the arm next.
+        """Stop the call that uses the arm, wait for its end, and let this call use the arm next.
 
         Raises:
-            BusyError: It would wait for its own thread.
+            BusyError: The call would wait for its own thread.
         """
         try:
             with self._taking:
@@ -93,9 +93,9 @@ class CallArbiter:
         self._wait_for_lookers()
 
     def stop(self) -> None:
-        """Ask what uses the arm to end; from any thread or signal handler, and never waits."""
+        """Request the end of the running call, from any thread or signal handler; never blocks."""
         stopped = None
-        # Looked at again: a call that began while another one ended is meant as well.
+        # Repeated: the stop also applies to a call that began while another one ended.
         while (running := self.running) is not stopped:
             if running is not None:
                 running.stopped = True
@@ -103,33 +103,33 @@ class CallArbiter:
 
     @property
     def stopped(self) -> bool:
-        """Whether the call that uses the arm was asked to end."""
+        """Whether a stop of the call that uses the arm was requested."""
         running = self.running
         return running is not None and running.stopped
 
     def require_wanted(self) -> None:
-        """Raise if the call that uses the arm was asked to end.
+        """Raise if a stop of the call that uses the arm was requested.
 
         Raises:
-            MotionCancelledError: It was.
+            MotionCancelledError: A stop was requested.
         """
         running = self.running
         if running is not None and running.stopped:
             raise MotionCancelledError(f"{running.name} was stopped before anything moved")
 
     def cycle(self) -> None:
-        """Take note that the call that uses the arm runs the control loop from now on."""
+        """Mark the call that uses the arm as running the control loop from now on."""
         if self.running is not None:
             self.running.cycling = True
 
     def look(self, ask: Callable[[], None]) -> Call | None:
-        """Let somebody look at the arm: ask the joints, or leave that to the call that runs.
+        """Read the joints, unless another call runs; its control loop then reads them.
 
         Args:
-            ask: Asks the joints; runs while nobody else uses the arm or looks at it.
+            ask: Reads the joints; runs while no other call uses the arm or reads its state.
 
         Returns:
-            The call because of which nobody was asked.
+            The running call because of which the joints were not read; None if they were read.
         """
         running = self.running
         if running is not None and running.thread is threading.current_thread():
@@ -144,7 +144,7 @@ class CallArbiter:
         return running
 
     def _wait_for_lookers(self) -> None:
-        """Wait for who is asking the joints; who comes later sees that a call runs."""
+        """Wait for a thread that is reading the joints; later ones see the running call."""
         with self._looking:
             pass
 
@@ -161,13 +161,15 @@ R = TypeVar("R")
 def exclusive(
     name: str, *, last: bool = False
 ) -> Callable[[Callable[Concatenate[T, P], R]], Callable[Concatenate[T, P], R]]:
-    """Let a method use the arm alone, and end with MotionCancelledError if it was stopped.
+    """Give a method exclusive use of the arm; it raises MotionCancelledError if it was stopped.
 
-    Such a method is refused inside another one, so that a callback cannot move within a motion.
+    Such a method is refused inside another one, so that a callback cannot start a motion within a
+    motion.
 
     Args:
-        name: What people call it.
-        last: Whether it stops and waits for what uses the arm, instead of being refused.
+        name: Name of the method in messages.
+        last: Whether it stops the call that uses the arm and waits for its end, instead of being
+            refused.
     """
 
     def decorate(method: Callable[Concatenate[T, P], R]) -> Callable[Concatenate[T, P], R]:
@@ -181,13 +183,13 @@ def exclusive(
                     turn.take(call)
                 result = method(self, *args, **kwargs)
             finally:
-                # Before anything is called: at a call a KeyboardInterrupt can come in, and the
-                # turn would never be given back.
+                # Before any function call: a KeyboardInterrupt can be raised at a function call,
+                # and the arm would never be released.
                 if turn.running is call:
                     turn.running = None
                 call.ended.set()
             if call.stopped and not last:
-                # Also where it had nothing left to end: who called it shall not go on.
+                # Also if the method had already finished: its caller must not continue.
                 raise MotionCancelledError(f"{name} was stopped; nothing moves")
             return result
 

@@ -37,31 +37,31 @@ from bioscara.robot.wiring import named, real_gripper, simulated
 FAULTS = Path("faults")
 """Folder for the flight records of faults, unless another one is named."""
 _PATIENCE = 15.0
-"""A call that was stopped this long ago is at rest, or in a callback that may never end [s]."""
+"""Time after which a stopped call is at rest, or in a callback that may never return [s]."""
 
 
 class Connection(FaultHandling):
-    """The arm without its motions: what is in :class:`~bioscara.robot.Robot` beside them.
+    """The arm without its motions; base class of :class:`~bioscara.robot.Robot`.
 
     Args:
-        bus: What the joints are on; closed in the end.
-        clock: The arm's time.
-        parameters: The arm as data.
+        bus: The bus of the joints; closed on leaving.
+        clock: Clock of the arm.
+        parameters: Parameters of the arm.
         description: Which arm on which bus, in words.
         gripper: The driver of the gripper; None for the computer's own PWM output.
-        servo: What is behind that driver in simulation; kept for as long as the robot is.
-        rate: Control cycles per second [Hz]; None for what suits the joints.
+        servo: The simulated servo of that driver; referenced for the lifetime of the robot.
+        rate: Control cycles per second [Hz]; None for the rate that suits the joints.
         evidence: Folder for the flight records of faults.
-        full_speed: False keeps the tool at or below 250 mm/s, whatever is asked for.
+        full_speed: False keeps the tool at or below 250 mm/s, even if more is commanded.
         pace_homing: Whether simulated homing is held back to real time.
         pace_motion: Whether simulated motion is held back to real time.
 
     Attributes:
-        bus: What the joints are on.
-        clock: The arm's time.
-        parameters: The arm as data.
+        bus: The bus of the joints.
+        clock: Clock of the arm.
+        parameters: Parameters of the arm.
         description: Which arm on which bus, in words.
-        plan: Plans motions from where the arm is, without moving.
+        plan: Plans motions from the arm's current position, without moving.
         gripper: The gripper.
     """
 
@@ -121,13 +121,13 @@ class Connection(FaultHandling):
         pace_homing: bool = False,
         pace_motion: bool = False,
     ) -> Self:
-        """Return an arm that is simulated in this process: its firmware, its physics, its time.
+        """Return an arm that is simulated in this process: firmware, physics and clock.
 
         Args:
-            parameters: The arm as data; the committed ones by default.
+            parameters: Parameters of the arm; the committed ones by default.
             v1: Whether its joints have their original firmware, as on existing arms; or the names
-                of those that do.
-            seed: Seed of everything random in it.
+                of the joints that have it.
+            seed: Seed of all random values in the simulation.
             evidence: Folder for the flight records of faults.
             full_speed: False keeps the tool at or below 250 mm/s.
             pace_homing: Whether homing takes as long as on the arm.
@@ -159,13 +159,13 @@ class Connection(FaultHandling):
         Args:
             name: ``linux:1``, ``linux:/dev/i2c-1``, or ``sim:/path.sock`` for an arm that
                 ``bioscara simulate`` runs.
-            parameters: The arm as data; the committed ones by default.
-            rate: Control cycles per second [Hz]; None for what suits the joints.
+            parameters: Parameters of the arm; the committed ones by default.
+            rate: Control cycles per second [Hz]; None for the rate that suits the joints.
             evidence: Folder for the flight records of faults.
             full_speed: False keeps the tool at or below 250 mm/s.
 
         Raises:
-            InvalidArgumentError: No bus has such a name.
+            InvalidArgumentError: There is no bus of that name.
         """
         parameters = load_parameters() if parameters is None else _given(parameters)
         wiring = named(name, parameters)
@@ -181,7 +181,7 @@ class Connection(FaultHandling):
         try:
             self._connect()
         except MotionCancelledError:
-            # Stopped when it was done: the with statement is not entered, so nobody would leave.
+            # Stopped once connected: the with statement is not entered and would not call __exit__.
             self.__exit__(None, None, None)
             raise
         return self
@@ -204,7 +204,7 @@ class Connection(FaultHandling):
                 self._evidence,
             )
             self._stack.broadcast(self.clock.now())
-            # systemd hears that it is ready, and the evidence of what it had stopped for begins.
+            # Notifies systemd of readiness and starts the evidence of faults latched earlier.
             self._cycle()
             self._take(self._arm.latched(Flags.FAULT | Flags.STALL))
         except BaseException:
@@ -219,7 +219,7 @@ class Connection(FaultHandling):
         traceback: TracebackType | None,
     ) -> None:
         told, error, begin = "", exc, time.monotonic()
-        # Where it is refused, a call is still using the bus, which stays open.
+        # While shutdown is refused, a call is still using the bus, which stays open.
         while self._stack is not None:
             try:
                 told = "; ".join(self.shutdown())
@@ -252,7 +252,7 @@ class Connection(FaultHandling):
 
     @property
     def speed(self) -> float:
-        """Share of the planned speed or a jog's, 0 to 1; any thread may change it, 0 pauses."""
+        """Share of the planned or jog speed, 0 to 1; any thread may change it, 0 pauses."""
         return self._speed
 
     @speed.setter
@@ -263,31 +263,31 @@ class Connection(FaultHandling):
         self._speed = speed
 
     def stop(self) -> None:
-        """End the call that is using the arm, from any thread; returns at once.
+        """Stop the call that is using the arm, from any thread; returns at once.
 
-        That call raises MotionCancelledError once the arm is at rest. Where nothing is using the
-        arm nothing happens: a later call is not meant.
+        That call raises MotionCancelledError once the arm is at rest. If no call is using the
+        arm, nothing happens: a later call is not affected.
         """
         self._turn.stop()
 
     @exclusive("shutdown()", last=True)
     def shutdown(self) -> list[str]:
-        """Stop and disable all joints; does nothing when that is done already.
+        """Stop and disable all joints; does nothing if that is done already.
 
-        A call that uses the arm, with the callback it may be in, is stopped and waited for first.
+        A call that uses the arm, with the callback it may be in, is first stopped and awaited.
 
         Returns:
             A sentence for each joint that could not be stopped or disabled.
 
         Raises:
-            BusyError: The caller is a callback of the call that it would have to wait for.
+            BusyError: Called from a callback of the call that it would have to wait for.
         """
         if self._stack is None:
             return []
         if self._stack.watchdog is not None:
             self._stack.watchdog.close()
         problems = release(self.joints)
-        # Not before: what interrupts this leaves something to be called again.
+        # Not before: after an interruption, shutdown() can be called again.
         self._stack = None
         return problems
 

@@ -1,4 +1,4 @@
-"""Engaging the arm and dealing with what stopped it, for the robot."""
+"""Engaging the arm and handling its faults, for the robot."""
 
 from __future__ import annotations
 
@@ -15,16 +15,17 @@ from bioscara.robot.looking import Looking
 
 
 class FaultHandling(Looking):
-    """Engaging and releasing the joints, and the way out of a fault; none of it moves anything."""
+    """Engaging and releasing the joints, and recovery from faults; nothing moves."""
 
     @exclusive("enable()")
     def enable(self) -> None:
-        """Engage all joints where they stand; nothing moves.
+        """Engage all joints at their positions; nothing moves.
 
         Raises:
             FaultedError: A fault is latched, here or in a joint.
             BusyError: Another call is using the arm.
-            BioscaraError: A joint did not engage; all are released, and it is a fault now.
+            BioscaraError: A joint did not engage; all are released, and the error is latched as a
+                fault.
         """
         self._engage()
 
@@ -35,7 +36,7 @@ class FaultHandling(Looking):
         if stack.arm.state is State.UNCONFIGURED:
             stack.arm.configure()
         if stack.arm.state is State.INACTIVE:
-            # While nobody watched a joint may have stopped for a reason of its own.
+            # A joint may have stopped autonomously while its state was not read.
             self._take(stack.arm.latched(Flags.FAULT))
             stack.supervisor.require_clear()
             try:
@@ -47,7 +48,7 @@ class FaultHandling(Looking):
         stack.broadcast(self.clock.now())
 
     def _take(self, causes: Sequence[BioscaraError]) -> None:
-        """Make what a standing arm was found with its faults: there is one way out of all."""
+        """Latch errors found on an arm at rest as its faults: recovery is the same for all."""
         stack = self._running()
         for cause in causes:
             stack.supervisor.fault(cause, stack.arm.name, self.clock.now())
@@ -77,23 +78,23 @@ class FaultHandling(Looking):
 
     @property
     def faults(self) -> tuple[Fault, ...]:
-        """What stopped the arm and is not recovered from, first cause first.
+        """Faults that are not recovered from, first cause first.
 
-        Also what joints had latched before this robot was connected.
+        Includes faults that joints had latched before this robot was connected.
         """
         return tuple(self._running().supervisor.faults)
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What was worth saying but stopped nothing, such as a computer too slow; the latest."""
+        """The latest warnings: events that stopped nothing, such as a computer that is too slow."""
         return tuple(self._running().supervisor.warnings)
 
     @exclusive("acknowledge()")
     def acknowledge(self) -> tuple[Fault, ...]:
-        """Take note of the faults once the arm stands: writes their evidence; nothing moves.
+        """Acknowledge the faults once the arm is at rest and write their evidence; nothing moves.
 
         Raises:
-            FaultedError: There is none.
+            FaultedError: There is no fault.
             OSError: The evidence cannot be written.
             BusyError: Another call is using the arm.
         """
@@ -103,14 +104,14 @@ class FaultHandling(Looking):
 
     @exclusive("recover()")
     def recover(self) -> None:
-        """Clear acknowledged faults; nothing moves, and :meth:`enable` comes next.
+        """Clear acknowledged faults; nothing moves, and :meth:`enable` is the next step.
 
         Raises:
-            FaultedError: They are not acknowledged, or something else has happened since.
+            FaultedError: The faults are not acknowledged, or another one has occurred since.
             BusyError: Another call is using the arm.
             BioscaraError: A joint does not answer.
         """
-        # What befell the arm since it was looked at last must not be cleared unseen.
+        # Faults that occurred since the last cycle must not be cleared unseen.
         self._cycle()
         stack, now = self._running(), self.clock.now()
         stack.supervisor.recover(now)

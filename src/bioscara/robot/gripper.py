@@ -19,19 +19,19 @@ from bioscara.robot.stack import GRIPPER, Stack
 
 
 class RobotGripper:
-    """The jaws: a width in metres between them.
+    """The gripper; its position is the width between the jaws in metres.
 
-    The servo is driven from the first call that needs it. It has no sensor: what it is told is
-    taken for where it is once the jaws had the time to get there.
+    The servo is driven from the first call that needs it. It has no sensor: the commanded width is
+    taken as the actual width once the jaws had the time to reach it.
 
     Args:
-        hardware: The gripper.
-        parameters: What it is.
-        turn: Of the robot: its calls and those of the gripper run one at a time.
-        stack: Returns what runs it; raises while the robot is not connected.
-        motion: Returns a motion to wait in.
+        hardware: The hardware component of the gripper.
+        parameters: Parameters of the gripper.
+        turn: The robot's arbiter: calls of robot and gripper run one at a time.
+        stack: Returns the control stack; raises while the robot is not connected.
+        motion: Returns a motion that runs the control loop.
         now: Returns the time [s].
-        check: Raises where a jaw would touch something on its way to a width [m].
+        check: Raises if a jaw would touch something during the motion to a width [m].
     """
 
     def __init__(
@@ -51,15 +51,16 @@ class RobotGripper:
 
     @property
     def width(self) -> float:
-        """Width that the jaws were last told [m]; NaN while the servo is not driven."""
+        """Last commanded width of the jaws [m]; NaN while the servo is not driven."""
         return self._hardware.states["gripper/position"].value
 
     @property
     def widths(self) -> tuple[float, float]:
         """Smallest and largest width that the jaws may have [m].
 
-        Driven, they are where the servo was told, or, until a motion has succeeded, anywhere on
-        its way. While the servo is not driven anybody may have moved them.
+        While the servo is driven, they are at the commanded width or, until a motion has
+        succeeded, anywhere along its travel. While it is not driven, they may have been moved by
+        hand.
         """
         told = self.width
         if math.isnan(told):
@@ -68,7 +69,7 @@ class RobotGripper:
 
     @exclusive("gripper.enable()")
     def enable(self) -> None:
-        """Drive the servo to where it is: the jaws do not move.
+        """Drive the servo at its present position: the jaws do not move.
 
         Raises:
             GripperError: There is no output for it, or it cannot be used.
@@ -90,7 +91,7 @@ class RobotGripper:
 
     @exclusive("gripper.disable()")
     def disable(self) -> None:
-        """Let the servo go; what is held may fall.
+        """Release the servo; a held object may fall.
 
         Raises:
             BusyError: Another call is using the arm.
@@ -101,18 +102,18 @@ class RobotGripper:
 
     @exclusive("gripper.move()")
     def move(self, width: float) -> GripperResult:
-        """Move the jaws and return when they had the time to get there.
+        """Move the jaws and return when they had the time to reach the width.
 
         Args:
             width: Width between them [m].
 
         Raises:
-            GoalRejectedError: It is outside the limits or no finite number; nothing moved.
-            ZoneError: A jaw would come too near to something where the arm stands; nothing moved.
-                An arm that is not homed does not know where it stands: then nothing is checked.
-            GripperError: The servo cannot be driven, the width cannot be kept in its file (nothing
-                moved), or the jaws were held up.
-            MotionCancelledError: It was asked to end; the jaws stay where they are.
+            GoalRejectedError: The width is outside the limits or no finite number; nothing moved.
+            ZoneError: The clearance of a jaw at the arm's position would be too small; nothing
+                moved. The position of an arm that is not homed is unknown: then nothing is checked.
+            GripperError: The servo cannot be driven, the width cannot be saved in its file (nothing
+                moved), or the jaws were blocked.
+            MotionCancelledError: A stop was requested; the jaws stay where they are.
             BusyError: Another call is using the arm.
         """
         self._drive()
@@ -131,8 +132,8 @@ class RobotGripper:
             try:
                 self._hardware.keep()
             except GripperError as error:
-                # The jaws are at rest, and where: that only a loss of power would forget it stops
-                # nothing.
+                # The jaws are at rest at a known width: the error matters only after a power loss,
+                # so it stops nothing.
                 stack.supervisor.warnings.append(str(error))
         if goal.status is not Status.SUCCEEDED or goal.result is None:
             raise GripperError(f"the gripper did not reach {width:g} m: {goal.text}")

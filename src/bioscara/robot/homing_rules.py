@@ -1,9 +1,9 @@
-"""Which joints a homing homes, so that the hand does not sweep through the column meanwhile.
+"""Choice of the joints to home, so that the hand does not sweep through the column during homing.
 
 In the order of the parameters, from the lift to the elbow, no joint leads the hand into the arm
-unless the elbow is folded when the wrist turns. That holds while each joint has come to its end
-stop before the next one begins, so where some joints are homed already, two things are looked at:
-whether these stand where homing would have left them, and whether the elbow is folded.
+unless the elbow is folded when the wrist turns. That requires each joint to be at its end stop
+before the next one begins. If some joints are homed already, two conditions are checked: whether
+these are at the positions in which homing would have left them, and whether the elbow is folded.
 """
 
 from __future__ import annotations
@@ -14,26 +14,27 @@ from bioscara.errors import HomingError
 from bioscara.hardware.axis import Axis
 
 FOLDED = 2.4
-"""Angle of the elbow [rad] from which on the wrist cannot turn all the way: a jaw would meet the
-column, on the meshes of the arm from 2.44 rad on, with the lift up and the jaws wide open."""
+"""Angle of the elbow [rad] from which on the wrist cannot turn over its full range: a jaw would
+meet the column, on the meshes of the arm from 2.44 rad on, with the lift up and the jaws wide
+open."""
 BEFORE: Mapping[str, Sequence[str]] = {"j4": ("j2",), "j3": ("j2", "j4")}
-"""Joints that are at their end stops before this one goes to its own."""
+"""Joints that must be at their end stops before a joint moves to its own."""
 AT_STOP = {"rad": 0.1, "m": 0.05}
-"""How far from its end stop a joint may be and count as there [rad or m]."""
+"""Distance from its end stop within which a joint counts as being there [rad or m]."""
 
 
 def joints_to_home(axes: Sequence[Axis]) -> tuple[dict[str, float], list[str]]:
-    """Return how to home an arm.
+    """Return the joints to home, their directions and the reasons.
 
     Args:
         axes: All joints of the arm.
 
     Returns:
         The joints to home, each with a number whose sign is the direction; and a sentence for each
-        of them that is homed and has to be so again.
+        of them that is homed and has to be homed again.
 
     Raises:
-        HomingError: The elbow is known to be folded and the wrist is not known.
+        HomingError: The elbow is known to be folded and the wrist's position is unknown.
     """
     by_name = {axis.name: axis for axis in axes}
     wanted = {axis.name for axis in axes if not axis.homed}

@@ -1,4 +1,4 @@
-"""What is seen of the arm, for the robot."""
+"""Read access to the state of the arm, for the robot."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ from bioscara.robot.stack import Stack
 
 
 class Looking(ABC):
-    """Looks at the arm; any thread may, also while a call of another one moves it.
+    """Reads the state of the arm, from any thread, also while another thread moves the arm.
 
     Attributes:
-        clock: The arm's time.
-        parameters: The arm as data.
-        plan: Plans motions from where the arm is, without moving.
+        clock: Clock of the arm.
+        parameters: Parameters of the arm.
+        plan: Plans motions from the arm's current position, without moving.
     """
 
     clock: Clock
@@ -31,16 +31,16 @@ class Looking(ABC):
 
     @abstractmethod
     def _running(self) -> Stack:
-        """Return what runs the arm; raises while the robot is not connected."""
+        """Return the control stack; raises while the robot is not connected."""
 
     @property
     def state(self) -> JointStates:
-        """What the joints are seen to do: in the last cycle of the call that runs, else now.
+        """Joint states: of the last cycle of the running call, else read now.
 
         Raises:
-            BusyError: The call that runs has not asked the joints yet.
-            FaultedError: The joints were let go because of a fault, and are not recovered.
-            BioscaraError: They were let go without one: ``enable()`` them.
+            BusyError: The running call has not read the joints yet.
+            FaultedError: The joints were released because of a fault, and are not recovered.
+            BioscaraError: They were released without a fault: ``enable()`` them.
         """
         stack = self._running()
         busy = self._turn.look(self._refresh)
@@ -54,10 +54,10 @@ class Looking(ABC):
 
     @property
     def pose(self) -> Pose:
-        """Where the tool is, in the base; as old as ``state``.
+        """Pose of the tool in the base; as old as ``state``.
 
         Raises:
-            NotHomedError: A joint does not know its position.
+            NotHomedError: The position of a joint is unknown.
             BusyError: As ``state``.
         """
         state = self.state
@@ -68,7 +68,7 @@ class Looking(ABC):
 
     @property
     def kinematics(self) -> Scara:
-        """Of the arm with its tool."""
+        """Kinematics of the arm with its tool."""
         return self.plan.kinematics
 
     @property
@@ -77,7 +77,7 @@ class Looking(ABC):
         return self._running().loop.period
 
     def _here(self) -> Joints:
-        """Return where the joints are [rad, m, rad, rad]."""
+        """Return the joint positions [rad, m, rad, rad]."""
         state = self.state
         for name, position in zip(state.names, state.positions, strict=True):
             if math.isnan(position):
@@ -87,7 +87,7 @@ class Looking(ABC):
         return Joints(*state.positions)
 
     def _refresh(self) -> None:
-        """Ask the joints, unless that was done a moment ago."""
+        """Read the joints, unless they were read within the last two cycles."""
         stack = self._running()
         states = stack.broadcaster.states
         if states is None or self.clock.now() - states.time > 2.0 * stack.loop.period:

@@ -1,24 +1,24 @@
-"""Simulated time held back to the pace of the wall clock, for people who watch."""
+"""Simulated time held back to the pace of the wall clock, for observers."""
 
 from __future__ import annotations
 
 from bioscara.clock import Clock, MonotonicClock
 
 _LOST = 0.25
-"""Lag behind the wall clock beyond which it is not caught up any more [s]."""
+"""Lag behind the wall clock beyond which it is no longer made up for [s]."""
 
 
 class PacedClock:
-    """A clock that passes no faster than the wall clock while it is paced.
+    """A clock that advances no faster than the wall clock while it is paced.
 
-    It can only hold back: a simulation that is slower than real time stays so.
+    It can only delay: a simulation that is slower than real time is not sped up.
 
     Args:
-        clock: The simulated time; waiting on it makes it pass.
-        wall: What real time is.
+        clock: Clock of the simulation; waiting on it advances it.
+        wall: Clock of real time.
 
     Attributes:
-        paced: Whether to hold back; may be changed at any time.
+        paced: Whether time is held back; may be changed at any time.
     """
 
     def __init__(self, clock: Clock, wall: Clock | None = None) -> None:
@@ -42,7 +42,7 @@ class PacedClock:
         return self._clock.now()
 
     def sleep_until(self, deadline: float) -> None:
-        """Let the simulation run until ``deadline`` [s], and not end before it is due."""
+        """Let the simulation run until ``deadline`` [s]; if paced, return no earlier than due."""
         self._clock.sleep_until(deadline)
         if self._paced:
             due = self._clock.now() + self._lead

@@ -1,4 +1,4 @@
-"""Plans motions from where the arm is; nothing moves."""
+"""Planning of motions from the arm's current position; nothing moves."""
 
 from __future__ import annotations
 
@@ -36,23 +36,24 @@ from bioscara.robot.poses import TeachTable
 from bioscara.robot.tools import Tool, fingers, kinematics_of
 
 RESERVE = 0.8
-"""Share of a joint's acceleration that motions planned here use. With all of it a joint that slips
-a step on the way could not catch up before it has to brake, and would overshoot."""
+"""Share of a joint's acceleration that motions planned here use. At full acceleration a joint that
+slips a step could not catch up before it has to brake, and would overshoot."""
 _END_STOP = 1e-3
-"""How far beyond its limit a joint may read that was pressed against its end stop [rad or m]."""
+"""Tolerated reading beyond its limit of a joint pressed against its end stop [rad or m]."""
 _GENTLE = 2.0
-"""Share of its highest acceleration that a joint may build up per time without swinging [1/s]."""
+"""Share of its highest acceleration by which a joint's acceleration may rise per time without
+oscillation [1/s]."""
 _REDUCED = replace(FULL, speed=COMMANDED_SPEED)
-"""What the tool may do on any way until full speed is asked for; lines and arcs keep to more."""
+"""Tool limits on any path unless full speed is enabled; lines and arcs have further limits."""
 
 
 class Plan(NamedTuple):
-    """A motion that was planned and found free.
+    """A planned motion that was checked to be free of collisions.
 
     Attributes:
-        trajectory: All joints, from where the arm is.
-        notes: What the person should know about it.
-        tool: What the tool was kept to all the way.
+        trajectory: Of all joints, from the arm's current position.
+        notes: Notes on the plan for the user.
+        tool: Limits of the tool that the whole plan was kept to.
     """
 
     trajectory: Trajectory
@@ -63,19 +64,19 @@ class Plan(NamedTuple):
 class Planner:
     """Plans for one arm with one tool.
 
-    Every plan starts where the arm is, stays within the limits of joints and tool, and keeps
-    clear of the scene.
+    Every plan starts at the arm's current position, stays within the limits of joints and tool,
+    and keeps clear of the scene.
 
     Args:
-        parameters: The arm as data.
-        measured: Returns where the joints are [rad, m, rad, rad].
-        turn: Whose turn it is with the arm that is planned for; None where none is there to move.
+        parameters: Parameters of the arm.
+        measured: Returns the measured joint positions [rad, m, rad, rad].
+        turn: Call arbiter of the arm that is planned for; None if there is no arm to move.
         widths: Returns the smallest and the largest width that the gripper may have now [m]; None
-            where nobody knows, for all that it can have.
+            if the width is unknown, for the full range of the gripper.
 
     Attributes:
-        table: The tools and poses that have names.
-        kinematics: Of the arm with that tool.
+        table: The named tools and poses.
+        kinematics: Kinematics of the arm with its tool.
     """
 
     def __init__(
@@ -103,7 +104,7 @@ class Planner:
 
     @property
     def tool(self) -> Tool:
-        """The one that is mounted; :meth:`use_tool` changes it."""
+        """The mounted tool; :meth:`use_tool` changes it."""
         return self._tool
 
     @property
@@ -117,7 +118,7 @@ class Planner:
 
     @property
     def scene(self) -> Scene:
-        """What the arm must keep clear of; cannot be changed while a call uses the arm."""
+        """Surroundings to keep clear of; cannot be changed while a call uses the arm."""
         return self._scene
 
     @scene.setter
@@ -128,23 +129,23 @@ class Planner:
         self._scene = self._surroundings = scene
 
     def surroundings(self) -> tuple[Scara, Scene]:
-        """Return the arm with its tool, and the scene with the gripper as wide as it is now."""
+        """Return the arm with its tool, and the scene with the current widths of the gripper."""
         widths = self._widths()
-        # The same object for as long as nothing changes: what is prepared for it is kept.
+        # The same object as long as nothing changes, so that its precomputed data stay valid.
         if self._surroundings.widths != widths:
             self._surroundings = replace(self._scene, widths=widths)
         return self.kinematics, self._surroundings
 
     def check_width(self, width: float) -> None:
-        """Make sure that the jaws may move to a width where the arm stands.
+        """Check that the jaws may move to a width at the arm's current position.
 
         Args:
-            width: Between the jaws [m].
+            width: Width between the jaws [m].
 
         Raises:
             InvalidArgumentError: The width is no finite number.
-            ZoneError: A jaw would come too near to something.
-            NotHomedError: A joint does not know where it is.
+            ZoneError: The clearance of a jaw would be too small.
+            NotHomedError: The position of a joint is unknown.
         """
         width = number("the width", width)
         arm, scene = self.surroundings()
@@ -153,19 +154,19 @@ class Planner:
         swept.check_standing(arm, self.here(), scene)
 
     def here(self) -> Joints:
-        """Return where the joints are; pressed against its end stop one is at its limit.
+        """Return the joint positions; a joint pressed against its end stop counts as at its limit.
 
         Raises:
-            NotHomedError: A joint does not know it.
+            NotHomedError: The position of a joint is unknown.
         """
         return self._settled(self._measured())
 
     def joints(self, goal: Sequence[float], speed: float = 1.0) -> Plan:
-        """Plan to a place of the joints; they start and end together.
+        """Plan to joint positions; all joints start and end together.
 
-        Where the arm would so come too near to itself, because it is folded up or shall be, the
-        elbow opens alone first and closes alone at last, if that way is free; a note says so.
-        Joints that were pushed beyond a limit by hand are led back by it.
+        If the arm would come too near to itself on this path because it is folded up at the start
+        or the goal, the elbow opens alone first and closes alone at last, if that path is free; a
+        note says so. Joints that were pushed beyond a limit by hand are moved back by the plan.
 
         Args:
             goal: One position for each joint [rad or m].
@@ -173,7 +174,7 @@ class Planner:
 
         Raises:
             TrajectoryError: The goal is outside the limits or not finite.
-            ZoneError: The way leads through something.
+            ZoneError: The path is not free.
         """
         remedy = "give one for each joint, or a pose to move_to()"
         if isinstance(goal, Pose):
@@ -193,31 +194,32 @@ class Planner:
             return plan
 
     def unfold(self, speed: float = 1.0) -> Plan:
-        """Plan to open the elbow alone, j3 to 0: the way out of an arm that is folded up.
+        """Plan to open the elbow alone, j3 to 0, so that a folded arm can move freely.
 
-        From where homing leaves the arm this is free at every width of the gripper, and from there
-        every place with an open elbow can be gone to, ``center`` for one.
+        From the position in which homing leaves the arm, this is free at every width of the
+        gripper, and every position with an open elbow, such as ``center``, can be reached
+        afterwards.
 
         Args:
             speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
-            NotHomedError: A joint does not know where it is.
-            ZoneError: The way leads through something.
+            NotHomedError: The position of a joint is unknown.
+            ZoneError: The path is not free.
         """
         here = self.here()._replace(j3=0.0)
         return self.joints(here, speed)
 
     def to(self, pose: Pose, speed: float = 1.0) -> Plan:
-        """Plan to a pose by the joints' shortest way; the tool's path is not a line.
+        """Plan to a pose by the closest joint solution; the tool's path is not a line.
 
         Args:
-            pose: Of the tool in the base.
+            pose: Pose of the tool in the base.
             speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
-            UnreachableError: The arm cannot take the pose.
-            ZoneError: The way leads through something.
+            UnreachableError: The arm cannot reach the pose.
+            ZoneError: The path is not free.
         """
         return self.joints(self.kinematics.solve(pose, self.here()), speed)
 
@@ -225,13 +227,13 @@ class Planner:
         """Plan to a pose of the teach table.
 
         Args:
-            name: Of the pose.
+            name: Name of the pose.
             speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
             InvalidArgumentError: No pose has that name, or it was taught with another tool.
-            UnreachableError: The arm cannot take the pose.
-            ZoneError: The way leads through something.
+            UnreachableError: The arm cannot reach the pose.
+            ZoneError: The path is not free.
         """
         taught = self.table.pose(name)
         if taught.joints is not None:
@@ -248,7 +250,7 @@ class Planner:
         """Plan for another tool of the teach table from now on.
 
         Args:
-            name: Of the tool that is mounted.
+            name: Name of the mounted tool.
 
         Raises:
             InvalidArgumentError: No tool has that name.
@@ -262,11 +264,11 @@ class Planner:
         """Return a jog that starts at rest.
 
         Args:
-            start: Where the joints are [rad, m, rad, rad].
+            start: Joint positions at the start [rad, m, rad, rad].
 
         Raises:
             TrajectoryError: A joint was pushed beyond a limit.
-            ZoneError: The arm is too near to something.
+            ZoneError: The arm's clearance is too small.
         """
         start = self._inside(self._settled(self._plain("the start", start)))
         speed = math.inf if self.full_speed else UNPLANNED_SHARE * COMMANDED_SPEED
@@ -275,7 +277,7 @@ class Planner:
 
     @property
     def windows(self) -> tuple[float, ...]:
-        """Return over how long commands are averaged, so that no belt swings [s]."""
+        """Durations of the command averaging that keeps the belts from oscillating [s]."""
         if self.full_speed:
             return (JERK_TIME,)
         return self._periods[:2]
@@ -284,12 +286,12 @@ class Planner:
         """Plan to a pose along a line.
 
         Args:
-            pose: Of the tool in the base.
+            pose: Pose of the tool in the base.
             speed: Share of the tool's speed limit to use, 0.001 to 1.
 
         Raises:
-            UnreachableError, TrajectoryError: The arm cannot go along that line.
-            ZoneError: The way leads through something.
+            UnreachableError, TrajectoryError: The arm cannot follow that line.
+            ZoneError: The path is not free.
         """
         here = self._start()
         tool = self._tool_limits()
@@ -303,13 +305,13 @@ class Planner:
         """Plan to a pose along an arc.
 
         Args:
-            via: A pose on the way; its yaw is not used.
-            pose: The end; both of the tool in the base.
+            via: A pose on the arc; its yaw is not used.
+            pose: The goal pose; both are poses of the tool in the base.
             speed: Share of the tool's speed limit to use, 0.001 to 1.
 
         Raises:
-            UnreachableError, TrajectoryError: The arm cannot go along that arc.
-            ZoneError: The way leads through something.
+            UnreachableError, TrajectoryError: The arm cannot follow that arc.
+            ZoneError: The path is not free.
         """
         here = self._start()
         tool = self._tool_limits()
@@ -323,11 +325,11 @@ class Planner:
         """Plan along several waypoints with rounded corners, without a stop.
 
         Args:
-            waypoints: Of the tool in the base.
+            waypoints: Waypoints of the tool in the base.
 
         Raises:
-            UnreachableError, TrajectoryError: The arm cannot go there; names the waypoint.
-            ZoneError: The way leads through something.
+            UnreachableError, TrajectoryError: The arm cannot reach a waypoint; names the waypoint.
+            ZoneError: The path is not free.
         """
         here = self._start()
         trajectory, warnings = sequence(
@@ -338,22 +340,23 @@ class Planner:
     def trajectory(
         self, trajectory: Trajectory, elsewhere: Sequence[float], *, planned: bool = False
     ) -> Plan:
-        """Check a trajectory, and slow it down and average it where need be.
+        """Check a trajectory; slow it down and average it where necessary.
 
         Args:
-            trajectory: For some or all of the joints.
-            elsewhere: Where the joints are that it does not name [rad, m, rad, rad].
-            planned: Whether it was planned here: then it is gentle, and its path stays as it is.
+            trajectory: Trajectory of some or all joints.
+            elsewhere: Positions of the joints that it does not name [rad, m, rad, rad].
+            planned: Whether it was planned here: it is then smooth already and not averaged, and
+                its path is unchanged.
 
         Raises:
-            TrajectoryError: It breaks a limit.
-            ZoneError: It leads through something.
+            TrajectoryError: The trajectory exceeds a limit.
+            ZoneError: Its path is not free.
         """
         if not isinstance(trajectory, Trajectory):
             raise InvalidArgumentError(f"{shown(trajectory)} is not a Trajectory")
         elsewhere = self._plain("the joints elsewhere", elsewhere)
         limits = [
-            # From beyond a limit, where it can only have been pushed, a joint may but go back.
+            # A joint beyond a limit can only have been pushed there: it may only move back.
             replace(limit, lower=min(limit.lower, at), upper=max(limit.upper, at))
             for limit, at in zip(self._limits, self.here(), strict=True)
         ]
@@ -365,9 +368,10 @@ class Planner:
         return self._free(trajectory, here, tuple(notes), slower=slower)
 
     def _gentle(self, trajectory: Trajectory, here: Joints) -> tuple[Trajectory, float]:
-        """Return a motion of joints that is gentle as long as the tool's speed is reduced.
+        """Smooth a joint motion by averaging, unless full speed is enabled.
 
-        And the factor in time by which it was slowed down before it was averaged.
+        Returns:
+            The motion, and the factor in time by which it was slowed down before averaging.
         """
         if self.full_speed:
             return trajectory, 1.0
@@ -381,7 +385,7 @@ class Planner:
         ):
             return trajectory, factor
         gentle = averaged(trajectory, self.windows[0])
-        # Between its points the curve of an average may pass a limit by a thousandth.
+        # Between its points the averaged curve may exceed a limit by a thousandth.
         return stretched(gentle, stretch_factor(gentle, self._limits)), factor
 
     def _plain(self, what: str, joints: Sequence[float]) -> Joints:
@@ -391,7 +395,7 @@ class Planner:
         return Joints(*values)
 
     def _by_open_elbow(self, here: Joints, goal: Sequence[float], speed: float) -> Plan | None:
-        """Return a way whose elbow moves alone while it is not open; None where none is free."""
+        """Plan with the elbow moving alone while it is not open; None if no such path is free."""
         places = by_open_elbow(here, goal)
         if len(places) == 2:
             return None
@@ -404,10 +408,10 @@ class Planner:
             legs = [self._gentle(motion, here)[0] for motion in motions]
             return self._free(joined(legs), here, (note,))
         except (TrajectoryError, ZoneError):
-            return None  # A joint that was pushed beyond its limit cannot stay there either.
+            return None  # Nor can a joint that was pushed beyond its limit stay there.
 
     def _is_own(self, refused: ZoneError) -> bool:
-        """Return whether it is the arm itself that would be touched."""
+        """Return whether the arm would collide with itself."""
         return refused.zone not in {"table", *(zone.name for zone in self.scene.zones)}
 
     def _start(self) -> Joints:

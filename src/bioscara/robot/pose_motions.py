@@ -18,12 +18,12 @@ Velocity = JointVelocity | ToolVelocity
 class PoseMotions(ABC):
     """Moves the tool; poses are of the tool in the base.
 
-    Each call plans first, checks limits and zones, and moves only then; ``warnings`` have what the
-    person should know about the plan. What it would do without moving is in ``plan``:
+    Each call plans first, checks limits and zones, and only then moves; ``warnings`` have the
+    notes on the plan for the user. ``plan`` plans the same motions without moving:
     ``robot.plan.linear(pose)`` and so on.
 
     Attributes:
-        plan: Plans from where the arm is.
+        plan: Plans motions from the arm's current position.
     """
 
     plan: Planner
@@ -37,19 +37,19 @@ class PoseMotions(ABC):
         cancelled: Cancelled = never,
         timeout: float | None = None,
     ) -> None:
-        """Carry a plan out; part of a call that uses the arm alone."""
+        """Execute a plan; part of a call that uses the arm exclusively."""
 
     @exclusive("move_to()")
     def move_to(self, pose: Pose, speed: float = 1.0) -> None:
-        """Move to a pose by the joints' shortest way.
+        """Move to a pose by the closest joint solution.
 
         Args:
-            pose: Where the tool shall be.
+            pose: Goal pose of the tool.
             speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
-            UnreachableError: The arm cannot take the pose; nothing moved.
-            ZoneError: The way leads through something; nothing moved.
+            UnreachableError: The arm cannot reach the pose; nothing moved.
+            ZoneError: The path is not free; nothing moved.
             BioscaraError: As ``follow``.
         """
         self._carry_out(self.plan.to(pose, speed))
@@ -61,7 +61,7 @@ class PoseMotions(ABC):
 
     @exclusive("move_circular()")
     def move_circular(self, via: Pose, pose: Pose, speed: float = 1.0) -> None:
-        """Move to a pose along an arc through ``via``; the rest as :meth:`move_to`."""
+        """Move to a pose along an arc through ``via``; otherwise as :meth:`move_to`."""
         self._carry_out(self.plan.circular(via, pose, speed))
 
     @abstractmethod
@@ -72,31 +72,31 @@ class PoseMotions(ABC):
         *,
         timeout: float | None = None,
     ) -> None:
-        """Move by streamed velocities until there are no more; the arm is then at rest.
+        """Move by streamed velocities until the stream ends; the arm is then at rest.
 
-        Joint limits, the tool's speed and zones are kept, with room to come to rest in front of
-        them. Of what is asked for the arm does the share ``speed``. A source that does not answer
-        within 0.15 s lets the arm come to rest.
+        Joint limits, the tool's speed limit and zones are respected, with enough distance to stop
+        before them. Commanded velocities are scaled by ``speed``. If the source does not answer
+        within 0.15 s, the arm comes to rest.
 
         Args:
-            velocities: Asked each cycle: a velocity of the joints or of the tool, the one before
-                again for as long as it holds, or None to end.
-            observe: Takes a record of all joints each cycle.
-            timeout: Longest time that it may take [s]; None for no bound.
+            velocities: Called each cycle: returns a velocity of the joints or of the tool, the
+                previous one as long as it holds, or None to end.
+            observe: Receives a record of all joints each cycle.
+            timeout: Longest duration [s]; None for no limit.
 
         Raises:
             InvalidArgumentError: A velocity is not finite or too large; the arm is at rest.
             TrajectoryError: A joint was pushed beyond a limit; nothing moved.
-            ZoneError: The arm is too near to something; nothing moved.
+            ZoneError: The arm's clearance is too small; nothing moved.
             BioscaraError: As ``follow``.
         """
 
     @exclusive("move_named()")
     def move_named(self, name: str, speed: float = 1.0) -> None:
-        """Move to a pose of the teach table; the rest as :meth:`move_to`.
+        """Move to a pose of the teach table; otherwise as :meth:`move_to`.
 
         Args:
-            name: Of the pose.
+            name: Name of the pose.
             speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
@@ -106,14 +106,14 @@ class PoseMotions(ABC):
 
     @exclusive("unfold()")
     def unfold(self, speed: float = 1.0) -> None:
-        """Open the elbow alone, j3 to 0: the way out of an arm that homing left folded up.
+        """Open the elbow alone, j3 to 0, so that an arm left folded up by homing can move freely.
 
         Args:
             speed: Share of the speed limits to use, 0.001 to 1.
 
         Raises:
-            NotHomedError: A joint does not know where it is.
-            ZoneError: The way leads through something; nothing moved.
+            NotHomedError: The position of a joint is unknown.
+            ZoneError: The path is not free; nothing moved.
         """
         self._carry_out(self.plan.unfold(speed))
 

@@ -1,4 +1,4 @@
-"""Poses by name: what was taught, and what every arm has."""
+"""Named poses: the taught ones, and those that every arm has."""
 
 from __future__ import annotations
 
@@ -14,21 +14,21 @@ from bioscara.robot.tools import FINGERS, Tool, check_name, check_number, unknow
 
 @dataclass(frozen=True, slots=True)
 class NamedPose:
-    """A place to go back to.
+    """A named position of the arm or pose of its tool.
 
-    Joints say where the arm goes, whatever tool it has. A pose alone is reached by whichever way
-    is closest. Where there are both, the joints are gone to and the pose says where the tool was.
+    Joints are the goal irrespective of the tool. A pose alone is reached by the closest joint
+    solution. If both are given, the joints are the goal and the pose records where the tool was.
 
     Attributes:
         name: Letters, digits, ``_`` and ``-``; begins with a letter.
         joints: Positions of the joints [rad, m, rad, rad], or None.
-        pose_tool_in_base: Where the tool is, or None.
+        pose_tool_in_base: Pose of the tool in the base, or None.
         tool: Name of the tool that it was taught with.
-        calibration: Which calibration of the arm it was taught with; empty where nobody said. A
-            record: it is compared with nothing.
+        calibration: Identifier of the calibration that it was taught with; empty if not given. A
+            record only: it is not compared with anything.
 
     Raises:
-        InvalidArgumentError: There is neither joints nor pose, or a value cannot be.
+        InvalidArgumentError: Both joints and pose are missing, or a value is not possible.
     """
 
     name: str
@@ -70,7 +70,7 @@ BUILT_IN = (NamedPose("center", Joints(0.0, 0.2, 0.0, 0.0)),)
 
 @dataclass(frozen=True, slots=True)
 class TeachTable:
-    """The tools and poses of one arm. Changing it gives another table.
+    """The tools and poses of one arm; immutable, a change returns another table.
 
     Attributes:
         fingers: The tool that the parameters describe.
@@ -78,7 +78,7 @@ class TeachTable:
         poses: Taught poses.
 
     Raises:
-        InvalidArgumentError: A name stands twice or is built in, or a pose has an unknown tool.
+        InvalidArgumentError: A name occurs twice or is built in, or a pose has an unknown tool.
     """
 
     fingers: Tool
@@ -105,14 +105,14 @@ class TeachTable:
         return (self.fingers, *self.tools)
 
     def all_poses(self) -> tuple[NamedPose, ...]:
-        """Return the poses that every arm has and the taught ones."""
+        """Return the built-in poses and the taught ones."""
         return (*BUILT_IN, *self.poses)
 
     def tool(self, name: str) -> Tool:
         """Return the tool of this name.
 
         Raises:
-            InvalidArgumentError: There is none; proposes the nearest.
+            InvalidArgumentError: There is none; the message proposes the nearest name.
         """
         for tool in self.all_tools():
             if isinstance(name, str) and tool.name == name:
@@ -123,7 +123,7 @@ class TeachTable:
         """Return the pose of this name.
 
         Raises:
-            InvalidArgumentError: There is none; proposes the nearest.
+            InvalidArgumentError: There is none; the message proposes the nearest name.
         """
         for pose in self.all_poses():
             if isinstance(name, str) and pose.name == name:
@@ -150,7 +150,7 @@ class TeachTable:
         """Return the table without a taught pose.
 
         Raises:
-            InvalidArgumentError: There is none, or every arm has it.
+            InvalidArgumentError: There is none, or it is built in.
         """
         self.pose(name)
         if any(pose.name == name for pose in BUILT_IN):

@@ -1,4 +1,4 @@
-"""What the arm did in a cycle, as the report keeps it."""
+"""Records of the control cycles, in the form that the report stores."""
 
 from __future__ import annotations
 
@@ -12,17 +12,17 @@ from bioscara.report import CycleRecord, JointRecord, Phase, Quality
 from bioscara.robot.stack import Stack
 
 Observe = Callable[[CycleRecord], None]
-"""Takes each cycle as it ends; must return at once."""
+"""Receives the record of each cycle at its end; must return at once."""
 Cancelled = Callable[[], bool]
-"""Tells whether the motion shall end; asked once per cycle."""
+"""Returns whether to end the motion; called once per cycle."""
 
 
 def ignore(record: CycleRecord) -> None:
-    """Take a cycle and do nothing with it."""
+    """Discard the record of a cycle."""
 
 
 def never() -> bool:
-    """Let the motion go on."""
+    """Never end the motion."""
     return False
 
 
@@ -34,10 +34,10 @@ _QUALITY = {
 
 
 class Recorder:
-    """Turns cycles into records whose times count from the begin of the run.
+    """Converts cycles to records whose times count from the begin of the run.
 
     Args:
-        stack: What runs the cycles.
+        stack: Control stack that runs the cycles.
         origin: Time on the arm's clock that counts as 0 in the records [s].
     """
 

@@ -25,24 +25,24 @@ from bioscara.robot.running import SETTLING
 from bioscara.robot.stack import HOMING, JOG, TRAJECTORY
 
 START_TOLERANCE = {"rad": math.radians(1.0), "m": 2e-3}
-"""How far from its start a trajectory may find the arm: from there it is joined by a ramp."""
+"""Largest offset of the arm from a trajectory's start; a ramp leads from there to the start."""
 
 
 _AT_START = 1e-4
-"""So near to its start [rad or m] a trajectory begins where the arm is."""
+"""Offset [rad or m] up to which the arm counts as being at the start of a trajectory."""
 
 
 class Robot(Connection, PoseMotions):
     """A Bioscara arm.
 
-    Used as a context manager: entering opens the bus and greets the joints, and nothing moves;
-    leaving stops and disables them all, whatever happened; those that it could not are told of by
-    a HardwareError, or by notes on the error that is under way. Every method returns when what it
-    started has ended. One call at a time uses the arm: meanwhile any thread may look (``state``,
-    ``pose``, ``faults``), change ``speed``, :meth:`stop` and :meth:`shutdown`; the rest raises
-    BusyError, also in the callbacks of the call itself.
+    Used as a context manager: entering opens the bus and connects to the joints, and nothing moves;
+    leaving always stops and disables all joints; joints for which that failed are reported by a
+    HardwareError, or by notes on the exception that is being raised. Every method returns when the
+    activity that it started has ended. One call at a time uses the arm: during that call any thread
+    may read ``state``, ``pose`` and ``faults``, change ``speed``, and call :meth:`stop` and
+    :meth:`shutdown`; everything else raises BusyError, also in the callbacks of the call itself.
 
-    Made by :meth:`simulated` or :meth:`connect`.
+    Created by :meth:`simulated` or :meth:`connect`.
     """
 
     @exclusive("home()")
@@ -55,18 +55,18 @@ class Robot(Connection, PoseMotions):
     ) -> None:
         """Home the joints that are not homed, in the order of the parameters.
 
-        A homed joint is homed again where the hand could else meet the arm: the lift before the
-        wrist, lift and wrist before the elbow; ``warnings`` say so. Nothing is known of the joints
-        that are not homed: the elbow must be open, and the gripper empty.
+        A homed joint is homed again where the hand could otherwise hit the arm: the lift before the
+        wrist, lift and wrist before the elbow; ``warnings`` say so. The positions of joints that
+        are not homed are unknown: the elbow must be open, and the gripper empty.
 
         Args:
-            observe: Takes a record of all joints each cycle.
-            cancelled: Asked each cycle; True ends the homing.
-            timeout: Longest time that it may take [s]; None for no bound but each joint's own.
+            observe: Receives a record of all joints each cycle.
+            cancelled: Called each cycle; True ends the homing.
+            timeout: Longest duration [s]; None for no limit except each joint's own.
 
         Raises:
-            MotionCancelledError: It was asked to end; the arm is at rest.
-            HomingError: A joint found no home that can be trusted; or the elbow is known to be
+            MotionCancelledError: It was stopped; the arm is at rest.
+            HomingError: A joint found no reliable home position; or the elbow is known to be
                 folded and the wrist is not homed, and nothing moved.
             BusyError: Another call is using the arm.
             BioscaraError: As the drivers.
@@ -95,14 +95,14 @@ class Robot(Connection, PoseMotions):
         *,
         timeout: float | None = None,
     ) -> None:
-        """Move all joints to a place; they start and end together.
+        """Move all joints to given positions; they start and end together.
 
         Args:
-            positions: One for each joint [rad or m].
+            positions: One position for each joint [rad or m].
             speed: Share of the speed limits to use, 0.001 to 1.
-            observe: Takes a record of all joints each cycle.
-            cancelled: Asked each cycle; True ends the motion.
-            timeout: Longest time that it may take [s]; None for no bound.
+            observe: Receives a record of all joints each cycle.
+            cancelled: Called each cycle; True ends the motion.
+            timeout: Longest duration [s]; None for no limit.
 
         Raises:
             TrajectoryError: A position is outside its limits or not finite; nothing moved.
@@ -119,10 +119,10 @@ class Robot(Connection, PoseMotions):
         *,
         timeout: float | None = None,
     ) -> None:
-        """Carry a plan out; arguments and errors as :meth:`follow`.
+        """Execute a plan; arguments and errors as :meth:`follow`.
 
-        Tool, speed or scene may have changed since it was planned: it is checked against what they
-        are now, and takes more time where the tool would be too fast; ``warnings`` then say so.
+        Tool, speed limit or scene may have changed since planning: the plan is checked against the
+        current ones, and slowed down where the tool would be too fast; ``warnings`` then say so.
         """
         if not isinstance(plan, Plan) or not isinstance(plan.trajectory, Trajectory):
             raise InvalidArgumentError(
@@ -142,25 +142,25 @@ class Robot(Connection, PoseMotions):
     ) -> None:
         """Follow a trajectory.
 
-        If anything ends it early, all joints that can still be reached ramp down together within
-        their acceleration limits before this raises.
+        If it ends early, all joints that can still be reached ramp down together within their
+        acceleration limits before the exception is raised.
 
         Args:
-            trajectory: For some or all of the joints; the others hold.
-            observe: Takes a record of all joints each cycle.
-            cancelled: Asked each cycle; True ends the motion.
-            approach: Whether to go to its start on a planned ramp from wherever the arm is.
-            timeout: Longest time that all of it may take [s]; None for no bound.
+            trajectory: Trajectory of some or all joints; the others hold.
+            observe: Receives a record of all joints each cycle.
+            cancelled: Called each cycle; True ends the motion.
+            approach: Whether to move to its start on a planned ramp from any position of the arm.
+            timeout: Longest total duration [s]; None for no limit.
 
         Raises:
-            TrajectoryError: It breaks a limit, or starts too far from where the arm is; nothing
-                moved.
-            MotionCancelledError: It was asked to end; the arm is at rest.
-            NotHomedError: A joint does not know its position.
+            TrajectoryError: It exceeds a limit, or starts too far from the arm's current position;
+                nothing moved.
+            MotionCancelledError: It was stopped; the arm is at rest.
+            NotHomedError: The position of a joint is unknown.
             FaultedError: A fault is latched.
             BusyError: Another call is using the arm.
             GoalAbortedError: It was not followed to its end.
-            BioscaraError: What stopped the arm.
+            BioscaraError: The error that stopped the arm.
         """
         if not isinstance(trajectory, Trajectory):
             raise InvalidArgumentError(
@@ -190,7 +190,7 @@ class Robot(Connection, PoseMotions):
         self._ready()
         stack = self._running()
         guards = stack.manager.limiter.guards
-        # Where it will begin; a switch that fails would say less, and only after others had left.
+        # Checks the start: a failing switch would report less, after others were deactivated.
         self.plan.jog([guards[name].here for name in self._names])
         stack.jog.prepare = self.plan.jog
         stack.use(JOG, self.clock.now())
@@ -218,14 +218,14 @@ class Robot(Connection, PoseMotions):
         self._follow(plan.trajectory, observe, cancelled, timeout)
 
     def _checked(self, trajectory: Trajectory, *, planned: bool = False) -> Trajectory:
-        """Return a trajectory that may be followed with the tool, speed and scene there are."""
+        """Return a trajectory checked against the current tool, speed limit and scene."""
         elsewhere = self._start_of(trajectory)
         checked = self.plan.trajectory(trajectory, elsewhere, planned=planned)
         self._running().supervisor.warnings.extend(checked.notes)
         return checked.trajectory
 
     def _ready(self) -> None:
-        """Engage the arm and look at it once; nothing moves."""
+        """Engage the arm and run one control cycle; nothing moves."""
         self._pace(self._pace_motion)
         self._engage()
         cap = self._running().tool_speed
@@ -245,7 +245,7 @@ class Robot(Connection, PoseMotions):
         timeout: float | None,
         lead: Trajectory | None = None,
     ) -> None:
-        """Follow what was checked, after going to where it starts."""
+        """Follow a checked trajectory after a motion to its start."""
         if lead is None:
             lead = self._joining(trajectory)
         self._ready()
@@ -260,13 +260,13 @@ class Robot(Connection, PoseMotions):
         return tuple(joint.name for joint in self.parameters.joints)
 
     def _start_of(self, trajectory: Trajectory) -> list[float]:
-        """Return where all joints are when a trajectory, perhaps of some of them, begins."""
+        """Return all joint positions at the start of a trajectory of some or all joints."""
         begin = dict(zip(self._names, self.plan.here(), strict=True))
         named = zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True)
         return [*(begin | dict(named)).values()]
 
     def _joining(self, trajectory: Trajectory) -> Trajectory | None:
-        """Return the way from where the arm is to a start nearby; None where it is there."""
+        """Return a trajectory from the arm to a start nearby; None if the arm is there."""
         here, begin = self.plan.here(), self._start_of(trajectory)
         self._require_near(here, begin)
         if max(abs(a - b) for a, b in zip(here, begin, strict=True)) <= _AT_START:

@@ -1,4 +1,4 @@
-"""Runs the control loop while something moves, and brings the arm to rest whatever ends it."""
+"""Running of the control loop during a motion; brings the arm to rest however the motion ends."""
 
 from __future__ import annotations
 
@@ -25,26 +25,26 @@ from bioscara.robot.records import Cancelled, Observe, Recorder, ignore
 from bioscara.robot.stack import Stack
 
 SETTLING = 0.3
-"""How long the end of a trajectory is held, so that the arm is seen to rest there [s]."""
+"""Duration for which the end of a trajectory is held, so that the records show it at rest [s]."""
 
 _LONGEST = 5.0
-"""How long a motion may take to come to rest on its own way [s]."""
+"""Longest duration of decelerating to rest on the path [s]."""
 
 G = TypeVar("G", bound=Pursued)
 
 
 class Motion:
-    """One call that moves the arm, from its first cycle to rest.
+    """A call that moves the arm, from its first cycle to rest.
 
     Args:
-        stack: The arm.
-        clock: Its time.
+        stack: Control stack of the arm.
+        clock: Clock of the arm.
         origin: Time that counts as 0 in the records [s].
-        observe: Takes a record each cycle.
-        cancelled: Asked each cycle; True ends the motion.
-        turn: Has the call that this is part of, and knows whether that was stopped.
-        speed: Returns the share of the planned speed that is wanted; asked each cycle.
-        timeout: Longest time from now that it may take [s]; None for no bound.
+        observe: Receives a record each cycle.
+        cancelled: Called each cycle; True ends the motion.
+        turn: Call arbiter; reports whether the call that this is part of was stopped.
+        speed: Returns the commanded share of the planned speed; called each cycle.
+        timeout: Longest duration from now [s]; None for no limit.
 
     Raises:
         InvalidArgumentError: The timeout is not above zero.
@@ -75,17 +75,17 @@ class Motion:
         stack.loop.restart()
 
     def follow(self, trajectory: Trajectory, phase: Phase, until_start: float = 0.0) -> None:
-        """Follow a checked trajectory that starts where the arm is, and hold its end a moment.
+        """Follow a checked trajectory that starts at the arm's position; hold its end for a while.
 
         Args:
-            trajectory: What to follow.
-            phase: What it is reported as.
+            trajectory: Trajectory to follow.
+            phase: Phase that the records have.
             until_start: Time from now to the start of the trajectory proper [s].
 
         Raises:
-            MotionCancelledError: It was asked to end; the arm is at rest.
+            MotionCancelledError: It was stopped; the arm is at rest.
             GoalAbortedError: It was not followed to its end; the arm is at rest.
-            BioscaraError: What stopped the arm.
+            BioscaraError: The error that stopped the arm.
         """
         self._keep_speed()
         now, message = (
@@ -113,8 +113,8 @@ class Motion:
         """Send a goal and run cycles until it is done.
 
         Args:
-            send: Sends it. From then on it lives in a controller and any cycle would carry it
-                on, so whatever interrupts this call here ends it as well.
+            send: Sends the goal. From then on a controller owns it and any cycle would continue
+                it, so an exception that interrupts this call also ends the goal.
             phase: As for :meth:`run`.
             zero: As for :meth:`run`.
             each: Called before each cycle.
@@ -123,7 +123,7 @@ class Motion:
             The goal.
 
         Raises:
-            GoalRejectedError: It was refused; nothing moved.
+            GoalRejectedError: The goal was refused; nothing moved.
             BioscaraError: As :meth:`run`.
         """
         goals: list[G] = []
@@ -142,14 +142,14 @@ class Motion:
         """Run cycles until ``done``.
 
         Args:
-            done: Asked each cycle.
-            phase: What it is reported as.
+            done: Called each cycle.
+            phase: Phase that the records have.
             zero: Time at which the trajectory began or will begin [s]; NaN if there is none.
 
         Raises:
-            MotionCancelledError: It was asked to end; the arm is at rest.
+            MotionCancelledError: It was stopped; the arm is at rest.
             MotionTimeoutError: It took too long; the arm is at rest.
-            BioscaraError: What stopped the arm.
+            BioscaraError: The error that stopped the arm.
         """
         loop, supervisor = self._stack.loop, self._stack.supervisor
         try:
@@ -182,12 +182,12 @@ class Motion:
                 self._rest(observe, zero, since)
                 break
             except BaseException as error:
-                # An observer that fails, or however many Ctrl-C, are no reason to leave it moving.
+                # Neither a failing observer nor any number of Ctrl-C may leave the arm moving.
                 if observe is ignore and isinstance(error, Exception):
                     raise
                 problem, observe = error, ignore
         if supervisor.faults:
-            # A full disk does not undo a stop; acknowledging will ask for the evidence again.
+            # A full disk does not undo a stop; acknowledging writes the evidence again.
             with suppress(OSError):
                 supervisor.keep_evidence()
         if problem is not None:
@@ -207,7 +207,7 @@ class Motion:
                 break
 
     def _interrupted(self, phase: Phase, zero: float) -> str:
-        """Return what was interrupted and when, in words."""
+        """Describe the interrupted phase and the time of the interruption."""
         if phase is Phase.HOMING:
             goal = self._stack.homing.goal
             return f"interrupted while homing {(goal and goal.current) or 'the arm'}"

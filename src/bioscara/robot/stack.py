@@ -1,4 +1,4 @@
-"""Everything between the bus and the robot, wired: hardware, manager, controllers, loop."""
+"""Assembly of the control stack between bus and robot: hardware, manager, controllers, loop."""
 
 from __future__ import annotations
 
@@ -45,16 +45,16 @@ BROADCASTER, TRAJECTORY, HOMING, HOLD, GRIPPER, JOG = (
 
 
 class Stack:
-    """The control stack of one arm, whose joints have been greeted.
+    """The control stack of one arm, whose joints are already connected.
 
     Args:
-        arm: The joints, INACTIVE.
-        gripper: The gripper.
-        surroundings: Returns the kinematics of the arm with its tool, and what it must keep clear
-            of; both stay as they are while a call uses the arm.
-        clock: Their time.
-        parameters: The arm as data.
-        rate: Cycles per second [Hz]; None for what suits the joints.
+        arm: Hardware component of the joints, INACTIVE.
+        gripper: Hardware component of the gripper.
+        surroundings: Returns the kinematics of the arm with its tool, and the scene that it must
+            keep clear of; both do not change while a call uses the arm.
+        clock: Clock of the arm.
+        parameters: Parameters of the arm.
+        rate: Cycles per second [Hz]; None for the rate that suits the joints.
         evidence: Folder for the flight records of faults.
 
     Attributes:
@@ -62,18 +62,18 @@ class Stack:
         manager: Runs the controllers.
         supervisor: Stops the arm on faults.
         loop: Runs the manager.
-        watchdog: Tells systemd that the loop lives; None where it expects nothing.
-        broadcaster: Tells the joints' states.
+        watchdog: Reports to systemd that the loop is alive; None if systemd does not expect it.
+        broadcaster: Publishes the joint states.
         trajectory: Follows trajectories.
         homing: Homes joints.
         gripper: Moves the jaws.
         jog: Moves the joints by streamed velocities.
         tool_speed: Keeps the tool at or below a speed.
         clearance: Keeps the arm clear of its surroundings.
-        smoothing: Averages what nobody planned.
+        smoothing: Averages unplanned setpoints.
 
     Raises:
-        ConfigurationError: The rate makes no sense, or the bus cannot carry it.
+        ConfigurationError: The rate is invalid, or the bus is too slow for it.
     """
 
     def __init__(
@@ -124,14 +124,14 @@ class Stack:
         )
 
     def use(self, name: str, time: float) -> None:
-        """Make one controller the one that commands the joints, if it is not so already.
+        """Make a controller the one that commands the joints, unless it is active already.
 
         Args:
             name: The controller.
             time: Now [s].
 
         Raises:
-            SwitchError, ModeSwitchError: It cannot be; nothing changed.
+            SwitchError, ModeSwitchError: The switch is not possible; nothing changed.
         """
         if self.manager.controller(name).state is State.ACTIVE:
             return
@@ -143,7 +143,7 @@ class Stack:
         self.manager.switch(time, (name,), leaving)
 
     def broadcast(self, time: float) -> None:
-        """Let the joint states be told, if they are not.
+        """Activate the broadcaster of the joint states, unless it is active.
 
         Args:
             time: Now [s].
@@ -159,7 +159,7 @@ class Stack:
 
 
 def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str, dict[str, Any]]]:
-    """Return name, type and parameters of the controllers of an arm."""
+    """Return name, type and parameters of each controller of an arm."""
     said, jaws = parameters.controllers, parameters.gripper
     joints = tuple(joint.name for joint in parameters.joints)
     both = (POSITION, VELOCITY)
@@ -215,7 +215,7 @@ def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str
 
 
 def _following(parameters: ArmParameters, version: int) -> dict[str, Any]:
-    """Return how trajectories are followed, in the names of their controller."""
+    """Return the parameters of the trajectory controller, by its parameter names."""
     said = parameters.controllers.joint_trajectory_controller
     limits = said.constraints
     return {
@@ -228,7 +228,7 @@ def _following(parameters: ArmParameters, version: int) -> dict[str, Any]:
             "least_time_on_cancel": parameters.stop_time,
             **{
                 joint.name: {
-                    # What commands may fall behind, where they are bounded on their way.
+                    # Lag that commands may have where the limiter bounds them.
                     "trajectory": tolerances.trajectory
                     or allowed(joint, version, joint.max_velocity) + _late(joint, parameters),
                     "goal": tolerances.goal,
@@ -242,9 +242,9 @@ def _following(parameters: ArmParameters, version: int) -> dict[str, Any]:
 
 
 def _late(joint: JointParameters, parameters: ArmParameters) -> float:
-    """Return how far a joint may trail because what nobody planned is averaged [rad or m].
+    """Return the lag of a joint that averaging of unplanned setpoints may cause [rad or m].
 
-    That of joints with belts is within what is allowed: the tool's speed bounds theirs.
+    The lag of joints with belts is within the allowed following error: the tool's speed bounds it.
     """
     if joint.belt_period:
         return 0.0

@@ -1,4 +1,4 @@
-"""The file of a teach table: YAML of one known form, always whole.
+"""The file of a teach table: YAML of a fixed schema, always complete.
 
     schema: 1
     tools:
@@ -11,7 +11,7 @@
         calibration: 2026-11-03 after new belt
     ...
 
-The last line is part of it: a YAML file that lost its end would often still be one.
+The last line is part of the schema: a truncated YAML file would often still be valid YAML.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from bioscara.robot.poses import NamedPose, TeachTable
 from bioscara.robot.tools import FINGERS, MASS_MAX, OFFSET_MAX, Tool
 
 SCHEMA = 1
-"""The form that is read and written."""
+"""Version of the schema that is read and written."""
 _HEADING = """\
 # Tools and poses of an arm: 'bioscara poses --help'. Metres, radians, kilograms.
 # The file may be edited; comments are lost when it is next saved. It ends with '...'.
@@ -51,7 +51,7 @@ def load_table(path: Path, fingers: Tool) -> TeachTable:
 
     Raises:
         ConfigurationError: The file cannot be read, is truncated or of another schema, or
-            anything in it is unknown, missing or cannot be; says in which line.
+            anything in it is unknown, missing or not possible; the message names the line.
     """
     source, text = str(path), read_text(path, str(path))
     if not text.endswith(("\n...\n", "\n...\r\n")):
@@ -70,25 +70,25 @@ def load_table(path: Path, fingers: Tool) -> TeachTable:
     top.refuse_unknown(("schema", "tools", "poses"))
     sections = top.section("tools"), top.section("poses")
     tools = _items(sections[0], _tool, TeachTable(fingers).with_tool)
-    # Against an empty table, each pose is checked for its own faults; no name stands twice in YAML.
+    # Each pose is checked on its own, against an empty table; YAML allows no name twice.
     poses = _items(sections[1], _pose, TeachTable(fingers, tools).with_pose)
     return TeachTable(fingers, tools, poses)
 
 
 @contextmanager
 def changing(path: Path) -> Iterator[None]:
-    """Hold the file of a table while it is read, changed and saved.
+    """Lock the file of a table while it is read, changed and saved.
 
-    Whoever else would hold it waits, in this process or another. Reading alone needs none of that.
+    Other callers wait for the lock, in this process or another. Reading alone needs no lock.
 
     Args:
-        path: The file; there need not be one.
+        path: The file; it need not exist.
 
     Raises:
         ConfigurationError: Its folder cannot be opened.
     """
     try:
-        # Not the file, which saving replaces, and none beside it, which would stay behind.
+        # Not the file, which saving replaces, nor a separate lock file, which would be left over.
         folder = os.open(Path(os.path.realpath(path)).parent, os.O_RDONLY)
     except OSError as error:
         raise _unkept(path, error) from error
@@ -100,20 +100,20 @@ def changing(path: Path) -> Iterator[None]:
 
 
 def save_table(path: Path, table: TeachTable) -> None:
-    """Put a table into a file: afterwards it holds it whole, or what it held before.
+    """Write a table to a file atomically: it then holds the whole table or its former content.
 
-    What others saved since the table was loaded is lost, unless both is done within
-    :func:`changing`.
+    Changes that others saved since the table was loaded are lost, unless both loading and saving
+    are done within :func:`changing`.
 
     Args:
-        path: The file; written through if it is a link.
-        table: The table; the fingers are not written, the parameters have them.
+        path: The file; if it is a link, its target is written.
+        table: The table; the fingers are not written, as they are part of the parameters.
 
     Raises:
         ConfigurationError: The file cannot be written, or would be too large to be read again.
     """
     data = _text(table).encode()
-    # In each line there is a name, and a value or what follows.
+    # Each line has two YAML nodes: a name, and a value or the nested mapping.
     lines = data.count(b"\n")
     if len(data) > SIZE_MAX or 2 * lines > NODES_MAX:
         raise ConfigurationError(
@@ -123,7 +123,7 @@ def save_table(path: Path, table: TeachTable) -> None:
         )
     try:
         goal = Path(os.path.realpath(path))
-        if goal.is_symlink():  # what is left of a loop
+        if goal.is_symlink():  # only a loop of links resolves to a link
             raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
         temporary = goal.with_name(f".{goal.name}.{secrets.token_hex(8)}.new")
         try:
@@ -210,7 +210,7 @@ def _pose(name: str, section: YamlSection) -> NamedPose:
 
 
 def _text(table: TeachTable) -> str:
-    # Only who writes a file pays for the library.
+    # Imported here: only writing a file needs the library.
     from ruamel.yaml import YAML  # noqa: PLC0415
 
     content = {

@@ -1,4 +1,4 @@
-"""Tools by name: where the point is that is moved, and what hangs on the flange."""
+"""Named tools: their tool centre point and their mass."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from bioscara.model import ArmParameters
 from bioscara.spelling import did_you_mean
 
 OFFSET_MAX = 1.0
-"""How far a tool may reach from the flange, along each axis [m]: three forearms."""
+"""Largest offset of a tool from the flange along each axis [m]: three forearms."""
 MASS_MAX = 10.0
-"""Heaviest tool that is taken for one [kg]; the arm carries less."""
+"""Largest mass accepted for a tool [kg]; the arm carries less."""
 FINGERS = "fingers"
 """Name of the tool that the parameters describe."""
 
@@ -26,15 +26,15 @@ _NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
 
 @dataclass(frozen=True, slots=True)
 class Tool:
-    """Something on the flange.
+    """A tool on the flange.
 
     Attributes:
         name: Letters, digits, ``_`` and ``-``; begins with a letter.
-        pose_tool_in_flange: The point that is moved.
-        mass: Of all of it [kg]; a record, no motion depends on it.
+        pose_tool_in_flange: Pose of the tool centre point in the flange.
+        mass: Total mass [kg]; a record only, no motion depends on it.
 
     Raises:
-        InvalidArgumentError: A value is not finite or cannot be.
+        InvalidArgumentError: A value is not finite or not possible.
     """
 
     name: str
@@ -55,7 +55,7 @@ class Tool:
 
 
 def fingers(parameters: ArmParameters) -> Tool:
-    """Return the gripper of the arm; the point is between the finger tips."""
+    """Return the gripper of the arm; its tool centre point is between the finger tips."""
     built = parameters.geometry
     return Tool(FINGERS, Pose(built.tool_x, built.tool_y, built.tool_z), built.tool_mass)
 
@@ -68,7 +68,7 @@ def kinematics_with(parameters: ArmParameters, tool: Tool) -> Scara:
 
 
 def kinematics_of(parameters: ArmParameters) -> Scara:
-    """Return the kinematics of an arm; the tool is the point between the finger tips."""
+    """Return the kinematics of an arm; the tool centre point is between the finger tips."""
     return kinematics_with(parameters, fingers(parameters))
 
 
@@ -76,7 +76,7 @@ def check_name(what: str, name: str) -> None:
     """Raise unless ``name`` can be the name of a tool or pose.
 
     Raises:
-        InvalidArgumentError: It cannot.
+        InvalidArgumentError: The name is not valid.
     """
     if not isinstance(name, str) or not _NAME.fullmatch(name):
         raise InvalidArgumentError(
@@ -86,10 +86,10 @@ def check_name(what: str, name: str) -> None:
 
 
 def check_number(what: str, value: float, size: float, unit: str) -> float:
-    """Return a number of at most ``size`` either way.
+    """Return a number whose magnitude is at most ``size``.
 
     Raises:
-        InvalidArgumentError: It is not.
+        InvalidArgumentError: The value is no such number.
     """
     value = number(what, value)
     if not -size <= value <= size:
@@ -101,7 +101,7 @@ def check_number(what: str, value: float, size: float, unit: str) -> float:
 
 
 def unknown(what: str, name: str, known: Iterable[str]) -> InvalidArgumentError:
-    """Return the complaint about a name that there is not, with a proposal."""
+    """Return the error for an unknown name, with a proposal."""
     names = sorted(known)
     hint = f"there are {', '.join(names)}"
     if isinstance(name, str):

@@ -1,4 +1,4 @@
-"""What a robot is made of, by the name of its bus or simulated."""
+"""The devices of a robot, by the name of its bus or simulated."""
 
 from __future__ import annotations
 
@@ -15,18 +15,18 @@ from bioscara.model import ArmParameters, GripperParameters
 from bioscara.robot.pacing import PacedClock
 
 WIDTH_FILE = Path("~/.local/state/bioscara/gripper-width")
-"""Where the last width of a real gripper is kept."""
+"""File in which the last width of a real gripper is stored."""
 
 
 class Wiring(NamedTuple):
     """The devices of an arm.
 
     Attributes:
-        bus: What the joints are on.
-        clock: The arm's time.
+        bus: The bus of the joints.
+        clock: Clock of the arm.
         description: Which arm on which bus, in words.
         gripper: The driver of the gripper.
-        servo: What is behind that driver in simulation, for the robot to keep; else None.
+        servo: The simulated servo of that driver, which the robot must keep; else None.
     """
 
     bus: Bus
@@ -45,7 +45,7 @@ def _firmware(v1: bool | Collection[str]) -> str:
 
 def simulated(parameters: ArmParameters, *, v1: bool | Collection[str], seed: int) -> Wiring:
     """Return an arm that is simulated in this process; arguments as ``Robot.simulated``."""
-    # Here and not above: the compiled firmware is a distribution of its own.
+    # Imported here: the compiled firmware is a separate distribution.
     from bioscara.sim import FirmwareBus, SimulatedArm  # noqa: PLC0415
 
     arm = SimulatedArm(seed=seed, v1=v1)
@@ -62,7 +62,7 @@ def named(name: str, parameters: ArmParameters) -> Wiring:
     """Return the arm on the bus of this name; nothing is opened yet.
 
     Raises:
-        InvalidArgumentError: No bus has such a name.
+        InvalidArgumentError: There is no bus of that name.
     """
     kind, _, where = text("the name of a bus", name).partition(":")
     clock = MonotonicClock()
@@ -86,7 +86,7 @@ def real_gripper(parameters: ArmParameters, clock: Clock) -> Gripper:
 
 
 def _simulated_gripper(jaws: GripperParameters, clock: Clock) -> tuple[Gripper, object]:
-    """Return the driver of a gripper and the servo behind it."""
+    """Return the driver of a simulated gripper and its servo."""
     from bioscara.sim import SimulatedServo  # noqa: PLC0415
 
     servo = SimulatedServo(jaws.outputs[0])

@@ -1,9 +1,9 @@
-"""The simulated arm: the joints' own firmware behind a bus. Bytes go in, bytes come out.
+"""Simulated arm: the joints' own firmware behind a bus that carries bytes.
 
-``arm`` is the thing itself, with its time, its world and the faults one can put into it;
-``firmware_bus`` is the bus to it within this process; ``server`` lets it live in a process of its
-own, and ``socket_bus`` is the bus to that, in the bytes of ``framing``. ``servo`` is what the
-gripper's pulses go to.
+``arm`` is the arm with its time, its surroundings and the faults that can be injected;
+``firmware_bus`` is the bus to it within this process; ``server`` runs it in a separate process, and
+``socket_bus`` is the bus to that process, with the frames of ``framing``. ``servo`` simulates the
+gripper's servo.
 """
 
 from bioscara.sim.arm import SimulatedArm as SimulatedArm

@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 _BOOT = 0.05
 _BOOT_ORIGINAL = 1.0
-"""An original joint turns its motor to and fro for 0.6 s before it listens [s]."""
+"""Boot time of an original joint [s]: it turns its motor to and fro for 0.6 s before it answers."""
 _OURS, _OURS_V1_FRAMES, _ORIGINAL = range(3)
 
 JOINTS = ("j1", "j2", "j3", "j4")
 
 OVERHEAD = {100e3: 105e-6, 400e3: 80e-6}
-"""What a Raspberry Pi 4 adds to a transaction [s], by bus frequency [Hz]; measured on the arm."""
+"""Time added to a transaction by a Raspberry Pi 4 [s], by bus frequency [Hz]; measured."""
 
 
 def _native(
@@ -46,13 +46,14 @@ class SimulatedArm:
     passes in :meth:`run`, in waits on :attr:`clock`, and during bus transactions.
 
     Args:
-        seed: Seed of everything random; the same seed gives the same run.
-        v1: Whether the joints run the original firmware, as existing arms do; or the names of
-            those that do.
+        seed: Seed of all random numbers; the same seed gives the same run.
+        v1: Whether the joints run the original firmware, as on existing arms; or the names of those
+            that do.
         v1_frames: Whether the joints that run our firmware know no frames of version 2: our
-            firmware as a host meets it that speaks version 1 only.
-        frequency: Of the bus [Hz], 100e3 or 400e3; None for a bus that takes no time.
-        positions: Where joints stand at first, by name; the others stand somewhere inside.
+            firmware as seen by a host that speaks version 1 only.
+        frequency: Bus frequency [Hz], 100e3 or 400e3; None for a bus that takes no time.
+        positions: Initial positions of joints, by name; the others start somewhere within their
+            range.
 
     Raises:
         InvalidArgumentError: An unknown joint or frequency.
@@ -84,7 +85,7 @@ class SimulatedArm:
         self.clock = SimulatedClock(self._arm.now, self._arm.run)
         for name, position in (positions or {}).items():
             self.set_position(name, position)
-            # Moved before it was switched on, not under the eyes of its encoder.
+            # Moved before it was switched on, unobserved by its encoder.
             self.reset(name, ResetCause.POWER_ON)
         self._arm.run(_BOOT_ORIGINAL if originals else _BOOT)
 
@@ -102,29 +103,29 @@ class SimulatedArm:
         """Carry out transactions; an int stands for 1 no acknowledge, 2 timeout."""
         return self._arm.transfer(transactions)
 
-    # What is really so, whatever the firmware believes.
+    # True state, independent of the firmware's belief.
 
     def position(self, joint: str) -> float:
-        """Return where the joint really is [rad or m]."""
+        """Return the true position of the joint [rad or m]."""
         return self._arm.position(self._number(joint))
 
     def velocity(self, joint: str) -> float:
-        """Return how the joint really moves [rad/s or m/s]."""
+        """Return the true velocity of the joint [rad/s or m/s]."""
         return self._arm.velocity(self._number(joint))
 
     def field(self, joint: str) -> float:
-        """Return how far the motor's field has turned [microsteps of 1/256 step]."""
+        """Return the angle of the motor's field [microsteps of 1/256 step]."""
         return self._arm.field(self._number(joint))
 
     def load_angle(self, joint: str) -> float:
-        """Return how far the field is ahead of the rotor [microsteps]; 512 is the pull-out."""
+        """Return the angle from the rotor to the field [microsteps]; 512 is the pull-out."""
         return self._arm.load_angle(self._number(joint))
 
     def position_error(self, joint: str) -> float:
-        """Return the error an original joint's closed loop saw last [microsteps].
+        """Return the last error of an original joint's closed loop [microsteps].
 
         It is the field's counter minus the encoder, which the loop sets equal whenever they are 15
-        apart, and not how far the field is ahead of the rotor. 0 for a joint with our firmware.
+        apart, and not the angle from the rotor to the field. 0 for a joint with our firmware.
         """
         return self._arm.position_error(self._number(joint))
 
@@ -132,38 +133,38 @@ class SimulatedArm:
         """Return whether current flows in the motor."""
         return self._arm.has_torque(self._number(joint))
 
-    # The world around it.
+    # Surroundings.
 
     def set_position(self, joint: str, position: float) -> None:
-        """Put the joint there at once; a running joint takes it for a jump of its encoder."""
+        """Set the position at once; a running joint sees a jump of its encoder."""
         self._arm.set_position(self._number(joint), _finite(position, f"{joint} position"))
 
     def push(self, joint: str, force: float) -> None:
-        """Push with a torque [N m] or, on ``j2``, a force [N], until told otherwise."""
+        """Apply a torque [N m] or, on ``j2``, a force [N], until the next call."""
         self._arm.push(self._number(joint), _finite(force, f"force on {joint}"))
 
     def add_obstacle(self, joint: str, position: float, stiffness: float = 1.0) -> None:
-        """Put a wall in the joint's way.
+        """Place a wall that blocks the joint.
 
         Args:
-            joint: Which joint.
-            position: Where, on the side on which the joint will meet it.
-            stiffness: As a share of an end stop's.
+            joint: Name of the joint.
+            position: Position of the wall's face that the joint meets.
+            stiffness: Stiffness as a share of an end stop's.
         """
         self._arm.add_obstacle(
             self._number(joint), _finite(position, f"obstacle for {joint}"), stiffness
         )
 
     def clear_obstacles(self, joint: str) -> None:
-        """Take the walls away."""
+        """Remove the walls."""
         self._arm.clear_obstacles(self._number(joint))
 
     def remove_stops(self, joint: str) -> None:
-        """Take the joint's end stops away."""
+        """Remove the joint's end stops."""
         self._arm.remove_stops(self._number(joint))
 
     def take_off_belt(self, joint: str) -> None:
-        """Take the joint's belt off, so that its motor turns alone."""
+        """Remove the joint's belt, so that its motor turns alone."""
         self._arm.take_off_belt(self._number(joint))
 
     def slip_belt(self, joint: str, distance: float) -> None:
@@ -179,7 +180,7 @@ class SimulatedArm:
     def reset(self, joint: str, cause: ResetCause = ResetCause.BROWN_OUT) -> None:
         """Restart the joint's controller; a brown-out restarts its chips as well.
 
-        The joint reports a brown-out as PIN, as its board cannot tell the two apart.
+        The joint reports a brown-out as PIN, as its board cannot distinguish the two.
         """
         self._arm.reset(self._number(joint), cause)
 
@@ -193,15 +194,15 @@ class SimulatedArm:
             self._arm.set_motor_power(joint, on)
 
     def hang(self, joint: str, on: bool = True) -> None:
-        """Let the firmware's loop stand still while its I2C interrupt answers."""
+        """Stop the firmware's loop while its I2C interrupt still answers."""
         self._arm.hang(self._number(joint), on)
 
     def set_watchdog(self, joint: str, on: bool) -> None:
-        """Switch the controller's own watchdog."""
+        """Switch the controller's own watchdog on or off."""
         self._arm.set_watchdog(self._number(joint), on)
 
     def overheat(self, joint: str, on: bool = True) -> None:
-        """Let the motor driver report overtemperature."""
+        """Make the motor driver report overtemperature."""
         self._arm.overheat(self._number(joint), on)
 
     def reverse_coil(self, joint: str, on: bool = True) -> None:
@@ -209,23 +210,23 @@ class SimulatedArm:
         self._arm.reverse_coil(self._number(joint), on)
 
     def reverse_encoder(self, joint: str, on: bool = True) -> None:
-        """Let the encoder count the other way."""
+        """Make the encoder count in the opposite direction."""
         self._arm.reverse_encoder(self._number(joint), on)
 
     def freeze_encoder(self, joint: str, on: bool = True) -> None:
-        """Let the encoder repeat its last angle."""
+        """Make the encoder repeat its last angle."""
         self._arm.freeze_encoder(self._number(joint), on)
 
     def corrupt_encoder(self, joint: str, on: bool = True) -> None:
-        """Let the encoder's answers fail their check."""
+        """Make the encoder's answers fail their check."""
         self._arm.corrupt_encoder(self._number(joint), on)
 
     def jump_encoder(self, joint: str, turns: float) -> None:
-        """Let the encoder's angle jump by this share of a motor turn."""
+        """Make the encoder's angle jump by this share of a motor turn."""
         self._arm.jump_encoder(self._number(joint), _finite(turns, "encoder jump"))
 
     def set_stretch(self, duration: float) -> None:
-        """Let each transaction's clock be held low for ``duration`` [s]."""
+        """Hold the clock low for ``duration`` [s] in each transaction."""
         self._arm.set_stretch(_finite(duration, "clock stretch"))
 
     def _number(self, joint: str) -> int:

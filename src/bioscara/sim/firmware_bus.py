@@ -43,12 +43,12 @@ class FirmwareBus(Bus):
         ]
 
     def close(self) -> None:
-        """Refuse further transfers; the arm lives on."""
+        """Refuse further transfers; the arm keeps running."""
         self._closed = True
 
 
 def failure(outcome: int, address: int) -> CommunicationError:
-    """Return the error that the arm's outcome number stands for."""
+    """Return the error for the arm's outcome number."""
     if outcome == _NO_ACKNOWLEDGE:
         return NoAcknowledgeError(f"nobody acknowledges address {address:#04x}", address)
     return BusTimeoutError(f"the transfer to {address:#04x} did not end in time", address)

@@ -1,4 +1,4 @@
-"""The frames between a simulated arm's process and its hosts.
+"""Frames between a simulated arm's process and its hosts.
 
 A frame is ``u16 size, u8 kind, u32 sequence`` and ``size`` bytes, little endian. A host sends HELLO
 with sequence 0 and gets WELCOME, then REQUESTs numbered from 1, each answered by the REPLY of the
@@ -36,7 +36,7 @@ _RESULT = struct.Struct("<BB")
 
 
 class FrameKind(IntEnum):
-    """What a frame is."""
+    """Kind of a frame."""
 
     HELLO = 1
     WELCOME = 2
@@ -58,9 +58,9 @@ class Frame(NamedTuple):
     """One frame.
 
     Attributes:
-        kind: What it is.
+        kind: Its kind.
         sequence: Its number; a reply has that of its request.
-        body: What it carries.
+        body: Its payload.
     """
 
     kind: FrameKind
@@ -132,7 +132,7 @@ def encode_hello(host: Host) -> bytes:
 
 
 def decode_hello(body: bytes) -> Host:
-    """Return who says HELLO.
+    """Return the host that sent a HELLO.
 
     Raises:
         BusUnavailableError: It is no host, or one of another version.
@@ -221,7 +221,7 @@ def decode_reply(body: bytes, count: int) -> list[bytes | int]:
 
 
 class _Reader:
-    """Takes a body apart from its beginning to its end."""
+    """Sequential parser of a frame's body."""
 
     def __init__(self, body: bytes) -> None:
         self._body, self._at = body, 0

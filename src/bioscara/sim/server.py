@@ -1,4 +1,4 @@
-"""A simulated arm that lives in a process of its own, in real time."""
+"""Server that runs a simulated arm in a separate process, in real time."""
 
 from __future__ import annotations
 
@@ -27,13 +27,13 @@ from bioscara.sim.framing import (
 )
 
 _STEP = 0.002
-"""How far simulated time may lag behind real time while nobody asks for anything [s]."""
+"""Lag of simulated time behind real time that is allowed without requests [s]."""
 _LAG_MAX = 0.25
-"""Lag that is made up for; after more, as when the machine slept, time is not caught up [s]."""
+"""Largest lag that is made up for [s]; a larger one, as when the machine slept, is not."""
 FRAME_TIMEOUT = 1.0
 """Time that a client has for a whole frame, its HELLO included, and to take a reply [s]."""
 _CLIENTS_MAX = 16
-"""Connections at a time: the host, and those that have not said who they are."""
+"""Maximum number of connections: the host, and clients that have not sent a HELLO yet."""
 _SEQUENCES = 2**32
 _RECEIVE = 2**16
 
@@ -45,22 +45,22 @@ def serve(
     clock: Clock | None = None,
     listening: Callable[[], None] = lambda: None,
 ) -> None:
-    """Let the arm live behind a Unix socket until ``cancelled``.
+    """Run the arm behind a Unix socket until ``cancelled``.
 
-    One host at a time; the next is refused with the name and process id of the one that is there.
-    The joints go on living when a host vanishes, which is the point, and no client can hold their
-    time up: one that sends or takes too slowly, or what is no frame, is disconnected. The socket
-    is its owner's alone.
+    One host at a time; the next is refused with the name and process id of the connected one. The
+    joints keep running when a host vanishes, which is intended, and no client can delay their time:
+    one that sends or receives too slowly, or sends an invalid frame, is disconnected. Only its
+    owner can access the socket.
 
     Args:
         arm: The arm.
-        path: Where the socket is made; a socket that nobody listens on is replaced.
-        cancelled: Asked every few milliseconds.
+        path: Path of the socket; a socket without a listener is replaced.
+        cancelled: Called every few milliseconds.
         clock: Real time.
         listening: Called once clients can connect.
 
     Raises:
-        BusUnavailableError: The socket cannot be made, or somebody listens there.
+        BusUnavailableError: The socket cannot be created, or already has a listener.
     """
     path = str(path)
     listener = _listen(path)
@@ -80,10 +80,10 @@ class _Client:
     """One connection; nothing here waits for the other side.
 
     Attributes:
-        host: Who it is; None before its HELLO.
+        host: Its identity; None before its HELLO.
         sequence: Number of the next frame from it.
-        deadline: When what is underway, either way, must be over [s]; None where nothing is.
-        due: When the reply may go [s].
+        deadline: Time limit of a transfer in progress, in either direction [s]; None without one.
+        due: Time from which the reply may be sent [s].
     """
 
     def __init__(self, connection: socket.socket, now: float) -> None:
@@ -97,11 +97,11 @@ class _Client:
 
     @property
     def replying(self) -> bool:
-        """Whether a reply is underway; its next request is not looked at before."""
+        """Whether a reply is in progress; the next request is processed only afterwards."""
         return bool(self._outbox)
 
     def receive(self) -> None:
-        """Take what has arrived; at most so much as fits into one call.
+        """Read the received bytes; at most those that fit into one call.
 
         Raises:
             OSError: The client is gone.
@@ -118,7 +118,7 @@ class _Client:
         """Return the next whole frame; a partial one gets a deadline with its first byte.
 
         Raises:
-            BusUnavailableError: What arrived is no frame.
+            BusUnavailableError: The received bytes are no frame.
         """
         frame = next_frame(self._inbox)
         if self.host is not None:
@@ -134,7 +134,7 @@ class _Client:
         self.due, self.deadline = due, due + FRAME_TIMEOUT
 
     def send(self) -> None:
-        """Send as much of the reply as the client takes.
+        """Send as much of the reply as the client accepts.
 
         Raises:
             OSError: The client is gone.
@@ -145,13 +145,13 @@ class _Client:
             self.deadline = None
 
     def gone(self) -> bool:
-        """Return whether the other side has closed, whatever it sent before."""
+        """Return whether the other side has closed, even if it sent data before."""
         poll = select.poll()
         poll.register(self.connection, 0)
         return bool(poll.poll(0))
 
     def refuse(self, why: str) -> None:
-        """Send the reason as far as the client takes it."""
+        """Send the reason as far as the client accepts it."""
         text = why.encode()[:TEXT_MAX]
         with contextlib.suppress(OSError):
             self.connection.send(encode_frame(FrameKind.REFUSAL, 0, text))
@@ -167,7 +167,7 @@ class _Server:
         self._lead = wall.now() - arm.now()
 
     def step(self) -> None:
-        """Wait a moment for clients, let the arm live, and serve who can be served."""
+        """Wait briefly for clients, advance the arm, and serve the clients that are ready."""
         waiting = {client.connection: client for client in self._clients if not client.replying}
         ready, _, _ = select.select([self._listener, *waiting], [], [], self._pause())
         self._catch_up()
@@ -180,7 +180,7 @@ class _Server:
             self._attempt(client, self._go_on)
 
     def close(self) -> None:
-        """Hang up on everybody."""
+        """Disconnect all clients."""
         for client in tuple(self._clients):
             self._drop(client)
 
@@ -208,7 +208,7 @@ class _Server:
             self._drop(client)
 
     def _attempt(self, client: _Client, step: Callable[[_Client], None]) -> None:
-        """Serve one client; who is gone or breaks the rules is disconnected."""
+        """Serve one client; disconnect it if it is gone or violates the protocol."""
         try:
             step(client)
         except OSError:
@@ -222,7 +222,7 @@ class _Server:
         self._answer(client)
 
     def _go_on(self, client: _Client) -> None:
-        """Send a reply that is due, and part with a client that exceeds its time."""
+        """Send a reply that is due, and raise if a client exceeds its time."""
         now = self._wall.now()
         if client.replying and client.due <= now:
             client.send()
@@ -240,7 +240,7 @@ class _Server:
         else:
             request = decode_request(expect(frame, FrameKind.REQUEST, client.sequence))
             body = encode_reply(self._arm.transfer(request))
-            # The bus took its time: a host that asks on and on must not make the arm live faster.
+            # The transfer took bus time: continuous requests must not make the arm run faster.
             due = self._arm.now() + self._lead
             client.reply(encode_frame(FrameKind.REPLY, client.sequence, body), due)
         client.sequence = (client.sequence + 1) % _SEQUENCES
@@ -291,7 +291,7 @@ def _is_socket(path: str) -> bool:
 
 def _alive(path: str) -> bool:
     with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as probe:
-        # An arm whose process hangs accepts nobody, and is not to be waited for.
+        # An arm whose process hangs accepts no connection, and must not be waited for.
         probe.setblocking(False)
         try:
             probe.connect(path)

@@ -1,4 +1,4 @@
-"""The gripper's servo: a folder that looks as the kernel's /sys/class/pwm does."""
+"""Simulated gripper servo: a folder with the layout of the kernel's /sys/class/pwm."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ _NS = 1e9
 class SimulatedServo:
     """One PWM chip with one exported channel.
 
-    Its folder is temporary: until :meth:`close`, until nobody has the object any more, or until the
-    process ends, but for one that is ended by a signal that it does not handle.
+    Its folder is temporary: until :meth:`close`, until the object is no longer referenced, or until
+    the process ends, except by a signal that it does not handle.
 
     Values that the kernel would refuse are not refused here.
 
     Args:
-        output: The output that it is wired to.
+        output: The output to which it is wired.
 
     Attributes:
-        root: What stands for ``/sys/class/pwm``.
+        root: Folder in place of ``/sys/class/pwm``.
     """
 
     def __init__(self, output: PwmOutput) -> None:

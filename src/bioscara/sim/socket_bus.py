@@ -1,4 +1,4 @@
-"""The bus to a simulated arm that lives in a process of its own."""
+"""Bus to a simulated arm in a separate process."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class SocketBus(Bus):
     The arm has one host at a time: it is free for the next once this one is closed or its process
     ended. A transfer that is interrupted, by Ctrl-C or anything else, closes the connection, since
     its reply would answer the next request; whether it was carried out is then unknown. The next
-    transfer connects anew, so that what stops the joints still reaches them.
+    transfer reconnects, so that a stop still reaches the joints.
 
     For one thread at a time.
 
@@ -76,7 +76,7 @@ class SocketBus(Bus):
         ]
 
     def close(self) -> None:
-        """Disconnect; the arm lives on."""
+        """Disconnect; the arm keeps running."""
         self._closed = True
         self._release()
 

@@ -1,9 +1,9 @@
-"""Who may talk to the page: browsers that were sent to it, not pages of other sites in them.
+"""Access control of the page: direct requests are served, those of other sites' pages refused.
 
-Listening on the loopback address keeps other computers away, but not the pages of other sites in a
-browser of this computer. A site can send requests to 127.0.0.1 and, by giving its own name that
-address, read the answers. So every request, also the one that opens a WebSocket, must name this
-page as its Host, and as its Origin where it has one.
+Listening on the loopback address excludes other computers, but not the pages of other sites in a
+browser on this computer. A site can send requests to 127.0.0.1 and, by resolving its own name to
+that address, read the answers. Therefore every request, also the one that opens a WebSocket, must
+name this page as its Host, and as its Origin if it has one.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ import websockets.asyncio.server
 from bioscara.errors import ConfigurationError
 
 NAMES = ("127.0.0.1", "localhost")
-"""Names of this computer that the page answers to."""
+"""Host names of this computer that the page accepts."""
 
 
 def is_own(hosts: list[str], origins: list[str], port: int) -> bool:
-    """Return whether a request is meant for the page and comes from it or from no page at all.
+    """Return whether a request addresses the page and originates from it or from no page.
 
     Args:
         hosts: The values of its Host headers; there must be one.
         origins: The values of its Origin headers; there may be one.
-        port: Where the page is served.
+        port: TCP port of the page.
     """
     own = [f"{name}:{port}" for name in NAMES]
     if len(hosts) != 1 or hosts[0].lower() not in own or len(origins) > 1:
@@ -38,12 +38,12 @@ def is_own(hosts: list[str], origins: list[str], port: int) -> bool:
 
 @contextmanager
 def guarded() -> Iterator[None]:
-    """Refuse foreign requests to the server that is started meanwhile.
+    """Refuse foreign requests to the server that is started within this context.
 
     The server offers no hook for that, so the function that it serves with is replaced.
 
     Raises:
-        ConfigurationError: The server was started in another way and would not be guarded.
+        ConfigurationError: The server was started by another function and would not be guarded.
     """
     module = websockets.asyncio.server
     original, served = module.serve, []

@@ -22,22 +22,23 @@ from bioscara.viewer.tree import Tree
 from bioscara.viewer.zones import add_scene
 
 LOOPBACK = "127.0.0.1"
-"""The only address that the page is served on: it asks nobody who they are."""
+"""The only address that the page is served on, as the page has no authentication."""
 _PACKAGE = "package://bioscara_description/"
 _BASE = "base_link"
-"""Link in whose frame the scene is."""
+"""Link whose frame is the frame of the scene."""
 _STEPS = {"revolute": 0.001, "prismatic": 0.0001}
 _UNITS = {"revolute": "rad", "prismatic": "m"}
 _AXES = 0.08
 _AT_START = {"j2": 0.15, "j3": 0.9, "j4": -0.5}
-"""Joints that do not begin in the middle of their range: the stretched arm hides its elbow."""
+"""Initial positions of joints that do not start in the middle of their range [rad or m]: on a
+stretched arm the elbow is not visible."""
 
 
 class _LoopbackServer(viser.ViserServer):
-    """A server that nobody can ask for a public address: any page in the browser could."""
+    """A server without public addresses, which any page in the browser could request."""
 
     def request_share_url(self, verbose: bool = True) -> str | None:  # noqa: ARG002
-        """Refuse."""
+        """Refuse the request."""
         return None
 
 
@@ -45,16 +46,16 @@ class Page:
     """The description of the arm on a page; call :meth:`close` at the end.
 
     Args:
-        port: Where to listen; the next free one is taken if it is in use, 0 for any.
-        scene: What stands around the arm.
+        port: TCP port to listen on; the next free one is taken if it is in use, 0 for any.
+        scene: Surroundings of the arm.
 
     Attributes:
         tree: Joints and links.
-        positions: Where each slider is, by the joint's name [rad or m].
+        positions: Position of each slider, by the joint's name [rad or m].
         sliders: The sliders, by the joint's name.
 
     Raises:
-        ConfigurationError: No port from there on is free.
+        ConfigurationError: Neither this port nor any above it is free.
     """
 
     def __init__(self, port: int, scene: Scene) -> None:
@@ -84,9 +85,9 @@ class Page:
         return f"http://{LOOPBACK}:{self._server.get_port()}"
 
     def frames(self) -> Mapping[str, viser.FrameHandle]:
-        """Return what is shown for each link, by its name: position [m] and quaternion (w first).
+        """Return the displayed frame of each link by name: position [m] and quaternion (w first).
 
-        They are given in the world frame.
+        Both are given in the world frame.
         """
         return self._frames
 
@@ -94,16 +95,16 @@ class Page:
         """Move a joint as its slider does.
 
         Args:
-            joint: Its name.
-            position: Where to [rad or m].
+            joint: Name of the joint.
+            position: Goal position [rad or m].
         """
-        # Sliders call from threads of their own: the last one must be the one that is shown.
+        # Sliders call from separate threads: the last position must be the displayed one.
         with self._lock:
             self.positions[joint] = position
             self._show()
 
     def close(self) -> None:
-        """Stop serving."""
+        """Stop the server."""
         with _untold():
             self._server.stop()
 
@@ -156,10 +157,10 @@ class Page:
 
 
 def _first_free(port: int) -> int:
-    """Return the first free port from there on: where there is none, viser never comes back."""
+    """Return the first free port from ``port`` on; without a free one, viser would not return."""
     for candidate in range(port, 2**16):
         with socket.socket() as probe:
-            # As servers do: what the last page left behind is free.
+            # As servers do: a port that the last page left in TIME_WAIT counts as free.
             probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
             with suppress(OSError):
                 probe.bind((LOOPBACK, candidate))
@@ -169,7 +170,7 @@ def _first_free(port: int) -> int:
 
 @contextmanager
 def _untold() -> Iterator[None]:
-    """Keep what viser says when it begins and ends, verbose or not, off the terminal."""
+    """Suppress the messages that viser prints at start and end even if it is not verbose."""
     console = rich.get_console()
     quiet, console.quiet = console.quiet, True
     try:

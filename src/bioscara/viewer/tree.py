@@ -1,4 +1,4 @@
-"""Where the links of a robot description are."""
+"""Forward kinematics of the links of a robot description."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ _ORIGIN = {"xyz": "0 0 0", "rpy": "0 0 0"}
 
 
 class Mimic(NamedTuple):
-    """What a joint follows.
+    """Coupling of a joint to another joint that it follows.
 
     Attributes:
-        joint: Name of the joint that it follows.
-        multiplier: Its position per position of that one.
-        offset: Its position where that one is at zero [rad or m].
+        joint: Name of the followed joint.
+        multiplier: Ratio of the joint's position to the followed joint's.
+        offset: Position of the joint when the followed one is at zero [rad or m].
     """
 
     joint: str
@@ -29,18 +29,18 @@ class Mimic(NamedTuple):
 
 
 class Joint(NamedTuple):
-    """One joint of a description.
+    """A joint of a description.
 
     Attributes:
-        name: Its name.
+        name: Name of the joint.
         kind: ``"fixed"``, ``"revolute"`` or ``"prismatic"``.
-        parent: Link that carries it.
-        child: Link that it carries.
-        origin: Where it is in its parent, at position zero.
-        axis: Direction in which it goes, or about which it turns, shape (3,).
+        parent: Link that carries the joint.
+        child: Link that the joint carries.
+        origin: Pose of the joint in its parent, at position zero.
+        axis: Direction of translation, or axis of rotation, shape (3,).
         lower: Lowest position [rad or m].
         upper: Highest position [rad or m].
-        mimic: What it follows; None for a joint of its own.
+        mimic: Coupling to another joint; None for an independent joint.
     """
 
     name: str
@@ -54,10 +54,10 @@ class Joint(NamedTuple):
     mimic: Mimic | None
 
     def at(self, position: float) -> SE3:
-        """Return where the child is in the parent.
+        """Return the pose of the child in the parent.
 
         Args:
-            position: Of the joint [rad or m].
+            position: Position of the joint [rad or m].
         """
         if self.kind == "revolute":
             return self.origin @ SE3.from_rotation(SO3.exp(self.axis * position))
@@ -73,7 +73,7 @@ class Tree:
         urdf: The description.
 
     Attributes:
-        root: The link that nothing carries.
+        root: The link that no joint carries.
         joints: All joints.
         free: The joints that follow no other and are not fixed.
 
@@ -103,10 +103,10 @@ class Tree:
         self.free = tuple(j for j in joints if j.kind != "fixed" and j.mimic is None)
 
     def place(self, positions: Mapping[str, float]) -> dict[str, SE3]:
-        """Return where each link is, in the frame of the root.
+        """Return the pose of each link in the frame of the root.
 
         Args:
-            positions: Of each free joint, by its name [rad or m].
+            positions: Position of each free joint, by its name [rad or m].
         """
         links = {self.root: SE3.identity()}
         for joint in self.joints:

@@ -1,4 +1,4 @@
-"""What stands around the arm, on the page: zones and table."""
+"""Display of zones and table on the page."""
 
 from __future__ import annotations
 
@@ -14,20 +14,20 @@ _OPACITY = 0.35
 _LINE = 2.0
 """Width of edges [pixels]."""
 _TABLE_SIZE, _TABLE_THICKNESS = 2.0, 0.02
-"""Of the table that is shown [m]: how far it really goes, nobody says."""
+"""Size of the displayed table [m]: its real extent is not specified."""
 _SUNK = 1e-3
-"""So far below its height the table is shown [m], to leave the grid on the floor visible."""
+"""Offset of the displayed table below its height [m], so that the grid on the floor is visible."""
 _POSTS = 8
-"""How many upright edges a round zone is shown with at most."""
+"""Largest number of upright edges of a displayed round zone."""
 
 
 def add_scene(server: viser.ViserServer, base: str, scene: Scene) -> None:
     """Show zones and table: keep-out red and translucent, keep-in as green edges.
 
     Args:
-        server: Of the page.
+        server: Server of the page.
         base: Name of the frame of the arm's base.
-        scene: What to show.
+        scene: Scene to show.
     """
     if scene.table_height is not None:
         server.scene.add_box(
@@ -59,7 +59,7 @@ def solid(shape: Prism) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]
     """Return the surface of a shape.
 
     Args:
-        shape: In the frame of the base.
+        shape: Shape in the frame of the base.
 
     Returns:
         Corners [m], bottom first, shape (2 n, 3), and the numbers of each triangle's corners,
@@ -86,7 +86,7 @@ def edges(shape: Prism) -> npt.NDArray[np.float32]:
     """Return the edges of a shape: both borders, and some posts between them.
 
     Args:
-        shape: In the frame of the base.
+        shape: Shape in the frame of the base.
 
     Returns:
         Both ends of each edge [m], shape (n, 2, 3).

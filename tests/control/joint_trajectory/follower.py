@@ -1,4 +1,4 @@
-"""A trajectory controller on the simulated arm, and what it commanded from cycle to cycle."""
+"""A trajectory controller on the simulated arm, and its commands from cycle to cycle."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from bioscara.hardware import CommandInterface, StateInterface
 from control.world import BOTH, LIMITS, NAMES, World
 
 MIDDLE = {"j1": 0.1, "j2": 0.15, "j3": 0.2, "j4": -0.1}
-"""Where every test finds the arm [rad or m]."""
+"""Position of the arm at the begin of every test [rad or m]."""
 NOTHING = (0.0,) * 4
 BRAKES = {
     "decelerate_on_cancel": True,
@@ -97,7 +97,7 @@ class Follower:
         )
 
     def move(self, way: float = 0.1, seconds: float = 1.0, *, rest: bool = True) -> Point:
-        """Return a point that lies ``way`` off the command, j1 to j4 in their proportions."""
+        """Return a point displaced by ``way`` from the command, j1 to j4 in their proportions."""
         positions = tuple(
             at + way * share for at, share in zip(self.commanded, (1, 0.05, 1, 1), strict=True)
         )
@@ -115,7 +115,7 @@ class Follower:
 def alone(
     kinds: tuple[str, ...], **values: Any
 ) -> tuple[JointTrajectoryController, list[StateInterface], list[StateInterface]]:
-    """Return a controller of the joints a and b that holds its handles, and what is measured."""
+    """Return a bound controller of the joints a and b, its position and its velocity states."""
     values = {"joints": ("a", "b"), "command_interfaces": kinds, **values}
     jtc = JointTrajectoryController("jtc", JointTrajectoryParameters.read("jtc", values))
     jtc.on_configure()
@@ -134,10 +134,10 @@ def smooth(arm: Follower, after: float, *, limited: bool = False) -> None:
     """Assert that commands kept the limits and fit one another since ``after`` [s].
 
     Args:
-        arm: What was run.
-        after: Since when [s].
+        arm: The follower that ran.
+        after: Begin of the checked time [s].
         limited: Whether the limiter shaped the positions: then velocities fit them only where it
-            does, and all that must hold is that neither passes its limit.
+            does, and the only requirement is that neither passes its limit.
     """
     begin = next(index for index, each in enumerate(arm.seen) if each.time >= after)
     seen = arm.seen[max(begin - 2, 0) :]

@@ -34,7 +34,7 @@ ON_THE_ARM = settings(
 
 @st.composite
 def points(draw: st.DrawFn, fields: int = 3, count: int = 2) -> list[Point]:
-    """Return points of two joints with positions, velocities, accelerations as far as asked."""
+    """Return points of two joints with positions, velocities and, if requested, accelerations."""
     steps = draw(st.lists(st.floats(0.1, 2.0), min_size=count, max_size=6))
     time, made = 0.0, []
     for step in steps:
@@ -98,11 +98,11 @@ def test_an_upsampled_curve_is_twice_continuous_and_keeps_its_points(through: li
 def test_splicing_is_continuous_in_position_and_velocity(
     first: list[Point], second: list[Point], at: float, lead: float, scaling: float
 ) -> None:
-    """Whatever starts whenever, with points to come or gone: the command never jumps."""
+    """For any start time, with points in the future or the past: the command never jumps."""
     parameters = JointTrajectoryParameters.read(
         "t", {"joints": ("a", "b"), "speed_scaling": {"initial_scaling_factor": scaling}}
     )
-    lead = max(lead, 2 * PERIOD - second[-1].time)  # what has ended already is refused
+    lead = max(lead, 2 * PERIOD - second[-1].time)  # a trajectory that has ended already is refused
     first[-1] = first[-1]._replace(velocities=(0.0, 0.0))
     second[-1] = second[-1]._replace(velocities=(0.0, 0.0))
     rest = JointValues((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
@@ -121,7 +121,7 @@ def test_splicing_is_continuous_in_position_and_velocity(
         id(course): _steepness(course) for course in {id(c): c for _, c in outputs}.values()
     }
     for (one, before), (two, after) in pairwise(outputs):
-        # What the curve itself does within a cycle is no jump; the curves may be steep.
+        # The curve's own motion within a cycle is no jump; the curves may be steep.
         steep = max(steepness[id(before)], steepness[id(after)])
         for joint in range(2):
             step = two.positions[joint] - one.positions[joint]
@@ -134,7 +134,7 @@ def test_splicing_is_continuous_in_position_and_velocity(
 def commands(
     first: list[Point], others: dict[int, Request], cycles: int, scaling: float
 ) -> list[JointValues]:
-    """Return what is commanded for the joints a and b, which others take over in some cycles."""
+    """Return the commands of the joints a and b, which others take over in some cycles."""
     parameters = JointTrajectoryParameters.read(
         "t", {"joints": ("a", "b"), "speed_scaling": {"initial_scaling_factor": scaling}}
     )
@@ -160,7 +160,7 @@ def commands(
 def test_joints_that_partial_goals_leave_out_are_commanded_as_if_none_had_come(
     first: list[Point], others: list[list[Point]], apart: int, lead: float, scaling: float
 ) -> None:
-    """And those that they name as if they had named all."""
+    """Joints that partial goals name are commanded as if the goals had named all."""
     cycles = round(first[-1].time / scaling / PERIOD)
 
     def run(missing: frozenset[int]) -> list[JointValues]:
@@ -230,7 +230,7 @@ def test_partial_goals_that_never_cease_do_not_pile_up() -> None:
 
 
 def _steepness(course: Interpolator) -> float:
-    """Return the highest acceleration on a course, from a fine sampling, with room."""
+    """Return the highest acceleration on a course, from a fine sampling, with a margin."""
     begin, end = course.begins, course.duration
     count = 60
     samples = [course.sample(begin + (end - begin) * n / count).values for n in range(count + 1)]
@@ -243,7 +243,7 @@ def _steepness(course: Interpolator) -> float:
 def test_pln5_a_cancel_at_any_instant_stops_within_the_limits(
     follower: Callable[..., Follower], ramp: bool
 ) -> None:
-    # From what is measured a motion would begin with a step by the error at rest.
+    # From the measured state a motion would begin with a step by the error at rest.
     arm = follower(constraints=BRAKES if ramp else {}, interpolate_from_desired_state=True)
 
     @ON_THE_ARM
@@ -289,8 +289,8 @@ def test_pln2_times_that_do_not_increase_never_run(times: list[float]) -> None:
 
 
 def test_pln2_a_start_elsewhere_is_never_executed_raw() -> None:
-    """The Robot refuses it; whoever sends it to the controller gets a ramp within the limits."""
-    # Flung to and fro at all of its acceleration, the simulated elbow stalls.
+    """The Robot refuses it; sent to the controller directly it becomes a ramp within the limits."""
+    # Driven to and fro at full acceleration, the simulated elbow stalls.
     gentle = [replace(each, max_acceleration=each.max_acceleration / 2) for each in LIMITS.values()]
     arm = Follower(World(at=MIDDLE, joints=gentle))
 

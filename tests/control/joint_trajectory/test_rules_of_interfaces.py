@@ -1,4 +1,4 @@
-"""Rules 36 to 41: interfaces, the PID, parameters and the told state."""
+"""Rules 36 to 41: interfaces, the PID, parameters and the reported state."""
 
 from __future__ import annotations
 
@@ -226,7 +226,7 @@ def test_rule_39_conditional_integration_stops_only_further_saturation() -> None
     pid.update(0.4, 0.0, 1.0)
     assert pid.update(-0.1, 0.0, 1.0) == pytest.approx(0.3)
     pid = Pid(gains.model_copy(update={"d": 10.0}))
-    assert pid.update(-0.2, 1.0, 1.0) == 0.5  # Saturated by its derivative, but led back.
+    assert pid.update(-0.2, 1.0, 1.0) == 0.5  # Saturated by its derivative, but brought back.
     assert pid.update(0.0, 0.0, 1.0) == pytest.approx(-0.2)
 
 

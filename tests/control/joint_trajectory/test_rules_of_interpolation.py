@@ -154,7 +154,7 @@ def test_rule_16_what_is_commanded_is_one_cycle_ahead_of_what_is_judged(arm: Fol
 
 
 def test_rule_17_a_revolute_joint_takes_the_plain_difference(arm: Follower) -> None:
-    """No joint of the arm is continuous: a goal beyond half a turn is no shorter way."""
+    """No joint of the arm is continuous: a goal beyond half a turn is not wrapped."""
     goal = arm.move(0.0, 8.0)
     goal = goal._replace(positions=(*goal.positions[:3], 2.9))
     handle = arm.send(goal)

@@ -43,7 +43,7 @@ def test_rule_20_a_new_trajectory_goes_on_from_the_old_one(arm: Follower) -> Non
 def test_rule_20_the_old_one_is_kept_up_to_the_stamp(arm: Follower) -> None:
     before, begin = arm.interventions, arm.now
     _, end = running(arm)
-    # Where the old one is half way at a second, and at 27/32 of the way at one and a half.
+    # Where the old one is half done at a second, and at 27/32 of its distance at one and a half.
     new = arm.move(-0.05, 1.5)
     goal = arm.send(new, stamp=arm.now + 0.5)
     for cycle in range(49):

@@ -1,4 +1,4 @@
-"""Rules 29 to 35: how far joints may be off, and what is told."""
+"""Rules 29 to 35: tolerances of joints, and reports about violations."""
 
 from __future__ import annotations
 
@@ -270,7 +270,7 @@ def test_rule_35_feedback_and_result_are_there_in_the_cycle_that_brings_them(
 
 
 def test_rule_35_errors_compare_with_the_time_of_the_measurement(arm: Follower) -> None:
-    """At 0.3 rad/s a cycle is 3 mrad: far more than what the joint really lags."""
+    """At 0.3 rad/s a cycle is 3 mrad: far more than the joint's real lag."""
     goal = arm.send(arm.move(0.3, 1.5))
     arm.run(0.75)
     assert goal.feedback is not None

@@ -1,4 +1,4 @@
-"""Rules 1 to 10: what may be sent."""
+"""Rules 1 to 10: valid and invalid trajectories."""
 
 from __future__ import annotations
 
@@ -199,7 +199,7 @@ def test_rule_09_stricter_numbers_to_which_no_cycle_can_draw_a_curve_are_refused
 
 J1, J2 = LIMITS["j1"], LIMITS["j2"]
 SLACK = 0.9e-6
-"""By this share of a limit rounding may exceed it."""
+"""Share of a limit by which rounding may exceed it."""
 
 
 def within(
@@ -381,7 +381,7 @@ def test_rule_10_they_go_on_also_where_the_new_one_began_in_the_past(
     new = JointTrajectory(("j1",), (Point(1.0, (start[0],), (0.0,)),), arm.now - 0.5)
     goal = arm.jtc.send_goal(Goal(new), arm.now)
     arm.run(0.5)
-    # A cubic is at 1/2 of its way after half of its time.
+    # A cubic is at 1/2 of its displacement after half of its time.
     assert arm.commanded[3] == pytest.approx((start[3] + end.positions[3]) / 2.0, abs=1e-3)
     assert arm.finish(goal).status is Status.SUCCEEDED
     assert arm.seen[-1].time - arm.seen[0].time == pytest.approx(3.0, abs=0.1)

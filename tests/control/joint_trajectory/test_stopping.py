@@ -1,4 +1,4 @@
-"""What was swept comes to rest on its curve, as soon as the joints can brake."""
+"""A collision-checked trajectory comes to rest on its path, as soon as the joints can brake."""
 
 from __future__ import annotations
 

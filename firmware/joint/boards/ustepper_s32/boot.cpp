@@ -69,7 +69,7 @@ uint32_t power_up_noise() {
   return hash;
 }
 
-// Where memory kept its content, the next number after the last boot's: certainly another one.
+// Where memory kept its content, the next number after the last boot's: it differs for certain.
 //
 // After a loss of power it is drawn from four sources, so that two boots are the same with a chance
 // of 1 in 65536 as long as one of them differs:
@@ -77,7 +77,7 @@ uint32_t power_up_noise() {
 //   bits in 4 KiB; the same again only after a dip so short that the record above survives too;
 // - the converter's internal channels: temperature and supply, a few bits;
 // - the backup registers' counter: differs from the boot before where its domain kept its power;
-// - the unique id: never changes, but sets two boards on one bus apart.
+// - the unique id: never changes, but differs between two boards on one bus.
 uint16_t next_boot_id(uint32_t noise) {
   const uint32_t boots = count_boots();
   const bool kept = record.mark == kMark && record.inverse == static_cast<uint16_t>(~record.boot);
@@ -93,9 +93,10 @@ uint16_t next_boot_id(uint32_t noise) {
   return record.boot;
 }
 
-// What can be told apart. A power-up from nothing sets PORRSTF. The board's supply supervisor pulls
-// NRST below 2.9 V, before the controller's own brown-out reset: a dip of the 3.3 V shows as PIN,
-// as do the reset button and a debugger. PINRSTF is set with every other cause, so it comes last.
+// The reset causes that the flags distinguish. A power-up from an unpowered state sets PORRSTF. The
+// board's supply supervisor pulls NRST below 2.9 V, before the controller's own brown-out reset: a
+// dip of the 3.3 V shows as PIN, as do the reset button and a debugger. PINRSTF is set with every
+// other cause, so it comes last.
 ResetCause read_reset_cause() {
   const uint32_t flags = stm32::rcc().CSR;
   stm32::rcc().CSR |= Rcc::RMVF;

@@ -3,15 +3,15 @@
 
 namespace bioscara::bootloader {
 
-// Asks for the bootloader and resets, so that it finds the controller as after power-up, without
-// the watchdog.
+// Requests the bootloader and resets, so that it finds the controller in its power-up state,
+// without the watchdog.
 [[noreturn]] void request();
 
-// Whether the reset before this start asked for it; asks only once.
+// Whether a request was made before this reset; reading clears it.
 bool requested();
 
-// Jumps to it. Only from a start on which nothing but a pin has been set up; the power stage stays
-// open, as the bootloader leaves that pin alone.
+// Jumps to the bootloader. Only from a start on which nothing but a pin has been set up; the power
+// stage stays open, as the bootloader leaves that pin alone.
 [[noreturn]] void enter();
 
 }  // namespace bioscara::bootloader

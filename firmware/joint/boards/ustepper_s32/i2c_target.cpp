@@ -6,16 +6,16 @@
 //   transfer that they end.
 // - STOPF is cleared by that read of SR1 and a write to CR1. It is served before ADDR, which may be
 //   pending together with it: a STOP and the next transfer's address.
-// - ADDR is cleared by that read of SR1 and a read of SR2, and SCL is held low until then; in a read
-//   also until DR is written. SR2 is read for ADDR only, and DR is written at once after it.
-// - TXE asks for the next byte of an answer. After the last one, and whatever the controller reads
-//   beyond it, 0xFF is sent, so that SCL is never held. TXE stays set after the controller's NACK
-//   (AF), so the buffer interrupt is on between ADDR and the end of a transfer only.
+// - ADDR is cleared by that read of SR1 and a read of SR2, and SCL is held low until then; in a
+//   read also until DR is written. SR2 is read for ADDR only, and DR is written at once after it.
+// - TXE asks for the next byte of an answer. After the last one, for every byte that the controller
+//   reads beyond it, 0xFF is sent, so that SCL is never held. TXE stays set after the controller's
+//   NACK (AF), so the buffer interrupt is on between ADDR and the end of a transfer only.
 // - A repeated START gives no STOPF: the next ADDR ends the frame before it. A read ends with AF,
 //   after which there is no STOPF either.
-// - BERR: a START or STOP inside a byte. The peripheral lets go of the lines and takes a START as the
-//   beginning of the next transfer by itself. The frame is thrown away, ADDR still served, and the
-//   control tick resets the peripheral when the bus is free.
+// - BERR: a START or STOP inside a byte. The peripheral lets go of the lines and takes a START as
+//   the beginning of the next transfer on its own. The frame is discarded, ADDR still served, and
+//   the control tick resets the peripheral when the bus is free.
 #include "i2c_target.h"
 
 #include "clock.h"
@@ -30,7 +30,7 @@ using stm32::I2c;
 // A transfer in which nothing happens for this many ticks is over: the controller has gone. The
 // longest pause within a sound one is the time a controller takes to start the read.
 constexpr uint8_t kStillMost = 4;
-// Looks at the clock line, about 12 us in all: longer than a period at 100 kHz.
+// Samples the clock line for about 12 us in all: longer than a period at 100 kHz.
 constexpr unsigned kLooks = 100;
 // More interrupts in a row that find nothing to do are a storm.
 constexpr uint8_t kIdleInterruptsMost = 8;
@@ -97,7 +97,7 @@ void I2cTarget::finish() {
   phase_ = Phase::IDLE;
 }
 
-// The transfer is worth nothing. A late read must not get the answer to an earlier frame.
+// The transfer is discarded. A late read must not get the answer to an earlier frame.
 void I2cTarget::discard() {
   stm32::i2c1().CR2 = kEvents | clock::kApb1Megahertz;
   if (phase_ == Phase::RECEIVING) joint_->on_receive(frame_, 0);
@@ -139,7 +139,7 @@ void I2cTarget::interrupt() {
     suspect_ = served = true;
   }
   if ((status & I2c::AF) != 0) {
-    // The controller has read what it wanted.
+    // The controller has ended its read.
     bus.SR1 = ~I2c::AF & kClearable;
     bus.CR2 = kEvents | clock::kApb1Megahertz;
     phase_ = Phase::IDLE;
@@ -174,8 +174,9 @@ void I2cTarget::interrupt() {
   }
 }
 
-// Whether all is well outside a transfer. SR2 may be read here although ADDR was not looked at: while
-// ADDR waits the clock is low, and from both lines high to the next ADDR it takes 2 us.
+// Whether the peripheral is in order outside a transfer. SR2 may be read here without a check of
+// ADDR: while ADDR is pending the clock is low, and from both lines high to the next ADDR it takes
+// 2 us.
 bool I2cTarget::at_rest() {
   const stm32::Masked masked(kPriority);
   if (phase_ != Phase::IDLE || suspect_ || !pins::i2c_lines_high()) return false;
@@ -185,7 +186,7 @@ bool I2cTarget::at_rest() {
 }
 
 void I2cTarget::supervise() {
-  // Read once: an interrupt between two reads would be taken for seen, and its transfer for still.
+  // Read once: an interrupt between two reads would count as seen, and its transfer as idle.
   const uint8_t events = events_;
   still_ = events == seen_ ? static_cast<uint8_t>(still_ + 1) : 0;
   seen_ = events;

@@ -1,4 +1,4 @@
-// I2C1 as a target: bytes in, bytes out, and a way back from every state of the bus.
+// I2C1 as a target: bytes in, bytes out, and a recovery from every state of the bus.
 #pragma once
 
 #include <stddef.h>
@@ -50,7 +50,7 @@ class I2cTarget {
   // An error was seen and no sound transfer since: reset when the bus is free.
   volatile bool suspect_ = false;
   volatile uint16_t errors_ = 0;
-  // Counts interrupts, for the tick to see that there was one.
+  // Counts interrupts, so that the tick notices new ones.
   volatile uint8_t events_ = 0;
   // Interrupts in a row that found nothing to do.
   uint8_t idle_interrupts_ = 0;

@@ -1,4 +1,4 @@
-// Who this image, this boot and this reset are.
+// Identity of this image, of this boot and of this reset.
 #pragma once
 
 #include <stdint.h>
@@ -10,7 +10,7 @@ namespace bioscara {
 // Whether the flash holds what the linker and seal.py made: false after an interrupted flashing.
 bool image_intact();
 
-// A number out of what memory held at power-up. Before memory is set up.
+// A number derived from the content of memory at power-up. Call before memory is set up.
 uint32_t power_up_noise();
 
 // The boot id, once per boot; `noise` as above.

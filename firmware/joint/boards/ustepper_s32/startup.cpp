@@ -94,7 +94,7 @@ void reset_handler() {
   bioscara::run(noise);
 }
 
-// The stack may be what went wrong, so this begins a new one.
+// The stack itself may be corrupt, so this begins a new one.
 __attribute__((naked)) void fault_handler() {
   __asm volatile(
       "ldr r0, =stack_top\n\t"
@@ -107,6 +107,6 @@ __attribute__((used)) void open_and_reset() {
   stm32::reset();
 }
 
-// Called where a class without an implementation is used.
+// Called for a pure virtual call: a class without an implementation.
 void __cxa_pure_virtual() { fault_handler(); }
 }

@@ -1,4 +1,4 @@
-// A checked command on its way from the I2C interrupt to the control tick.
+// A checked command in transit from the I2C interrupt to the control tick.
 #pragma once
 
 #include <stddef.h>
@@ -25,7 +25,7 @@ struct Command {
 class CommandQueue {
  public:
   bool takes(const Command& command) const { return size_ < kCapacity || supersedes(command); }
-  // Only what it takes.
+  // The bytes in use only.
   void push(const Command& command) {
     if (!supersedes(command)) ++size_;
     slots_[last()] = command;

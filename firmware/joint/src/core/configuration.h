@@ -1,4 +1,4 @@
-// What differs between the four joints, and what does not but may be tuned.
+// The settings in which the four joints differ, and tunable ones that they share.
 #pragma once
 
 #include <stdint.h>
@@ -17,7 +17,7 @@ struct Configuration {
   float range_deg;
 };
 
-// Travel of a homing beyond the range before it gives up.
+// Travel of a homing beyond the range before it fails.
 constexpr float kTravelMargin = 1.1F;
 // The time it may take: the range at the first approach's speed, with this margin, and the touches.
 constexpr float kTimeMargin = 1.2F;

@@ -21,7 +21,7 @@ class Hal {
   // asked for, included). For a write command sends `words` instead.
   virtual void encoder_exchange(uint16_t command, uint16_t* words, size_t count) = 0;
 
-  // The driver's enable pin: false opens the power stage whatever the registers say.
+  // The driver's enable pin: false opens the power stage regardless of the driver's registers.
   virtual void driver_enable(bool on) = 0;
 
   virtual ResetCause reset_cause() = 0;

@@ -10,12 +10,13 @@ constexpr float kAcceleration = kBriskDeceleration;
 // Speed of the second touch: slow enough for the field to halt before the rotor's pull-out, fast
 // enough to wind up a soft belt within 150 ms.
 constexpr float kTouchSpeed = 17.0F * kStepsPerRpm;
-// It begins so far away that it comes to a steady speed and knows how it runs freely.
+// The back-off is long enough for the second touch to reach a steady speed and to measure its
+// free-running lead.
 constexpr float kBackOff = 80.0F * kStepsPerDegree;
 constexpr float kBackOffSpeed = 30.0F * kStepsPerRpm;
 // The two touches may differ by this much; the first is made with the speed of the approach.
 constexpr float kAgreement = 10.0F * kStepsPerDegree;
-// Where it comes to rest: inside the limits by more than the check of the orientation turns.
+// Final rest position: inside the limits by more than the check of the orientation turns.
 constexpr float kClear = 2.0F * kStepsPerDegree;
 constexpr int kPause = 200;
 
@@ -68,7 +69,8 @@ Homing::Result Homing::step(Motion& motion, float encoder) {
       motion.stop(kHardDeceleration);
       if (!motion.standing()) return Result::RUNNING;
       if (!twice_) return waited(kPause) ? Result::TOUCHED : Result::RUNNING;
-      // A rotor that slipped is whole periods behind; by what remains the field presses.
+      // A slipped rotor is whole electrical periods behind; the field presses by the remainder
+      // only.
       motion.rename(encoder + remainderf(motion.position() - encoder, kElectricalPeriod));
       retreat_ = encoder;
       wait_ = 0;

@@ -9,12 +9,13 @@ namespace {
 // Limits until the host sets others: those of the original firmware, in full steps.
 constexpr float kDefaultVelocity = 800.0F * 256.0F;
 constexpr float kDefaultAcceleration = 10000.0F * 256.0F;
-// No rotor turns further within a tick: a slip of a pole, and what the speed limit allows [counts].
+// Largest change of angle within a tick: a slip of a pole, and the travel at the speed limit
+// [counts].
 constexpr float kPlausible = 700.0F;
 constexpr int kBadMost = 1000;
 // A version 1 host can do no more than poll, ten times a second.
 constexpr uint32_t kPollMillis = 250;
-// A setpoint may be as far away as the limit brings the joint within this time.
+// A setpoint may be as far away as the joint can travel at the limit within this time.
 constexpr float kReachSeconds = 0.1F;
 constexpr float kReachDegrees = 5.0F;
 // Slower than this the motor only corrects its place [microsteps/s].
@@ -62,7 +63,7 @@ void Joint::tick() {
   hal_.feed_watchdog();
 }
 
-// True once there is a first angle. Until then the joint is BUSY, and nothing is judged.
+// True once there is a first angle. Until then the joint is BUSY, and no fault is evaluated.
 bool Joint::start_encoder() {
   if (encoder_.setup(configuration_.inverted)) {
     starting_ = 0;
@@ -79,7 +80,8 @@ void Joint::sense() {
   const float reach = kPlausible + 1.5F * max_velocity_ * kTickSeconds / kStepsPerCount;
   bool good = encoder_.sample();
   if (good && fabsf(static_cast<float>(encoder_.change())) > reach) {
-    // What is read twice is where the encoder stands; how it came there nobody knows.
+    // An implausible angle read twice in a row is the encoder's position; how the rotor got there
+    // is unknown.
     if (bad_samples_ == 0)
       encoder_.reject();
     else
@@ -134,7 +136,7 @@ void Joint::supervise() {
       cut(finding.fault, finding.data);
     } else if (finding.fault != Fault::NONE && state_ != JointState::STOPPING &&
                state_ != JointState::FAULTED) {
-      // A motor whose supply went stalls before the driver is asked again.
+      // A motor that lost its supply stalls before the driver is polled again.
       const Supervisor::Finding cause = driver_fault(motion_.driver().read_gstat(), 0);
       if (cause.fault != Fault::NONE) {
         cut(cause.fault, cause.data);
@@ -184,7 +186,7 @@ void Joint::act() {
       if (enabled_) correct();
       break;
     case JointState::FAULTED:
-      // Who pushes it away is not pushed back.
+      // No position correction here: a joint that is pushed away is not driven back.
       if (powered_) motion_.go(goal_, max_velocity_, acceleration_, deceleration_);
       break;
     case JointState::POSITION:

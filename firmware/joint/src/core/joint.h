@@ -32,8 +32,8 @@ class Joint {
   // One control period. The only place that talks SPI, drives the motor or feeds the watchdog.
   void tick();
 
-  // I2C interrupt: the controller has written these bytes so far. May be called after each of them:
-  // what can be a whole frame is judged in advance, so that its end takes no time.
+  // I2C interrupt: the controller has written these bytes so far. May be called after each byte: a
+  // possible whole frame is checked in advance, so that its end takes no time.
   void on_byte(const uint8_t* data, size_t size) { wire_.prepare(data, size); }
 
   // I2C interrupt: the controller wrote these bytes. Checks them, queues the command for the next
@@ -53,7 +53,7 @@ class Joint {
   static constexpr int kEncoderStart = 20;
   // From BOOTLOADER to the bootloader: its answer has been read long since.
   static constexpr int kLeaveTicks = 20;
-  // Samples in a row without a sound angle after which the encoder is not believed.
+  // Samples in a row without a sound angle after which the encoder counts as failed.
   static constexpr int kBadSamples = 2;
 
   // joint.cpp: the tick.
@@ -64,7 +64,7 @@ class Joint {
   void act();
   void publish();
 
-  // joint_commands.cpp: what a command does.
+  // joint_commands.cpp: execution of commands.
   void execute(const Command& command);
   void set_up(const Command& command);
   void set_current(const Command& command);
@@ -76,7 +76,7 @@ class Joint {
   void disable();
   void leave();
 
-  // joint_sequences.cpp: what takes more than a tick.
+  // joint_sequences.cpp: sequences of several ticks.
   void run_homing();
   void finish_homing();
   void run_orientation();
@@ -119,7 +119,7 @@ class Joint {
   // The power stage is closed: the motor has current or its coils are shorted.
   bool powered_ = false;
   bool closed_loop_ = true;
-  // The motion runs by itself, with no setpoint to repeat.
+  // The motion runs autonomously, with no setpoint to repeat.
   bool alone_ = false;
   Fault fault_ = Fault::NONE;
   float fault_data_ = 0.0F;
@@ -139,13 +139,14 @@ class Joint {
   int32_t other_zero_ = 0;
   bool other_known_ = false;
   int bad_samples_ = 0;
-  // Ticks left for the encoder to start, or until the bootloader; 0 if it is not that.
+  // Ticks left for the encoder to start, or until the jump to the bootloader; 0 if neither is
+  // pending.
   int starting_ = 0;
   int leaving_ = 0;
   float encoder_steps_ = 0.0F;
   float error_ = 0.0F;
 
-  // Where the encoder is to stand, and by how much the field must lead for that.
+  // Target position of the encoder, and the lead of the field that it needs.
   float goal_ = 0.0F;
   float correction_ = 0.0F;
   bool settling_ = false;

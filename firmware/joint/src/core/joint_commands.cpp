@@ -1,5 +1,6 @@
-// What each command does, in the tick that takes it from the queue. The wire has checked its
-// values and that it is allowed; what may have changed since then is checked again here.
+// Execution of each command, in the tick that takes it from the queue. The wire has checked its
+// values and that it is allowed; conditions that may have changed since then are checked again
+// here.
 #include <math.h>
 
 #include "joint.h"
@@ -26,7 +27,7 @@ void Joint::execute(const Command& command) {
     if (row.code != command.code) continue;
     if (row.setpoint) fed_ = command.micros;
     if (row.motion && (!enabled_ || stalled_ || sequence())) return;
-    // Since it stalled it may have been pushed away.
+    // The joint may have been pushed away since it stalled.
     if (row.motion && state_ == JointState::FAULTED) resynchronise();
     break;
   }
@@ -162,7 +163,7 @@ void Joint::set_up(const Command& command) {
   if (!checked_ || settle) {
     correction_ = 0.0F;
     orientation_.start(kOrientationDegrees, settle, checked_);
-    checked_ = false;  // Until it has ended.
+    checked_ = false;  // Until the homing has ended.
     state_ = JointState::ORIENTATION;
     alone_ = true;
   } else {
@@ -218,7 +219,7 @@ void Joint::check_orientation(const Command& command) {
 
 void Joint::stop(bool hard) {
   if (!powered_) return;
-  // The first check was broken off: the motor may turn the wrong way.
+  // The first check was aborted: the motor may turn in the wrong direction.
   enabled_ = enabled_ && checked_;
   stop_deceleration_ = hard ? kHardDeceleration : deceleration_;
   if (sequence()) {

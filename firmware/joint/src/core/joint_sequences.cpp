@@ -1,4 +1,4 @@
-// What takes more than one tick, and how it ends.
+// Sequences that take more than one tick, and their ends.
 #include <math.h>
 
 #include "joint.h"
@@ -11,7 +11,7 @@ namespace {
 constexpr int kRest = 50;
 // Homings of one boot must find the same end stop [counts]; 20 degrees of the motor.
 constexpr int32_t kSameStop = 1820;
-// Position correction: a share of the error each tick, and never more than the angle of full torque.
+// Position correction: a share of the error each tick, never more than the angle of full torque.
 constexpr float kCorrectionGain = 0.03F;
 constexpr float kCorrectionMost = 0.25F * kElectricalPeriod;
 // A rotor at rest that is further away has lost the field; nearer, the correction pulls it back.
@@ -34,8 +34,8 @@ void Joint::run_homing() {
 void Joint::finish_homing() {
   const int32_t zero =
       zero_counts_ + static_cast<int32_t>(lroundf(homing_.contact() / kStepsPerCount));
-  // An obstacle feels like an end stop. What an earlier homing found tells them apart; a second
-  // homing that finds the new place again is believed.
+  // An obstacle feels like an end stop. The end stop found by an earlier homing distinguishes them;
+  // a second homing that finds the new position again is accepted.
   const bool moved = known_zero_ && abs(zero - zero_counts_) > kSameStop;
   const bool again = other_known_ && abs(zero - other_zero_) <= kSameStop;
   if (moved && !again) {
@@ -97,8 +97,8 @@ bool Joint::resynchronise() {
 }
 
 void Joint::hold() {
-  // What stopped the joint may still press against it: the field goes back to the rotor. Otherwise
-  // nothing moves, and the goal of a finished move stays what it was.
+  // The obstacle that stopped the joint may still press against it: the field goes back to the
+  // rotor. Otherwise nothing moves, and the goal of a finished move stays unchanged.
   if (fault_ != Fault::NONE) {
     goal_ = encoder_steps_;
     correction_ = 0.0F;
@@ -156,7 +156,7 @@ void Joint::latch(Fault fault, float data) {
   if (fault != Fault::STALL) enabled_ = false;
   if (!powered_) return;
   stop(fault != Fault::SETPOINT_LOST);
-  // Nobody listens any more: a deceleration limit near zero must not keep the motor turning.
+  // No host is listening any more: a deceleration limit near zero must not keep the motor turning.
   stop_deceleration_ = fmaxf(stop_deceleration_, kBriskDeceleration);
 }
 
@@ -174,7 +174,7 @@ void Joint::cut(Fault fault, float data) {
 
 void Joint::apply_currents() {
   motion_.driver().set_currents(drive_percent_, hold_percent_);
-  // What a fault cut stays cut until SETUP.
+  // Current that a fault cut stays off until SETUP.
   const bool released =
       state_ == JointState::DISABLED || (state_ == JointState::FAULTED && powered_);
   // A field that still turns would drag the rotor along.

@@ -58,11 +58,11 @@ void Motion::follow(float position, float velocity, float limit, float accelerat
   const float strength = fminf(acceleration * kReserve, kHardDeceleration);
   driver_.set_acceleration(strength, strength);
   const float error = position - this->position();
-  // Far from the reference the speed is what can still be braked in time.
+  // Far from the reference the excess speed is limited to one that can still be braked in time.
   const float excess =
       fminf(kGain * fabsf(error), sqrtf(2.0F * kCatchUp * acceleration * fabsf(error)));
   const float wanted = velocity + copysignf(excess, error);
-  // Where the driver must be sent so that its own braking ramp passes the reference at speed.
+  // Target at which the driver's own braking ramp passes the reference at speed.
   const float lead = velocity * fabsf(velocity) / (2.0F * strength) + velocity * kMargin;
   aim(position + lead);
   driver_.set_speed(clamp(fabsf(wanted), kCreep, limit * 1.1F + kCreep));

@@ -1,7 +1,7 @@
-// The motor as the joint's states see it: go there, run, follow, stop.
+// The motor as the joint's states use it: go to a position, run, follow, stop.
 //
 // The driver is always in positioning mode with a target at most a fraction of a second ahead of
-// what was asked for, so that a hung controller leaves a motor that comes to rest.
+// the command, so that the motor comes to rest if the controller hangs.
 #pragma once
 
 #include <stdint.h>
@@ -26,7 +26,7 @@ class Motion {
   bool standing() const { return driver_.velocity_register() == 0; }
   bool arrived() const { return standing() && driver_.position() == goal_; }
 
-  // To this place and no further; renewed every tick until it has arrived.
+  // To this position and no further; renewed every tick until it has arrived.
   void go(float target, float speed, float acceleration, float deceleration);
   // Renewed every tick while it runs.
   void run(float velocity, float acceleration, float deceleration);
@@ -39,7 +39,7 @@ class Motion {
 
  private:
   Tmc5130 driver_;
-  // Where it is to come to rest, and how far of that the driver knows.
+  // Position at which it is to come to rest, and how far of that the driver knows.
   int32_t goal_ = 0;
   int32_t target_ = 0;
   void aim(float target);

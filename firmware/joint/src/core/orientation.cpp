@@ -50,7 +50,8 @@ bool Orientation::reached(Motion& motion) {
   return still_ >= kPause;
 }
 
-// A stroke that pulled the rotor free says nothing; now it is with its field, so take up the play.
+// The result of a stroke that pulled the rotor free is meaningless; now it is with its field, so
+// take up the play.
 bool Orientation::freed(Motion& motion, float encoder) {
   if (freed_ || found(motion, encoder)) return false;
   freed_ = true;
@@ -85,7 +86,7 @@ Orientation::Result Orientation::step(Motion& motion, float encoder) {
       seen_ = encoder - before_;
       const float share = seen_ / angle_;
       passed_ = fabsf(share - 1.0F) <= kTolerance;
-      // Seen the other way round: no second try, every further step only does harm.
+      // Reversed direction: no second try, every further step only does harm.
       if (share < -kTolerance) return Result::FAILED;
       step_ = Step::RETURN;
       stroke(motion, start_);

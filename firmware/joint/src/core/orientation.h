@@ -1,4 +1,4 @@
-// Does the encoder see what the driver does? A stroke to take up the play, one that is measured,
+// Checks that the encoder follows the driver. A stroke to take up the play, one that is measured,
 // each of the angle asked for, and back. Where the first direction is blocked, the other is tried.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What the control tick tells the wire; exchanged under the board's lock.
+// Status that the control tick reports to the wire; exchanged under the board's lock.
 #pragma once
 
 #include <stdint.h>
@@ -17,7 +17,7 @@ struct Status {
   float velocity_rpm = 0.0F;
   float driver_rpm = 0.0F;
   float error_steps = 0.0F;
-  // Where the next setpoint is measured from, and how far from there it may be.
+  // Position from which the next setpoint is measured, and its largest distance from there.
   float reference_deg = 0.0F;
   float reach_deg = 0.0F;
   float max_velocity_rpm = 0.0F;

@@ -41,7 +41,7 @@ class Supervisor {
   int same_ = 0;
 };
 
-// The bits of the driver's status words that mean: switch off.
+// The bits of the driver's status words that require switching off.
 Supervisor::Finding driver_fault(uint8_t gstat, uint32_t drv_status);
 
 }  // namespace bioscara

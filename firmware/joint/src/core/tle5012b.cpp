@@ -48,7 +48,7 @@ bool Tle5012b::read(uint16_t& angle) {
     return true;
   }
   // The chip may hold an error in its safety word until its status has been read: then the next
-  // sample would be blamed for this one's.
+  // sample would be rejected for this one's error.
   ask(kStatus, data);
   return false;
 }

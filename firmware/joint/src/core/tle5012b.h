@@ -11,8 +11,9 @@ class Tle5012b {
  public:
   explicit Tle5012b(Hal& hal) : hal_(hal) {}
 
-  // Reads the first angle; false while the chip has none yet. The direction is turned round here and not in the chip: a change of its
-  // settings needs a new checksum over them, and is lost when its supply dips.
+  // Reads the first angle; false while the chip has none yet. The direction is reversed here and
+  // not in the chip: a change of its settings needs a new checksum over them, and is lost when its
+  // supply dips.
   bool setup(bool inverted);
 
   // Reads the angle; false if the answer fails its check. `counts` follows turns.
@@ -21,7 +22,7 @@ class Tle5012b {
   int32_t counts() const { return counts_; }
   // Change in the last good sample [counts].
   int32_t change() const { return change_; }
-  // Takes the last sample back: it was not believed.
+  // Discards the last sample, which was implausible.
   void reject() {
     counts_ -= change_;
     angle_ = previous_;

@@ -38,7 +38,7 @@ constexpr uint32_t kGconf = 0x05;
 constexpr uint32_t kTpwmthrs = 5000;
 // TBL 2, HSTRT 4, TOFF 2: the settings the arm was measured with.
 constexpr uint32_t kChopconf = 0x00010042;
-// With this field 0 the bridge is off whatever the enable pin says.
+// With this field 0 the bridge is off, independent of the enable pin.
 constexpr uint32_t kToff = 0x0F;
 // Reset value; bits 20 and 21 are the freewheel field.
 constexpr uint32_t kPwmconf = 0x00050480;
@@ -52,7 +52,7 @@ struct Setting {
   uint8_t address;
   uint32_t value;
 };
-// What never changes, and the ramp: the power stage is open, so one that an earlier boot left
+// Constant settings, and the ramp: the power stage is open, so a ramp that an earlier boot left
 // running ends at once.
 constexpr Setting kSettings[] = {
     {CHOPCONF, kChopconf}, {TPWMTHRS, kTpwmthrs}, {TPOWERDOWN, 10},   {VSTART, 0},
@@ -81,7 +81,7 @@ uint32_t Tmc5130::exchange(uint8_t address, uint32_t value) {
   uint8_t received[5] = {};
   hal_.driver_exchange(sent, received);
   spi_status_ = received[0];
-  // Every datagram tells of a reset: at once, where GSTAT is read every 16th tick.
+  // Every datagram reports a reset: at once, where GSTAT is read every 16th tick.
   gstat_ |= spi_status_ & 0x01;
   return static_cast<uint32_t>(received[1]) << 24 | static_cast<uint32_t>(received[2]) << 16 |
          static_cast<uint32_t>(received[3]) << 8 | received[4];
@@ -126,7 +126,7 @@ void Tmc5130::continue_setup() {
 void Tmc5130::open_bridge() { write(CHOPCONF, kChopconf & ~kToff); }
 
 void Tmc5130::poll() {
-  // Pipelined: each datagram brings what the one before asked for.
+  // Pipelined: each datagram returns the value that the previous one requested.
   exchange(XACTUAL, 0);
   position_ = static_cast<int32_t>(exchange(VACTUAL, 0));
   const bool global = ++turn_ % 16 == 0;
@@ -168,7 +168,7 @@ void Tmc5130::set_speed(float steps_per_second) {
 }
 
 void Tmc5130::set_acceleration(float acceleration, float deceleration) {
-  // Zero would stop the ramp for ever, and DMAX = 0 is forbidden in positioning.
+  // Zero would stop the ramp permanently, and DMAX = 0 is forbidden in positioning.
   uint32_t up = to_register(acceleration, kAccelerationLsb, kAccelerationMax);
   uint32_t down = to_register(deceleration, kAccelerationLsb, kAccelerationMax);
   if (up == 0) up = 1;

@@ -29,7 +29,7 @@ class Tmc5130 {
   uint32_t drv_status() const { return drv_status_; }
   // Reset, driver error and undervoltage bits since the last call.
   uint8_t take_gstat();
-  // Asks now, not with the next poll that does.
+  // Reads GSTAT now instead of with the next poll that reads it.
   uint8_t read_gstat();
 
   // Each writes only what changed.

@@ -1,5 +1,5 @@
-// Feels the end stop: the field moves on, the rotor does not, and the lead of the field grows
-// against what it was at the same places of the electrical period before.
+// Detects the end stop: the field moves on, the rotor does not, and the lead of the field grows
+// against its earlier value at the same place of the electrical period.
 #pragma once
 
 #include <math.h>
@@ -45,7 +45,8 @@ class Touch {
   }
 
   // Where the resistance began [steps]. Behind a belt or an elastic stop the torque rises in
-  // proportion to the travel, so a straight line through what was felt leads back to none.
+  // proportion to the travel, so a straight line through the measured samples leads back to zero
+  // torque.
   float onset(float encoder) const {
     if (count_ < kSamples) return encoder;
     float x = 0.0F;
@@ -68,11 +69,11 @@ class Touch {
   }
 
  private:
-  // What was sampled so many samples ago, 1 being the latest.
+  // The sample taken this many samples ago, 1 being the latest.
   float lead(int back) const { return leads_[(count_ - back) % kSamples]; }
 
-  // What the lead would be here in running freely: ripple and detent repeat each period, and the
-  // encoder's own error over a turn goes on as it did between the periods before.
+  // The lead expected here in free running: ripple and detent repeat each period, and the encoder's
+  // own error over a turn goes on as it did between the periods before.
   float usual(int back) const {
     return lead(back + 2 * kPeriod) + mean(2 * kPeriod) - mean(4 * kPeriod);
   }

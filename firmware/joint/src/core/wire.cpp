@@ -133,7 +133,7 @@ void Wire::apply(const Verdict& verdict) {
   } else if (frame.writes) {
     execute(frame, verdict.command);
   }
-  // What repeats or damages a frame leaves its answer in memory.
+  // A repeated or damaged frame leaves its answer in memory.
   if (fresh && code != Register::HELLO) {
     answered_ = code;
     kept_ = answer_;
@@ -232,7 +232,7 @@ void Wire::arm(const Frame& frame) {
   counting_ = true;
 }
 
-// Both steps to the bootloader: only a joint that neither moves nor is about to.
+// Both steps to the bootloader: only for a joint that neither moves nor is about to.
 Refusal Wire::may_leave(const Frame& frame) const {
   if (load<uint16_t>(frame.payload) != boot_id_) return Refusal::WRONG_BOOT;
   if ((flags_ & mask(Flags::NOTENABLED)) == 0) return Refusal::ENABLED;
@@ -451,7 +451,7 @@ void Wire::answer(const Frame& frame, uint8_t flags, Answer& answer) const {
 }
 
 void Wire::refuse(const uint8_t* data, size_t size, const Frame& frame, Answer& answer) const {
-  // A frame with no known register may still be of version 2; its own trailer tells.
+  // A frame with no known register may still be of version 2; its own trailer decides.
   const auto address = static_cast<uint8_t>(configuration_.address << 1);
   const bool trailed =
       frame.checked || (size >= 3 && crc8(crc8(0, &address, 1), data, size) == 0);

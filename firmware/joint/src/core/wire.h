@@ -22,12 +22,12 @@ class Wire {
   // Forgets the session and reads the boot id; call before the bus can reach the joint.
   void boot();
 
-  // Interrupt side. prepare() judges a frame that may be whole but changes nothing; receive() takes
-  // it, at once if it is what was judged last.
+  // Interrupt side. prepare() checks a frame that may be whole but changes nothing; receive()
+  // executes it, at once if it is the frame checked last.
   void prepare(const uint8_t* data, size_t size);
   void receive(const uint8_t* data, size_t size);
-  // The first byte of the answer that receive() of so many bytes will arm; false where it was not
-  // judged yet.
+  // The first byte of the answer that receive() of so many bytes will arm; false where the frame
+  // was not checked yet.
   bool foretell(size_t size, uint8_t& first) const;
   size_t request(uint8_t (&answer)[kAnswerMax]) const;
 
@@ -52,7 +52,7 @@ class Wire {
     uint8_t bytes[kAnswerMax] = {};
     size_t size = 0;
   };
-  // What a frame comes to, before any of it has happened.
+  // The verdict on a frame, before any of it is executed.
   struct Verdict {
     Frame frame;
     // Bytes arrived as they were sent: a known register, a length of its own, the right CRC.

@@ -11,10 +11,10 @@ from bioscara.planning.collision.scene import Scene
 
 
 def run(options: Options) -> int:
-    """Home the arm, follow the trajectory that comes with the package, report.
+    """Home the arm, follow the trajectory supplied with the package, report.
 
     Raises:
-        BioscaraError: Something was in the way before anything moved.
+        BioscaraError: The run was refused or failed before anything moved.
     """
     parameters = load_parameters()
     with as_file(files("bioscara.cli").joinpath("demo.csv")) as path:

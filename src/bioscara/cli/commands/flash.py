@@ -23,10 +23,10 @@ from bioscara.model import load_parameters
 def run(options: Options) -> int:
     """Write an image to a board, read it back, compare, and start it.
 
-    With a bus, the joint is asked before to start its bootloader, and afterwards who it is.
+    With a bus, the joint is requested to start its bootloader before, and identified afterwards.
 
     Raises:
-        ImageError: The image is not one for this joint; nothing was written.
+        ImageError: The image is not for this joint; nothing was written.
         FlashError: There is no board or no program to flash it with; nothing was written.
         BioscaraError: The bus cannot be used, or the joint is enabled; nothing was written.
         OSError: Standard output cannot be written.
@@ -63,7 +63,7 @@ def _on_bus(options: Options, output: Output) -> Iterator[Flashed]:
 
 
 def _programmer(options: Options) -> Programmer:
-    """Return what flashes the board in the way that was asked for.
+    """Return the programmer for the requested interface, USB or SWD.
 
     Raises:
         FlashError: The program is not installed; names its package.
@@ -80,7 +80,7 @@ def _programmer(options: Options) -> Programmer:
 
 
 def _write(programmer: Programmer, image: Image, options: Options) -> Status:
-    """Write and verify; what goes wrong leaves a joint without firmware, and says so."""
+    """Write and verify; a failure leaves the joint without firmware, and the message says so."""
     try:
         programmer.flash(image.content)
     except FlashError as error:
@@ -93,7 +93,7 @@ def _write(programmer: Programmer, image: Image, options: Options) -> Status:
 
 
 def _start(programmer: Programmer, output: Output, options: Options) -> Status:
-    """Start a board whose image is verified: from here on nothing can be lost."""
+    """Start a board whose image is verified; a failure no longer affects the firmware."""
     try:
         started = programmer.start()
     except FlashError:
@@ -123,7 +123,7 @@ def _without_firmware(options: Options) -> str:
 
 @contextmanager
 def _interruptible() -> Iterator[None]:
-    """Make SIGTERM and a closed terminal end the flashing as Ctrl-C does, with the same words."""
+    """Handle SIGTERM and a closed terminal during flashing as Ctrl-C, with the same messages."""
     numbers = (signal.SIGTERM, signal.SIGHUP)
     before = [(number, signal.signal(number, signal.default_int_handler)) for number in numbers]
     try:

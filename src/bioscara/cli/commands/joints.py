@@ -38,7 +38,7 @@ def run(options: Options) -> int:
                 raise
             except BioscaraError as error:
                 missing.append(f"{joint.name}: {str(error).removeprefix(f'{joint.name}: ')}")
-                # Who said hello is there, though it is another joint or too new to talk to.
+                # A joint that answered hello is present, even if it is another one or too new.
                 who = "missing" if joint.hello is None else firmware(joint)
                 rows.append((joint.name, f"{joint.parameters.address:#04x}", who, *"-----"))
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -74,7 +74,7 @@ def _row(joint: Joint) -> tuple[str, ...]:
 
 
 def firmware(joint: Joint) -> str:
-    """Return which protocol and firmware a joint has, in words."""
+    """Return the protocol and firmware versions of a joint, in words."""
     if joint.hello is None:
         return "protocol 1"
     major, minor = joint.hello.firmware

@@ -22,10 +22,10 @@ from bioscara.robot import Robot
 
 
 def run(options: Options) -> int:
-    """Home the arm where need be, move it to a target and release it.
+    """Home the arm where necessary, move it to a target and release it.
 
     Raises:
-        BioscaraError: It could not be moved there, and nothing moved.
+        BioscaraError: The motion was refused or failed before anything moved.
         OSError: Standard output cannot be written.
     """
     require_files(options)
@@ -54,10 +54,10 @@ def run(options: Options) -> int:
 
 
 def _move(robot: Robot, options: Options, cancelled: Interruption, output: Output) -> Status:
-    """Home the arm and move it; complain of what stopped it.
+    """Home the arm and move it; print the error that stopped it.
 
     Raises:
-        InvalidArgumentError: It was refused before anything moved.
+        InvalidArgumentError: The motion was refused before anything moved.
     """
     last: deque[CycleRecord] = deque(maxlen=1)
     try:
@@ -75,7 +75,7 @@ def _move(robot: Robot, options: Options, cancelled: Interruption, output: Outpu
         complain(f"{error}; all joints were stopped and disabled")
         return Status.INTERRUPTED
     except BioscaraError as error:
-        # No cycle of a motion was seen: nothing moved yet.
+        # No cycle of a motion was recorded: nothing has moved.
         if isinstance(error, InvalidArgumentError) and not last:
             raise
         told = robot.faults[0] if robot.faults else error

@@ -11,10 +11,10 @@ from bioscara.model import load_parameters
 
 
 def run(options: Options) -> int:
-    """Plan a motion and tell about it; no arm is needed and nothing moves.
+    """Plan a motion and describe it; no arm is needed and nothing moves.
 
     Raises:
-        BioscaraError: It cannot be planned.
+        BioscaraError: The motion cannot be planned.
     """
     require_files(options)
     parameters, output = load_parameters(), Output()

@@ -29,9 +29,9 @@ def run(options: Options) -> int:
     """List, show, save or delete poses; nothing moves.
 
     Raises:
-        InvalidArgumentError: There is no such pose or tool, or the arm cannot take it.
+        InvalidArgumentError: There is no such pose or tool, or the arm cannot reach the pose.
         ConfigurationError: The file cannot be read or written.
-        BioscaraError: The arm does not tell where it is.
+        BioscaraError: The arm's position cannot be read.
         OSError: Standard output cannot be written.
     """
     output, parameters = Output(), load_parameters()
@@ -94,10 +94,10 @@ def _show(options: Options, parameters: ArmParameters) -> list[str]:
 
 
 def _drawn(path: Path, pose: NamedPose, options: Options, parameters: ArmParameters) -> str:
-    """Draw the motion to a pose; return the sentence that says so.
+    """Draw the motion to a pose; return a message that names the file.
 
     Raises:
-        InvalidArgumentError: The arm cannot go there, or the file cannot be written.
+        InvalidArgumentError: The arm cannot move there, or the file cannot be written.
     """
     planner = planner_from(options, parameters)
     planner.use_tool(pose.tool)
@@ -106,7 +106,7 @@ def _drawn(path: Path, pose: NamedPose, options: Options, parameters: ArmParamet
 
 
 def _reached(arm: Scara, place: Pose) -> tuple[Joints | None, str]:
-    """Return the joints that reach a place from the middle, or why there are none."""
+    """Return the joint solution closest to the centre of the limits, or why there is none."""
     centre = Joints(*(0.5 * (limit.lower + limit.upper) for limit in arm.limits))
     try:
         return arm.solve(place, centre), ""
@@ -137,7 +137,7 @@ def _save(options: Options, parameters: ArmParameters) -> list[str]:
 
 def _delete(options: Options, parameters: ArmParameters) -> list[str]:
     built_in = any(pose.name == options.name for pose in BUILT_IN)
-    # That a pose is built in is the better answer, also where there is no file.
+    # The message that a pose is built in takes precedence over that of a missing file.
     table = (
         taught(options, fingers(parameters))
         if built_in
@@ -148,10 +148,10 @@ def _delete(options: Options, parameters: ArmParameters) -> list[str]:
 
 
 def _here(options: Options, parameters: ArmParameters) -> Joints:
-    """Return where the joints of the arm are.
+    """Return the joint positions of the arm.
 
     Raises:
-        InvalidArgumentError: It is not homed.
+        InvalidArgumentError: The arm is not homed.
     """
     with open_arm(options, parameters) as robot:
         try:

@@ -9,11 +9,11 @@ from bioscara.model import load_parameters
 
 
 def run(options: Options) -> int:
-    """Check the file, then home, follow it and report.
+    """Check the trajectory file, home the arm, follow the trajectory and report.
 
     Raises:
-        TrajectoryError: The file, or what it asks for, cannot be executed.
-        BioscaraError: Something else was in the way before anything moved.
+        TrajectoryError: The file cannot be read, or its trajectory cannot be executed.
+        BioscaraError: The run was refused or failed otherwise before anything moved.
     """
     parameters = load_parameters()
     plan = prepare(

@@ -19,15 +19,15 @@ from bioscara.robot.planner import Planner
 
 
 def run(options: Options) -> int:
-    """Show the arm's description in the browser until Ctrl-C, then draw what is to be drawn.
+    """Show the arm's description in the browser until Ctrl-C, then draw the plot, if requested.
 
     Raises:
         ConfigurationError: viser is not installed, or the scene cannot be read.
-        InvalidArgumentError: The motion of the sliders cannot be drawn, or not be done.
+        InvalidArgumentError: The motion of the sliders cannot be drawn or is not possible.
         OSError: Standard output cannot be written.
     """
     try:
-        # Here and not above: it takes a second to import, and comes with an extra.
+        # Imported here: it takes a second to import, and is installed by an extra.
         from bioscara.viewer.page import Page  # noqa: PLC0415
     except ModuleNotFoundError as error:
         if error.name != "viser":
@@ -53,10 +53,10 @@ def run(options: Options) -> int:
 
 
 def _drawn(path: Path, start: Mapping[str, float], goal: Mapping[str, float], scene: Scene) -> str:
-    """Draw the motion from one place of the sliders to another; return the sentence that says so.
+    """Draw the motion between two slider positions; return a message that names the file.
 
     Raises:
-        InvalidArgumentError: It leads through something, or the file cannot be written.
+        InvalidArgumentError: The path is not free, or the file cannot be written.
     """
     parameters = load_parameters()
     here, there = ([places[joint.name] for joint in parameters.joints] for places in (start, goal))

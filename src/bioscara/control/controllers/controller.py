@@ -1,4 +1,4 @@
-"""What every controller is."""
+"""The base class of all controllers."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def interfaces(joints: Sequence[str], kinds: Sequence[str]) -> tuple[str, ...]:
 class Controller(ABC, Generic[P]):
     """Turns measured states into commands, a cycle at a time.
 
-    A subclass names its ``TYPE`` and its ``PARAMETERS``, tells which interfaces it needs once it
-    is configured, and implements :meth:`update`. The manager hands it the handles of those
+    A subclass names its ``TYPE`` and its ``PARAMETERS``, declares the interfaces that it needs once
+    it is configured, and implements :meth:`update`. The manager hands it the handles of those
     interfaces, in the order in which it named them, before ``on_activate``.
 
     Args:
@@ -37,15 +37,15 @@ class Controller(ABC, Generic[P]):
     Attributes:
         name: As given.
         parameters: As given.
-        state: Where it is in its life; changed by the manager only.
-        nominal_period: Time from update to update as it should be [s]; set before ``on_activate``.
+        state: Its lifecycle state; changed by the manager only.
+        nominal_period: Nominal time from update to update [s]; set before ``on_activate``.
         commanded_speeds: Velocity at which each claimed joint was commanded when the controller
             was activated [rad/s or m/s], by joint; 0 for one that was at rest.
         limits: Those of the joints of the hardware that it commands, by joint; set before
             ``on_activate``.
         command_handles: The claimed command interfaces while it is active.
         state_handles: The state interfaces while it is active.
-        statistics: What its updates were like since it was activated last.
+        statistics: Of its updates since it was activated last.
     """
 
     TYPE: ClassVar[str]
@@ -76,11 +76,11 @@ class Controller(ABC, Generic[P]):
 
     @property
     def collision_checked(self) -> bool:
-        """Whether what it commands, begun from rest, was shown to keep the arm clear of all."""
+        """Whether its commands, begun from rest, are verified to keep the arm clear."""
         return False
 
     def on_hindered(self, text: str, rest: Mapping[str, float]) -> None:
-        """Take note that the arm is braked because what is commanded is not clear.
+        """React to the arm being braked because the commanded motion is not clear.
 
         Called on controllers that are not ``collision_checked``, once for each time that the arm is
         braked.
@@ -91,14 +91,14 @@ class Controller(ABC, Generic[P]):
         """
 
     def on_configure(self) -> None:
-        """Check what the parameters mean together.
+        """Check that the parameters are consistent.
 
         Raises:
             ConfigurationError: They cannot be used.
         """
 
     def on_activate(self, time: float) -> None:
-        """Get ready to be updated; the handles are set and hold what was measured.
+        """Prepare for updates; the handles are set and hold the measured values.
 
         Args:
             time: Now [s].
@@ -108,14 +108,14 @@ class Controller(ABC, Generic[P]):
         """
 
     def on_deactivate(self, time: float) -> None:
-        """Let go; the handles are still set.
+        """Deactivate; the handles are still set.
 
         Args:
             time: Now [s].
         """
 
     def on_cleanup(self) -> None:
-        """Forget what ``on_configure`` made."""
+        """Discard the results of ``on_configure``."""
 
     @abstractmethod
     def update(self, time: float, period: float) -> None:
@@ -126,7 +126,7 @@ class Controller(ABC, Generic[P]):
             period: Time since this controller's last update [s].
 
         Raises:
-            BioscaraError: It cannot go on; the manager switches it off.
+            BioscaraError: It cannot continue; the manager switches it off.
         """
 
     def bind(
@@ -151,9 +151,9 @@ class Controller(ABC, Generic[P]):
         self.state_handles = tuple(states[name] for name in self.state_interfaces)
 
     def unbind(self) -> None:
-        """Let the handles go."""
+        """Release the handles."""
         self.command_handles, self.state_handles = (), ()
 
 
 AnyController = Controller[Any]
-"""A controller, whatever its parameters."""
+"""A controller with any parameters."""

@@ -1,4 +1,4 @@
-"""Passes commands on to the joints as they come."""
+"""Forwards commands to the joints unchanged."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class ForwardCommandParameters(Parameters):
 
     Attributes:
         joints: Names of the joints.
-        interface_name: Which interface of them is commanded.
+        interface_name: Their commanded interface.
     """
 
     joints: tuple[str, ...]
@@ -25,9 +25,9 @@ class ForwardCommandParameters(Parameters):
 
 
 class ForwardCommandController(Controller[ForwardCommandParameters]):
-    """Writes the last command that it was given.
+    """Writes the last command.
 
-    Until there is one joints come to rest: a velocity is 0, a position stays as it was commanded.
+    Until there is one the joints come to rest: a velocity is 0, a position stays as commanded.
     """
 
     TYPE = "forward_command_controller/ForwardCommandController"
@@ -45,12 +45,12 @@ class ForwardCommandController(Controller[ForwardCommandParameters]):
             raise ConfigurationError(f"{self.name}: parameter joints names none")
 
     def on_activate(self, time: float) -> None:
-        """Forget commands of before."""
+        """Discard earlier commands."""
         moves = self.parameters.interface_name == VELOCITY
         self._command = (0.0,) * len(self.parameters.joints) if moves else None
 
     def command(self, values: Sequence[float]) -> None:
-        """Give the command of the next cycle and all that follow.
+        """Set the command of the next cycle and of all that follow.
 
         Args:
             values: One for each joint, SI units.

@@ -1,4 +1,4 @@
-"""What the goals of all controllers have in common."""
+"""The common parts of all controllers' goals."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from enum import Enum
 
 
 class Status(Enum):
-    """How far a goal got."""
+    """Status of a goal."""
 
     EXECUTING = "executing"
     SUCCEEDED = "succeeded"
@@ -18,7 +18,7 @@ class Pursued:
     """A goal that a controller accepted.
 
     Attributes:
-        status: How far it got.
+        status: Its status.
     """
 
     __slots__ = ()

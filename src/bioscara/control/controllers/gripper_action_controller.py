@@ -26,18 +26,18 @@ class GripperActionParameters(Parameters):
 
     Attributes:
         joint: Name of the joint.
-        action_monitor_rate: How often results are told [Hz].
-        goal_tolerance: How near to its goal the gripper has arrived [m].
+        action_monitor_rate: How often results are reported [Hz].
+        goal_tolerance: Distance from its goal within which the gripper has arrived [m].
         allow_stalling: Whether a gripper that is held up before its goal has succeeded.
-        stall_velocity_threshold: Speed below which it does not move [m/s].
-        stall_timeout: How long it does not move when it is held up [s].
+        stall_velocity_threshold: Speed below which it counts as standing [m/s].
+        stall_timeout: Time of standing after which it counts as held up [s].
         max_effort_interface: Name of the command interface of the effort; empty where none is.
         max_effort: Effort of goals that give none [N].
         max_velocity_interface: Name of the command interface of the speed; empty where none is.
         max_velocity: Speed of goals that give none [m/s].
         velocity_limit: Speed that the gripper cannot exceed [m/s]; the default is the one in the
-            arm's description. A servo without a sensor says that it is where it was told to be
-            long before it can be there.
+            arm's description. A servo without a sensor reports its commanded position long before
+            it can be there.
         limits: Lowest and highest position that a goal may have [m]; None where the hardware
             alone bounds it.
     """
@@ -61,8 +61,8 @@ class GripperActionController(Controller[GripperActionParameters]):
 
     Attributes:
         goal: The goal that runs or ended last; None before the first.
-        position: Where the gripper is [m]: what is measured, but no farther from where it was
-            than ``velocity_limit`` allows.
+        position: Width of the gripper [m]: as measured, but changing no faster than
+            ``velocity_limit`` allows.
     """
 
     TYPE = "parallel_gripper_action_controller/GripperActionController"
@@ -78,7 +78,7 @@ class GripperActionController(Controller[GripperActionParameters]):
 
     @property
     def command_interfaces(self) -> tuple[str, ...]:
-        """Position, then those of speed and effort where there are."""
+        """Position, then those of speed and effort where they exist."""
         parameters = self.parameters
         extras = (parameters.max_velocity_interface, parameters.max_effort_interface)
         return (f"{parameters.joint}/{POSITION}", *filter(None, extras))
@@ -90,11 +90,11 @@ class GripperActionController(Controller[GripperActionParameters]):
 
     @property
     def collision_checked(self) -> bool:
-        """True: a goal is looked at by who sends it, and the arm kept clear of all of its way."""
+        """True: the sender of a goal checks it, and the arm is kept clear of the whole stroke."""
         return True
 
     def on_configure(self) -> None:
-        """Check that the limits leave room."""
+        """Check that the lower limit is below the upper one."""
         limits = self.parameters.limits
         if limits is not None and not limits[0] < limits[1]:
             raise ConfigurationError(
@@ -103,7 +103,7 @@ class GripperActionController(Controller[GripperActionParameters]):
             )
 
     def on_activate(self, time: float) -> None:
-        """Hold the width that is measured."""
+        """Hold the measured width."""
         measured = self.state_handles[0]
         if not math.isfinite(measured.value):
             raise ControllerError(
@@ -116,14 +116,14 @@ class GripperActionController(Controller[GripperActionParameters]):
         self._still = 0.0
 
     def on_deactivate(self, time: float) -> None:
-        """End the goal; the servo stays where it was told to be."""
+        """End the goal; the servo stays at its last command."""
         self._end(Status.ABORTED, "the gripper controller was deactivated")
 
     def send_goal(self, goal: GripperGoal) -> GripperGoalHandle:
         """Move the gripper; a goal that still runs is cancelled.
 
         Args:
-            goal: Where to.
+            goal: The goal.
 
         Returns:
             The accepted goal.
@@ -143,16 +143,17 @@ class GripperActionController(Controller[GripperActionParameters]):
         return self.goal
 
     def cancel(self) -> None:
-        """Hold where the gripper is and end the goal; nothing happens if there is none."""
+        """Hold the current width and end the goal; nothing happens if there is none."""
         if self.goal is not None and not self.goal.done:
             self._give(self.position)
             self._extras = self._extras_of((), ())
             self._end(Status.CANCELED, "the goal was cancelled")
 
     def update(self, time: float, period: float) -> None:
-        """Judge where the gripper is, and command.
+        """Evaluate the position of the gripper, and command.
 
-        A goal is not judged before its command was written; what the hardware gave up ends it.
+        A goal is not evaluated before its command was written; it ends if the hardware gave its
+        command up.
         """
         measured, velocity = self.state_handles
         problem = self.command_handles[0].problem
@@ -206,7 +207,7 @@ class GripperActionController(Controller[GripperActionParameters]):
         goal.status, goal.text = status, text
 
     def check(self, goal: GripperGoal) -> GripperGoal:
-        """Return a goal that :meth:`send_goal` would take, in plain floats.
+        """Return a goal that :meth:`send_goal` would accept, in plain floats.
 
         Raises:
             GoalRejectedError: There is not exactly one position, or a value is not finite or

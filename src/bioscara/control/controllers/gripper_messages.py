@@ -1,4 +1,4 @@
-"""What a gripper is asked for and answers, as in control_msgs/ParallelGripperCommand."""
+"""Goals and answers of a gripper, as in control_msgs/ParallelGripperCommand."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ class GripperGoal:
 
 
 class GripperFeedback(NamedTuple):
-    """Where the gripper is.
+    """State of the gripper.
 
     Attributes:
         time: Begin of the cycle [s].
-        position: Width between the jaws [m], no farther than they can have come by then.
+        position: Width between the jaws [m], limited to what they can have reached by then.
         velocity: As measured [m/s].
-        quality: How far that can be believed.
+        quality: Reliability of these values.
     """
 
     time: float
@@ -49,7 +49,7 @@ class GripperResult(NamedTuple):
         velocity: As measured [m/s].
         reached_goal: Whether the width is the goal's.
         stalled: Whether the gripper was held up before.
-        quality: How far all of this can be believed.
+        quality: Reliability of these values.
     """
 
     position: float
@@ -64,10 +64,10 @@ class GripperGoalHandle(Pursued):
     """An accepted goal; changed by the controller until it ends.
 
     Attributes:
-        goal: What was asked.
-        status: How far it got.
+        goal: The requested goal.
+        status: Its status.
         text: Why it ended early.
-        feedback: Where the gripper is; None before the goal's first cycle.
+        feedback: State of the gripper; None before the goal's first cycle.
         result: How it ended; None before.
     """
 

@@ -1,4 +1,4 @@
-"""Brings joints to rest where they are heading, and keeps them there."""
+"""Brings joints to rest in their direction of motion, and keeps them there."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class HoldController(Controller[HoldParameters]):
     """The fallback: it takes over at any speed, ramps down, and holds.
 
     All joints come to rest together, each at a constant deceleration: the one that needs longest
-    sets the time, so that the arm goes on in the direction in which it was moving.
+    sets the time, so that the arm continues in the direction in which it was moving.
     """
 
     TYPE = "bioscara_controllers/HoldController"
@@ -37,7 +37,7 @@ class HoldController(Controller[HoldParameters]):
 
     @property
     def ended(self) -> bool:
-        """Whether the ramp has ended, and the joints had time to come to its end."""
+        """Whether the ramp has ended, and the joints had time to reach its end."""
         return self._elapsed >= self._duration + _ARRIVAL
 
     @property
@@ -47,11 +47,11 @@ class HoldController(Controller[HoldParameters]):
 
     @property
     def collision_checked(self) -> bool:
-        """True: it but brakes, which nothing may hinder."""
+        """True: it only brakes, which must never be prevented."""
         return True
 
     def on_configure(self) -> None:
-        """Check that the parameters fit one another."""
+        """Check that the parameters are consistent."""
         parameters = self.parameters
         if not parameters.joints or len(parameters.joints) != len(parameters.max_deceleration):
             raise ConfigurationError(
@@ -65,7 +65,7 @@ class HoldController(Controller[HoldParameters]):
             )
 
     def on_activate(self, time: float) -> None:
-        """Start from the last commands, at the speed at which they moved."""
+        """Start from the last commands, at their speed."""
         joints = self.parameters.joints
         self._start = [handle.value for handle in self.command_handles[: len(joints)]]
         self._speed = [self.commanded_speeds.get(joint, 0.0) for joint in joints]

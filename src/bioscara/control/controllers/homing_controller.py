@@ -21,8 +21,8 @@ class HomingParameters(Parameters):
     Attributes:
         joints: Names of the joints, in the order in which they are homed.
         timeout: Longest time that one joint may take [s].
-        max_travel: Farthest that each joint may go towards its end stop [rad or m], in the order
-            of ``joints``; empty where only the joints themselves and the time bound it.
+        max_travel: Longest travel of each joint towards its end stop [rad or m], in the order of
+            ``joints``; empty where only the joints themselves and the time bound it.
     """
 
     joints: tuple[str, ...]
@@ -31,13 +31,13 @@ class HomingParameters(Parameters):
 
 
 class HomingProgress(NamedTuple):
-    """How far the joint that is homing got.
+    """Progress of the joint that is homing.
 
     Attributes:
         joint: Its name.
-        elapsed: Time since it was told to [s].
-        travel: How far it went towards its end stop [rad or m]. It has no position yet, so this
-            is its velocity, summed up.
+        elapsed: Time since it was commanded to home [s].
+        travel: Travel towards its end stop [rad or m]. The joint has no position yet, so this is
+            its integrated velocity.
     """
 
     joint: str
@@ -54,10 +54,10 @@ class HomingGoal(Pursued):
     Attributes:
         directions: As given.
         joints: Its joints.
-        done_joints: Those that are homed by now.
+        done_joints: Those that are homed already.
         current: The one that is homing; None before and after.
-        progress: How far that one, or the last one, got; None before the first.
-        status: How far it got as a whole.
+        progress: Progress of that one, or of the last one; None before the first.
+        status: Status of the whole goal.
         text: Why it ended early.
     """
 
@@ -83,7 +83,8 @@ class HomingController(Controller[HomingParameters]):
     One joint homes at a time: while one is engaged, the bus is not free for another.
 
     Attributes:
-        goal: What runs or ended last, a sequence or a single joint; None before the first.
+        goal: The goal that runs or ended last, a sequence or a single joint; None before the
+            first.
     """
 
     TYPE = "single_trigger_controller/SingleTriggerController"
@@ -118,17 +119,17 @@ class HomingController(Controller[HomingParameters]):
             )
 
     def on_activate(self, time: float) -> None:
-        """Home nothing yet."""
+        """Start without homing a joint."""
         self._stopping = False
 
     def on_deactivate(self, time: float) -> None:
-        """Stop whatever is homing; the goal says why, if the joint did."""
+        """Stop the joint that is homing; the goal gives the reason, if the joint reported one."""
         seeking = self.goal is not None and self.goal.current is not None
         problem = self.command_handles[self._index].problem if seeking else None
         self._stop(Status.ABORTED, str(problem or "the homing controller was deactivated"))
 
     def trigger(self, joint: str, command: float) -> HomingGoal | None:
-        """Command one joint, as the topic of the original does.
+        """Command one joint, as the topic of the original controller does.
 
         Args:
             joint: Name of the joint.
@@ -136,11 +137,11 @@ class HomingController(Controller[HomingParameters]):
                 it is part of.
 
         Returns:
-            What was started; None for 0.
+            The started goal; None for 0.
 
         Raises:
             GoalRejectedError: The controller is not active, there is no such joint, the command
-                is not finite, or something is homing.
+                is not finite, or a joint is homing.
         """
         self._require_ready((joint,))
         if number(f"{joint}: home command", command, error=GoalRejectedError):
@@ -157,7 +158,7 @@ class HomingController(Controller[HomingParameters]):
 
         Raises:
             GoalRejectedError: The controller is not active, there is no such joint or none at
-                all, a direction is 0 or not finite, or something is homing.
+                all, a direction is 0 or not finite, or a joint is homing.
         """
         if not isinstance(directions, Mapping):
             raise GoalRejectedError(
@@ -189,10 +190,10 @@ class HomingController(Controller[HomingParameters]):
         self._stop(Status.CANCELED, "homing was cancelled")
 
     def update(self, time: float, period: float) -> None:
-        """Start the next joint, or look after the one that is homing."""
+        """Start the next joint, or monitor the one that is homing."""
         goal = self.goal
         if self._stopping:
-            # The hardware sees a stop only if it stays for a cycle.
+            # The hardware detects a stop only if it stays for a cycle.
             self._stopping = False
         elif goal is None or goal.done:
             return
@@ -223,7 +224,7 @@ class HomingController(Controller[HomingParameters]):
         elif handle.value:
             self._bound(joint, elapsed)
         elif home.quality is not Quality.FRESH:
-            return  # The joint ended; what became of it comes with its next answer.
+            return  # The joint ended; its next answer carries the result.
         elif home.value > 0.0:
             goal.done_joints.append(joint)
             self._next(goal, time)
@@ -231,7 +232,7 @@ class HomingController(Controller[HomingParameters]):
             self._stop(Status.ABORTED, f"{joint} was stopped before it was homed; home it again")
 
     def _bound(self, joint: str, elapsed: float) -> None:
-        """Stop a joint that takes too long or goes too far."""
+        """Stop a joint that takes too long or travels too far."""
         parameters = self.parameters
         remedy = "it was stopped; look whether it moves freely and has its end stop, then home it"
         if elapsed > parameters.timeout:

@@ -25,12 +25,12 @@ class JogParameters(Parameters):
 
 
 class JogController(Controller[JogParameters]):
-    """Commands what a :class:`~bioscara.planning.motions.jog.Jog` makes of streamed velocities.
+    """Commands the output of a :class:`~bioscara.planning.motions.jog.Jog` for streamed velocities.
 
     Attributes:
-        prepare: Returns a jog that starts where the joints are commanded to be; set before
-            activation by whoever knows the arm's shape and surroundings.
-        jog: The one that runs; None before the first activation.
+        prepare: Returns a jog that starts at the commanded joint positions; set before activation
+            by code that knows the arm's shape and surroundings.
+        jog: The running one; None before the first activation.
     """
 
     TYPE = "bioscara_controllers/JogController"
@@ -49,7 +49,7 @@ class JogController(Controller[JogParameters]):
         return True
 
     def on_configure(self) -> None:
-        """Check that the parameters fit one another."""
+        """Check that the parameters are consistent."""
         parameters = self.parameters
         if len(parameters.joints) != len(JointVelocity._fields):
             raise ConfigurationError(f"{self.name}: joints must name all four joints of the arm")
@@ -60,11 +60,11 @@ class JogController(Controller[JogParameters]):
             )
 
     def on_activate(self, time: float) -> None:
-        """Begin where the joints are commanded to be.
+        """Begin at the commanded joint positions.
 
         Raises:
-            GoalRejectedError: Nobody said what the arm looks like.
-            ZoneError: The arm is too near to something.
+            GoalRejectedError: :attr:`prepare` is not set.
+            ZoneError: The arm is too near to an obstacle.
         """
         if self.prepare is None:
             raise GoalRejectedError(f"{self.name}: it does not know the arm; set prepare first")
@@ -79,7 +79,7 @@ class JogController(Controller[JogParameters]):
     def command(
         self, velocity: JointVelocity | ToolVelocity, time: float, share: float = 1.0
     ) -> None:
-        """Ask for a velocity; it expires 0.15 s later.
+        """Request a velocity; it expires 0.15 s later.
 
         Args:
             velocity: Of the joints or of the tool.
@@ -95,12 +95,12 @@ class JogController(Controller[JogParameters]):
         self.jog.command(velocity, time, share)
 
     def cancel(self, time: float) -> None:
-        """Come to rest on the way that was found clear."""
+        """Come to rest on the path that was found clear."""
         if self.jog is not None:
             self.jog.command(JointVelocity(), time)
 
     def update(self, time: float, period: float) -> None:
-        """Command where the joints are to be one cycle from now."""
+        """Command the joint positions of one cycle from now."""
         if self.jog is None:
             raise GoalRejectedError(f"{self.name} was never activated")
         positions, velocities = self.jog.step(time, period)

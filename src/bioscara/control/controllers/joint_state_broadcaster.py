@@ -1,4 +1,4 @@
-"""Tells the state of all joints."""
+"""Publishes the state of all joints."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from bioscara.hardware.interfaces import Quality
 
 
 class JointStates(NamedTuple):
-    """What all joints were last seen to do; every field but the first has one entry per joint.
+    """Last known state of all joints; every field but the first has one entry per joint.
 
     Attributes:
         time: Begin of the cycle [s].
         names: The joints.
         positions: [rad or m]; NaN where unknown.
         velocities: [rad/s or m/s]; NaN where unknown.
-        qualities: How far the position can be believed.
+        qualities: Reliability of the position.
         stamps: When it was measured [s].
     """
 
@@ -37,7 +37,7 @@ class DynamicJointState(NamedTuple):
 
     Attributes:
         joint: Its name.
-        interfaces: What is measured of it, for example ``"home"``.
+        interfaces: Its measured quantities, for example ``"home"``.
         values: One for each, SI units; NaN where unknown.
     """
 
@@ -51,7 +51,7 @@ class JointStateParameters(Parameters):
 
     Attributes:
         joints: Names of the joints.
-        extra_joints: Joints that no hardware has; they are told to be at 0.
+        extra_joints: Joints that no hardware has; they are reported at 0.
     """
 
     joints: tuple[str, ...]
@@ -59,10 +59,10 @@ class JointStateParameters(Parameters):
 
 
 class JointStateBroadcaster(Controller[JointStateParameters]):
-    """Keeps what the joints were last seen to do; silent while it is inactive.
+    """Keeps the last known state of the joints; publishes nothing while it is inactive.
 
     Attributes:
-        states: What the last cycle brought; None while it is inactive.
+        states: The states of the last cycle; None while it is inactive.
     """
 
     TYPE = "joint_state_broadcaster/JointStateBroadcaster"
@@ -78,12 +78,12 @@ class JointStateBroadcaster(Controller[JointStateParameters]):
 
     @property
     def state_interfaces(self) -> tuple[str, ...]:
-        """Position of each joint; what else a joint has is told without being required."""
+        """Position of each joint; its other interfaces are published without being required."""
         return interfaces(self.parameters.joints, (POSITION,))
 
     @property
     def dynamic_states(self) -> tuple[DynamicJointState, ...]:
-        """Every interface of every joint, as it is now; none while it is inactive."""
+        """Current value of every interface of every joint; none while it is inactive."""
         found: dict[str, list[StateInterface]] = {joint: [] for joint in self.parameters.joints}
         for handle in self._handles.values():
             if handle.joint in found:
@@ -95,7 +95,7 @@ class JointStateBroadcaster(Controller[JointStateParameters]):
         )
 
     def on_configure(self) -> None:
-        """Check that there is something to tell, and nothing twice."""
+        """Check that there is a joint to publish, and none twice."""
         if not self.parameters.joints:
             raise ConfigurationError(f"{self.name}: parameter joints names none")
         for name in self._names:
@@ -112,19 +112,19 @@ class JointStateBroadcaster(Controller[JointStateParameters]):
         self._handles = dict(states)
         self._positions = self.state_handles
         self._velocities = tuple(
-            # A joint without this interface: its handle is one that nobody ever writes.
+            # A joint without this interface gets a handle that is never written.
             states.get(f"{joint}/{VELOCITY}") or StateInterface(joint, VELOCITY)
             for joint in self.parameters.joints
         )
 
     def unbind(self) -> None:
-        """Let the handles go, and tell nothing any more."""
+        """Release the handles, and stop publishing."""
         super().unbind()
         self._handles, self._positions, self._velocities = {}, (), ()
         self.states = None
 
     def update(self, time: float, period: float) -> None:
-        """Take what was measured."""
+        """Take the measured states."""
         extra = len(self.parameters.extra_joints)
         zeros, positions = (0.0,) * extra, self._positions
         self.states = JointStates(

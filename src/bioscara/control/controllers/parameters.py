@@ -19,17 +19,17 @@ _UNKNOWN = "unknown_name"
 
 
 class Section(BaseModel):
-    """Base of everything that parameters are grouped in: unknown names and infinity are refused."""
+    """Base of all parameter groups: unknown names and infinity are refused."""
 
     PER_JOINT: ClassVar[bool] = False
-    """Whether a section for each joint, under the joint's name, may stand beside the others."""
+    """Whether a section for each joint, under the joint's name, is allowed next to the others."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     @model_validator(mode="before")
     @classmethod
     def _refuse_unknown(cls, values: object) -> object:
-        """Tell of an unknown name here, where the names are known that it could have been."""
+        """Refuse an unknown name here, where the known names are available for a hint."""
         known = cls.model_fields
         for name, value in values.items() if isinstance(values, Mapping) else ():
             if name in known or (cls.PER_JOINT and isinstance(value, Mapping | Section)):

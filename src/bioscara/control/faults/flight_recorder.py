@@ -1,4 +1,4 @@
-"""The last seconds at full rate, always in memory, written when something went wrong."""
+"""The last seconds at full rate, always in memory, written after a fault."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from typing import NamedTuple
 from bioscara.hardware.axis import Axis
 
 SECONDS = 10.0
-"""How much of the past is kept [s]."""
+"""Length of the record [s]."""
 
 
 class Timing(NamedTuple):
-    """What a cycle cost.
+    """Timing of a cycle.
 
     Attributes:
         late: How much later than scheduled it began [s].
@@ -53,7 +53,7 @@ class FlightRecord:
 
         Args:
             time: Its begin [s].
-            timing: What it cost.
+            timing: Its timing.
         """
         row = [time, *timing]
         for axis in self._axes:
@@ -68,7 +68,7 @@ class FlightRecord:
         self._rows.append(tuple(row))
 
     def freeze(self) -> Evidence:
-        """Return what is kept now; it does not change any more."""
+        """Return the cycles kept now; the copy does not change any more."""
         return Evidence(tuple(self._header()), tuple(self._rows))
 
     def _header(self) -> list[str]:
@@ -90,7 +90,7 @@ class FlightRecord:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """A flight record that ended.
+    """A frozen flight record.
 
     Attributes:
         columns: Their names.
@@ -104,7 +104,7 @@ class Evidence:
         """Write it as CSV; the file is whole or does not exist, and no other is replaced.
 
         Args:
-            folder: Where to; made if need be.
+            folder: Destination; created if necessary.
             name: Of the file, without extension; a number is added where it is taken.
             remarks: Sentences for its head, as comment lines.
 
@@ -134,9 +134,9 @@ class Evidence:
 
 
 def _reserve(folder: Path, name: str) -> tuple[Path, Path]:
-    """Return a file that does not exist, and one to become it that nobody else writes to.
+    """Return a path that does not exist, and an exclusive partial file to become it.
 
-    Programs of two arms, stopped by one button, want the same name.
+    Programs of two arms, stopped by one button, request the same name.
     """
     number = 1
     while True:

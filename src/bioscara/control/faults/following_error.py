@@ -1,4 +1,4 @@
-"""Whether a joint is where it was told to be."""
+"""Monitoring of a joint's following error."""
 
 from __future__ import annotations
 
@@ -15,23 +15,23 @@ FLOOR_SHARE = 0.005
 LAG = 0.05
 """Error that is allowed for each unit of speed [s]: a few cycles."""
 _MARGIN = 1.3
-"""Share by which a version 1 joint may exceed what its law says."""
+"""Factor by which a version 1 joint may exceed the error of its control law."""
 _MEMORY = 2.0
-"""Time constant with which a speed of before still counts [s]: the error of a fast motion
+"""Time constant with which an earlier speed still counts [s]: the error of a fast motion
 outlasts it."""
 
 
 def allowed(limits: JointParameters, version: int, speed: float) -> float:
-    """Return how far a joint may be from where it was told to be [rad or m].
+    """Return the permitted following error of a joint [rad or m].
 
     Args:
         limits: Of the joint.
         version: Of the protocol that it speaks.
-        speed: Highest one of the last seconds [rad/s or m/s].
+        speed: Highest of the last seconds [rad/s or m/s].
     """
     error = FLOOR_SHARE * (limits.upper - limits.lower) + LAG * speed
     if version == 1:
-        # It goes to each setpoint as if to rest there, so it trails by its way to brake.
+        # It approaches each setpoint as if to rest there, so it trails by its braking distance.
         error += _MARGIN * speed**2 / (2.0 * limits.max_acceleration)
     return error
 
@@ -41,7 +41,7 @@ class Following:
 
     Args:
         axis: The joint.
-        guard: What it was told last.
+        guard: Holds its last command.
     """
 
     __slots__ = ("_axis", "_guard", "_peak")
@@ -51,7 +51,7 @@ class Following:
         self._peak = 0.0
 
     def check(self, time: float, period: float) -> FollowingError | None:
-        """Return what is wrong, or None.
+        """Return the error that exceeds the limit, or None.
 
         Args:
             time: Begin of the cycle whose commands were just written [s].

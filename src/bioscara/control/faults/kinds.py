@@ -1,4 +1,4 @@
-"""What can go wrong with the arm as a whole: kinds, what is done about each, and by whom."""
+"""Kinds of arm faults, with the reaction to each and the action required of a person."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Stop(Enum):
 
 
 class FaultKind(Enum):
-    """What happened; the value is the stop it asks for and what a person has to do."""
+    """Kind of a fault; the value is its stop and the action required of a person."""
 
     JOINT_LOST = (Stop.HOLD, "check the joint's power and wiring")
     BUS_STUCK = (Stop.HOLD, "unplug the joints one by one to find who holds the line")
@@ -66,19 +66,19 @@ class FaultKind(Enum):
 
     @property
     def action(self) -> str:
-        """What a person has to do before the fault can be recovered from."""
+        """Action required of a person before the fault can be recovered from."""
         return self.value[1]
 
 
 @dataclass(frozen=True, slots=True)
 class Fault:
-    """One thing that went wrong.
+    """One fault.
 
     Attributes:
-        kind: What happened.
+        kind: Its kind.
         source: Name of the joint, component or controller.
         cause: The exception behind it.
-        time: When it was noticed [s].
+        time: When it was detected [s].
         evidence: File with the flight record of the time before it; None until it is written.
     """
 
@@ -93,7 +93,7 @@ class Fault:
         return f"{self.kind.name}: {what}; {self.kind.action}"
 
     def error(self) -> BaseException:
-        """Return the cause for who uses the arm: it tells what to do about the whole of it."""
+        """Return the cause for the user of the arm, with the remedy for the fault as a whole."""
         if isinstance(self.cause, JointError):
             self.cause.remedy = self.kind.action
         return self.cause
@@ -124,7 +124,7 @@ _KINDS: tuple[tuple[type[BaseException], FaultKind], ...] = (
 
 
 def classify(cause: BaseException) -> FaultKind:
-    """Return what kind of fault an exception stands for."""
+    """Return the kind of fault that an exception stands for."""
     if isinstance(cause, JointFaultError) and cause.fault in _JOINT_FAULTS:
         return _JOINT_FAULTS[cause.fault]
     for error, kind in _KINDS:
@@ -139,8 +139,8 @@ def source_of(cause: BaseException, fallback: str) -> str:
 
 
 def says_power_is_gone(cause: BioscaraError) -> bool:
-    """Return whether this is what a joint says, or does not say, when its motor power goes."""
+    """Return whether a joint fails like this, or stays silent, when its motor power is lost."""
     if isinstance(cause, JointFaultError):
         return cause.fault in _POWER
-    # A version 1 joint latches no fault: all it says is that it is not engaged any more.
+    # A version 1 joint latches no fault: it only reports that it is not engaged any more.
     return isinstance(cause, (JointLostError, NotEnabledError))

@@ -1,4 +1,4 @@
-"""What went wrong since the arm was clear, and the flight record of each time it did."""
+"""Faults since the arm was clear, and the flight record of each group of them."""
 
 from __future__ import annotations
 
@@ -6,8 +6,8 @@ from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
-from bioscara.control.faults.kinds import Fault, FaultKind, Stop, says_power_is_gone
 from bioscara.control.faults.flight_recorder import Evidence, FlightRecord
+from bioscara.control.faults.kinds import Fault, FaultKind, Stop, says_power_is_gone
 from bioscara.errors import BioscaraError, NotEnabledError
 
 _AT_ONCE = 0.1
@@ -16,15 +16,15 @@ _STRONGEST_FIRST = tuple(Stop)
 
 
 class FaultLog:
-    """Faults in the order in which they came, with evidence for each group that came together.
+    """Faults in order of occurrence, with evidence for each group that occurred together.
 
     Args:
         record: The last seconds.
-        folder: Where evidence is written; created when there is some.
+        folder: Where evidence is written; created with the first.
         joints: How many joints the arm has.
 
     Attributes:
-        faults: What went wrong, first cause first.
+        faults: The faults, first cause first.
     """
 
     def __init__(self, record: FlightRecord, folder: Path, joints: int) -> None:
@@ -34,11 +34,11 @@ class FaultLog:
 
     @property
     def stop(self) -> Stop:
-        """The strongest stop that any of the faults asks for; there is at least one."""
+        """The strongest stop that any of the faults requires; there is at least one."""
         return min((fault.kind.stop for fault in self.faults), key=_STRONGEST_FIRST.index)
 
     def add(self, fault: Fault) -> bool:
-        """Take a fault; return whether it is the first of its kind from its source."""
+        """Add a fault; return whether it is the first of its kind from its source."""
         if any((old.kind, old.source) == (fault.kind, fault.source) for old in self.faults):
             return False
         self.faults.append(fault)
@@ -46,14 +46,14 @@ class FaultLog:
         return True
 
     def freeze(self) -> None:
-        """Set the flight record aside as that of the faults since this was done last."""
+        """Set the flight record aside as evidence of the faults since the last call."""
         self._groups.append((len(self.faults), self._record.freeze()))
 
     def keep(self) -> None:
         """Write the flight records that were set aside, each with the faults until then.
 
-        What was written before is not written again. Faults whose record was not set aside yet
-        get what there is now.
+        Evidence written before is not written again. Faults whose record was not set aside yet
+        get the current one.
 
         Raises:
             OSError: One cannot be written.
@@ -79,13 +79,13 @@ class FaultLog:
         self._groups.clear()
 
     def _name_power_loss(self, time: float) -> None:
-        """Make it POWER_LOST where several joints dropped out together as they then do."""
+        """Reclassify as POWER_LOST where several joints dropped out as on a loss of power."""
         latest = [
             (number, fault)
             for number, fault in enumerate(self.faults)
             if time - fault.time <= _AT_ONCE
         ]
-        # Joints that heard nothing for too long let go by themselves, with power.
+        # Joints that received nothing for too long release autonomously, still powered.
         unheard = any(fault.kind is FaultKind.OVERRUN for _, fault in latest)
         recent = {
             fault.source: number

@@ -1,4 +1,4 @@
-"""How the joints of an arm come to rest, and when they have."""
+"""Bringing the joints of an arm to rest, and detecting that they rest."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from bioscara.hardware import HOME, ArmHardware, State
 _REST_SHARE = 0.002
 """Share of its highest speed below which a joint counts as standing."""
 _REST_TIME = 5.0
-"""Time after which a stop counts as ended whatever the joints say [s]."""
+"""Time after which a stop counts as ended regardless of the joints' states [s]."""
 _HALTING = JointTrajectoryController, JogController
-"""Controllers that come to rest on the way that they are on."""
+"""Controllers that come to rest on their current path."""
 
 
 class Resting:
-    """Takes the joints of an arm from whoever moves them.
+    """Takes the joints of an arm from the controllers that move them.
 
     Args:
         manager: Runs the arm.
@@ -35,11 +35,11 @@ class Resting:
     def at_rest(self, time: float, since: float) -> bool:
         """Return whether all joints that can be reached stand, or had long enough to do so.
 
-        Not yet in the cycle in which they were told: what it saw is part of the evidence.
+        False in the cycle of the stop command itself: its state is part of the evidence.
 
         Args:
             time: Now [s].
-            since: When they were told to stop [s].
+            since: Time of the stop command [s].
         """
         if time <= since:
             return False
@@ -58,7 +58,7 @@ class Resting:
         )
 
     def _let_halt(self, time: float) -> bool:
-        """Let all that moves come to rest on its way; return whether all of it can."""
+        """Bring all motion to rest on its path; return whether all of it can be."""
         moving = self._moving()
         halting = [each for each in moving if isinstance(each, _HALTING)]
         if not halting or len(halting) < len(moving):
@@ -84,7 +84,7 @@ class Resting:
                 leaving.append(controller.name)
                 moving = moving or any(arm.commands[name].kind != HOME for name in claimed)
         if moving and manager.controller(self._hold).state is not State.ACTIVE:
-            # Where a joint that moves cannot be held, each comes to rest by itself.
+            # Where a moving joint cannot be held, each comes to rest on its own.
             with suppress(ModeSwitchError):
                 manager.take_over(self._hold, leaving, time)
                 return

@@ -1,8 +1,8 @@
-"""Stops the arm when something goes wrong, and keeps it stopped until a person has dealt with it.
+"""Stops the arm on a fault, and keeps it stopped until a person has dealt with the fault.
 
-The order is always the same: a fault stops the arm in the cycle that notices it, its evidence is
-written once the arm is at rest, ``acknowledge`` takes note of it, ``recover`` clears what the
-joints latched, and ``enable`` engages them again. None of these moves anything.
+The order is always the same: a fault stops the arm in the cycle that detects it, its evidence is
+written once the arm is at rest, ``acknowledge`` acknowledges it, ``recover`` clears the faults that
+the joints latched, and ``enable`` engages them again. None of these causes motion.
 """
 
 from __future__ import annotations
@@ -14,30 +14,30 @@ from enum import Enum
 from pathlib import Path
 
 from bioscara.control.controllers.controller import WARNINGS
-from bioscara.control.faults.log import FaultLog
-from bioscara.control.faults.kinds import Fault, FaultKind, Stop, classify, source_of
+from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.faults.flight_recorder import FlightRecord
 from bioscara.control.faults.following_error import Following
-from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
-from bioscara.control.manager.manager import ControllerManager
+from bioscara.control.faults.kinds import Fault, FaultKind, Stop, classify, source_of
+from bioscara.control.faults.log import FaultLog
 from bioscara.control.faults.stop import Resting
+from bioscara.control.manager.manager import ControllerManager
 from bioscara.errors import BioscaraError, FaultedError, HardwareError, ModeSwitchError
 from bioscara.hardware import ArmHardware, State
 from bioscara.hardware.safe_stop import stop_and_disable
 
 _SLOW = 0.5
-"""Share of the chosen speed at which a loop that is late goes on."""
+"""Share of the chosen speed at which motion continues when the loop is late."""
 
 
 class FaultState(Enum):
-    """Where the arm is between a fault and its end."""
+    """Stage of fault handling."""
 
     CLEAR = "clear"
     STOPPING = "stopping"
     LATCHED = "latched"
-    """At rest; nobody has taken note yet."""
+    """At rest; not acknowledged yet."""
     ACKNOWLEDGED = "acknowledged"
-    """Somebody has; the joints still have to be recovered."""
+    """Acknowledged; the joints still have to be recovered."""
 
 
 class Supervisor(Resting):
@@ -48,12 +48,12 @@ class Supervisor(Resting):
         arm: Its joints.
         hold: Name of the configured controller that brings the arm to rest and holds it.
         record: The last seconds.
-        folder: Where evidence is written; created when there is some.
+        folder: Where evidence is written; created with the first.
 
     Attributes:
-        state: Where the arm is between a fault and its end.
-        faults: What went wrong since it was clear, first cause first.
-        warnings: What was worth saying but stopped nothing.
+        state: Stage of fault handling.
+        faults: Faults since the arm was clear, first cause first.
+        warnings: Messages about conditions that did not stop the arm.
     """
 
     def __init__(
@@ -73,10 +73,10 @@ class Supervisor(Resting):
         self.warnings: deque[str] = deque(maxlen=WARNINGS)
 
     def require_clear(self) -> None:
-        """Raise unless no fault is in the way of motion.
+        """Raise if a fault prevents motion.
 
         Raises:
-            FaultedError: One is; names the first cause and what to do.
+            FaultedError: One does; names the first cause and the remedy.
         """
         if self.state is not FaultState.CLEAR:
             raise FaultedError(
@@ -85,7 +85,7 @@ class Supervisor(Resting):
             )
 
     def check(self, time: float, period: float) -> None:
-        """Look at the cycle that just ended, and react.
+        """Check the cycle that just ended, and react.
 
         Args:
             time: Its begin [s].
@@ -97,7 +97,7 @@ class Supervisor(Resting):
                 self.warnings.append(str(problem))
             else:
                 self.fault(problem, arm.name, time)
-        # A component that gave up is not read any more and tells the same for ever.
+        # A component that gave up is not read any more and would always report the same.
         arm.problems.clear()
         for failure in manager.failures:
             self.fault(failure.cause, failure.source, failure.time)
@@ -115,15 +115,15 @@ class Supervisor(Resting):
     def fault(
         self, cause: BaseException, source: str, time: float, kind: FaultKind | None = None
     ) -> None:
-        """Take a fault and stop the arm; this raises nothing.
+        """Handle a fault and stop the arm; this raises nothing.
 
-        A fault of the same kind from the same source is not taken twice.
+        A fault of the same kind from the same source is not latched twice.
 
         Args:
             cause: The exception behind it.
-            source: Joint, component or controller that it came from, unless the cause says.
+            source: Joint, component or controller of origin, unless the cause names one.
             time: Now [s].
-            kind: What it is; by default what the cause stands for.
+            kind: Its kind; by default derived from the cause.
         """
         fault = Fault(kind or classify(cause), source_of(cause, source), cause, time)
         if fault.kind.stop is Stop.SLOW:
@@ -134,12 +134,12 @@ class Supervisor(Resting):
             (self._release if self._log.stop is Stop.POWERLESS else self.stop)(time)
 
     def crash(self, cause: Exception, time: float) -> None:
-        """Take it that a cycle broke off; this raises nothing.
+        """Handle an aborted control cycle; this raises nothing.
 
-        A second time the arm is released: cycles that break off cannot ramp it down.
+        The second time the arm is released: aborted cycles cannot ramp it down.
 
         Args:
-            cause: What the cycle raised.
+            cause: The exception raised by the cycle.
             time: Now [s].
         """
         again = self.state is not FaultState.CLEAR
@@ -148,54 +148,54 @@ class Supervisor(Resting):
             self._release(time)
 
     def full_speed(self) -> None:
-        """Take back what was slowed down: trajectories go on at the speed chosen for them."""
+        """Undo a slow-down: trajectories continue at the speed chosen for them."""
         self._pace(1.0)
 
     def halt(self, time: float) -> None:
-        """Let what nobody wants to go on any more come to rest; this raises nothing.
+        """Bring motion that is not wanted any more to rest; this raises nothing.
 
-        Trajectories and jogs do so on their way, which is known to be clear: the hold would leave
-        it. All else is stopped, and so is everything after a fault.
+        Trajectories and jogs come to rest on their path, which is known to be clear: the hold would
+        leave it. All other motion is stopped, and so is all motion after a fault.
 
         Args:
             time: Now [s].
         """
         try:
             halting = self.state is FaultState.CLEAR and self._let_halt(time)
-        except Exception:  # noqa: BLE001  who does not take it is stopped
+        except Exception:  # noqa: BLE001  a controller that cannot be halted is stopped
             halting = False
         if not halting:
             self.stop(time)
 
     @property
     def halted(self) -> bool:
-        """Whether nothing is coming to rest on its way any more."""
+        """Whether no motion is still coming to rest on its path."""
         return self.state is not FaultState.CLEAR or self._halted()
 
     def stop(self, time: float) -> None:
-        """Bring all joints to rest and hold them; a homing is ended. This raises nothing.
+        """Bring all joints to rest and hold them; end a homing run. This raises nothing.
 
         Args:
             time: Now [s].
         """
         try:
             self._let_hold(time)
-        except Exception:  # noqa: BLE001  what cannot be ramped down is let go
+        except Exception:  # noqa: BLE001  joints that cannot be ramped down are released
             self._release(time)
 
     def _take(self, fault: Fault) -> bool:
-        """Latch a fault; return whether it is news."""
+        """Latch a fault; return whether it is new."""
         if not self._log.add(fault):
             return False
         if self.state is FaultState.CLEAR:
             self._manager.lock = f"a fault is latched: {fault}"
         if self.state is not FaultState.STOPPING:
-            # Also a fault that comes after others were acknowledged has to be.
+            # A fault after others were acknowledged has to be acknowledged too.
             self.state, self._since = FaultState.STOPPING, fault.time
         return True
 
     def acknowledge(self) -> Sequence[Fault]:
-        """Take note of the faults: their evidence is written; nothing moves or is switched.
+        """Acknowledge the faults and write their evidence; nothing moves or is switched.
 
         Returns:
             The faults with their evidence.
@@ -216,7 +216,7 @@ class Supervisor(Resting):
     def keep_evidence(self) -> None:
         """Write the flight record as it was each time the arm had come to rest, and the faults.
 
-        Does nothing if all of it is written already; what was written before is never replaced.
+        Does nothing if all of it is written already; existing files are never replaced.
 
         Raises:
             OSError: It cannot be written.
@@ -224,7 +224,7 @@ class Supervisor(Resting):
         self._log.keep()
 
     def recover(self, time: float) -> None:
-        """Clear what the joints latched and greet those that restarted; the arm is INACTIVE.
+        """Clear the joints' latched faults and greet those that restarted; the arm is INACTIVE.
 
         Joints that kept their boot id are still homed.
 
@@ -241,7 +241,7 @@ class Supervisor(Resting):
             raise FaultedError(f"not acknowledged yet: {self.faults[-1]}; then acknowledge()")
         manager, arm = self._manager, self._arm
         if arm.available:
-            # What cannot be released now is released below, once it was greeted again.
+            # Joints that cannot be released now are released below, once greeted again.
             with suppress(BioscaraError):
                 manager.set_hardware_state(arm.name, State.UNCONFIGURED, time)
         arm.configure()
@@ -253,16 +253,16 @@ class Supervisor(Resting):
         self.state, manager.lock = FaultState.CLEAR, ""
 
     def _release(self, time: float) -> None:
-        """Let go of the joints, whatever they say to it; this raises nothing."""
+        """Release the joints, even if they refuse or fail; this raises nothing."""
         name = self._arm.name
         try:
             if self._arm.state is State.ACTIVE:
                 self._manager.set_hardware_state(name, State.INACTIVE, time)
-        except Exception as error:  # noqa: BLE001  somebody has to know what may be energised
+        except Exception as error:  # noqa: BLE001  motors may still be energised: report it
             self._take(Fault(FaultKind.HARDWARE_FAILED, source_of(error, name), error, time))
 
     def _pace(self, share: float) -> None:
-        """Let trajectories go on at a share of the speed that was chosen for them."""
+        """Let trajectories continue at a share of the speed that was chosen for them."""
         for controller in self._manager.controllers:
             if isinstance(controller, JointTrajectoryController):
                 controller.slow_down(share)

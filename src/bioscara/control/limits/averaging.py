@@ -1,8 +1,8 @@
 """Averages raw commands over the periods of the belts, so that the belts do not swing.
 
-Planned motions and jogs are gentle by themselves. Any other command is bounded joint by joint and
-kept clear first; what is sent to the joints is its average over the periods of the belts. It comes
-later by half of these, all joints alike. Averaging begins at rest: begun in motion, the average
+Planned motions and jogs are already smooth. Any other command is bounded joint by joint and kept
+clear first; its average over the periods of the belts is sent to the joints. The average lags by
+half of these periods, all joints alike. Averaging begins at rest: begun in motion, the average
 would carry the arm on for that time before it brakes.
 """
 
@@ -20,21 +20,21 @@ from bioscara.planning.collision.shapes import Array
 from bioscara.planning.moving_average import Smoothed
 
 _EACH = 3
-"""Of so many cycles one is looked at."""
+"""One of so many cycles is checked."""
 
 
 class Smoothing:
-    """The last stage of the limiter, whose look ahead comes first.
+    """The last stage of the limiter; its :meth:`foresee` is called first.
 
-    Between cycles a guard has what was sent; while commands are bounded, what would be sent
-    without this.
+    Between cycles a guard holds the sent command; while commands are bounded, the one that would
+    be sent without this stage.
 
     Args:
         guards: All joints of the arm.
-        manager: Knows who drives them.
+        manager: Knows the controllers that drive them.
 
     Attributes:
-        windows: Over how long is averaged, once for each [s]; may be changed at rest.
+        windows: Lengths of the averages, applied one after the other [s]; may be changed at rest.
         waits: Whether raw commands have taken over a moving arm, which has to come to rest first.
         sent: Where the joints were sent to in the cycle before [rad or m].
     """
@@ -47,7 +47,7 @@ class Smoothing:
         self.sent: list[float] = []
 
     def foresee(self, period: float) -> None:
-        """Go on from what was bounded last, not from what was sent.
+        """Continue from the last bounded command, not from the sent one.
 
         Args:
             period: Time since the last cycle [s].
@@ -74,7 +74,7 @@ class Smoothing:
         self._note()
 
     def apply(self, period: float) -> None:
-        """Send the average; to be called when everything was bounded.
+        """Send the average; to be called after all bounds.
 
         Args:
             period: Time since the last cycle [s].
@@ -92,11 +92,11 @@ class Smoothing:
     def way(
         self, speeds: Sequence[float], duration: float, period: float, rest: Sequence[float]
     ) -> Array:
-        """Return what is sent from now on if all joints brake together.
+        """Return the setpoints sent from now on if all joints brake together.
 
         Args:
             speeds: From which they brake, after this cycle [rad/s or m/s].
-            duration: Until they stand, if they were not averaged [s].
+            duration: Until they stand, without averaging [s].
             period: Time from cycle to cycle [s].
             rest: Where they come to rest [rad or m].
 
@@ -116,23 +116,23 @@ class Smoothing:
         return np.vstack((self.sent, way[_EACH - 1 :: _EACH], rest))
 
     def within(self) -> list[list[float]]:
-        """Return between which states the joints were sent and asked to be of late [rad or m]."""
+        """Return the bounds of the recently sent and requested joint positions [rad or m]."""
         columns = list(zip(*self._recent, strict=True))
         return [[min(column) for column in columns], [max(column) for column in columns]]
 
     @property
     def averages(self) -> bool:
-        """Whether what is sent is an average."""
+        """Whether the sent commands are averages."""
         return self._average is not None
 
     def _begin(self) -> None:
-        """Take it that the joints have long been at rest."""
+        """Begin averaging, assuming that the joints have long been at rest."""
         self._average = Smoothed(self.windows, (0.0,) * len(self._guards))
         count = math.ceil(sum(self.windows) * self._manager.rate) + 2
         self._recent: deque[list[float]] = deque(maxlen=2 * count)
         self._note()
 
     def _note(self) -> None:
-        """Remember where the joints were sent to and asked to be."""
+        """Remember the sent and the requested joint positions."""
         self.sent = [guard.sent for guard in self._guards]
         self._recent += self.sent, [guard.here for guard in self._guards]

@@ -1,4 +1,4 @@
-"""How fast a joint may be with the way to brake in reserve."""
+"""Highest speeds at which a joint keeps its braking distance in reserve."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import math
 
 
 def mean_speed_within(way: float, acceleration: float, period: float) -> float:
-    """Return the mean speed of a cycle after which one can still come to rest in ``way``.
+    """Return the mean speed of a cycle after which a joint can still come to rest in ``way``.
 
-    Braking began in the middle of that cycle; the last of the way takes one cycle.
+    Braking began in the middle of that cycle; the last part of the distance takes one cycle.
 
     Args:
-        way: How far one may go [rad or m]; no speed leads back from behind its end.
-        acceleration: With which one brakes [rad/s^2 or m/s^2].
+        way: Distance available [rad or m]; the speed is 0 beyond its end, never a return.
+        acceleration: Of the braking [rad/s^2 or m/s^2].
         period: Of the cycle [s].
     """
     if way <= 0.5 * acceleration * period * period:
@@ -21,12 +21,12 @@ def mean_speed_within(way: float, acceleration: float, period: float) -> float:
 
 
 def speed_within(way: float, acceleration: float, reaction: float) -> float:
-    """Return the speed from which one comes to rest in ``way``, braking after a time.
+    """Return the speed from which a joint comes to rest in ``way``, braking after a time.
 
     Args:
-        way: How far one may go [rad or m].
-        acceleration: With which one brakes [rad/s^2 or m/s^2].
-        reaction: How long one goes on before [s].
+        way: Distance available [rad or m].
+        acceleration: Of the braking [rad/s^2 or m/s^2].
+        reaction: How long the joint continues before it brakes [s].
     """
     if way <= 0.0:
         return 0.0

@@ -1,8 +1,8 @@
-"""Keeps the arm clear of zones, table and itself, whatever commands the joints.
+"""Keeps the arm clear of zones, table and itself, independent of the source of the commands.
 
-Who plans or jogs has looked at the way already and is not looked at again. Whatever else comes must
-leave the arm in a state from which it can come to rest clear of everything; where it does not, the
-arm comes to rest from the state before, on the way that was found clear then.
+Planned motions and jogs have their path checked already and are not checked again. Any other
+command must leave the arm in a state from which it can come to rest clear of everything; where it
+does not, the arm comes to rest from the state before, on the path that was found clear then.
 """
 
 from __future__ import annotations
@@ -24,20 +24,20 @@ from bioscara.planning.collision.swept import COARSE
 Values = tuple[float, ...]
 
 _QUIET = 1.0
-"""Time without braking after which braking for the same reason is news [s]."""
+"""Time without braking after which braking for the same reason is reported again [s]."""
 
 
 class Clearance:
-    """Brakes all joints together before the arm comes too near to something.
+    """Brakes all joints together before the arm comes too near to an obstacle.
 
-    What is proven to be clear is so from rest. Where it takes over from something unproven in
-    motion, it is looked at until the arm rests.
+    Motions that are verified clear are so from rest. Where one takes over from an unverified
+    command in motion, it is checked until the arm rests.
 
     Args:
         guards: All joints of the arm, j1 to j4.
-        manager: Knows who drives them.
-        surroundings: Returns the arm with its tool, and what it must keep clear of.
-        smoothing: Averages what is sent after this.
+        manager: Knows the controllers that drive them.
+        surroundings: Returns the arm with its tool, and the scene that it must keep clear of.
+        smoothing: Averages the sent commands after this stage.
 
     Attributes:
         interventions: In how many cycles it braked.
@@ -63,7 +63,7 @@ class Clearance:
         self.interventions = 0
 
     def foresee(self, period: float) -> None:
-        """Remember the state before the cycle, if it has to be looked at.
+        """Remember the state before the cycle, if it has to be checked.
 
         Args:
             period: Time since the last cycle [s].
@@ -75,13 +75,13 @@ class Clearance:
         if self._watching:
             self._before = self._state()
             if self._stop is not None and self._commanded() != self._left:
-                # Joints were let go of meanwhile: the way that was begun is not theirs any more.
+                # Joints were released in between: the stop that was begun does not apply any more.
                 self._stop = None
             if self._leading and self._stop is None:
                 self._lead(period)
 
     def apply(self, period: float) -> None:
-        """Brake where need be; to be called when everything else was bounded.
+        """Brake where necessary; to be called after all other bounds.
 
         Args:
             period: Time since the last cycle [s].
@@ -107,21 +107,21 @@ class Clearance:
         elif all(each.collision_checked for each in self._manager.driving) and not any(
             self._state()[1]
         ):
-            # What is clear moves the arm from now on, and may leave it anywhere.
+            # Verified motions move the arm from now on, and may leave it anywhere.
             self._watching = self._leading = False
             self._room = self._path = None
 
     def _state(self) -> tuple[Values, Values]:
-        """Return positions and velocities that are commanded; others are measured, at rest."""
+        """Return commanded positions and velocities; other joints as measured, at rest."""
         here, speeds = zip(*[guard.state for guard in self._guards], strict=True)
         return here, speeds
 
     def _commanded(self) -> list[float | None]:
-        """Return where each joint is commanded to be, None for those that nobody commands."""
+        """Return the commanded position of each joint, None for those without a command."""
         return [guard.reference if guard.commanded else None for guard in self._guards]
 
     def _objection(self, period: float) -> str:
-        """Return why the arm may not go on to the state that is commanded; empty if it may."""
+        """Return why the arm may not continue to the commanded state; empty if it may."""
         before, (here, speeds) = self._before[0], self._state()
         if here == before and not any(speeds):
             return ""
@@ -148,7 +148,7 @@ class Clearance:
         corners: Sequence[Sequence[float]] | Array = [before, here, rest]
         states = [here, rest]
         if smoothing is not None and smoothing.averages:
-            # What is sent comes later, and rounds the corners of what was bounded.
+            # The sent commands lag behind the bounded ones and round their corners.
             corners = smoothing.way(speeds, duration, period, rest)
             states += smoothing.within()
         try:
@@ -176,7 +176,7 @@ class Clearance:
 
         Args:
             half: Half of the time that they brake [s].
-            reactions: How long each goes on before [s].
+            reactions: How long each continues before braking [s].
         """
         return [
             guard.within(guard.after(half + more))
@@ -209,9 +209,9 @@ class Clearance:
         return far
 
     def _lead(self, period: float) -> None:
-        """Lead the joints to what is asked for together: what is away from here is so at once.
+        """Lead the joints to the request together: a request to move away does so at once.
 
-        Each by itself the quick ones would begin, and might turn towards what they should leave.
+        Each alone, the fast joints would begin, and might turn towards the obstacle to leave.
         """
         guards = self._guards
         gaps, speeds = [guard.gap for guard in guards], self._before[1]
@@ -231,7 +231,7 @@ class Clearance:
             guard.ask(speed + share * change, period)
 
     def _tell(self, reason: str, rest: Mapping[str, float]) -> None:
-        """Say why the arm is braked, to those who drive it and, if it is news, to the person."""
+        """Report why the arm is braked to the driving controllers and, if new, as a warning."""
         hindered = [each for each in self._manager.driving if not each.collision_checked]
         if not hindered:
             return
@@ -244,13 +244,13 @@ class Clearance:
 
 
 class _Path(NamedTuple):
-    """How the arm would come to rest from a state.
+    """Motion in which the arm would come to rest from a state.
 
     Attributes:
-        here: Where the joints are [rad or m].
-        speeds: How they move [rad/s or m/s].
+        here: Positions of the joints [rad or m].
+        speeds: Their velocities [rad/s or m/s].
         duration: How long they brake [s].
-        reaction: How long they go on before, at most [s].
+        reaction: How long they continue before braking, at most [s].
         averaged: Whether an average of this is sent.
         together: Whether they brake together.
     """
@@ -264,12 +264,12 @@ class _Path(NamedTuple):
 
 
 class _Stop:
-    """All joints coming to rest together from a state on, those before a limit sooner.
+    """Stop of all joints together from a state; joints that would pass a limit stop sooner.
 
     Args:
         guards: The joints.
-        places: Where they are [rad or m].
-        speeds: How they move [rad/s or m/s].
+        places: Their positions [rad or m].
+        speeds: Their velocities [rad/s or m/s].
 
     Attributes:
         rest: Where they come to rest, by name [rad or m].
@@ -287,7 +287,7 @@ class _Stop:
             self._ramps.append((guard, place, speed, duration))
 
     def go_on(self, period: float) -> bool:
-        """Command one cycle more; return whether it is the last: one in which the arm stands."""
+        """Command one more cycle; return whether it is the last: one in which the arm stands."""
         before, self._elapsed = self._elapsed, self._elapsed + period
         for guard, place, speed, duration in self._ramps:
             start, end = _ramp(before, duration), _ramp(self._elapsed, duration)
@@ -297,7 +297,7 @@ class _Stop:
 
 
 def _ramp(time: float, duration: float) -> float:
-    """Return how long a joint would take at its first speed to where it is at a time [s]."""
+    """Return the time in which the initial speed would cover the displacement at ``time`` [s]."""
     at = min(time, duration)
     return at - at * at / (2.0 * duration) if duration else 0.0
 
@@ -315,5 +315,5 @@ def _braking(guards: Sequence[JointLimiter], speeds: Sequence[float]) -> float:
 
 
 def _arrival(guard: JointLimiter, gap: float) -> float:
-    """Return in how long a joint can go that far, at least [s]."""
+    """Return the shortest time in which a joint can cover a displacement [s]."""
     return max(abs(gap) / guard.fastest, math.sqrt(2.0 * abs(gap) / guard.acceleration))

@@ -1,8 +1,8 @@
 """Bounds the commands of one joint, from any source.
 
-What is within its limits passes unchanged. A position that is not is approached as fast as
-velocity and acceleration allow, with the way to brake kept in reserve, so that a step becomes a
-ramp and a limit is reached at rest.
+A command within its limits passes unchanged. A position that is not is approached as fast as
+velocity and acceleration allow, with the braking distance kept in reserve, so that a step becomes
+a ramp and a limit is reached at rest.
 """
 
 from __future__ import annotations
@@ -15,15 +15,15 @@ from bioscara.model import JointParameters
 from bioscara.protocol import SILENCE
 
 _ROUNDING = 1e-6
-"""Share by which a command may pass what it is bounded by: it is a difference of samples."""
+"""Share by which a command may exceed its bound: it is a difference of samples."""
 _NOTHING = 1e-12
-"""What rounding leaves of a way that was gone [rad or m]."""
+"""Rounding residue of a completed displacement [rad or m]."""
 _REACTION = 2.0 * SILENCE
-"""Time that a joint under velocity control may go on before it brakes [s]: it stops by itself
-when it hears nothing for its watchdog time, and its driver asks for room for that."""
+"""Time that a joint under velocity control may continue before it brakes [s]: it stops
+autonomously when it receives nothing for its watchdog time; its driver requires room for that."""
 _CREEP = 0.01
-"""Share of the highest speed for which a joint under velocity control keeps room to brake when it
-has come to a limit: the speed that its driver measures is not finer than this."""
+"""Share of the highest speed for which a joint under velocity control keeps room to brake at a
+limit: the speed that its driver measures is not finer than this."""
 
 
 class JointLimiter:
@@ -36,8 +36,8 @@ class JointLimiter:
         limits: Of the joint.
         position_command: Its handle.
         velocity_command: Its handle.
-        position: What is measured.
-        velocity: What is measured.
+        position: Its measured position.
+        velocity: Its measured velocity.
 
     Attributes:
         name: Name of the joint.
@@ -46,7 +46,7 @@ class JointLimiter:
         reference: Position that was commanded last [rad or m]; NaN before the first.
         speed: Velocity that was commanded last [rad/s or m/s].
         interventions: In how many cycles a command was changed.
-        lag: How far what is sent is behind what was bounded [rad or m]; it goes there still.
+        lag: Distance of the sent position behind the bounded one [rad or m], still to be covered.
     """
 
     __slots__ = (
@@ -75,7 +75,7 @@ class JointLimiter:
 
     @property
     def commanded(self) -> bool:
-        """Whether somebody claimed position or velocity of the joint."""
+        """Whether position or velocity of the joint is claimed."""
         return bool(self._position_command.owner or self._velocity_command.owner)
 
     @property
@@ -98,9 +98,9 @@ class JointLimiter:
         return self.reference - self.lag if self._position_command.owner else self.here
 
     def stops_inside(self, time: float) -> bool:
-        """Return whether the joint is inside its limits when it has gone on so long.
+        """Return whether the joint is inside its limits after continuing for a time.
 
-        Not for sure so where its velocity alone is commanded.
+        False where its velocity alone is commanded: it is not certain there.
 
         Args:
             time: At the velocity that is commanded [s].
@@ -110,7 +110,7 @@ class JointLimiter:
         return not self._velocity_command.owner
 
     def within(self, place: float) -> float:
-        """Return the position nearest to ``place`` that the joint may go to [rad or m].
+        """Return the position nearest to ``place`` that the joint may move to [rad or m].
 
         Beyond a limit, where a joint can only have been pushed, it may stay.
         """
@@ -121,14 +121,14 @@ class JointLimiter:
 
     @property
     def gap(self) -> float:
-        """How far the position that is asked for is away [rad or m]; 0 where none is."""
+        """Displacement to the requested position [rad or m]; 0 where none is requested."""
         asked = self._position_command.value
         if not self._position_command.owner or not math.isfinite(asked):
             return 0.0
         return self.within(asked) - self.reference
 
     def ask(self, velocity: float, period: float) -> None:
-        """Ask for a velocity in place of what is asked for [rad/s or m/s].
+        """Replace the request by a velocity [rad/s or m/s].
 
         Args:
             velocity: Until the next cycle.
@@ -140,10 +140,10 @@ class JointLimiter:
             self._velocity_command.value = velocity
 
     def after(self, time: float) -> float:
-        """Return where the joint is when it has gone on so long [rad or m].
+        """Return the position of the joint after continuing for a time [rad or m].
 
         Args:
-            time: At the velocity that is commanded, after what was bounded was sent [s].
+            time: At the commanded velocity, after the bounded command was sent [s].
         """
         if self._position_command.owner:
             return self.reference + self.speed * time
@@ -152,7 +152,7 @@ class JointLimiter:
         return self._position.value
 
     def reaction(self, period: float) -> float:
-        """Return how long the joint may go on as it was told before it brakes [s].
+        """Return how long the joint may continue at its last command before it brakes [s].
 
         Args:
             period: Time from cycle to cycle [s].
@@ -163,22 +163,22 @@ class JointLimiter:
 
     @property
     def asked_velocity(self) -> float:
-        """Velocity that is asked for where velocity alone is commanded, else 0 [rad/s or m/s]."""
+        """Requested velocity where velocity alone is commanded, else 0 [rad/s or m/s]."""
         if self._position_command.owner or not self._velocity_command.owner:
             return 0.0
         asked = self._velocity_command.value
         return asked if math.isfinite(asked) else 0.0
 
     def ask_less(self, share: float) -> None:
-        """Take back a share of a velocity that is asked for, as :meth:`slow_down`."""
+        """Scale a requested velocity by ``share``, as :meth:`slow_down` does."""
         if self.asked_velocity:
             self._velocity_command.value *= share
 
     def slow_down(self, share: float, period: float) -> None:
-        """Take back a share of what the cycle commands.
+        """Scale the command of this cycle by ``share``.
 
         Args:
-            share: Of the velocity that is left, 0 to 1.
+            share: Remaining share of the velocity, 0 to 1.
             period: Time since the last cycle [s].
         """
         speed = self.speed * share
@@ -192,10 +192,10 @@ class JointLimiter:
             self._velocity_command.value = speed
 
     def put(self, place: float, mean: float, velocity: float, period: float) -> None:
-        """Command something else in this cycle than what was asked for.
+        """Replace the request by another command in this cycle.
 
         Args:
-            place: Position to go to [rad or m].
+            place: Position to move to [rad or m].
             mean: Velocity that leads there from the last position [rad/s or m/s].
             velocity: At that position [rad/s or m/s].
             period: Time since the last cycle [s].
@@ -205,30 +205,30 @@ class JointLimiter:
             self._position_command.value = place
         elif self._velocity_command.owner:
             velocity = self._in_reserve(velocity, period)
-            # Where it is follows from what is measured.
+            # Its position follows from the measured one.
             self.reference -= (self.speed - velocity) * period
             self.speed = velocity
         if self._velocity_command.owner:
             self._velocity_command.value = velocity
 
     def go_on(self) -> None:
-        """Go on from what was bounded last, in place of what was sent."""
+        """Continue from the last bounded command instead of the sent one."""
         command = self._position_command
         if not (command.owner or self._velocity_command.owner):
             return
         place, speed = self._bounded
         if command.owner and command.value == self.reference:
-            # Nobody commanded anew: what is asked for is what was.
+            # No new command: the previous request still applies.
             command.value = place
         self.reference, self.speed = place, speed
 
     def keep(self) -> None:
-        """Go on from what was sent: what was bounded does not come after it any more."""
+        """Continue from the sent command and drop the lag behind the bounded one."""
         self.lag = 0.0
         self._raw, self._raw_speed = self.reference, self.speed
 
     def send(self, speed: float, period: float) -> None:
-        """Send another velocity than what was bounded, and the position that follows from it.
+        """Send another velocity than the bounded one, and the position that follows from it.
 
         Args:
             speed: Of this cycle [rad/s or m/s].
@@ -249,7 +249,7 @@ class JointLimiter:
             velocity.value = speed
 
     def begin(self) -> None:
-        """Start from what is measured: nobody commanded the joint before."""
+        """Start from the measured state: the joint was not commanded before."""
         measured, speed = self._position.value, self._velocity.value
         self.reference = self._raw = measured
         speed = speed if math.isfinite(speed) else 0.0
@@ -258,13 +258,13 @@ class JointLimiter:
         self._before = self.lag = 0.0
 
     def resume(self) -> None:
-        """Let a controller go on from there: its commands are what was commanded last."""
+        """Let a controller continue from there: preset its commands to the last ones."""
         if math.isfinite(self.reference):
             self._position_command.value = self.reference
         self._velocity_command.value = self.speed
 
     def apply(self, period: float) -> None:
-        """Bound what is commanded; arguments as :meth:`Limiter.apply`."""
+        """Bound the command; arguments as :meth:`Limiter.apply`."""
         if self._position_command.owner:
             self._bound_position(period)
         elif self._velocity_command.owner:
@@ -278,9 +278,9 @@ class JointLimiter:
             if not math.isfinite(self.reference):
                 command.value = math.nan
                 return
-        # From beyond a limit, where a joint can only have been pushed, it may but go back.
+        # From beyond a limit, where a joint can only have been pushed, it may only return.
         lower, upper = min(self._lower, self.reference), max(self._upper, self.reference)
-        # What is no number commands nothing: the joint goes on to where it was told to go.
+        # A value that is not finite commands nothing: the joint continues to its last target.
         wanted = min(max(asked, lower), upper) if math.isfinite(asked) else self._raw
         step = self.acceleration * 0.5 * (period + (self._before or period))
         towards, behind = (wanted - self._raw) / period, self.reference != self._raw
@@ -313,7 +313,7 @@ class JointLimiter:
             self.interventions += 1
 
     def _match_velocity(self, period: float, last: float, *, kept: bool) -> bool:
-        """Make the velocity that goes with a position one that the joint can have there.
+        """Bound the velocity that belongs to a position to one that the joint can have there.
 
         Returns whether it was one already.
 
@@ -363,7 +363,7 @@ class JointLimiter:
         self.reference = self._raw = here
 
     def _in_reserve(self, speed: float, period: float) -> float:
-        """Return what a velocity may be with the way to brake within the limits in reserve."""
+        """Clamp a velocity so that the braking distance within the limits stays in reserve."""
         here, reaction = self._position.value + self.lag, self.reaction(period)
         creep = _CREEP * self.fastest * reaction
         down = speed_within(here - self._lower - creep, self.acceleration, reaction)

@@ -1,6 +1,6 @@
 """The last host stage before the bus: every command of every source is bounded here.
 
-First each joint by itself, by its own limits; then, in stages, all joints of the arm together.
+First each joint alone, by its own limits; then, in stages, all joints of the arm together.
 """
 
 from __future__ import annotations
@@ -13,13 +13,13 @@ from bioscara.hardware import HardwareComponent
 
 
 class Stage(Protocol):
-    """Bounds what joints do together."""
+    """Bounds the joint commands together."""
 
     def foresee(self, period: float) -> None:
-        """Look at what is asked for, before each joint is bounded; arguments as :meth:`apply`."""
+        """Evaluate the requests before each joint is bounded; arguments as :meth:`apply`."""
 
     def apply(self, period: float) -> None:
-        """Bound what each joint was left with by itself and by the stages before.
+        """Bound the commands left by the single-joint limits and the stages before.
 
         Args:
             period: Time since the last cycle [s].
@@ -52,16 +52,16 @@ class Limiter:
         self._all = tuple(self.guards.values())
 
     def moving(self) -> set[str]:
-        """Return the joints whose position or velocity somebody commands."""
+        """Return the joints whose position or velocity is commanded."""
         return {guard.name for guard in self._all if guard.commanded}
 
     def begin(self, joints: Iterable[str], moving: Collection[str]) -> None:
-        """Let a controller take joints over; their commands are then where they are heading.
+        """Let a controller take joints over; preset their commands to continue their motion.
 
         Args:
-            joints: Their names; those without limits are passed over.
-            moving: Those that were under command until now: they go on from their last commands,
-                the others start from what is measured.
+            joints: Their names; those without limits are skipped.
+            moving: Those that were under command until now: they continue from their last
+                commands, the others start from the measured state.
         """
         for name in joints:
             guard = self.guards.get(name)

@@ -1,4 +1,4 @@
-"""Keeps the tool at or below a speed, whatever commands the joints."""
+"""Keeps the tool at or below a speed, independent of the source of the commands."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ _ROUNDING = 1.0 + 1e-3
 
 
 class ToolSpeedCap:
-    """Slows all joints down together when the tool would be too fast; they keep their direction.
+    """Slows all joints down together when the tool would be too fast; the direction is kept.
 
     Args:
         guards: All joints of the arm, in the order that ``speed_of`` takes them.
         speed_of: Returns the tool's speed [m/s] from joint positions and velocities.
         limit: Highest speed of the tool [m/s].
-        driving: Returns who commands the joints.
+        driving: Returns the controllers that command the joints.
 
     Attributes:
-        share: Of the limit that what is not proven may have.
-        soon: Where the arm will be so much later the tool keeps to the limit too, for what is not
-            proven is sent on average as late as that [s].
+        share: Share of the limit that applies to unverified commands.
+        soon: Look-ahead times at which the tool keeps to the limit too, because unverified
+            commands are averaged and on average sent that much later [s].
         speed_of: As given; changes with the tool.
         limit: As given; may be changed at any time.
         interventions: In how many cycles the joints were slowed down.
@@ -43,10 +43,10 @@ class ToolSpeedCap:
         self.interventions = 0
 
     def foresee(self, period: float) -> None:
-        """Take back velocities that are asked for; to be called before joints are bounded.
+        """Reduce requested velocities; to be called before joints are bounded.
 
-        Bounded alone afterwards, the joint with the most acceleration would get the most of what
-        the tool may have, and the tool would not go where it was asked to.
+        Bounded alone afterwards, the joint with the highest acceleration would get the largest
+        share of the tool speed, and the tool would not move in the requested direction.
         """
         guards = self._guards
         asked = [guard.asked_velocity for guard in guards]
@@ -58,7 +58,7 @@ class ToolSpeedCap:
                 guard.ask_less(self.limit / speed)
 
     def apply(self, period: float) -> None:
-        """Slow down what was bounded joint by joint; to be called after that.
+        """Slow down the commands that were bounded joint by joint; to be called after that.
 
         Args:
             period: Time since the last cycle [s].
@@ -68,8 +68,8 @@ class ToolSpeedCap:
         if not any(speeds):
             return
         here = [guard.here for guard in guards]
-        # These velocities are means over the cycle: they belong to the place in its middle. At its
-        # end the tool of a motion exactly at the limit would be taken for too fast.
+        # These velocities are means over the cycle: they belong to the position in its middle. At
+        # its end the tool of a motion exactly at the limit would be rated too fast.
         half = 0.5 * period
         amid = [p - v * half for p, v in zip(here, speeds, strict=True)]
         speed, limit = self.speed_of(amid, speeds), self.limit
@@ -79,7 +79,7 @@ class ToolSpeedCap:
                 there = [p + v * soon for p, v in zip(here, speeds, strict=True)]
                 later = self.speed_of(there, speeds)
                 speed = later if not later <= speed else speed
-        # Not written as speed > limit: an unknown position must not let anything pass.
+        # Not written as speed > limit: an unknown position must not let any command pass.
         if speed <= limit * _ROUNDING:
             return
         share = limit / speed if speed == speed else 0.0  # noqa: PLR0124

@@ -22,9 +22,9 @@ from bioscara.hardware.bus_budget import highest_rate
 from bioscara.protocol import SILENCE
 
 _IN_A_ROW = 3
-"""Cycles in a row that missed their deadline, for which the arm is stopped."""
+"""Consecutive missed deadlines after which the arm is stopped."""
 _SLOW_SHARE, _STOP_SHARE = 0.05, 0.2
-"""Shares of the last second's cycles for which it is slowed down, and stopped."""
+"""Shares of missed deadlines in the last second at which the arm is slowed down, and stopped."""
 
 
 class Cycle(NamedTuple):
@@ -33,7 +33,7 @@ class Cycle(NamedTuple):
     Attributes:
         time: Its begin [s].
         period: Time since the one before [s].
-        timing: What it cost.
+        timing: Its timing.
     """
 
     time: float
@@ -45,26 +45,26 @@ class Loop:
     """Runs a manager at a fixed rate.
 
     Deadlines are absolute, so that lateness does not add up; those that have passed are dropped,
-    so that setpoints never come in a burst. Whatever a cycle raises ends in the supervisor's stop;
-    only what is no error but the wish to end the program, such as KeyboardInterrupt, is raised
-    once the joints have been told to come to rest.
+    so that setpoints are never sent in a burst. An exception of a cycle ends in the supervisor's
+    stop; only those that are no error but a request to end the program, such as KeyboardInterrupt,
+    are raised once the joints have been commanded to come to rest.
 
     Args:
-        manager: What is run.
+        manager: The manager to run.
         supervisor: Watches it.
         record: Keeps it.
         clock: Time; simulated or not.
         rate: Cycles per second [Hz].
-        bus_time: What the exchanges of a cycle take [s].
+        bus_time: Duration of a cycle's exchanges [s].
         watchdog: Fed after every good cycle.
 
     Attributes:
         rate: As given.
         period: Time from cycle to cycle [s].
-        statistics: What the cycles were like.
+        statistics: Of the cycles.
 
     Raises:
-        ConfigurationError: The rate makes no sense, or the bus cannot carry it.
+        ConfigurationError: The rate is invalid, or the bus cannot carry it.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class Loop:
         self._slowed = False
 
     def restart(self) -> None:
-        """Begin anew after a pause in which nothing ran: that is no overrun."""
+        """Start again after a pause without cycles, which is no overrun."""
         self._deadline = self._last = math.nan
         self._window.extend([False] * self.rate)
         self._missed = self._in_a_row = 0
@@ -124,13 +124,13 @@ class Loop:
         try:
             if held_up and self._driving:
                 self._overrun(f"nothing ran for {period:.2f} s", time)
-            # The way of a pause in which the joints stopped by themselves is not made up for.
+            # The displacement missed while the joints stopped autonomously is not made up for.
             manager.cycle(time, self.period if held_up else period)
             self._require_timely(time, period)
             supervisor.check(time, self.period)
             self._judge(time)
             good = not manager.failures
-        except Exception as error:  # noqa: BLE001  whatever broke, the arm is brought to rest
+        except Exception as error:  # noqa: BLE001  after any failure the arm is brought to rest
             supervisor.crash(error, time)
             self._deadline = clock.now() + self.period
         timing = Timing(late, *manager.timing)
@@ -154,7 +154,7 @@ class Loop:
         statistics.write.add(timing.write)
 
     def _require_timely(self, time: float, period: float) -> None:
-        """Take a fault if the joints cannot but have stopped by themselves, or say they did."""
+        """Latch a fault if the joints must have stopped autonomously, or report that they did."""
         if not self._driving:
             return
         now = self._clock.now()
@@ -182,7 +182,7 @@ class Loop:
             return
         self.statistics.overruns += 1
         if not self._driving:
-            # Releasing or greeting joints takes its time and harms nobody.
+            # Releasing or greeting joints takes time, and the delay does no harm.
             return
         self._in_a_row += 1
         share = self._missed / self.rate

@@ -1,4 +1,4 @@
-"""What Linux offers a loop that must be on time, and how the computer is doing."""
+"""Linux facilities for a loop with deadlines, and the condition of the computer."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bioscara.errors import ConfigurationError, RealtimeError
 PRIORITY = 80
 """Above the kernel's threaded interrupts (50), below its watchdogs (99)."""
 THROTTLED = Path("/sys/devices/platform/soc/soc:firmware/get_throttled")
-"""Where a Raspberry Pi tells of undervoltage and throttling, in hexadecimal."""
+"""Where a Raspberry Pi reports undervoltage and throttling, in hexadecimal."""
 
 _PR_SET_TIMERSLACK = 29
 _LOCK_CURRENT_AND_FUTURE = 1 | 2
@@ -42,8 +42,8 @@ def sharpen_timers() -> None:
 def realtime(priority: int = PRIORITY) -> Iterator[None]:
     """Let this thread run before all others, with its memory locked.
 
-    What exists by now is left out of garbage collections. Processes that it starts do not inherit
-    the priority. What was in force before is so again afterwards.
+    Existing objects are left out of garbage collections. Processes that it starts do not inherit
+    the priority. The previous settings are restored afterwards.
 
     Args:
         priority: Of SCHED_FIFO, 1 .. 99.
@@ -70,10 +70,10 @@ def realtime(priority: int = PRIORITY) -> Iterator[None]:
 
 
 def conditions(path: Path = THROTTLED) -> str:
-    """Return what slows the computer down now, in words; empty if nothing, or if it cannot tell.
+    """Return in words why the computer is slowed down now; empty if it is not, or if unknown.
 
     Args:
-        path: Where it says so.
+        path: File with the flags.
     """
     try:
         flags = int(path.read_text(), 16)

@@ -1,4 +1,4 @@
-"""Tells systemd that the loop lives: its protocol is a line of text in a datagram."""
+"""Reports to systemd that the loop runs: the protocol is a line of text in a datagram."""
 
 from __future__ import annotations
 
@@ -12,15 +12,15 @@ from typing import Self
 from bioscara.errors import ConfigurationError
 
 _SHARE = 0.25
-"""Share of systemd's patience after which it is told again."""
+"""Share of systemd's patience after which it is notified again."""
 
 
 class Watchdog:
-    """Feeds the watchdog of the service that this process is the main one of.
+    """Feeds the watchdog of the service whose main process this is.
 
     A service of ``Type=notify`` counts as started with the first feeding; with ``WatchdogSec`` it
-    is restarted when no other follows in time. Sending never waits and never fails: systemd that
-    does not hear of the loop does what it is there for.
+    is restarted when no other follows in time. Sending never blocks and never fails: without
+    notifications systemd takes its own action.
 
     Args:
         address: Of systemd's socket, as in NOTIFY_SOCKET.
@@ -40,7 +40,7 @@ class Watchdog:
 
     @classmethod
     def from_environment(cls, environment: Mapping[str, str] = os.environ) -> Self | None:
-        """Return the watchdog of the service that this is, or None if systemd expects nothing.
+        """Return the watchdog of this service, or None if systemd expects no notifications.
 
         systemd ends a service that falls silent with SIGABRT: the stacks of all threads are then
         written to the standard error stream.
@@ -61,7 +61,7 @@ class Watchdog:
         return cls(address, patience)
 
     def feed(self, time: float) -> None:
-        """Say that a good cycle has ended; passes on no more than is needed.
+        """Report that a good cycle has ended; sends no more than is needed.
 
         Args:
             time: Now, on any monotonic clock [s].
@@ -75,7 +75,7 @@ class Watchdog:
             self._send("WATCHDOG=1")
 
     def close(self) -> None:
-        """Tell nothing any more."""
+        """Close the socket: nothing is sent any more."""
         self._socket.close()
 
     def _send(self, text: str) -> None:

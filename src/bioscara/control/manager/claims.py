@@ -1,4 +1,4 @@
-"""Who may command what: the interfaces of all hardware, and their owners."""
+"""Claims: the interfaces of all hardware, and their owners."""
 
 from __future__ import annotations
 
@@ -66,15 +66,15 @@ class Claims:
         """Check that the interfaces of all ``activate`` exist and are free.
 
         Args:
-            activate: Controllers that want to become active together.
-            deactivate: Controllers that let go at the same time.
+            activate: Controllers to become active together.
+            deactivate: Controllers that release theirs at the same time.
 
         Position and velocity of one joint belong to one controller: of two, the joint could follow
         only one, so the other would command in vain.
 
         Raises:
-            SwitchError: An interface is missing, unavailable, or somebody else's, or the other
-                motion interface of its joint is; names both.
+            SwitchError: An interface is missing, unavailable, or claimed by another controller, or
+                the other motion interface of its joint is; names both.
         """
         leaving = {controller.name for controller in deactivate}
         wanted: dict[str, str] = {}

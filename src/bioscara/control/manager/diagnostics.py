@@ -1,4 +1,4 @@
-"""How a manager does, in words and judged, as ros2_control tells it on ``/diagnostics``."""
+"""Rated diagnostics of a manager, as ros2_control publishes them on ``/diagnostics``."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from bioscara.hardware import State
 
 
 class Level(IntEnum):
-    """How bad it is; the numbers are those of ROS."""
+    """Severity; the numbers are those of ROS."""
 
     OK = 0
     WARN = 1
@@ -20,7 +20,7 @@ class Level(IntEnum):
 
 
 class Threshold(NamedTuple):
-    """Above which number it is how bad.
+    """Limits above which a value is rated WARN or ERROR.
 
     Attributes:
         warn: Above this it is :attr:`Level.WARN`.
@@ -31,17 +31,17 @@ class Threshold(NamedTuple):
     error: float
 
     def judge(self, value: float) -> Level:
-        """Return how bad a number is; what is not known is not bad."""
+        """Return the severity of a value; an unknown one is OK."""
         if value > self.error:
             return Level.ERROR
         return Level.WARN if value > self.warn else Level.OK
 
 
 class Thresholds(NamedTuple):
-    """What is expected of a statistic; the numbers are the defaults of ros2_control.
+    """Thresholds of a statistic; the numbers are the defaults of ros2_control.
 
     Attributes:
-        mean_error: Distance of the average from what is expected.
+        mean_error: Deviation of the average from the expected value.
         standard_deviation: Standard deviation.
     """
 
@@ -49,7 +49,7 @@ class Thresholds(NamedTuple):
     standard_deviation: Threshold
 
     def judge(self, summary: Summary, expected: float) -> Level:
-        """Return how bad a statistic is that was expected to be so on average."""
+        """Return the severity of a statistic with an expected average."""
         return max(
             self.mean_error.judge(abs(summary.average - expected)),
             self.standard_deviation.judge(summary.standard_deviation),
@@ -59,17 +59,17 @@ class Thresholds(NamedTuple):
 PERIODICITY = Thresholds(Threshold(5.0, 10.0), Threshold(5.0, 10.0))
 """Of controllers and the manager [Hz]."""
 EXECUTION_TIME = Thresholds(Threshold(1000e-6, 2000e-6), Threshold(100e-6, 200e-6))
-"""Of controllers, and of reading and writing hardware [s]; nothing is expected to take time."""
+"""Of controllers, and of reading and writing hardware [s]; the expected value is 0."""
 
 
 class Status(NamedTuple):
     """One entry of the diagnostics.
 
     Attributes:
-        name: What it is about.
-        level: How bad it is.
+        name: Its subject.
+        level: Its severity.
         message: Why, in words.
-        values: What there is to know, by name.
+        values: The details, by name.
     """
 
     name: str
@@ -79,7 +79,7 @@ class Status(NamedTuple):
 
 
 def diagnose(manager: ControllerManager) -> tuple[Status, Status, Status]:
-    """Return what there is to say of the controllers, the hardware and the manager."""
+    """Return the status of the controllers, the hardware and the manager."""
     return _controllers(manager), _hardware(manager), _cycles(manager)
 
 
@@ -135,7 +135,7 @@ def _cycles(manager: ControllerManager) -> Status:
 
 
 def _status(name: str, judged: list[tuple[Level, str]], values: Mapping[str, str]) -> Status:
-    """Return the worst of it, and all that is not well."""
+    """Return the worst severity, with all entries that are not OK."""
     bad = [(level, what) for level, what in judged if level is not Level.OK]
     level = max((level for level, _ in bad), default=Level.OK)
     return Status(name, level, "; ".join(what for _, what in bad) or "all is well", values)

@@ -1,4 +1,4 @@
-"""Running what may fail: whatever breaks is switched off in the cycle in which it does."""
+"""Running of controllers and hardware: those that fail are switched off in the same cycle."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from bioscara.hardware import HardwareComponent, State
 
 
 class Failure(NamedTuple):
-    """Something that broke, and what was switched off because of it.
+    """A failure, and the controllers that were switched off because of it.
 
     Attributes:
         time: When [s].
         source: Name of the component or controller that failed.
-        cause: What it raised.
+        cause: The exception.
         deactivated: Controllers that were switched off.
         activated: Fallback controllers that took over.
     """
@@ -33,14 +33,14 @@ class Failure(NamedTuple):
 
 
 class Execution:
-    """Updates controllers and exchanges with hardware; raises nothing for what they raise.
+    """Updates controllers and exchanges with hardware; their exceptions are not passed on.
 
     Args:
         controllers: All that are loaded, by name.
-        handover: Who is active.
+        switcher: Knows the active controllers.
 
     Attributes:
-        failures: What broke, in order; emptied by whoever runs the cycle.
+        failures: The failures, in order; emptied by the caller that runs the cycle.
     """
 
     def __init__(
@@ -50,7 +50,9 @@ class Execution:
         self.failures: list[Failure] = []
 
     def update_all(self, time: float, period: float) -> None:
-        """Update who is due, then those that took over meanwhile: they command in this cycle.
+        """Update all controllers that are due, then those that took over in this cycle.
+
+        The latter command in this cycle too.
 
         Args:
             time: Begin of the cycle [s].
@@ -85,7 +87,7 @@ class Execution:
             self._replace(controller, time, error)
 
     def _replace(self, controller: AnyController, time: float, cause: Exception) -> None:
-        """Switch a controller that failed off, and its fallbacks on."""
+        """Switch a failed controller off, and its fallbacks on."""
         fallbacks = [
             fallback
             for fallback in map(self._controllers.get, controller.parameters.fallback_controllers)
@@ -135,7 +137,7 @@ class Execution:
         """
         try:
             step(time, period)
-        except Exception as error:  # noqa: BLE001  whatever broke, the arm is brought to rest
+        except Exception as error:  # noqa: BLE001  after any failure the arm is brought to rest
             problems: list[Problem] = []
             leaving = self._switcher.give_up(component, time, problems)
             self.failures.append(Failure(time, component.name, error, leaving))

@@ -1,4 +1,4 @@
-"""All that a manager knows as numbers, by the names that pal_statistics gives them in ROS."""
+"""All values and statistics of a manager, by their names in ROS's pal_statistics."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ _MICRO = 1e6
 
 
 def introspect(manager: ControllerManager) -> dict[str, float]:
-    """Return every interface and every statistic by name; costs nothing until it is asked for.
+    """Return every interface and every statistic by name; computed only when called.
 
     Values of interfaces are in SI units, times in microseconds and periodicities in Hz, as there.
-    What nobody knows is NaN. Components have no periodicity: all have that of the manager.
+    Unknown values are NaN. Components have no periodicity: all have that of the manager.
     """
     claims, statistics = manager.claims, manager.statistics
     values = {f"state_interface.{name}": state.value for name, state in claims.states.items()}

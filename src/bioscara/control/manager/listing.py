@@ -1,4 +1,4 @@
-"""What a manager has: controllers, components and interfaces, as ros2_control lists them."""
+"""Lists of a manager's controllers, components and interfaces, as in ros2_control."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class ControllerEntry(NamedTuple):
 
     Attributes:
         name: Its name.
-        state: Where it is in its life.
+        state: Its lifecycle state.
         kind: Its type.
         update_rate: Updates per second [Hz].
         claimed_interfaces: Command interfaces that it has, while it is active.
@@ -40,7 +40,7 @@ class InterfaceEntry(NamedTuple):
         name: ``"<joint>/<kind>"``.
         data_type: Always ``"double"``.
         is_available: Whether it can be used.
-        is_claimed: Whether a controller commands it; never for what is measured.
+        is_claimed: Whether a controller commands it; never true for a state interface.
     """
 
     name: str
@@ -56,10 +56,10 @@ class ComponentEntry(NamedTuple):
         name: Its name.
         kind: ``"system"``, ``"actuator"`` or ``"sensor"``.
         plugin_name: The class behind it.
-        state: Where it is in its life.
+        state: Its lifecycle state.
         rw_rate: How often it is read and written [Hz].
-        command_interfaces: What it can be told.
-        state_interfaces: What it tells.
+        command_interfaces: Its command interfaces.
+        state_interfaces: Its state interfaces.
     """
 
     name: str
@@ -75,8 +75,8 @@ class Interfaces(NamedTuple):
     """All interfaces of all hardware, sorted by name.
 
     Attributes:
-        command_interfaces: What can be commanded.
-        state_interfaces: What is measured.
+        command_interfaces: All command interfaces.
+        state_interfaces: All state interfaces.
     """
 
     command_interfaces: tuple[InterfaceEntry, ...]

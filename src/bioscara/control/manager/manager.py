@@ -1,4 +1,4 @@
-"""The controller manager: controllers' lives, who is active, and the cycle."""
+"""The controller manager: controllers' lifecycles, activation, and the cycle."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from bioscara.hardware import HardwareComponent, State
 class ControllerManager:
     """Owns the controllers of some hardware and runs them.
 
-    Not for several threads: whoever runs the cycle also switches.
+    Not thread-safe: the thread that runs the cycle also switches.
 
     Args:
         components: The hardware, in the order in which it is read and written.
@@ -42,12 +42,12 @@ class ControllerManager:
         claims: The interfaces and their owners.
         limiter: As given.
         rate: As given.
-        lock: Why nothing may be activated; empty when it may.
-        timing: What reading, updating and writing took in the last cycle [s].
-        switch_time: What the last switch took [s].
-        statistics: What the cycles were like.
-        warnings: What was worth saying about controllers and switches, but no reason to refuse
-            them; the latest.
+        lock: Reason why nothing may be activated; empty when activation is allowed.
+        timing: Durations of reading, updating and writing in the last cycle [s].
+        switch_time: Duration of the last switch [s].
+        statistics: Of the cycles.
+        warnings: Messages about controllers and switches that were no reason to refuse them; the
+            latest.
 
     Raises:
         ConfigurationError: The rate is no whole number within 20 .. 10000 Hz.
@@ -88,13 +88,13 @@ class ControllerManager:
 
     @property
     def activity(self) -> int:
-        """A number that grows whenever a controller or component comes, goes or changes state."""
+        """A count that grows when a controller or component is added, removed or changes state."""
         hardware = sum(component.transitions for component in self.components)
         return self._registry.changes + self._switcher.switched + hardware
 
     @property
     def failures(self) -> Sequence[Failure]:
-        """What broke in the last cycle and between it and the one before, in order."""
+        """Failures in the last cycle and between it and the one before, in order."""
         return self._execution.failures
 
     def controller(self, name: str) -> AnyController:
@@ -106,11 +106,11 @@ class ControllerManager:
         return self._registry.get(name)
 
     def list_controllers(self) -> list[ControllerEntry]:
-        """Return what there is to say of each loaded controller, in the order of updates."""
+        """Return a description of each loaded controller, in the order of updates."""
         return [describe_controller(controller, self.rate) for controller in self.controllers]
 
     def list_hardware_components(self) -> list[ComponentEntry]:
-        """Return what there is to say of each component."""
+        """Return a description of each component."""
         return [describe_component(component, self.rate) for component in self.components]
 
     def list_hardware_interfaces(self) -> Interfaces:
@@ -120,7 +120,7 @@ class ControllerManager:
     def load(
         self, name: str, kind: str, values: Mapping[str, object] | None = None
     ) -> AnyController:
-        """Make a controller; it is then UNCONFIGURED.
+        """Create a controller; it is then UNCONFIGURED.
 
         Args:
             name: Its name, unique here.
@@ -176,10 +176,10 @@ class ControllerManager:
             time: Now [s].
             activate: Names of controllers to activate.
             deactivate: Names of controllers to deactivate, before the others are activated.
-            strictness: What becomes of entries that cannot be switched.
+            strictness: Handling of entries that cannot be switched.
 
         Returns:
-            What was switched.
+            The switch that was carried out.
 
         Raises:
             SwitchError: It was refused and nothing changed; or a controller could not be
@@ -196,7 +196,7 @@ class ControllerManager:
         return switch
 
     def take_over(self, name: str, leaving: Sequence[str], time: float) -> None:
-        """Let one controller take the place of others at any speed, also while locked.
+        """Replace controllers by another one at any speed, also while locked.
 
         Args:
             name: The one that is activated.
@@ -211,8 +211,8 @@ class ControllerManager:
     def cycle(self, time: float, period: float) -> None:
         """Read, update, limit, write: once.
 
-        What breaks is switched off in this cycle and told of in ``failures``; nothing is raised
-        for it.
+        Components and controllers that fail are switched off in this cycle and reported in
+        ``failures``; nothing is raised for them.
 
         Args:
             time: Begin of the cycle [s].
@@ -247,11 +247,11 @@ class ControllerManager:
         self.timing = (measured - start, updated - measured, now - updated)
 
     def set_hardware_state(self, name: str, state: State, time: float) -> State:
-        """Walk a component to a state; on its way down its controllers are deactivated first.
+        """Bring a component to a state; before a lower state its controllers are deactivated.
 
         Raises:
             SwitchError: There is no such component.
-            BioscaraError: A transition failed; the component is where it got to.
+            BioscaraError: A transition failed; the component stays in the last state reached.
         """
         known = {component.name: component for component in self.components}
         if text("the name of a component", name) not in known:
@@ -265,7 +265,7 @@ class ControllerManager:
         return component.set_state(state)
 
     def shutdown(self, time: float) -> list[Exception]:
-        """Shut all controllers, then all hardware down; returns what went wrong."""
+        """Shut all controllers, then all hardware down; return the exceptions."""
         leaving = tuple(controller for controller, _ in self._switcher.active)
         changes = self._switcher.changes((), leaving)
         problems = self._switcher.carry_out(Switch((), leaving), changes, time)
@@ -274,7 +274,7 @@ class ControllerManager:
         for component in self.components:
             try:
                 component.shutdown()
-            except Exception as error:  # noqa: BLE001  whatever it is, the others must go down too
+            except Exception as error:  # noqa: BLE001  the others must be shut down too
                 causes.append(error)
         return causes
 
@@ -288,7 +288,7 @@ class ControllerManager:
         self.switch_time = perf_counter() - start
         leaving = {controller.name for controller in switch.deactivate}
         hardware = {component.name for component in self.components}
-        # What keeps a controller from becoming active is for whoever asked for it alone.
+        # A failed activation is reported to the caller alone.
         self._keep([each for each in problems if each.source in leaving | hardware], time)
         for source, cause in problems:
             if source not in leaving:
@@ -297,5 +297,5 @@ class ControllerManager:
                 ) from cause
 
     def _keep(self, problems: Sequence[Problem], time: float) -> None:
-        """Let the next cycle tell of what happened between cycles."""
+        """Keep problems between cycles for the report of the next cycle."""
         self._between += [Failure(time, source, cause) for source, cause in problems]

@@ -1,4 +1,4 @@
-"""The controllers that are loaded, and their lives apart from being active."""
+"""The loaded controllers, and their lifecycles apart from activation."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class ControllerRegistry:
     """Loaded controllers by name, in the order in which they were loaded.
 
     Args:
-        rate: Cycles per second of whoever runs them [Hz].
-        warnings: Takes what is worth saying about a controller, but no reason to refuse it.
+        rate: Cycles per second of the manager that runs them [Hz].
+        warnings: Takes messages about a controller that are no reason to refuse it.
 
     Attributes:
         controllers: All of them.
@@ -41,7 +41,7 @@ class ControllerRegistry:
         return self.controllers[name]
 
     def load(self, name: str, kind: str, values: Mapping[str, object]) -> AnyController:
-        """Make a controller; arguments and errors as ``ControllerManager.load``."""
+        """Create a controller; arguments and errors as ``ControllerManager.load``."""
         if text("the name of a controller", name) in self.controllers:
             raise SwitchError(f"a controller named {name} is loaded already")
         if text("the type of a controller", kind) not in TYPES:
@@ -92,7 +92,7 @@ class ControllerRegistry:
         self._enter(self.controllers.pop(name), State.FINALIZED)
 
     def finalize(self) -> None:
-        """Let no controller be used again."""
+        """Make all controllers FINALIZED: none can be used again."""
         for controller in self.controllers.values():
             self._enter(controller, State.FINALIZED)
 

@@ -1,4 +1,4 @@
-"""How long things took and how often they came, in memory that does not grow."""
+"""Statistics of durations and rates, in constant memory."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 _UNIT = 1e-6
-"""Below this [s] everything falls into one bin."""
+"""Durations below this [s] fall into one bin."""
 _PER_OCTAVE = 16
 _OCTAVES = 24
 """From 1 us to 16 s."""
@@ -45,7 +45,7 @@ class Histogram:
         self._bins[index if index < _LAST else _LAST] += 1
 
     def percentile(self, percent: float) -> float:
-        """Return the duration [s] that this share of all stays at or below; NaN without any."""
+        """Return the duration [s] that this percentage does not exceed; NaN without any."""
         if not self.count:
             return math.nan
         wanted, seen = self.count * percent / 100.0, 0
@@ -62,7 +62,7 @@ class Histogram:
 
 
 class Summary(NamedTuple):
-    """What a quantity was like; the names are those of ROS.
+    """Summary of a quantity; the names are those of ROS.
 
     Attributes:
         average: The mean of its values.
@@ -82,7 +82,7 @@ class Summary(NamedTuple):
 
 
 class Spread:
-    """What a quantity was like, without its values: as much as ROS tells of a statistic."""
+    """Running statistics of a quantity without its values: as much as ROS reports."""
 
     __slots__ = ("_average", "_count", "_last", "_maximum", "_minimum", "_new", "_squares")
 
@@ -93,15 +93,15 @@ class Spread:
         self._last = self._minimum = self._maximum = math.nan
 
     def add(self, value: float) -> None:
-        """Take a value, which is finite."""
-        # Adding them up a batch at a time halves what this costs a cycle.
+        """Add a value, which is finite."""
+        # Adding them up in batches halves the cost per cycle.
         new = self._new
         new.append(value)
         if len(new) == _BATCH:
             self._settle()
 
     def summary(self) -> Summary:
-        """Return what the values were like; all of it is NaN without any."""
+        """Return a summary of the values; its statistics are NaN without any."""
         if self._new:
             self._settle()
         deviation = math.sqrt(self._squares / self._count) if self._count else math.nan
@@ -111,7 +111,7 @@ class Spread:
     def _settle(self) -> None:
         new = self._new
         number, average = len(new), math.fsum(new) / len(new)
-        # Sums of squares about two averages, joined: about zero they would lose what is small.
+        # Sums of squares about two averages, joined: about zero small deviations would be lost.
         apart, count = average - self._average, self._count + number
         self._squares += sum((value - average) ** 2 for value in new)
         self._squares += apart * apart * self._count * number / count
@@ -124,10 +124,10 @@ class Spread:
 
 
 class UpdateStatistics:
-    """What a controller's updates were like since it was activated last.
+    """Statistics of a controller's updates since it was activated last.
 
     Attributes:
-        execution_time: What they took the computer [s].
+        execution_time: Their computing time [s].
         periodicity: How often they came [Hz].
     """
 
@@ -138,15 +138,15 @@ class UpdateStatistics:
 
 
 class ManagerStatistics:
-    """What a manager's cycles were like since it was made.
+    """Statistics of a manager's cycles since it was created.
 
     Args:
         components: Names of its hardware components.
 
     Attributes:
         periodicity: How often they came [Hz].
-        read: What reading took [s], by component.
-        write: What writing took [s], by component.
+        read: Duration of reading [s], by component.
+        write: Duration of writing [s], by component.
     """
 
     __slots__ = ("periodicity", "read", "write")
@@ -159,16 +159,16 @@ class ManagerStatistics:
 
 
 class Statistics:
-    """What a loop's cycles were like since it was made.
+    """Statistics of a loop's cycles since it was created.
 
     Attributes:
         cycles: How many there were.
         overruns: How many had not ended when the next was due.
         periods: Times from begin to begin.
         late: How much later than scheduled they began.
-        read: What reading took.
-        update: What controllers and limits took.
-        write: What writing took.
+        read: Durations of reading.
+        update: Durations of controllers and limits.
+        write: Durations of writing.
     """
 
     __slots__ = ("cycles", "late", "overruns", "periods", "read", "update", "write")

@@ -1,4 +1,4 @@
-"""Which controllers change when a switch is asked for, before anything changes."""
+"""Resolving a switch request into the controllers that change, before anything changes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bioscara.spelling import did_you_mean
 
 
 class Strictness(IntEnum):
-    """What to do with an entry that cannot be switched; the numbers are ROS's.
+    """Handling of an entry that cannot be switched; the numbers are ROS's.
 
     ROS's 0 is the default, STRICT; its 3 and 4, AUTO and FORCE_AUTO, act as BEST_EFFORT.
     """
@@ -37,7 +37,7 @@ class Switch(NamedTuple):
     Attributes:
         activate: To be activated, after all others were deactivated.
         deactivate: To be deactivated.
-        strictness: What becomes of those that cannot be activated.
+        strictness: Handling of those that cannot be activated.
     """
 
     activate: tuple[AnyController, ...]
@@ -46,7 +46,7 @@ class Switch(NamedTuple):
 
     @property
     def text(self) -> str:
-        """What ROS says about a switch that succeeded."""
+        """ROS's message for a switch that succeeded."""
         if not self.activate and not self.deactivate:
             return (
                 "After checking the controllers, no controllers need to be activated or "
@@ -56,7 +56,7 @@ class Switch(NamedTuple):
         return done if self.strictness is Strictness.STRICT else f"{done} {self.lists()}"
 
     def lists(self) -> str:
-        """Return whom it concerns, and who of them is active now."""
+        """Return the names of the controllers that were activated and deactivated."""
         active = [each.name for each in self.activate if each.state is State.ACTIVE]
         left = [each.name for each in self.deactivate if each.state is not State.ACTIVE]
         return f"Activated: [{', '.join(active)}]; deactivated: [{', '.join(left)}]"
@@ -68,7 +68,7 @@ def plan(
     deactivate: Sequence[str],
     strictness: Strictness,
 ) -> Switch:
-    """Return what a request comes to; a name in both lists is a restart.
+    """Resolve a switch request into an ordered plan; a name in both lists is a restart.
 
     Raises:
         SwitchError: STRICT and an entry cannot be switched, or none of the names of a list
@@ -86,7 +86,7 @@ def plan(
 
 
 def unknown(name: str, known: Iterable[str], what: str = "controller") -> str:
-    """Return the complaint about a name that nobody has."""
+    """Return the error message about an unknown name."""
     names = sorted(known)
     hint = did_you_mean(name, names, f"there are: {', '.join(names) or 'none'}")
     return f"no {what} is named {shown(name)}; {hint}"

@@ -1,4 +1,4 @@
-"""Carrying out a switch: who is active, and how interfaces go from one to the next."""
+"""Carrying out a switch: activation, and the handover of interfaces between controllers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Change(NamedTuple):
     Attributes:
         component: The component.
         start: Names of those that are claimed.
-        stop: Names of those that are let go.
+        stop: Names of those that are released.
     """
 
     component: HardwareComponent
@@ -32,11 +32,11 @@ class Change(NamedTuple):
 
 
 class Problem(NamedTuple):
-    """What somebody raised while controllers changed.
+    """An exception raised while controllers changed.
 
     Attributes:
         source: Name of the controller or component.
-        cause: What it raised.
+        cause: The exception.
     """
 
     source: str
@@ -48,10 +48,10 @@ class ControllerSwitcher:
 
     Args:
         claims: The interfaces and their owners.
-        limiter: Is told which joints go to somebody else.
+        limiter: Is notified of the joints that another controller takes over.
         rate: Cycles per second [Hz].
         controllers: All that are loaded, by name, in the order in which they are updated.
-        warnings: Takes what the hardware says of switches that it does not refuse.
+        warnings: Takes the remarks of the hardware on switches that it does not refuse.
 
     Attributes:
         active: The active controllers with their schedules, in that order.
@@ -80,7 +80,7 @@ class ControllerSwitcher:
 
         Args:
             activate: Controllers that claim theirs.
-            deactivate: Controllers that let theirs go.
+            deactivate: Controllers that release theirs.
         """
         changes = []
         for component in self._claims.components:
@@ -93,10 +93,10 @@ class ControllerSwitcher:
         return changes
 
     def prepare(self, switch: Switch) -> list[Change]:
-        """Ask everybody whether a switch can be carried out; nothing but warnings comes of it.
+        """Check claims and hardware before a switch; this has no effect except warnings.
 
         Raises:
-            SwitchError: An interface is missing or somebody else's.
+            SwitchError: An interface is missing or claimed by another controller.
             ModeSwitchError: The hardware refuses the command modes.
         """
         self._claims.check(switch.activate, switch.deactivate)
@@ -115,17 +115,17 @@ class ControllerSwitcher:
     def carry_out(self, switch: Switch, changes: Sequence[Change], time: float) -> list[Problem]:
         """Deactivate, change modes, activate; as prepared.
 
-        A controller that cannot be deactivated in good order is deactivated all the same. When
-        modes cannot be changed nobody knows them any more: that component is given up. One that
-        cannot be activated takes, when STRICT, those activated with it along.
+        A controller whose deactivation raises is deactivated all the same. When modes cannot be
+        changed they are unknown: that component is given up. When STRICT, a controller that cannot
+        be activated causes those activated with it to be deactivated.
 
         Args:
-            switch: Who changes.
-            changes: What :meth:`prepare` returned for it.
+            switch: The controllers that change.
+            changes: The result of :meth:`prepare` for it.
             time: Now [s].
 
         Returns:
-            What went wrong, in order.
+            The problems, in order.
         """
         moving = self._limiter.moving()
         problems: list[Problem] = []
@@ -134,7 +134,7 @@ class ControllerSwitcher:
         for component, start, stop in changes:
             try:
                 component.perform_command_mode_switch(start, stop)
-            except Exception as error:  # noqa: BLE001  whatever it is, the modes are unknown now
+            except Exception as error:  # noqa: BLE001  after any error the modes are unknown
                 problems.append(Problem(component.name, error))
                 self.give_up(component, time, problems)
         self._activate_all(switch, time, moving, problems)
@@ -143,7 +143,7 @@ class ControllerSwitcher:
     def give_up(
         self, component: HardwareComponent, time: float, problems: list[Problem]
     ) -> tuple[str, ...]:
-        """Deactivate all controllers that use a component and let it go; returns who they were."""
+        """Deactivate all controllers that use a component and fail it; return their names."""
         leaving = self.release(component, time, problems, inactive_too=True)
         try:
             component.fail()
@@ -159,12 +159,12 @@ class ControllerSwitcher:
         *,
         inactive_too: bool,
     ) -> tuple[str, ...]:
-        """Deactivate the controllers that command a component; returns who they were.
+        """Deactivate the controllers that command a component; return their names.
 
         Args:
             component: The component.
             time: Now [s].
-            problems: Takes what went wrong.
+            problems: Takes the problems that occur.
             inactive_too: Whether also those that only read it.
         """
         leaving = [
@@ -176,7 +176,7 @@ class ControllerSwitcher:
         for controller in leaving:
             self._deactivate(controller, time, problems)
         for other, start, stop in self.changes((), leaving):
-            # Whoever asks for this takes the component down next, which stops all that it has.
+            # The caller takes the component down next, which stops all its joints.
             with suppress(BioscaraError):
                 other.perform_command_mode_switch(start, stop)
         return tuple(controller.name for controller in leaving)
@@ -252,7 +252,7 @@ class ControllerSwitcher:
     def _return_modes(
         self, controllers: Sequence[AnyController], time: float, problems: list[Problem]
     ) -> None:
-        """Let go of command modes that were taken for controllers that are not active."""
+        """Release command modes that were taken for controllers that are not active."""
         for component, start, stop in self.changes((), controllers):
             if component.state is State.ACTIVE:
                 try:

@@ -12,7 +12,7 @@ def require_rate(rate: int) -> int:
     """Return a rate of cycles [Hz].
 
     Raises:
-        ConfigurationError: It is no whole number, or outside what the arm's parameters may say.
+        ConfigurationError: It is no whole number, or outside the range of the arm's parameters.
     """
     rate = whole("the rate in Hz", rate, error=ConfigurationError)
     if not LOWEST_RATE <= rate <= HIGHEST_RATE:
@@ -31,13 +31,13 @@ class Schedule:
 
     Args:
         cycle_rate: Cycles per second [Hz].
-        rate: Updates per second that were asked for [Hz]; 0 for every cycle.
+        rate: Requested updates per second [Hz]; 0 for every cycle.
 
     Attributes:
-        rate: Updates per second that come of it [Hz].
+        rate: Resulting updates per second [Hz].
 
     Raises:
-        ConfigurationError: As :func:`require_rate`, or the rate that was asked for is negative.
+        ConfigurationError: As :func:`require_rate`, or the requested rate is negative.
     """
 
     __slots__ = ("_elapsed", "_first", "_nominal", "_soonest", "rate")
@@ -49,7 +49,7 @@ class Schedule:
         factor = max(round(cycle_rate / rate), 1) if rate else 1
         self.rate = cycle_rate / factor
         self._nominal = 1.0 / self.rate
-        # Half a cycle before it is due, now is nearer to that than the next cycle would be.
+        # From half a cycle before the due time on, this cycle is nearer to it than the next.
         self._soonest = self._nominal - 0.5 / cycle_rate if factor > 1 else 0.0
         self._elapsed = 0.0
         self._first = True
@@ -57,8 +57,8 @@ class Schedule:
     def due(self, period: float) -> float:
         """Count a cycle; return the time since the last update [s], or 0 if none is due.
 
-        The first update after activation is told the nominal period. A controller without a rate
-        of its own is due in every cycle, however soon that comes.
+        The first update after activation gets the nominal period. A controller without a rate of
+        its own is due in every cycle, however short that is.
 
         Args:
             period: Time since the last cycle [s].

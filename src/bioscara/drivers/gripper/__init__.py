@@ -1,1 +1,1 @@
-"""The parallel gripper: a width goes in, a PWM signal comes out."""
+"""Driver of the parallel gripper: converts a width to a PWM signal."""

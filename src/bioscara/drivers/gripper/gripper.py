@@ -1,4 +1,4 @@
-"""The parallel gripper: a width goes to a servo that never answers."""
+"""Parallel gripper driven by a servo without feedback."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from bioscara.model import GripperParameters
 
 @dataclass(frozen=True, slots=True)
 class GripperState:
-    """What is known about the gripper.
+    """State of the gripper.
 
     Attributes:
-        width: Width between the jaws [m], as the servo was told.
+        width: Commanded width between the jaws [m].
         enabled: Whether the servo is driven.
-        assumed: True: the servo has no sensor, so nobody knows whether the jaws are there.
+        assumed: True: the servo has no sensor, so the actual width is unknown.
     """
 
     width: float
@@ -31,15 +31,15 @@ class GripperState:
 class Gripper:
     """The gripper on one PWM output.
 
-    The width outlives the process: the kernel goes on with the last pulse after a ``kill -9``, and
-    :meth:`enable` goes on from that. The state file is for a loss of power, and for a servo that
-    was let go. :meth:`keep`, :meth:`set_width` and :meth:`disable` write it and wait for the disk;
-    nothing else does.
+    The width outlives the process: the kernel keeps the last pulse running after a ``kill -9``, and
+    :meth:`enable` continues from that. The state file covers a loss of power and a released servo.
+    :meth:`keep`, :meth:`set_width` and :meth:`disable` write it and wait for the disk; nothing else
+    does.
 
     Args:
-        pwm: The output.
-        parameters: What the gripper is.
-        state_file: Where the last width is kept, so that enabling does not move the jaws.
+        pwm: The PWM output.
+        parameters: Parameters of the gripper.
+        state_file: File of the last width, so that enabling does not move the jaws.
     """
 
     def __init__(self, pwm: Pwm, parameters: GripperParameters, state_file: Path) -> None:
@@ -50,11 +50,11 @@ class Gripper:
 
     @property
     def state(self) -> GripperState:
-        """What is known about the gripper."""
+        """State of the gripper."""
         return GripperState(self._width, self._enabled)
 
     def check(self) -> None:
-        """Return if there is an output to drive the servo by; nothing is written.
+        """Check that there is an output for the servo; nothing is written.
 
         Raises:
             GripperError: There is none; names path and remedy.
@@ -62,9 +62,10 @@ class Gripper:
         self._pwm.pulse()
 
     def enable(self) -> None:
-        """Drive the servo to where it is: to the pulse that runs, else to the last width.
+        """Drive the servo at its present position: the running pulse, else the last width.
 
-        The last width is the one in the state file, unless this object told another one since.
+        The last width is the one in the state file, unless this object has commanded another one
+        since.
 
         Raises:
             GripperError: The output cannot be used; names path and remedy.
@@ -78,14 +79,14 @@ class Gripper:
         self._enabled = True
 
     def disable(self, *, keep: bool = True) -> None:
-        """Keep the width and let the servo go.
+        """Store the width and release the servo.
 
         Args:
-            keep: False lets go without a file access, as a control cycle must.
+            keep: False releases the servo without a file access, as required in a control cycle.
 
         Raises:
-            GripperError: The output or the state file cannot be written; the servo is let go
-                in any case that the kernel allows.
+            GripperError: The output or the state file cannot be written; the servo is released in
+                any case that the kernel allows.
         """
         if not self._enabled:
             return
@@ -97,20 +98,20 @@ class Gripper:
             self._pwm.stop()
 
     def keep(self, width: float | None = None) -> None:
-        """Put a width into the state file, if it is not the one kept there last.
+        """Write a width to the state file, unless it is the one stored there last.
 
-        Takes as long as the disk does, on a memory card up to some 100 ms: never within a control
-        cycle. Keep a width before the jaws are told it, and the one told last when they were
-        stopped before it: then after a loss of power the file is off by what the jaws had still to
-        go, and not at all once they rest.
+        Waits for the disk, on a memory card up to some 100 ms: never call it within a control
+        cycle. Store a width before commanding it, and the last commanded width when the jaws were
+        stopped before reaching the stored one: after a loss of power, the file is then off by the
+        remaining travel of the jaws, and exact once they rest.
 
         Args:
-            width: What the jaws will be told [m], bounded as by :meth:`set_width`; None for the
-                width told last.
+            width: Width to be commanded [m], bounded as by :meth:`set_width`; None for the width
+                commanded last.
 
         Raises:
             InvalidArgumentError: Not finite.
-            GripperError: The state file cannot be written; it holds what it held before.
+            GripperError: The state file cannot be written; its content is unchanged.
         """
         told = self._width
         if width is not None:
@@ -119,11 +120,11 @@ class Gripper:
             self._save(told)
 
     def set_width(self, width: float) -> float:
-        """Keep a width, move the jaws, and return the width that they are told.
+        """Store a width, move the jaws, and return the commanded width.
 
         A width beyond the limits, or beyond what the servo can do, is bounded, as the original
-        driver does. It waits for the disk as :meth:`keep` does; the width that is told already
-        costs nothing.
+        driver does. It waits for the disk as :meth:`keep` does, unless this width is already
+        commanded.
 
         Args:
             width: Width between the jaws [m].
@@ -138,7 +139,7 @@ class Gripper:
         return self.tell_width(width)
 
     def tell_width(self, width: float) -> float:
-        """As :meth:`set_width`, without keeping the width: for a control cycle.
+        """As :meth:`set_width`, without storing the width: for a control cycle.
 
         Raises:
             InvalidArgumentError: Not finite.
@@ -154,10 +155,10 @@ class Gripper:
         return told
 
     def set_servo_angle(self, angle_deg: float) -> float:
-        """Turn the servo to an angle, for calibration, and return the angle that it is told.
+        """Turn the servo to an angle, for calibration, and return the commanded angle.
 
         Args:
-            angle_deg: Servo angle, bounded to what the servo can do [deg].
+            angle_deg: Servo angle, bounded to the range of the servo [deg].
 
         Raises:
             InvalidArgumentError: Not finite.
@@ -206,7 +207,7 @@ def calibrate(
     """Return ``parameters`` with the line through two measured points.
 
     Args:
-        parameters: What the gripper is.
+        parameters: Parameters of the gripper.
         first: Servo angle [deg] and the width measured there [m].
         second: Another such pair.
 

@@ -24,11 +24,11 @@ _REMEDIES = {
     errno.ENOENT: "the channel was taken away: enable() the gripper again",
 }
 _APPEARS_WITHIN = 2.0
-"""The channel's folder and its rights come some 100 ms after it was asked for [s]."""
+"""Timeout of the channel's folder and permissions [s]; they appear some 100 ms after the export."""
 _POLL = 0.01
 _NS = 1e9
 _LONGEST = 4.0
-"""Longest time that is written to the kernel [s]: it has 32 bits for nanoseconds."""
+"""Longest time that is written to the kernel [s]: it stores nanoseconds in 32 bits."""
 
 
 class Pwm:
@@ -38,8 +38,8 @@ class Pwm:
     is written before :meth:`start`.
 
     Args:
-        outputs: Where the wire may be, the first one that exists is used.
-        clock: Time to wait by.
+        outputs: Candidate outputs; the first one that exists is used.
+        clock: Clock for waiting.
         root: The kernel's folder.
     """
 
@@ -48,7 +48,7 @@ class Pwm:
         self._channel: Path | None = None
 
     def pulse(self) -> float | None:
-        """Return the pulse that comes out now [s]; None while there is none.
+        """Return the length of the pulses being put out [s]; None while there are none.
 
         Raises:
             GripperError: There is no such output, or it cannot be read.
@@ -68,7 +68,7 @@ class Pwm:
 
         Raises:
             GripperError: There is no such output, or the kernel refuses; names path and remedy.
-            InvalidArgumentError: A time is no number of seconds that the kernel could take.
+            InvalidArgumentError: A time is no number of seconds that the kernel accepts.
         """
         period_ns, pulse_ns = _ns("PWM period", period), _ns("PWM pulse", pulse)
         folder = self._export()
@@ -94,7 +94,7 @@ class Pwm:
         self._write(self._channel / "duty_cycle", _ns("PWM pulse", pulse))
 
     def stop(self) -> None:
-        """Put out no more pulses: the servo lets go.
+        """Stop the pulses, which releases the servo.
 
         Raises:
             GripperError: The kernel refuses.
@@ -131,7 +131,7 @@ class Pwm:
                     raise GripperError(f"{chip} has no channel {channel}; {_REMEDY}") from error
                 if error.errno != errno.EBUSY:
                     raise _refused(chip / "export", channel, error) from error
-                # Asked for a moment ago by someone else, who may let us use it.
+                # Another process requested it just now and may grant access to it.
                 absent = _IN_USE
         deadline = self._clock.now() + _APPEARS_WITHIN
         while not os.access(folder / "enable", os.W_OK):

@@ -1,4 +1,4 @@
-"""The gripper's last width, kept in a file that is always whole."""
+"""Last width of the gripper, in a file that is always complete."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from pathlib import Path
 from bioscara.errors import GripperError
 
 _SIZE_MAX = 1024
-"""Bytes of a file that are read: a width takes forty."""
+"""Bytes that are read of a file: a width takes forty."""
 _log = logging.getLogger(__name__)
 
 
@@ -41,7 +41,7 @@ def read_width(path: Path, lower: float, upper: float, default: float) -> float:
 
 
 def write_width(path: Path, width: float) -> None:
-    """Put ``width`` [m] into ``path``: afterwards the file holds it whole, or what it held before.
+    """Write ``width`` [m] to ``path`` atomically: on failure the file is unchanged.
 
     Raises:
         GripperError: The file cannot be written.

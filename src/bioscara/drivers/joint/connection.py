@@ -1,4 +1,4 @@
-"""The base of a joint: who it is, whether it is there, what its flags and faults say."""
+"""Base class of a joint: identity, presence, flags and faults."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ _NOTHOMED = int(Flags.NOTHOMED)
 
 
 class JointConnection:
-    """One joint on a bus; :class:`~bioscara.drivers.Joint` adds what it can do.
+    """One joint on a bus; :class:`~bioscara.drivers.Joint` adds the operations.
 
     Args:
-        bus: The bus that the joint is on.
+        bus: Bus of the joint.
         clock: Time of that bus.
-        parameters: What the joint is.
+        parameters: Parameters of the joint.
 
     Attributes:
         bus: The bus.
@@ -45,12 +45,12 @@ class JointConnection:
         parameters: The parameters.
         session: The joint's frames.
         transmission: Conversion between joint and motor; changes when the joint is homed.
-        plausibility: Judge of a version 1 joint's answers.
+        plausibility: Plausibility check of a version 1 joint's answers.
         last: The newest sample; of quality UNKNOWN before there was one.
         encoder_deg: Encoder angle in the newest answer to :meth:`read_state` [deg], homed or not;
             NaN before there was one.
-        may_be_energised: Whether the motor was engaged, or found so, and was not seen to be
-            released since; outlives the session.
+        may_be_energised: Whether the motor was engaged, or found engaged, and was not observed to
+            be released since; outlives the session.
     """
 
     def __init__(self, bus: Bus, clock: Clock, parameters: JointParameters) -> None:
@@ -74,7 +74,7 @@ class JointConnection:
 
     @property
     def hello(self) -> Hello | None:
-        """What the joint said about itself; None for a version 1 joint or before ``init``."""
+        """The joint's answer to HELLO; None for a version 1 joint or before ``init``."""
         return self.session.hello
 
     @property
@@ -88,9 +88,10 @@ class JointConnection:
         return self._blocking
 
     def init(self) -> None:
-        """Greet the joint and open a session; a joint that is still homed stays homed.
+        """Identify the joint and open a session; a joint that is still homed stays homed.
 
-        Nothing moves. May be called again at any time, after a :class:`JointResetError` it must.
+        Nothing moves. May be called again at any time, and must be after a
+        :class:`JointResetError`.
 
         Raises:
             CommunicationError: The joint does not answer.
@@ -120,13 +121,13 @@ class JointConnection:
     def start_bootloader(self) -> None:
         """Make the joint leave its firmware for the bootloader, to be flashed; home is lost.
 
-        It answers no more until it was flashed or its power was cycled; then :meth:`init` it.
+        It stops answering until it is flashed or its power is cycled; then :meth:`init` it.
 
         Raises:
             NotInitializedError: ``init`` was not called.
             NotSupportedError: Its firmware has no such request.
             IncorrectStateError: It is enabled.
-            CommunicationError: It did not answer, or refused.
+            CommunicationError: It did not answer, or refused the request.
         """
         try:
             self.session.start_bootloader()
@@ -135,7 +136,7 @@ class JointConnection:
                 self.deinit()
 
     def check_communication(self) -> None:
-        """Return if the joint answers and is the one that ``init`` met.
+        """Check that the joint answers and is the one found by ``init``.
 
         Raises:
             CommunicationError: It does not answer.
@@ -154,11 +155,11 @@ class JointConnection:
             )
 
     def get_flags(self) -> Flags:
-        """Ask for the flags."""
+        """Request the flags."""
         return FLAGS[self.session.read(Register.PING).flags]
 
     def is_homed(self) -> bool:
-        """Ask whether the joint knows its position, and we know what it means."""
+        """Ask whether the joint knows its position and its offset is known here."""
         return not self.get_flags() & Flags.NOTHOMED and self._offset_known
 
     def is_enabled(self) -> bool:
@@ -174,7 +175,7 @@ class JointConnection:
         return bool(self.get_flags() & Flags.BUSY)
 
     def get_homing_offset(self) -> float:
-        """Ask for the joint position at encoder zero that the joint keeps [rad or m]."""
+        """Request the joint position at encoder zero that the joint stores [rad or m]."""
 
         def ask() -> float:
             return self.session.read(Register.HOMEOFFSET).values[0]
@@ -183,7 +184,7 @@ class JointConnection:
         return ask() if self.version == 2 else said_twice(ask, TRIES, f"{self.name} homing offset")
 
     def set_homing_offset(self, offset: float) -> None:
-        """Keep the joint position at encoder zero on the joint, read it back and use it.
+        """Store the joint position at encoder zero on the joint, read it back and use it.
 
         Zero is what a joint has after power-up, so a later host takes it for "none".
 
@@ -192,7 +193,7 @@ class JointConnection:
 
         Raises:
             InvalidArgumentError: Not finite.
-            IncorrectStateError: The joint returns another number than it was given.
+            IncorrectStateError: The joint returns a number other than the one written.
         """
         offset = self._number("homing offset", offset)
         self.session.write(Register.HOMEOFFSET, offset)
@@ -204,16 +205,16 @@ class JointConnection:
         self._adopt_offset(kept)
 
     def get_fault(self) -> FaultReport:
-        """Ask why the joint stopped by itself, and for its counters.
+        """Request the reason of the joint's last autonomous stop, and its counters.
 
         Raises:
-            NotSupportedError: A version 1 joint cannot tell.
+            NotSupportedError: A version 1 joint does not report it.
         """
         self.session.require_v2("get_fault")
         return FaultReport.from_answer(self.session.read(Register.FAULT))
 
     def get_bus_errors(self) -> int:
-        """Ask how often the joint met an error of its bus, or gave up a transfer, since its boot.
+        """Request the count of bus errors and abandoned transfers since the joint booted.
 
         Raises:
             NotSupportedError: A version 1 joint, or firmware without that counter.
@@ -230,7 +231,7 @@ class JointConnection:
         """Acknowledge the latched fault; the joint stays disabled and nothing moves.
 
         Args:
-            fault: Name of the fault that was seen; None for whichever is latched.
+            fault: Name of the reported fault; None for any latched fault.
 
         Raises:
             NotSupportedError: A version 1 joint latches none; ``enable`` clears its stall.
@@ -250,7 +251,7 @@ class JointConnection:
         self.session.write(Register.CLEARFAULT, code)
 
     def read_state(self) -> JointSample:
-        """Ask for position, velocity, flags and, from a version 2 joint, state and load."""
+        """Request position, velocity, flags and, from a version 2 joint, state and load."""
         session, velocity_of = self.session, self.transmission.velocity_from_rpm
         if session.version == 2:
             (angle_deg, rpm, state, load), flags = session.read(Register.STATE)
@@ -285,11 +286,11 @@ class JointConnection:
         # Zero is the power-up value: the host that homed died before it wrote the offset.
         self._offset_known = offset != 0.0
         self.transmission = replace(self.transmission, offset=offset)
-        # What it said before was said with another meaning of zero.
+        # Its earlier positions refer to another zero.
         self.last = self.last._replace(position=None)
 
     def is_ready(self) -> bool:
-        """Return whether :meth:`require_ready` would return; asks nobody."""
+        """Return whether :meth:`require_ready` would return; nothing is sent."""
         session = self.session
         return (
             session.version != 0
@@ -303,7 +304,7 @@ class JointConnection:
 
         Raises:
             NotInitializedError, JointResetError, NotEnabledError, NotHomedError, StalledError,
-            IncorrectStateError: What stands in the way.
+            IncorrectStateError: The condition that prevents a motion.
         """
         self._require_no_blocking()
         flags = self.session.flags
@@ -327,7 +328,7 @@ class JointConnection:
             )
 
     def _number(self, what: str, value: float) -> float:
-        """Return a finite number as a float; plain ones cost next to nothing."""
+        """Return a finite number as a float; fast for plain numbers."""
         if type(value) is float and value - value == 0.0:
             return value
         return number(f"{self.name} {what}", value)
@@ -337,5 +338,5 @@ _STATES = {state.value: state for state in JointState}
 
 
 def joint_state(code: float) -> JointState | None:
-    """Return the state with this number; None for one of newer firmware."""
+    """Return the state with this number; None if only newer firmware defines it."""
     return _STATES.get(int(code))

@@ -1,6 +1,6 @@
-"""One joint's part of a control cycle: few bytes, few microseconds, and a memory for bad cycles.
+"""Cyclic exchange of one joint, in few bytes and few microseconds, with a count of bad cycles.
 
-The arithmetic is plain floats: for one value numpy costs more than the exchange.
+The arithmetic uses plain floats: for a single value, numpy takes longer than the exchange.
 """
 
 from __future__ import annotations
@@ -31,20 +31,20 @@ _REASONS = int(Flags.STALL | Flags.BUSY | Flags.NOTENABLED | Flags.FAULT)
 _HALTED = int(Flags.STALL | Flags.NOTENABLED)
 
 Outcome = JointSample | BioscaraError
-"""What a cycle brings for one joint."""
+"""Result of a cycle for one joint."""
 Frame = tuple[Message, tuple[float, ...]]
 Result = bytes | CommunicationError
 
 
 class Cycle:
-    """Frames of one joint for a cycle, and what became of them.
+    """Frames of one joint for a cycle, and their outcome.
 
     Args:
         joint: The joint.
 
     Attributes:
-        bad_cycles: Cycles in a row that brought no answer.
-        failures: The same, since the object was made.
+        bad_cycles: Consecutive cycles without an answer.
+        failures: Cycles without an answer since the object was made.
     """
 
     def __init__(self, joint: JointConnection) -> None:
@@ -55,7 +55,7 @@ class Cycle:
         self.failures = 0
 
     def track(self, setpoint: Setpoint) -> tuple[Transaction, ...]:
-        """Return the transactions that give a checked setpoint and ask for the state."""
+        """Return the transactions that send a checked setpoint and request the state."""
         joint = self._joint
         transmission = joint.transmission
         position, velocity = setpoint
@@ -68,27 +68,27 @@ class Cycle:
         return self._frame((_MOVE, (angle_deg,)), (_ANGLE, ()))
 
     def drive(self, velocity: float) -> tuple[Transaction, ...]:
-        """Return the transaction that gives a checked velocity; its answer is flags alone."""
+        """Return the transaction that sends a checked velocity; its answer is only the flags."""
         return self._frame((_RPM, (self._joint.transmission.velocity_to_rpm(velocity),)))
 
     def stop(self) -> tuple[Transaction, ...]:
-        """Return the transaction that lets a driven joint ramp down.
+        """Return the transaction that makes a velocity-driven joint ramp down.
 
-        For version 1 that is a velocity of zero: after STOP, original firmware is disabled by its
-        own deadman.
+        For version 1 that is a velocity of zero: after STOP, a joint with original firmware is
+        disabled by its own deadman.
         """
         if self._joint.session.version == 1:
             return self._frame((_RPM, (0.0,)))
         return self._frame((_STOP, (_SOFT,)))
 
     def state(self) -> tuple[Transaction, ...]:
-        """Return the transactions that ask for the state."""
+        """Return the transactions that request the state."""
         if self._joint.session.version == 2:
             return self._frame((_STATE, ()))
         return self._frame((_ANGLE, ()), (_SPEED, ()))
 
     def again(self) -> tuple[Transaction, ...]:
-        """Return the same transactions once more.
+        """Return the same transactions again.
 
         A joint that executed them answers from memory; one that refused them gets a new sequence
         number. Every version 1 frame of a cycle is absolute and may be executed twice.
@@ -97,14 +97,14 @@ class Cycle:
         return self._sent or self._frame(*self._frames)
 
     def take(self, results: Sequence[Result], stamp: float, *, again: bool = False) -> Outcome:
-        """Return what the joint answered, or what went wrong.
+        """Return the sample from the joint's answer, or the error.
 
         Args:
             results: The results of this joint's transactions, in order.
-            stamp: When they came [s].
-            again: Whether the transactions can still be repeated in this cycle. A refusal for
-                which the flags show no reason is then not asked about: most likely the frame
-                arrived broken, and asking takes longer than repeating.
+            stamp: Time of their arrival [s].
+            again: Whether the transactions can still be repeated in this cycle. The reason of a
+                refusal that the flags do not explain is then not requested: most likely the frame
+                arrived broken, and the request takes longer than a repetition.
         """
         session = self._joint.session
         try:
@@ -128,9 +128,9 @@ class Cycle:
         return sample
 
     def skip(self) -> JointSample:
-        """Return what to go on with while the joint is left alone: its last sample, marked STALE.
+        """Return the last sample, marked STALE, for a cycle in which the joint is not addressed.
 
-        It was not asked, so this is no bad cycle.
+        Nothing was requested, so this does not count as a bad cycle.
         """
         joint = self._joint
         if joint.last.quality is Quality.FRESH:
@@ -138,13 +138,13 @@ class Cycle:
         return joint.last
 
     def hold_last_sample(self, problem: CommunicationError) -> Outcome:
-        """Return what to go on with after a bad cycle.
+        """Return the outcome of a bad cycle.
 
         That is the last sample, marked STALE; after :data:`LOST_AFTER` bad cycles in a row a
         :class:`~bioscara.errors.JointLostError`; without any sample, the problem itself.
 
-        A version 1 joint that does not acknowledge is lost at once: it may be starting anew, and
-        its original firmware would hold the whole bus if it was asked in the next cycle.
+        A version 1 joint that does not acknowledge is lost at once: it may be restarting, and its
+        original firmware would block the whole bus if it was addressed in the next cycle.
         """
         self.bad_cycles += 1
         self.failures += 1
@@ -198,7 +198,7 @@ class Cycle:
             try:
                 answers.append(session.take(message, result))
             except CommunicationError as error:
-                # The other one still tells whether the joint is there.
+                # The other answer still shows whether the joint is present.
                 problem = problem or error
         if problem is not None:
             raise problem

@@ -1,10 +1,10 @@
-"""Several joints in one bus call: setpoints or velocities out, samples back.
+"""Exchanges with several joints in one bus call: setpoints or velocities, answered by samples.
 
-A joint that fails does not hide what the others say: each has its entry in the result, a
-:class:`~bioscara.drivers.JointSample` or the exception that befell it. A single bad cycle is
-coasted over with the last sample, marked STALE; the third in a row is a
+A joint that fails does not hide the answers of the others: each has its entry in the result, a
+:class:`~bioscara.drivers.JointSample` or the exception raised for it. A single bad cycle is bridged
+with the last sample, marked STALE; the third in a row is a
 :class:`~bioscara.errors.JointLostError`. So is the first in which a version 1 joint does not
-acknowledge; it gets no frames of cycles any more until an exchange with it alone succeeded.
+acknowledge; it gets no more cyclic frames until a separate exchange with it succeeds.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ _NOT_YET = BioscaraError("not asked yet")
 
 
 def read_states(joints: Sequence[Joint], *, retry: bool = False) -> list[Outcome]:
-    """Ask all joints for their state in one bus call.
+    """Request the state of all joints in one bus call.
 
     Args:
         joints: Initialised joints of one bus.
-        retry: Ask those that failed a second time within this cycle, in one more bus call.
+        retry: Repeat the failed requests once within this cycle, in one more bus call.
 
     Returns:
         One entry per joint, in order.
@@ -58,10 +58,10 @@ def read_states(joints: Sequence[Joint], *, retry: bool = False) -> list[Outcome
 def track(
     joints: Sequence[Joint], setpoints: Sequence[Setpoint], *, retry: bool = False
 ) -> list[Outcome]:
-    """Give all joints their setpoints and ask for their state, in one bus call.
+    """Send all joints their setpoints and request their state, in one bus call.
 
-    Each setpoint is where its joint is to be one cycle from now. All are checked before anything
-    is sent. A joint that cannot move gets nothing and its entry is the reason.
+    Each setpoint is the joint's target one cycle from now. All are checked before anything is sent.
+    A joint that cannot move is sent nothing and its entry is the reason.
 
     Args:
         joints: Initialised joints of one bus.
@@ -104,13 +104,13 @@ def track(
 def drive(
     joints: Sequence[Joint], velocities: Sequence[float], *, retry: bool = False
 ) -> list[Outcome]:
-    """Give all joints their velocities in one bus call; what they answer is their flags.
+    """Send all joints their velocities in one bus call; they answer with their flags.
 
     A velocity holds for as long as it is repeated, see :meth:`Joint.set_velocity`. All are
     checked before anything is sent. A joint that, by its last sample, could not stop before a
-    limit is stopped instead, and its entry is the :class:`~bioscara.errors.LimitError`; so
-    :func:`read_states` belongs into every cycle. A joint that cannot move gets nothing and its
-    entry is the reason.
+    limit is stopped instead, and its entry is the :class:`~bioscara.errors.LimitError`; so call
+    :func:`read_states` in every cycle. A joint that cannot move is sent nothing and its entry is
+    the reason.
 
     Args:
         joints: Initialised joints of one bus.
@@ -171,7 +171,7 @@ def _exchange(
             raise InvalidArgumentError(f"{joint.name} is on another bus than {joints[0].name}")
     now = joints[0].clock.now()
     for index, joint in enumerate(joints):
-        # A version 1 joint may have to be left alone for longer than a cycle; the others are not.
+        # A version 1 joint may need a pause of more than a cycle; the others do not.
         if frames[index] and joint.session.caution.silent:
             unheard = NoAcknowledgeError("nobody acknowledged", joint.parameters.address)
             frames[index], outcomes[index] = (), joint.cycle.hold_last_sample(unheard)
@@ -200,7 +200,7 @@ def _transfer(
     *,
     again: bool,
 ) -> None:
-    """Carry out the frames of the chosen joints in one call and put down what came of them."""
+    """Transfer the frames of the chosen joints in one call and record the outcomes."""
     requests: list[Transaction] = []
     for index in chosen:
         requests.extend(frames[index])

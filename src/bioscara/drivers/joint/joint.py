@@ -1,4 +1,4 @@
-"""One joint: everything that the original driver can do, in SI joint units."""
+"""One joint, with all functions of the original driver, in SI joint units."""
 
 from __future__ import annotations
 
@@ -27,23 +27,23 @@ HOMING_RPM = (1.0, 250.0)
 """Motor speeds between which homing is allowed, as in the original driver [rpm]."""
 
 _TRAVEL_SHARE = 1.2
-"""Way of a homing at its speed, as a share of the joint's range."""
+"""Distance covered at the homing speed, as a share of the joint's range."""
 _HOMING_MARGIN = 10.0
-"""Time for backing off, the second touch and the rest [s]."""
+"""Time for backing off, the second touch and the remaining steps [s]."""
 
 
 class Joint(JointMotion):
-    """One joint on a bus, in rad or m and seconds; speaks version 1 and 2.
+    """One joint on a bus, in rad or m and seconds; supports protocol versions 1 and 2.
 
-    Life of a joint: ``init``, ``enable``, ``home``, motion, ``disable``, ``deinit``. Nothing
+    Life cycle of a joint: ``init``, ``enable``, ``home``, motion, ``disable``, ``deinit``. Nothing
     moves in ``init`` and ``deinit``. What a version 1 joint cannot do raises
     :class:`~bioscara.errors.NotSupportedError`; every exchange may raise
     :class:`~bioscara.errors.CommunicationError` or :class:`~bioscara.errors.JointResetError`.
 
     Args:
-        bus: The bus that the joint is on.
+        bus: Bus of the joint.
         clock: Time of that bus.
-        parameters: What the joint is.
+        parameters: Parameters of the joint.
 
     Attributes:
         cycle: The joint's part of a control cycle, for :mod:`bioscara.drivers.joint.group`.
@@ -55,11 +55,11 @@ class Joint(JointMotion):
         self._homing_velocity = parameters.homing.velocity
 
     def track(self, position: float, velocity: float = 0.0) -> JointSample:
-        """Follow a path: where to be one interval from now, answered by where the joint is.
+        """Send the setpoint for one interval from now and return the present state.
 
         Args:
             position: Within the joint's limits [rad or m].
-            velocity: There, within the joint's limits [rad/s or m/s].
+            velocity: Velocity at that position, within the joint's limits [rad/s or m/s].
 
         Raises:
             LimitError: Outside the limits; nothing was sent.
@@ -93,7 +93,7 @@ class Joint(JointMotion):
         progress: Progress | None = None,
         cancel: Cancel | None = None,
     ) -> None:
-        """Seek the end stop and make it the joint's home; returns when it is homed.
+        """Seek the end stop and make it the joint's home; return when it is homed.
 
         The joint is enabled first if need be, and stays enabled.
 
@@ -102,11 +102,11 @@ class Joint(JointMotion):
                 for the configured one. Our firmware approaches at 95 rpm of the motor (j2: 110)
                 where that is faster.
             progress: Called with each sample.
-            cancel: Asked with each sample; True ends it, the joint is then not homed.
+            cancel: Called with each sample; True aborts homing, the joint is then not homed.
 
         Raises:
-            HomingError: No trustworthy home was found; says why.
-            MotionCancelledError: ``cancel`` said so.
+            HomingError: No trustworthy home was found; states the reason.
+            MotionCancelledError: ``cancel`` returned True.
         """
         check_callbacks(progress, cancel)
         self.start_homing(velocity)
@@ -118,24 +118,24 @@ class Joint(JointMotion):
 
     @property
     def homing_timeout(self) -> float:
-        """How long the homing that was started last may take [s]."""
+        """Time limit of the homing that was started last [s]."""
         span = self.parameters.upper - self.parameters.lower
         return _TRAVEL_SHARE * span / abs(self._homing_velocity) + _HOMING_MARGIN
 
     def start_homing(self, velocity: float | None = None) -> None:
-        """Start homing and return; keep it alive, then call :meth:`post_homing`.
+        """Start homing and return; call :meth:`keep_alive` until it ends, then :meth:`post_homing`.
 
-        A version 2 joint needs a write of WATCHDOG at least every 60 ms meanwhile (``keep_alive``),
-        our firmware in version 1 any exchange every 250 ms. Original firmware goes on to the end
-        stop whether anybody asks or not; only :meth:`stop` ends that. It takes the command within
-        25 ms, and is left alone for so long.
+        Until then, a version 2 joint needs a write of WATCHDOG at least every 60 ms
+        (``keep_alive``), our firmware in version 1 any exchange every 250 ms. Original firmware
+        continues to the end stop whether it is polled or not; only :meth:`stop` ends that. It takes
+        the command within 25 ms, during which nothing is sent to it.
 
         Args:
             velocity: As in :meth:`home`.
 
         Raises:
-            LimitError: The motor speed is not between 1 and 250 rpm, or the configured acceleration
-                of homing is none that original firmware takes.
+            LimitError: The motor speed is not between 1 and 250 rpm, or original firmware does not
+                accept the configured homing acceleration.
             IncorrectStateError: A blocking command is running.
         """
         homing = self.parameters.homing
@@ -148,8 +148,8 @@ class Joint(JointMotion):
             self.check_acceleration(homing.acceleration)
         if self.session.flags & (Flags.NOTENABLED | Flags.STALL):
             self.enable()
-        # What an earlier home meant ends here: were this host to die before it is written anew,
-        # the next one must not believe it.
+        # Invalidates the offset of an earlier home: if this host dies before a new one is written,
+        # the next host must not trust the old one.
         self._offset_known = False
         self.session.write(Register.HOMEOFFSET, 0.0)
         if not self._homes_itself():
@@ -168,31 +168,31 @@ class Joint(JointMotion):
             )
         except BioscaraError:
             if self.version == 1:
-                # If only the answer is lost it runs to the end stop, whether anybody polls or not.
+                # If only the answer is lost it runs to the end stop, whether it is polled or not.
                 with suppress(CommunicationError, JointError):
                     self.stop()
             self._blocking = Register.NONE
             raise
 
     def keep_alive(self) -> Flags:
-        """Tell a joint that moves by itself that somebody is watching; returns its flags."""
+        """Feed the watchdog of a joint in an autonomous motion; return its flags."""
         if self.version == 2:
             return FLAGS[self.session.write(Register.WATCHDOG, WATCHDOG_MS).flags]
         return self.get_flags()
 
     def stop(self, *, hard: bool = False) -> None:
-        """As for every joint; a homing in progress gets its brisk deceleration back first."""
+        """Stop as every joint; first restores the higher deceleration if homing is in progress."""
         if self._blocking is Register.HOME and not self._homes_itself():
-            # At the homing acceleration the ramp would take seconds. Never in the way of STOP.
+            # At the homing acceleration the ramp would take seconds. Must never prevent STOP.
             with suppress(CommunicationError, JointError):
                 self.set_max_acceleration(self.parameters.max_acceleration)
         super().stop(hard=hard)
 
     def post_homing(self) -> None:
-        """Finish a homing that ended: give the joint its offset and its limits back.
+        """Complete a homing that has ended: set the joint's offset and restore its limits.
 
         Raises:
-            HomingError: The joint is not homed; says why.
+            HomingError: The joint is not homed; states the reason.
             IncorrectStateError: No homing was started, or it is still running.
         """
         if self._blocking is not Register.HOME:
@@ -208,7 +208,7 @@ class Joint(JointMotion):
         self.set_max_acceleration(self.parameters.max_acceleration)
 
     def _homes_itself(self) -> bool:
-        """Return whether the firmware chooses the approach, and with it the acceleration."""
+        """Return whether the firmware chooses the approach speed, and thereby the acceleration."""
         hello = self.hello
         return hello is not None and bool(hello.capabilities & Capability.TWO_TOUCH_HOMING)
 

@@ -1,4 +1,4 @@
-"""Engaging, moving, stopping and releasing one joint."""
+"""Motion of one joint: enable, move, stop, disable."""
 
 from __future__ import annotations
 
@@ -34,11 +34,11 @@ from bioscara.errors import (
 from bioscara.protocol import SILENCE, BrakeMode, Fault, Flags, Register
 
 _ORIENTATION_TIMEOUT = 5.0
-"""How long the joint may check its orientation [s]."""
+"""Time limit of the orientation check [s]."""
 _ORIENTATION_MAX_DEG = 10.0
 _STOP_HARD, _STOP_SOFT = 0, 1
 _MOVE_MARGIN = 2.0
-"""Time that a move may take beyond twice what it should [s]."""
+"""Time that a move may take beyond twice its expected duration [s]."""
 _STEPS_MAX = 2**31 - 1
 
 
@@ -46,7 +46,7 @@ class JointMotion(JointSettings):
     """Enable, disable, move and stop."""
 
     def enable(self, drive_percent: int | None = None, hold_percent: int | None = None) -> None:
-        """Engage the motor where it stands, with stall detection and the configured limits.
+        """Engage the motor at its present position, with stall detection and the configured limits.
 
         Original firmware (version 1) turns and checks nothing here: it compares motor and encoder
         at power-up, and engages a motor that has no supply. A version 2 joint checks by a movement
@@ -87,10 +87,10 @@ class JointMotion(JointSettings):
     def disable(self) -> None:
         """Ramp down, wait for standstill and release the motor.
 
-        Every step is tried, whatever befell the one before.
+        Every step is tried, even if an earlier one failed.
 
         Raises:
-            CommunicationError, JointError: The first thing that went wrong.
+            CommunicationError, JointError: The first error of these steps.
         """
         self.session.require_open()
         steps: tuple[Callable[[], object], ...] = (
@@ -112,7 +112,7 @@ class JointMotion(JointSettings):
         self.may_be_energised = False
 
     def stop(self, *, hard: bool = False) -> None:
-        """Ramp down and hold; ends a blocking command. Never refused for the joint's state.
+        """Ramp down and hold; ends a blocking command. Never refused because of the joint's state.
 
         A version 1 joint that has not yet taken a blocking command or a move in steps takes it
         first: the call then waits for up to 25 ms.
@@ -126,10 +126,10 @@ class JointMotion(JointSettings):
         self.session.stop(_STOP_HARD if hard else _STOP_SOFT)
 
     def get_position(self) -> float:
-        """Ask for the position [rad or m].
+        """Request the position [rad or m].
 
         Raises:
-            NotHomedError: The joint does not know it.
+            NotHomedError: The joint does not know its position.
         """
         position = insist(self._ask_position, TRIES)
         if position is None:
@@ -145,15 +145,16 @@ class JointMotion(JointSettings):
         return position
 
     def get_velocity(self) -> float:
-        """Ask for the filtered velocity [rad/s or m/s]; lags the motion by some 60 ms."""
+        """Request the filtered velocity [rad/s or m/s]; it lags the motion by some 60 ms."""
         answer = self.session.read(Register.GETENCODERRPM)
         return self.transmission.velocity_from_rpm(answer.values[0])
 
     def set_position(self, position: float) -> None:
-        """Start to move to a position with the joint's own speed and acceleration limits.
+        """Start a move to a position with the joint's own speed and acceleration limits.
 
-        A version 2 joint stops when it hears no newer setpoint for 60 ms: repeat it until it is
-        there. Original firmware (version 1) goes on to the position, also when the host dies.
+        A version 2 joint stops when it receives no newer setpoint for 60 ms: repeat it until the
+        joint arrives. Original firmware (version 1) continues to the position, even when the host
+        dies.
 
         Args:
             position: Within the joint's limits [rad or m].
@@ -174,11 +175,11 @@ class JointMotion(JointSettings):
         disables itself, 50 to 60 ms after the last exchange of any kind: polling alone keeps it
         moving.
 
-        The joint itself knows no position limits, so each call asks where it is. Towards a limit
-        it must be able to stop before it, if this setpoint were the last.
+        The joint does not know its position limits, so each call reads its position. Towards a
+        limit, the joint must be able to stop before it if this setpoint were the last.
 
         Args:
-            velocity: At most the configured one in either direction [rad/s or m/s].
+            velocity: At most the configured velocity in either direction [rad/s or m/s].
 
         Raises:
             LimitError: Too fast, or the limit is too near; the joint was then stopped.
@@ -194,22 +195,22 @@ class JointMotion(JointSettings):
     def move_steps(
         self, steps: int, progress: Progress | None = None, cancel: Cancel | None = None
     ) -> None:
-        """Move by so many microsteps of the motor (1/256 step) and wait for the end.
+        """Move by a number of microsteps of the motor (1/256 step) and wait for the end.
 
         Needs no home; with one, the end is checked against the limits. A version 1 frame is
-        never repeated: if its answer is lost, it may have been executed. Original firmware goes on
-        to the target when the host dies; here it counts as there when its encoder says so.
+        never repeated: if its answer is lost, it may have been executed. Original firmware
+        continues to the target when the host dies; here its encoder decides whether it has arrived.
 
         Args:
             steps: Microsteps; their sign is the motor's, not the joint's.
             progress: Called with each sample.
-            cancel: Asked with each sample.
+            cancel: Called with each sample.
 
         Raises:
             InvalidArgumentError: The number is not whole.
             LimitError: It would end outside the limits.
-            IncorrectStateError: It did not get there in twice the time that it should take.
-            MotionCancelledError: ``cancel`` said so.
+            IncorrectStateError: It did not arrive in twice the expected time.
+            MotionCancelledError: ``cancel`` returned True.
         """
         self.require_ready(homed=False)
         steps = whole(f"{self.name} steps", steps)
@@ -218,7 +219,7 @@ class JointMotion(JointSettings):
         distance = self.transmission.microsteps_to_distance(steps)
         position = self.read_state().position
         if self.version == 1:
-            # It would move although it stalled or was disabled since it was heard last.
+            # It would move although it stalled or was disabled since its last answer.
             self.require_ready(homed=False)
         if position is not None:
             self.check_position(position + distance)
@@ -231,13 +232,13 @@ class JointMotion(JointSettings):
         self.require_ready(homed=False)
 
     def check_orientation(self, motor_angle: float = math.radians(1.0)) -> None:
-        """Turn the motor a little and back, to see that motor and encoder agree.
+        """Turn the motor slightly and back, to check that motor and encoder agree.
 
         Args:
-            motor_angle: How far the motor turns, at most 10 degrees [rad of the motor].
+            motor_angle: Angle by which the motor turns, at most 10 degrees [rad of the motor].
 
         Raises:
-            LimitError: It is too far.
+            LimitError: The angle is too large.
             JointFaultError: They do not agree (version 2; a version 1 joint corrects it).
         """
         angle_deg = math.degrees(self._number("orientation check angle", motor_angle))
@@ -256,12 +257,12 @@ class JointMotion(JointSettings):
 
         Args:
             velocity: Not zero [rad/s or m/s].
-            state: What it said last.
-            time: Now [s]; since then it may have gone on.
+            state: Its last state.
+            time: Present time [s]; the joint may have moved since the state.
 
         Raises:
-            LimitError: It could not.
-            NotHomedError: Nobody knows where it is.
+            LimitError: It could not stop in time.
+            NotHomedError: Its position is unknown.
         """
         velocity = self._number("velocity", velocity)
         if state.position is None:
@@ -283,12 +284,12 @@ class JointMotion(JointSettings):
         )
 
     def _check_room(self, velocity: float) -> None:
-        """Stop the joint and raise if at ``velocity`` it could not stop within the limits."""
+        """Stop the joint and raise if it could not stop within the limits from ``velocity``."""
         state = self.read_state()
         if state.position is None:
             self.raise_fault()
         elif state.flags & (Flags.STALL | Flags.NOTENABLED):
-            return  # The refusal of the setpoint says why.
+            return  # The refusal of the setpoint states the reason.
         try:
             self.require_room(velocity, state, state.stamp)
         except LimitError:
@@ -303,7 +304,7 @@ class JointMotion(JointSettings):
         progress: Progress | None = None,
         cancel: Cancel | None = None,
     ) -> None:
-        """Wait for the end of a motion; whatever ends the waiting early also ends the motion."""
+        """Wait for the end of a motion; an exception during the wait also ends the motion."""
         try:
             wait_for(self, done, timeout, what, progress, cancel)
         except BaseException as reason:
@@ -315,7 +316,7 @@ class JointMotion(JointSettings):
 
     def _wait_released(self) -> None:
         if self.version == 2:
-            # A version 2 joint takes the current away once the rotor has swung out.
+            # A version 2 joint removes the current once the rotor no longer oscillates.
             wait_for_rest(self, "disable")
 
     def raise_fault(self) -> None:
@@ -327,7 +328,7 @@ class JointMotion(JointSettings):
 
 
 def ramp_time(distance: float, speed: float, acceleration: float) -> float:
-    """Return how long a move from rest to rest takes at these limits [s]."""
+    """Return the duration of a rest-to-rest move at these limits [s]."""
     if distance < speed**2 / acceleration:
         return 2.0 * math.sqrt(distance / acceleration)
     return distance / speed + speed / acceleration

@@ -1,4 +1,4 @@
-"""Wait for a motion that the joint performs by itself, and keep it alive meanwhile."""
+"""Wait for an autonomous motion of a joint, and keep it alive during the wait."""
 
 from __future__ import annotations
 
@@ -15,15 +15,15 @@ from bioscara.protocol import WATCHDOG_MS, Flags, JointState, Register
 Progress = Callable[[JointSample], None]
 """Called with each sample while a motion runs."""
 Cancel = Callable[[], bool]
-"""Asked at each sample; True ends the motion."""
+"""Called at each sample; True ends the motion."""
 
 REST = frozenset((JointState.DISABLED, JointState.HOLDING, JointState.FAULTED))
-"""What a joint is doing when it does not move."""
+"""States of a joint at rest."""
 REST_RPM = 1.0
-"""Motor speed below which a version 1 joint may be standing [rpm]; its filter lags 63 ms."""
+"""Motor speed below which a version 1 joint may be at rest [rpm]; its filter lags 63 ms."""
 STILL_DEG = 0.1
-"""Motor angle by which the encoder of a version 1 joint that stands may differ from sample to
-sample [deg]: speed alone is also low at the begin of a slow motion."""
+"""Motor angle by which the encoder of a version 1 joint at rest may differ from sample to
+sample [deg]: the speed alone is also low at the start of a slow motion."""
 ARRIVED_DEG = 64 * DEG_PER_MICROSTEP
 """Motor angle within which a version 1 joint is at its target [deg]: it corrects its own count of
 steps where that differs from the encoder by more than 15 microsteps, at both ends of a move."""
@@ -32,10 +32,10 @@ _EARLIEST = 0.95
 _FAILED = int(Flags.STALL | Flags.NOTENABLED)
 
 _INTERVAL = {1: 0.05, 2: 0.02}
-"""Time between two signs of life [s]: a third of what the joint allows in version 2 (60 ms), a
+"""Time between two keep-alive frames [s]: a third of what the joint allows in version 2 (60 ms), a
 fifth of what our firmware allows in version 1 (250 ms). Original firmware needs none."""
 _REST_MARGIN = 1.0
-"""Time that a joint may take to rest beyond that of its ramp [s]."""
+"""Time beyond its ramp that a joint may take to come to rest [s]."""
 
 
 def check_callbacks(progress: Progress | None, cancel: Cancel | None) -> None:
@@ -61,9 +61,9 @@ def wait_for(
 
     Raises:
         IncorrectStateError: ``timeout`` [s] passed; the joint is not stopped.
-        MotionCancelledError: ``cancel`` said so; the joint is not stopped.
-        CommunicationError: The joint stopped answering; a version 2 joint then stops by itself,
-            one with its original firmware goes on to its target or end stop.
+        MotionCancelledError: ``cancel`` returned True; the joint is not stopped.
+        CommunicationError: The joint stopped answering; a version 2 joint then stops autonomously,
+            one with its original firmware continues to its target or end stop.
     """
     interval = _INTERVAL[joint.version]
     due = joint.clock.now()
@@ -87,7 +87,7 @@ def wait_for(
 
 
 def wait_for_rest(joint: JointSettings, what: str) -> JointSample:
-    """Wait until a joint that is ramping down stands still; raises as :func:`wait_for`."""
+    """Wait until a joint that is ramping down is at rest; raises as :func:`wait_for`."""
     timeout = joint.parameters.max_velocity / joint.max_acceleration + _REST_MARGIN
     return wait_for(joint, at_rest(joint), timeout, f"ramping down after {what}")
 
@@ -98,7 +98,7 @@ def idle(sample: JointSample) -> bool:
 
 
 def at_rest(joint: JointSettings) -> Callable[[JointSample], bool]:
-    """Return the judge of standstill: the joint's word; in version 1 three samples that agree."""
+    """Return the test for standstill: the joint's state; in version 1 three consistent samples."""
     slow = abs(joint.transmission.velocity_from_rpm(REST_RPM))
     count, before = 0, math.nan
 
@@ -116,12 +116,12 @@ def at_rest(joint: JointSettings) -> Callable[[JointSample], bool]:
 def arrived(
     joint: JointSettings, target_deg: float, duration: float
 ) -> Callable[[JointSample], bool]:
-    """Return the judge of a move's end: the joint's word; in version 1 its encoder.
+    """Return the test for the end of a move: the joint's state; in version 1 its encoder.
 
     A stalled or disabled joint has ended its move too, wherever it is.
 
     Args:
-        joint: The joint, just told to move.
+        joint: The joint, to which a move was just sent.
         target_deg: Encoder angle of the target [deg].
         duration: Time that the move should take [s].
     """

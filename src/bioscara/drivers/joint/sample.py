@@ -1,4 +1,4 @@
-"""What a joint says in one cycle, and what it is told."""
+"""Sample and setpoint of a joint in one cycle."""
 
 from __future__ import annotations
 
@@ -10,16 +10,16 @@ from bioscara.protocol import Flags, JointState
 
 
 class Quality(Enum):
-    """How far a sample can be believed."""
+    """Trustworthiness of a sample."""
 
     FRESH = "fresh"
-    """The joint said so in this cycle."""
+    """The joint reported it in this cycle."""
     STALE = "stale"
-    """The exchange failed; this is what the joint said before."""
+    """The exchange failed; these are the last values that the joint reported."""
     ASSUMED = "assumed"
-    """Nobody measured it: this is what the device was told."""
+    """Not measured: these are the values commanded to the device."""
     UNKNOWN = "unknown"
-    """The joint has not said anything yet."""
+    """The joint has not reported anything yet."""
 
 
 class JointSample(NamedTuple):
@@ -27,12 +27,12 @@ class JointSample(NamedTuple):
 
     Attributes:
         position: Joint position [rad or m]; None while the joint is not homed.
-        velocity: Joint velocity [rad/s or m/s]; NaN while the quality is UNKNOWN. A version 1
-            joint tells none in a tracking cycle: there it is the difference of two positions.
+        velocity: Joint velocity [rad/s or m/s]; NaN while the quality is UNKNOWN. A version 1 joint
+            reports none in a tracking cycle: there it is computed from two positions.
         flags: The joint's flags.
-        state: What the joint is doing; None where it did not say (TRACK, version 1).
+        state: State of the joint; None where it was not reported (TRACK, version 1).
         load_percent: Position error as a share of the stall threshold; None likewise.
-        quality: How far the sample can be believed.
+        quality: Trustworthiness of the sample.
         stamp: When the answer arrived [s], on the clock of the joint.
     """
 
@@ -46,11 +46,11 @@ class JointSample(NamedTuple):
 
 
 class Setpoint(NamedTuple):
-    """What one joint is to do.
+    """Setpoint of one joint.
 
     Attributes:
         position: Joint position one interval from now [rad or m].
-        velocity: Joint velocity there [rad/s or m/s]; a version 1 joint ignores it.
+        velocity: Joint velocity at that position [rad/s or m/s]; a version 1 joint ignores it.
     """
 
     position: float
@@ -58,7 +58,7 @@ class Setpoint(NamedTuple):
 
 
 FLAGS = tuple(Flags(value) for value in range(256))
-"""Every flags byte, made once: making an IntFlag costs more than an exchange's arithmetic."""
+"""All flags bytes, created once: creating an IntFlag takes longer than an exchange's arithmetic."""
 
 UNKNOWN = JointSample(
     None,
@@ -69,4 +69,4 @@ UNKNOWN = JointSample(
     Quality.UNKNOWN,
     -math.inf,
 )
-"""The sample of a joint that has not said anything yet."""
+"""Sample of a joint that has not reported anything yet."""

@@ -1,4 +1,4 @@
-"""What can be set on a joint without moving it, and what it may be told."""
+"""Settings of a joint that do not move it, and checks of its setpoints."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from bioscara.model import JointParameters
 from bioscara.protocol import BrakeMode, Flags, Register
 
 ROUNDING = 1e-9
-"""How far a value may be beyond a limit, in parts of one: less than the wire resolves."""
+"""Relative tolerance of limits: less than the resolution of the wire."""
 
 
 class JointSettings(JointConnection):
     """Currents, limits, stall detection and brake of one joint; checks of its setpoints.
 
     Attributes:
-        outside: Whether setpoints are on their way back from outside the limits.
+        outside: Whether the setpoints are returning from outside the limits.
         max_acceleration: The acceleration that was set last [rad/s^2 or m/s^2].
         max_velocity: The maximum velocity that was set last [rad/s or m/s].
     """
@@ -56,7 +56,7 @@ class JointSettings(JointConnection):
         self.session.write(Register.SETHOLDCURRENT, self._percent("hold current", percent))
 
     def set_brake_mode(self, mode: BrakeMode) -> None:
-        """Set what the motor does at standstill when its hold current is zero.
+        """Set the behaviour of the motor at standstill when its hold current is zero.
 
         Raises:
             InvalidArgumentError: There is no such mode.
@@ -83,9 +83,9 @@ class JointSettings(JointConnection):
         self.max_acceleration = acceleration
 
     def set_max_velocity(self, velocity: float) -> None:
-        """Set the speed that the joint never passes.
+        """Set the maximum speed of the joint.
 
-        A version 1 joint takes it in position mode only, which is after ``enable``,
+        A version 1 joint accepts it in position mode only, that is after ``enable``,
         ``set_position`` or ``move_steps``: in velocity mode, also after ``stop``, its original
         firmware would run away at this speed, and nothing would stop it.
 
@@ -105,7 +105,7 @@ class JointSettings(JointConnection):
         self.max_velocity = velocity
 
     def enable_stallguard(self, threshold: int | None = None) -> None:
-        """Switch stall detection on; an earlier stall is forgotten.
+        """Switch stall detection on; an earlier stall is cleared.
 
         Args:
             threshold: 1 to 255, lower is more sensitive; None for the configured one. A stall is
@@ -132,11 +132,11 @@ class JointSettings(JointConnection):
     def check_setpoint(self, position: float, velocity: float) -> Setpoint:
         """Return both as floats if they are within the limits; as the two methods below, but fast.
 
-        On the way back from outside, a position may be as far outside as the last one.
+        While returning from outside, a position may be as far outside as the last one.
 
         Args:
             position: Of the joint [rad or m].
-            velocity: There [rad/s or m/s].
+            velocity: Velocity at that position [rad/s or m/s].
 
         Raises:
             LimitError, InvalidArgumentError: One is outside, or not finite.
@@ -150,10 +150,10 @@ class JointSettings(JointConnection):
         return Setpoint(position, velocity)
 
     def start_from(self, position: float) -> None:
-        """Let setpoints begin at ``position``; from outside the limits they only lead back.
+        """Start the setpoints at ``position``; from outside the limits they may only lead back.
 
         Args:
-            position: Where the joint was found, or what it was told last [rad or m].
+            position: Measured position of the joint, or its last setpoint [rad or m].
         """
         position = self._number("position", position)
         lower, upper = self.parameters.lower, self.parameters.upper
@@ -181,7 +181,7 @@ class JointSettings(JointConnection):
         return velocity
 
     def check_acceleration(self, acceleration: float) -> float:
-        """Return ``acceleration`` [rad/s^2 or m/s^2] as a float if the joint takes it as it is.
+        """Return ``acceleration`` [rad/s^2 or m/s^2] as a float if the joint applies it unchanged.
 
         Raises:
             LimitError, InvalidArgumentError: As :meth:`set_max_acceleration`.

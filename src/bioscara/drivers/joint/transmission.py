@@ -1,4 +1,4 @@
-"""Joint units <-> the motor units that travel: the one place where they are converted."""
+"""Conversion between joint units and the motor units of the wire; done only here."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _RPM_PER_RAD_S = 30.0 / math.pi
 MICROSTEPS_PER_RAD = 51200.0 / (2.0 * math.pi)
 """The motor has 200 steps per turn, the driver 256 microsteps per step."""
 DEG_PER_MICROSTEP = 360.0 / 51200.0
-"""The same in the unit of the wire."""
+"""The same in the angle unit of the wire."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,8 +18,8 @@ class Transmission:
     """``motor = (joint - offset) * reduction``, with motor angles in the units of the wire.
 
     Attributes:
-        reduction: Motor radians per joint unit (rad or m); negative where they turn against
-            each other.
+        reduction: Motor radians per joint unit (rad or m); negative where they turn in opposite
+            directions.
         offset: Joint position at encoder zero [joint unit].
     """
 
@@ -57,5 +57,5 @@ class Transmission:
         return abs(size_deg / self._deg)
 
     def microsteps_to_distance(self, steps: float) -> float:
-        """Return the joint distance of so many microsteps of the motor."""
+        """Return the joint displacement for a number of microsteps of the motor."""
         return steps / MICROSTEPS_PER_RAD / self.reduction

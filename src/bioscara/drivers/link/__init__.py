@@ -1,5 +1,5 @@
 """Frames to and from one joint.
 
-``session`` sends a frame and returns its answer, after the ``handshake`` found which version the
-joint speaks. ``errors`` turns refusals into exceptions.
+``session`` sends a frame and returns its answer, after the ``handshake`` found the protocol version
+of the joint. ``errors`` turns refusals into exceptions.
 """

@@ -1,4 +1,4 @@
-"""What went wrong in an exchange, as the exception that it is to the caller."""
+"""Conversion of failures in an exchange to exceptions."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _TRANSIENT = frozenset(
         Refusal.QUEUE_FULL,
     )
 )
-"""Reasons that a broken or untimely frame gives: worth another try, since nothing was executed."""
+"""Refusal reasons caused by a broken or untimely frame: retried, since nothing was executed."""
 
 _STATE = frozenset(
     reason.name for reason in (Refusal.FAULT_LATCHED, Refusal.NOT_ENABLED, Refusal.STALLED)
@@ -49,9 +49,9 @@ def fault_error(joint: str, report: FaultReport) -> JointFaultError:
 def refused_error(
     joint: str, address: int, register: Register, report: FaultReport
 ) -> BioscaraError:
-    """Return what a refusal of ``register`` means, by the reason the joint gave.
+    """Return the exception for a refusal of ``register``, by the reason that the joint reported.
 
-    A joint that is disabled because of a fault is reported with the fault, which says more.
+    A joint that is disabled because of a fault is reported with the fault, which is more specific.
     """
     reason, what = report.refusal, f"{joint}: {register.name} was refused"
     if reason == Refusal.STALLED.name or (reason in _STATE and report.fault == Fault.STALL.name):
@@ -75,9 +75,9 @@ def refused_error(
 
 
 def exchange_failed(outcome: object) -> TypeGuard[CommunicationError]:
-    """Return whether this says that an exchange failed, so that another try may end better.
+    """Return whether this outcome is a failed exchange, for which a retry may succeed.
 
-    A joint that objects has its reasons, and will have them again.
+    A joint that refuses because of its state would refuse again.
     """
     if isinstance(outcome, RefusedError):
         return outcome.reason in _TRANSIENT
@@ -87,7 +87,7 @@ def exchange_failed(outcome: object) -> TypeGuard[CommunicationError]:
 def named_error(
     joint: str, address: int, register: Register, error: BioscaraError, tries: int
 ) -> BioscaraError:
-    """Return ``error`` of the bus with joint, address and register; of the joint as it is."""
+    """Return a bus ``error`` with joint, address and register added; a joint's error unchanged."""
     if not isinstance(error, CommunicationError) or isinstance(error, RefusedError):
         return error
     return type(error)(

@@ -1,15 +1,15 @@
-"""The first words to an address: who is there, and which version it speaks.
+"""First exchange with an address: identifies the joint and its protocol version.
 
-A joint of version 1 answers HELLO, which it does not know, with its flags alone, and holds the
+A joint of version 1 answers HELLO, which it does not know, with only its flags, and holds the
 clock of the whole bus low when more is read than it answers. So one byte is read first, and the
 rest only from a joint that showed the magic twice: one broken byte may look like it. While it
-starts up it acknowledges and can answer nothing at all, so a frame without a read goes before: if
-nobody acknowledges that one, who does later is left alone for a second.
+starts up it acknowledges but cannot answer, so a frame without a read is sent first: if that one is
+not acknowledged, a joint that acknowledges later is not addressed for a second.
 
-A joint of version 2 answers its flags too when a request arrives so broken that it knows neither
-register nor trailer. Taken for version 1 it would be driven without check bytes, so that takes
-much: many such answers, each followed by an intact PING, no other answer among them, and no answer
-of version 2 on this bus before.
+A joint of version 2 also answers with its flags when a request arrives so broken that it recognises
+neither register nor trailer. If mistaken for version 1, it would be driven without check bytes, so
+the evidence must be strong: many such answers, each followed by an intact PING, no other answer
+among them, and no answer of version 2 on this bus before.
 """
 
 from __future__ import annotations
@@ -38,37 +38,37 @@ from bioscara.errors import (
 from bioscara.protocol import MAGIC, PROTOCOL, READ, TRAILER, Flags, Register
 
 _PLAIN_ANSWERS = 12
-"""Answers of version 1 to HELLO, with a PING after each, that make a joint one of version 1. Bits
+"""Answers of version 1 to HELLO, with a PING after each, that identify a joint as version 1. Bits
 that flip in every request make a version 2 joint give such an answer in one of three cases."""
 _NEVER_V1 = 0xF0
-"""Bits that version 1 never sets in the flags, which are all it answers to an unknown register."""
+"""Bits that version 1 never sets in the flags, its only answer to an unknown register."""
 _MAGIC_FIRST = MAGIC & 0xFF
 _MESSAGE, _PING = READ[Register.HELLO], READ[Register.PING]
 _WHOLE = _MESSAGE.answer_size + TRAILER
 _ACKNOWLEDGE = ord("O")
 _SHOWN = 2
-"""How often a joint that is not known to speak version 2 shows the magic before more is read."""
+"""Times that a joint not known to speak version 2 must send the magic before more is read."""
 
 _version_2: WeakKeyDictionary[Bus, set[int]] = WeakKeyDictionary()
 """Addresses at which a joint answered as version 2, by bus; for the life of the bus object."""
 
 
 def greet(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> Hello | None:
-    """Return who answers at ``address``; None for a joint of version 1.
+    """Return the identity of the joint at ``address``; None for a joint of version 1.
 
-    HELLO is accepted with any sequence number, so nothing has to be known beforehand.
+    HELLO is accepted with any sequence number, so no prior state is needed.
 
     Args:
         bus: The bus.
         clock: Time of that bus.
-        joint: Who should be there, for messages.
+        joint: Name of the expected joint, for messages.
         address: 7-bit address.
-        tries: How many exchanges may fail.
+        tries: Number of exchanges that may fail.
 
     Raises:
-        CommunicationError: Nobody answers, or what is answered belongs to neither version, or to
+        CommunicationError: No joint answers, or the answer belongs to neither version, or to
             version 1 where version 2 answered before.
-        WrongJointError: The joint takes only what is sealed for another address.
+        WrongJointError: The joint accepts only frames sealed for another address.
     """
     lost: CommunicationError | None = None
     corrupt: CorruptFrameError | None = None
@@ -109,16 +109,16 @@ def greet(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> Hello
 def await_power_up(
     bus: Bus, clock: Clock, joints: Mapping[str, int], say: Callable[[str], None]
 ) -> None:
-    """Wait where nobody acknowledges: the joints may have been switched on just now.
+    """Wait if an acknowledge is missing: the joints may have been switched on just now.
 
-    Their original firmware can hold the whole bus when it is read from while it starts up. Joints
-    that acknowledge at once are not waited for, nor those that answered as version 2 before.
+    Their original firmware can block the whole bus when it is read from while it starts up. There
+    is no wait for joints that acknowledge at once, nor for those that answered as version 2 before.
 
     Args:
         bus: The bus.
         clock: Time of that bus.
         joints: Names of the joints and their addresses.
-        say: Gets a sentence before the wait.
+        say: Called with a message before the wait.
 
     Raises:
         CommunicationError: The bus does not work: a line is held, or it is not there.
@@ -144,7 +144,7 @@ def await_power_up(
 
 
 def acknowledges(bus: Bus, address: int) -> bool:
-    """Return whether somebody acknowledges a frame that asks for no answer; notes who does not.
+    """Return whether a frame without a read is acknowledged; records a missing acknowledge.
 
     Args:
         bus: The bus.
@@ -153,7 +153,7 @@ def acknowledges(bus: Bus, address: int) -> bool:
     Raises:
         CommunicationError: The bus does not work.
     """
-    # Received without being executed, by either version; nothing is read, so nothing can hang.
+    # Received but not executed, by either version; nothing is read, so nothing can hang.
     try:
         _exchange(bus, Transaction(address, _PING.encode_v1(), 0))
     except NoAcknowledgeError:
@@ -163,7 +163,7 @@ def acknowledges(bus: Bus, address: int) -> bool:
 
 
 def require_known(hello: Hello, joint: str, number: int, address: int) -> None:
-    """Raise unless ``hello`` is what joint ``number`` of this project says.
+    """Raise unless ``hello`` is the answer of joint ``number`` of this project.
 
     Raises:
         NotSupportedError: It speaks a newer protocol.
@@ -191,7 +191,7 @@ def _exchange(bus: Bus, transaction: Transaction) -> bytes:
 
 
 def _wake(bus: Bus, clock: Clock, address: int) -> None:
-    """Return when a joint may be read from that may just have been switched on."""
+    """Wait until a joint that may just have been switched on can be read from."""
     if not acknowledges(bus, address):
         raise NoAcknowledgeError("nobody acknowledged", address)
     if was_silent(bus, address):
@@ -211,7 +211,7 @@ def _first_byte(bus: Bus, address: int, sealed_for: int) -> int:
 
 
 def _instead_of_magic(bus: Bus, clock: Clock, address: int, times: int) -> int | None:
-    """Return the byte that is answered to HELLO; None for the magic, shown so many times."""
+    """Return the byte answered to HELLO; None if it is the magic ``times`` times."""
     for shown in range(times):
         first = _first_byte(bus, address, address)
         if first != _MAGIC_FIRST:
@@ -219,7 +219,7 @@ def _instead_of_magic(bus: Bus, clock: Clock, address: int, times: int) -> int |
                 raise _neither(address, bytes((_MAGIC_FIRST, first)))
             return first
         if times > 1:
-            # If it is of version 1 after all, it has HELLO to forget.
+            # If it is of version 1 after all, it must have time to drop HELLO.
             clock.sleep_until(clock.now() + QUIET)
     return None
 

@@ -1,4 +1,4 @@
-"""What a version 2 joint tells about itself."""
+"""Reports of a version 2 joint about itself."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from bioscara.protocol import Answer, Capability, Fault, Refusal, ResetCause
 
 @dataclass(frozen=True, slots=True)
 class Hello:
-    """Who a joint is.
+    """Identity of a joint.
 
     Attributes:
         protocol: Version of the protocol it speaks.
@@ -18,7 +18,7 @@ class Hello:
         joint: Number of the joint, as its firmware was built.
         boot_id: A number that differs between boots.
         reset_cause: Why it booted.
-        capabilities: What it can do beyond version 1.
+        capabilities: Functions that it supports beyond version 1.
     """
 
     protocol: int
@@ -35,7 +35,7 @@ class Hello:
 
     @classmethod
     def from_answer(cls, answer: Answer) -> Self:
-        """Return what HELLO answered."""
+        """Return the decoded answer to HELLO."""
         _, protocol, major, minor, joint, boot_id, cause, capabilities = map(int, answer.values)
         known = cause in ResetCause.__members__.values()
         return cls(
@@ -50,11 +50,11 @@ class Hello:
 
 @dataclass(frozen=True, slots=True)
 class FaultReport:
-    """Why a joint stopped by itself, and what it refused.
+    """Reason of a joint's autonomous stop, and its refusals.
 
     Attributes:
         fault: Name of the first fault since cleared, ``"NONE"`` without one.
-        data: The number stored with it; its meaning: :class:`bioscara.protocol.Fault`.
+        data: The number stored with it; for its meaning see :class:`bioscara.protocol.Fault`.
         refusal: Name of the reason of the last refusal.
         crc_errors: Frames that arrived broken, since boot.
         refusals: Frames that were refused, since boot.
@@ -68,7 +68,7 @@ class FaultReport:
 
     @classmethod
     def from_answer(cls, answer: Answer) -> Self:
-        """Return what FAULT answered; a number of newer firmware is named by its digits."""
+        """Return the decoded answer to FAULT; a number of newer firmware is named by its digits."""
         fault, data, refusal, crc_errors, refusals = answer.values
         return cls(
             _name(Fault, int(fault)),

@@ -1,4 +1,4 @@
-"""Whether to believe what a version 1 joint answers: its frames carry no check byte."""
+"""Plausibility check of version 1 answers, whose frames carry no check byte."""
 
 from __future__ import annotations
 
@@ -11,22 +11,22 @@ from bioscara.model import JointParameters
 from bioscara.protocol import Flags
 
 _LEAP = 1.5
-"""Times the joint's highest speed that a position may have changed by since the last sample."""
+"""Highest plausible mean speed between two samples, as a multiple of the joint's highest speed."""
 _LEAST = 5e-3
-"""Two samples closer in time are judged as if so far apart [s]: the encoder has some noise."""
+"""Minimum time between two samples for the check [s], since the encoder has some noise."""
 _BEYOND = 0.05
-"""Share of the range that a position may be outside of it."""
+"""Distance by which a position may be outside the range, as a share of it."""
 _OVERSPEED = 3.0
-"""Times the joint's highest speed that a velocity may be: its filter overshoots."""
+"""Largest plausible velocity, as a multiple of the joint's highest speed: its filter overshoots."""
 _TELLING = int(Flags.STALL | Flags.NOTHOMED | Flags.NOTENABLED)
 _RELEASED = int(Flags.NOTENABLED)
 
 
 class Plausibility:
-    """Drops what the joint cannot have done; what it says again is believed.
+    """Rejects physically impossible answers; a repeated answer is accepted.
 
     Args:
-        parameters: What the joint is.
+        parameters: Parameters of the joint.
     """
 
     def __init__(self, parameters: JointParameters) -> None:
@@ -44,14 +44,14 @@ class Plausibility:
         flags: tuple[int, int],
         stamp: float,
     ) -> None:
-        """Return if the answers can be true.
+        """Check that the answers are plausible.
 
         Args:
-            last: The last sample that was believed.
+            last: The last accepted sample.
             position: Joint position [rad or m]; None while it is not homed.
             velocity: Joint velocity [rad/s or m/s].
             flags: The flags of both answers that make a sample.
-            stamp: When they arrived [s].
+            stamp: Time of their arrival [s].
 
         Raises:
             CorruptFrameError: The flags differ, or position or velocity is impossible.
@@ -62,7 +62,7 @@ class Plausibility:
                 f"{flags[1]:#04x}"
             )
         if flags[1] & _RELEASED:
-            # By hand it may go anywhere.
+            # It may be moved by hand anywhere.
             return
         if not abs(velocity) <= _OVERSPEED * self._speed:
             raise self._error("velocity", velocity, "/s")
@@ -92,14 +92,14 @@ _T = TypeVar("_T")
 
 
 def insist(ask: Callable[[], _T], tries: int) -> _T:
-    """Return the first answer that is believed.
+    """Return the first accepted answer.
 
     Args:
-        ask: Asks and judges.
-        tries: How often at most.
+        ask: Sends the request and checks the answer.
+        tries: Maximum number of requests.
 
     Raises:
-        CorruptFrameError: None was.
+        CorruptFrameError: None was accepted.
     """
     for _ in range(tries - 1):
         try:

@@ -1,4 +1,4 @@
-"""One joint's frames: which version it speaks, sequence numbers, repetitions, refusals."""
+"""Session with one joint: protocol version, sequence numbers, repetitions, refusals."""
 
 from __future__ import annotations
 
@@ -38,47 +38,47 @@ from bioscara.protocol import (
 from bioscara.protocol.rows import Support
 
 TRIES = 3
-"""How often an exchange is tried, as the original driver does."""
+"""Number of tries of an exchange, as in the original driver."""
 FIRMWARE = "joint firmware 0.1 or newer (protocol 2)"
 
-# Plain integers: an IntFlag's operators cost as much as the rest of decoding.
+# Plain integers: an IntFlag's operators take as long as the rest of decoding.
 _ARMED = int(Flags.ARMED)
 _PAUSE = 50e-6
 """Time between two tries of a frame [s]."""
 _TICK_PAUSE = 2e-3
-"""Time in which the joint's control tick takes a command [s]."""
+"""Time within which the joint's control tick takes a command [s]."""
 _POWER_UP = Flags.NOTHOMED | Flags.NOTENABLED
 _FAULT = READ[Register.FAULT]
 _PING = READ[Register.PING]
 _FORGOTTEN = frozenset((Refusal.NOT_ARMED.name, Refusal.WRONG_BOOT.name))
 _OUT_OF_STEP = 120
-"""Frames in a row without an intact answer after which the session is opened anew: a joint that
-missed 128 takes every newer one, STOP too, for an older one."""
+"""Frames in a row without an intact answer after which the session is reopened: a joint that
+missed 128 mistakes every newer one, STOP too, for an older one."""
 
 
 class Session:
-    """The conversation with one joint.
+    """Session with one joint.
 
     Repetition is safe: version 2 repeats a frame with the sequence number it had, so that the
-    joint executes it once; version 1 repeats only what may be executed twice.
+    joint executes it once; version 1 repeats only frames that may be executed twice.
 
-    A version 1 joint is asked only for registers that its original firmware has, since it would
-    answer others with fewer bytes than are read; after a command that its loop takes, it is left
-    alone for 25 ms (:mod:`bioscara.drivers.joint.original`).
+    Only registers of the original firmware are requested from a version 1 joint, since it would
+    answer others with fewer bytes than are read; after a command taken by its loop, nothing is sent
+    to it for 25 ms (:mod:`bioscara.drivers.joint.original`).
 
     Args:
-        bus: The bus that the joint is on.
+        bus: Bus of the joint.
         clock: Time of that bus.
         joint: Name of the joint, for messages.
-        number: Number that the joint must answer with.
+        number: Joint number expected in the answer.
         address: Its 7-bit address.
 
     Attributes:
         version: Protocol version in use; 0 before :meth:`open`.
-        hello: What a version 2 joint said about itself.
-        flags: The last flags it answered; as after power-up before it answered any.
+        hello: Answer of a version 2 joint to HELLO.
+        flags: The last flags received; before any were received, those after power-up.
         retries: Exchanges that were repeated since this object was made.
-        caution: What must be remembered of a version 1 joint.
+        caution: Timing state of a version 1 joint.
     """
 
     def __init__(self, bus: Bus, clock: Clock, joint: str, number: int, address: int) -> None:
@@ -94,10 +94,10 @@ class Session:
         self._restarted: JointResetError | None = None
 
     def open(self) -> None:
-        """Find out who is there and open a session.
+        """Identify the joint and open a session.
 
         Raises:
-            CommunicationError: Nobody answers, or nothing that can be understood.
+            CommunicationError: There is no answer, or none that can be decoded.
             WrongJointError: Another joint answers.
             NotSupportedError: The joint speaks a newer protocol.
         """
@@ -120,7 +120,7 @@ class Session:
     def close(self) -> None:
         """Forget the joint; nothing is sent."""
         self.version, self.hello, self._restarted = 0, None, None
-        # Until when the joint is left alone outlives the session, the rest does not.
+        # The end of the joint's pause outlives the session, the rest does not.
         self.caution.positioning = self.caution.silent = False
         self.flags, self._armed = int(_POWER_UP), False
 
@@ -149,12 +149,12 @@ class Session:
     def start_bootloader(self) -> None:
         """Make a disabled joint leave its firmware for the bootloader in ROM; ends the session.
 
-        It answers no more until it was flashed or its power was cycled.
+        It stops answering until it is flashed or its power is cycled.
 
         Raises:
             NotSupportedError: Its firmware has no such request.
             IncorrectStateError: It is enabled.
-            CommunicationError: It did not answer, or refused.
+            CommunicationError: It did not answer, or refused the request.
         """
         self.require_v2("the request for the bootloader")
         if self.hello is None or not self.hello.starts_bootloader:
@@ -164,7 +164,7 @@ class Session:
                 f"{self._joint}: it is enabled, and its load may fall", self._joint, "disable() it"
             )
         boot_id = self.hello.boot_id
-        # Its answers show no session any more, and that is no restart.
+        # Its answers no longer show a session, which does not mean a restart.
         self._armed = False
         try:
             self.write(Register.DISARM, boot_id)
@@ -186,9 +186,9 @@ class Session:
         """Carry out one exchange, with repetitions.
 
         Args:
-            message: What to say.
+            message: Message to send.
             values: Its payload, in the units of the wire.
-            repeat: False for what must not be executed twice; version 2 joints see to that
+            repeat: False for commands that must not be executed twice; version 2 joints ensure that
                 themselves.
 
         Raises:
@@ -202,7 +202,7 @@ class Session:
         tries = TRIES if repeat or self.version == 2 else 1
         transaction: Transaction | None = None
         unanswered = False
-        # Two tries of one exchange are too close for a joint to be switched on in between.
+        # The time between two tries is too short for a joint to be switched on in between.
         asleep = self.caution.silent
         for remaining in reversed(range(tries)):
             try:
@@ -222,8 +222,8 @@ class Session:
                 if not answer.flags & Flags.REFUSED:
                     return answer
                 if unanswered and remaining:
-                    # An earlier try may have been executed. The same frame again tells; asking
-                    # why takes a number, and with it the chance.
+                    # An earlier try may have been executed. Sending the same frame again shows it;
+                    # asking for the reason takes a sequence number and would make that impossible.
                     problem = CorruptFrameError("the repetition was refused", self._address)
                 else:
                     problem = self.refusal(message)
@@ -250,7 +250,7 @@ class Session:
         )
 
     def take(self, message: Message, result: bytes | CommunicationError) -> Answer:
-        """Return the answer to the last frame; REFUSED in its flags is the caller's to judge.
+        """Return the answer to the last frame; REFUSED in its flags is left to the caller.
 
         Raises:
             CommunicationError: There is none, or it is broken.
@@ -258,7 +258,7 @@ class Session:
         """
         if isinstance(result, CommunicationError):
             if self.version == 1 and isinstance(result, NoAcknowledgeError):
-                # It may have lost its power, and get it back.
+                # It may have lost its power, and regain it.
                 self.caution.silent = True
                 note_silence(self._bus, self._address)
             raise result
@@ -278,7 +278,7 @@ class Session:
         return answer
 
     def refusal(self, message: Message) -> BioscaraError:
-        """Ask why the last frame was refused; return that, or what kept the joint from saying."""
+        """Request the reason of the last refusal; return it, or the error of that request."""
         if message is _FAULT:
             # A read is only refused when it arrived broken.
             return CorruptFrameError("the question arrived broken", self._address)
@@ -292,19 +292,19 @@ class Session:
 
     @property
     def alone(self) -> bool:
-        """Whether the joint must be left alone now; an exchange would wait for the end of that."""
+        """Whether the joint is in a pause now; an exchange would wait for its end."""
         return self._clock.now() < self.caution.alone_until
 
     @property
     def breaking_off(self) -> bool:
-        """Whether a homing may not have ended yet that was stopped; another one would wait."""
+        """Whether a stopped homing may not have ended yet; another one would wait."""
         return self._clock.now() < self.caution.broken_off_from
 
     def listens(self) -> bool:
         """Return whether an exchange would not wait.
 
-        A version 1 joint that did not acknowledge may have been switched on since. It is asked
-        for no more than that, and left alone for a second once it does.
+        A version 1 joint that did not acknowledge may have been switched on since. Only its
+        acknowledge is checked, and nothing is sent to it for a second once it acknowledges.
 
         Raises:
             NoAcknowledgeError: It still does not.
@@ -322,10 +322,10 @@ class Session:
         """Write STOP; raises as :meth:`exchange`.
 
         The original firmware's STOP leaves the setpoint of SETRPM to its deadman, which disables
-        the joint after 60 ms of silence; SETRPM 0 takes it back, and ramps down likewise.
+        the joint after 60 ms of silence; SETRPM 0 resets it, and also ramps down.
         """
         if self.version == 1:
-            # Never in the way of STOP.
+            # Must never prevent STOP.
             with suppress(CommunicationError, JointError):
                 self.write(Register.SETRPM, 0.0, repeat=False)
         self.write(Register.STOP, mode)
@@ -344,8 +344,8 @@ class Session:
         try:
             flags = self.exchange(_PING).flags
             if flags & Flags.BUSY or not flags & Flags.NOTENABLED:
-                # A command of an earlier host; nobody is left to watch it. Its motion would run
-                # on: to its target, or, in velocity mode, for as long as anybody polls the joint.
+                # A command of an earlier host that is no longer supervised. Its motion would
+                # continue: to its target, or, in velocity mode, for as long as the joint is polled.
                 self.stop(1)
         except BioscaraError:
             self.close()
@@ -362,7 +362,7 @@ class Session:
                 self.write(Register.WATCHDOG, WATCHDOG_MS)
             except CommunicationError:
                 # An earlier host may have used this number: the joint opens no session twice, and
-                # in one still open its sequence goes on, so that all of ours is old.
+                # in one still open its sequence continues, so that all our frames count as old.
                 if not remaining:
                     raise
                 self._armed = False
@@ -371,7 +371,7 @@ class Session:
                 return
 
     def _rejoin(self) -> None:
-        """Open the session anew with a joint that was away for long and did not restart."""
+        """Reopen the session with a joint that was unreachable for long and did not restart."""
         before, now = self.hello, greet(self._bus, self._clock, self._joint, self._address, 1)
         if before is None or now is None or now.boot_id != before.boot_id:
             raise self._forgotten()
@@ -382,7 +382,7 @@ class Session:
             raise
 
     def _forgotten(self) -> JointResetError:
-        """Return why the joint does not know this session; it stays so until it is opened anew."""
+        """Return why the joint does not know this session; this remains until it is reopened."""
         before, self._armed = self.hello, False
         try:
             now = greet(self._bus, self._clock, self._joint, self._address, TRIES)

@@ -1,7 +1,7 @@
-"""The arm as upright shapes: what zones, table and the arm itself are kept from.
+"""Collision bodies of the arm as upright shapes.
 
-They follow from the drawing that its meshes are made of, each link in its own frame (origin on the
-joint's axis, x along the link), and reach at most 5 mm beyond these.
+They are derived from the drawing that the arm's meshes are generated from, each link in its own
+frame (origin on the joint's axis, x along the link), and extend at most 5 mm beyond the meshes.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from bioscara.model.parts import Link, drawing, hand
 from bioscara.planning.collision.shapes import Array, Prism
 
 BASE, COLUMN, UPPER_ARM, FOREARM, WRIST, LEFT_JAW, RIGHT_JAW = range(7)
-"""Frames that bodies stand in; the lift's is that of the upper arm. Those of the jaws are turned as
-the wrist's, and half the gripper's width beside it along y."""
+"""Frames of the bodies; the lift's is that of the upper arm. Those of the jaws are rotated like the
+wrist's and offset from it by half the gripper's width along y."""
 ATTACHED = ({"link_1", "link_2"}, {"link_3", "link_4"})
-"""Links that are in one another by construction: the column's rods in the carriage, the post of
-the wrist in the forearm's hub."""
+"""Links that overlap by construction: the column's rods in the carriage, the post of the wrist in
+the forearm's hub."""
 WIDTHS = (0.04, 0.12)
 """Smallest and largest width of the existing gripper [m], as in the committed parameters."""
 _JAWS = {LEFT_JAW: 0.5, RIGHT_JAW: -0.5}
-"""Where the jaws are along the wrist's y, by the width between them."""
+"""Position of each jaw along the wrist's y, as a multiple of the width between them."""
 
 
 class Body(NamedTuple):
-    """Some of a link, or something that the wrist carries.
+    """A part of a link, or an object that the wrist carries.
 
     Attributes:
         link: Name of the link.
-        frame: Number of the frame that it stands in.
-        shapes: It is all of them together, in that frame.
+        frame: Number of its frame.
+        shapes: Shapes whose union is the body, in that frame.
         touches: Names of the zones that it may touch, or ``"table"``.
     """
 
@@ -53,7 +53,7 @@ def _bodies(link: Link, name: str, frame: int) -> tuple[Body, ...]:
 
 
 def _across(body: Body) -> Body:
-    """Return a body of the gripper, whose x is the wrist's y, in the wrist's axes."""
+    """Return a body of the gripper in the wrist's axes; the gripper's x is the wrist's y."""
     turned = tuple(
         Prism(-s.y, s.x, s.half_y, s.half_x, s.low, s.high, s.radius) for s in body.shapes
     )
@@ -69,7 +69,7 @@ GRIPPER = tuple(
     )
     for body in _bodies(link, name, frame)
 )
-"""The gripper; its jaws are placed by its width."""
+"""Bodies of the gripper; the position of its jaws depends on its width."""
 
 
 @lru_cache(maxsize=4)
@@ -89,9 +89,9 @@ def arm_of(
     Args:
         geometry: Lengths of the arm.
         tool: Pose of the tool in the flange; its point is a body of its own.
-        mounted: What the wrist carries.
-        widths: Smallest and largest width that the gripper may have [m]: its jaws take the room
-            of all widths between.
+        mounted: Bodies that the wrist carries.
+        widths: Smallest and largest width that the gripper may have [m]: its jaws occupy the
+            space of all widths between.
     """
     point = Prism(tool.x, tool.y, 0.0, 0.0, tool.z, tool.z)
     return (
@@ -102,7 +102,7 @@ def arm_of(
 
 
 def _placed(body: Body, widths: tuple[float, float]) -> Body:
-    """Return a body in the wrist's frame; a jaw where it can be."""
+    """Return a body in the wrist's frame; a jaw as the space that it can occupy."""
     if body.frame not in _JAWS:
         return body
     at = [_JAWS[body.frame] * width for width in widths]
@@ -134,7 +134,7 @@ def hull(shapes: tuple[Prism, ...]) -> Prism:
 
 
 def reaches(geometry: Geometry, bodies: tuple[Body, ...]) -> Array:
-    """Return how far a point of the arm moves at most per movement of each joint.
+    """Return the largest displacement of any point of the arm per displacement of each joint.
 
     Args:
         geometry: Lengths of the arm.
@@ -150,7 +150,7 @@ def reaches(geometry: Geometry, bodies: tuple[Body, ...]) -> Array:
 
 
 def frames(arm: Scara, joints: Array) -> tuple[Array, Array, Array, Array, Array]:
-    """Return the frames that bodies stand in, from the base's to the wrist's.
+    """Return the frames of the bodies, from the base's to the wrist's.
 
     Args:
         arm: The arm.
@@ -186,7 +186,7 @@ def _corners(shapes: tuple[Prism, ...]) -> Array:
 
 
 def extent(body: Body) -> float:
-    """Return how far the outermost point of a body is from the axis of its frame [m]."""
+    """Return the distance of a body's outermost point from the axis of its frame [m]."""
     far = np.hypot(*_corners(body.shapes).T)
     return float((far + np.repeat([shape.radius for shape in body.shapes], 4)).max())
 

@@ -1,4 +1,4 @@
-"""Which parts of an arm may meet each other, whatever its joints do."""
+"""Pairs of the arm's own parts that can collide at some joint positions."""
 
 from __future__ import annotations
 
@@ -22,27 +22,27 @@ from bioscara.planning.collision.shape_arrays import Table
 from bioscara.planning.collision.shapes import Index, Prism, distances
 
 OWN_MARGIN = 5e-3
-"""What the arm's own parts keep from each other where the margin of the scene is larger [m]: they
-are known, and folded up as homing leaves the arm they are 15 mm apart."""
+"""Margin between the arm's own parts where that of the scene is larger [m]: their geometry is
+known, and in the folded position after homing they are 15 mm apart."""
 _BEYOND_END = 5e-3
-"""How far the lift may be beyond its limits [m]: pressed on by hand."""
+"""How far the lift may be beyond its limits when pushed by hand [m]."""
 _TURNS = 201
-"""At so many angles of the elbow its range is looked at."""
+"""Number of elbow angles at which its range is sampled."""
 _ROUNDING = 1e-9
 Range = tuple[float, float]
-"""Lowest and highest."""
+"""Lowest and highest value."""
 Meeting = tuple[int, int, tuple[Index, Index]]
-"""Numbers of two bodies, and of the parts of each that may meet, pair by pair."""
+"""Numbers of two bodies, and of the parts of each that can collide, pair by pair."""
 
 
 def meetings(
     arm: tuple[Body, ...], links: int, geometry: Geometry, ranges: tuple[Range, Range]
 ) -> list[Meeting]:
-    """Return which bodies of an arm may meet, by their numbers, and which parts of them.
+    """Return the numbers of the bodies of an arm that can collide, and of their parts.
 
     Args:
-        arm: All of its bodies; the last is the tool's point, which nothing is kept from.
-        links: So many of them are links; the rest is carried by the wrist.
+        arm: All of its bodies; the last is the tool's point, which is not checked here.
+        links: How many of them are links; the rest is carried by the wrist.
         geometry: Of the arm.
         ranges: Of lift and elbow.
     """
@@ -59,7 +59,7 @@ def meetings(
 def _links_meeting(
     links: tuple[Body, ...], geometry: Geometry, ranges: tuple[Range, Range]
 ) -> tuple[Meeting, ...]:
-    """Return which links may meet; those of the existing arm do not, within its elbow's range."""
+    """Return the links that can collide; on the existing arm none, within its elbow's range."""
     found = []
     for k, other in enumerate(links):
         for i, one in enumerate(links[:k]):
@@ -70,9 +70,9 @@ def _links_meeting(
 
 
 def _meeting(one: Body, other: Body, height: float, lift: Range) -> tuple[Index, Index] | None:
-    """Return which parts of two bodies of the arm may meet, if any; by their heights.
+    """Return the parts of two bodies of the arm that can collide by their heights, if any.
 
-    What turns together, or is in one another by construction, does not meet.
+    Bodies of one frame, or of links that overlap by construction, are not paired.
     """
     if one.frame == other.frame or {one.link, other.link} in ATTACHED:
         return None
@@ -98,9 +98,9 @@ def _meeting(one: Body, other: Body, height: float, lift: Range) -> tuple[Index,
 def _near(
     one: Body, other: Body, parts: tuple[Index, Index], geometry: Geometry, elbow: Range
 ) -> bool:
-    """Return whether a link before the elbow and one after it come near to each other.
+    """Return whether a link before the elbow and one after it come near each other.
 
-    Looked at from above, and as if the wrist turned all the way round.
+    Evaluated in plan view, with the wrist as its full circle of rotation.
     """
     if one.frame not in (COLUMN, UPPER_ARM) or other.frame not in (FOREARM, WRIST):
         return True

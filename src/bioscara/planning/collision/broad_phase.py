@@ -1,4 +1,4 @@
-"""Which pairs are worth a look on short ways: what is far apart cannot come near on them."""
+"""Broad phase: exclude pairs that are too far apart to collide on a short motion."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from bioscara.planning.collision.scene_pairs import Layout
 from bioscara.planning.collision.shapes import Array
 
 _AHEAD = 0.03
-"""How far ahead a look goes for ways that are short and looked at in every cycle [m]."""
+"""Look-ahead distance for short motions that are checked in every cycle [m]."""
 
 
 class Nearby:
-    """The pairs of a layout that may come near to each other on ways of an arm.
+    """The pairs of a layout that may come near each other during motions of an arm.
 
-    From how far apart all of them were when they were looked at last follows which matter until
-    the arm has moved on.
+    The selection follows from the clearances at the last evaluation of all pairs, and holds until
+    the arm has moved a certain distance from there.
 
     Args:
         arm: The arm.
         layout: The pairs.
-        margin: What is at least so far apart does not matter [m].
-        ahead: How much farther than it must a look at all pairs goes, to be good for the next ways,
-            too [m].
+        margin: Clearance from which on a pair does not matter [m].
+        ahead: Distance added to the required one when all pairs are evaluated, so that the result
+            also covers the next motions [m].
 
     Attributes:
-        reach: As that of the layout.
+        reach: As in the layout.
     """
 
     def __init__(self, arm: Scara, layout: Layout, margin: float, ahead: float = _AHEAD) -> None:
@@ -40,23 +40,23 @@ class Nearby:
         self._near: Layout | None = None
 
     def free(self, here: Array) -> Array:
-        """Return how far a point of the arm may go until :meth:`on` has to look again [m].
+        """Return how far any point of the arm may move before :meth:`on` evaluates again [m].
 
         Args:
-            here: Where from [rad, m, rad, rad], shape (..., 4).
+            here: Joints at the start [rad, m, rad, rad], shape (..., 4).
         """
         free: Array = self._range - np.abs(here - self._place) @ self.reach
         return free
 
     def on(self, here: Array, way: float) -> Layout | None:
-        """Return pairs among which are all that may be nearer than the margin on some ways.
+        """Return a superset of the pairs that may be nearer than the margin on some motions.
 
         Args:
-            here: Where the ways begin [rad, m, rad, rad], shape (4,).
-            way: How far a point of the arm goes at most on any of them [m].
+            here: Joints where the motions begin [rad, m, rad, rad], shape (4,).
+            way: Longest path of any point of the arm on any of them [m].
 
         Returns:
-            The pairs, with those of their parts that may be so near; None where there are none.
+            The pairs, with those of their parts that may be so near; None if there are none.
         """
         if self._layout.pairs and not way <= self.free(here):
             self._look(here, way + self._ahead)

@@ -1,15 +1,15 @@
-"""How near the arm may stand to something, however exactly it came to rest there."""
+"""Clearance slack allowed at a goal position."""
 
 from __future__ import annotations
 
 STAND = 0.9e-3
-"""How much nearer to something the arm may stand than it was told to [m]: 1 mrad at its reach."""
+"""How much nearer to a body the arm may stand than commanded [m]: 1 mrad at its reach."""
 
 
 def goal_slack(margin: float) -> float:
-    """Return how much nearer than a margin the arm may stand [m].
+    """Return the slack of a margin at a goal position [m].
 
     Args:
-        margin: Distance that is to be kept [m].
+        margin: Distance to keep [m].
     """
     return min(STAND, margin / 2.0)

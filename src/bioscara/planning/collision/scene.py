@@ -1,8 +1,8 @@
-"""Where the arm may be: named zones, the table and the arm itself, kept clear by a margin.
+"""Named zones, the table and the arm itself, from which the arm keeps a margin.
 
-All coordinates are in the frame of the arm's base, wherever the base stands. A keep-out zone is a
-space that no body enters, a keep-in zone one that no body leaves. All parts of the arm that can
-meet are kept apart.
+All coordinates are in the frame of the arm's base, independent of where the base stands. No body
+may enter a keep-out zone, no body may leave a keep-in zone. All parts of the arm that can collide
+are checked against each other.
 """
 
 from __future__ import annotations
@@ -33,24 +33,24 @@ from bioscara.planning.collision.swept import refusal, sweep
 from bioscara.planning.trajectory.trajectory import Trajectory
 
 MARGINS = (1e-3, 0.1)
-"""Smallest and largest margin [m]: what is missed between samples is less than the smallest."""
+"""Smallest and largest margin [m]; the error between samples is less than the smallest."""
 _ROUNDING = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """A box that stands upright.
+    """An upright box.
 
     Attributes:
         name: Of the zone.
         lower: Smallest x, y, z [m], base frame.
         upper: Largest x, y, z [m].
-        yaw: Turn about its centre [rad].
+        yaw: Rotation about its centre [rad].
         keep_in: Whether bodies must stay inside; else they must stay outside.
-        links: Names of the links that it is for; empty for all that move.
+        links: Names of the links that it applies to; empty for all that move.
 
     Raises:
-        ConfigurationError: A value cannot be.
+        ConfigurationError: A value is invalid.
     """
 
     name: str
@@ -73,13 +73,13 @@ class Box:
 
     @property
     def shape(self) -> Prism:
-        """The same as a shape in the base frame."""
+        """The zone as a shape in the base frame."""
         return Prism.between(self.lower, self.upper, self.yaw)
 
 
 @dataclass(frozen=True, slots=True)
 class Cylinder:
-    """A cylinder that stands upright.
+    """An upright cylinder.
 
     Attributes:
         name: Of the zone.
@@ -89,10 +89,10 @@ class Cylinder:
         low: Height of its bottom [m].
         high: Height of its top [m].
         keep_in: Whether bodies must stay inside; else they must stay outside.
-        links: Names of the links that it is for; empty for all that move.
+        links: Names of the links that it applies to; empty for all that move.
 
     Raises:
-        ConfigurationError: A value cannot be.
+        ConfigurationError: A value is invalid.
     """
 
     name: str
@@ -120,7 +120,7 @@ class Cylinder:
 
     @property
     def shape(self) -> Prism:
-        """The same as a shape in the base frame."""
+        """The zone as a shape in the base frame."""
         return Prism(self.x, self.y, 0.0, 0.0, self.low, self.high, self.radius)
 
 
@@ -129,21 +129,20 @@ Zone = Box | Cylinder
 
 @dataclass(frozen=True, slots=True)
 class Scene:
-    """What stands around the arm.
+    """The surroundings of the arm.
 
     Attributes:
         zones: Named spaces to keep in or out of.
-        table_height: Height of the table's top in the base frame [m]; None where there is none.
-        margin: Distance to keep from everything [m], one of :data:`MARGINS` or between; the arm's
-            own parts keep at most
+        table_height: Height of the table's top in the base frame [m]; None if there is no table.
+        margin: Distance to keep from everything [m], within :data:`MARGINS`; the arm's own parts
+            keep at most
             :data:`~bioscara.planning.collision.arm_pairs.OWN_MARGIN` from each other.
         mounted: Bodies that the wrist carries; the gripper, unless another tool is mounted.
-        widths: Smallest and largest width that the gripper may have [m]; all that it can have,
-            unless somebody knows better. A robot does: it plans with the width that its gripper
-            was told.
+        widths: Smallest and largest width that the gripper may have [m]; its full range unless
+            given. A robot plans with the commanded width of its gripper.
 
     Raises:
-        ConfigurationError: Two zones have the same name, or a value cannot be.
+        ConfigurationError: Two zones have the same name, or a value is invalid.
     """
 
     zones: tuple[Zone, ...] = ()
@@ -178,12 +177,12 @@ class Scene:
             replace_values(self, table_height=height)
 
     def carrying(self, load: Prism, touches: Sequence[str] = ()) -> Scene:
-        """Return the scene of an arm whose tool holds something.
+        """Return the scene of an arm whose tool holds a load.
 
         Args:
-            load: The shape of it in the frame of the wrist, like the tool.
-            touches: What it is taken from or set down on: names of zones, or ``"table"``. The load
-                alone may come that near to these, up to 0.9 mm inside, which is :data:`STAND`.
+            load: Its shape in the frame of the wrist, like the tool.
+            touches: Names of the zones, or ``"table"``, that it is taken from or set down on. Only
+                the load may touch these, and be up to 0.9 mm inside, which is :data:`STAND`.
 
         Raises:
             ConfigurationError: The scene has no zone of such a name, or no table.
@@ -199,18 +198,18 @@ class Scene:
         return layout_of(*stands, arm.geometry, arm.tool, (lift, elbow), self.margin)
 
     def clearance(self, arm: Scara, joints: npt.ArrayLike) -> Array:
-        """Return how far the arm is from everything that it must not touch; exact.
+        """Return the exact clearance of the arm.
 
         Args:
             arm: The arm with its tool.
             joints: j1 to j4 [rad, m, rad, rad], shape (n, 4).
 
         Returns:
-            Distance of the nearest pair [m], shape (n,); below zero how deep one is in the other.
-            The margin is not taken off. What may come nearer than that counts by as much farther:
-            a load and what it may touch by the margin and
-            :data:`~bioscara.planning.collision.goal_slack.STAND`, the arm's own parts by what the
-            margin is above :data:`~bioscara.planning.collision.arm_pairs.OWN_MARGIN`.
+            Distance of the nearest pair [m], shape (n,); negative values are penetration depths.
+            The margin is not subtracted. For pairs that may come nearer than the margin, that
+            allowance is added: for a load and bodies that it may touch, the margin and
+            :data:`~bioscara.planning.collision.goal_slack.STAND`; for the arm's own parts, the
+            excess of the margin over :data:`~bioscara.planning.collision.arm_pairs.OWN_MARGIN`.
 
         Raises:
             InvalidArgumentError: A joint is not a finite number.
@@ -222,26 +221,26 @@ class Scene:
     def check(
         self, arm: Scara, trajectory: Trajectory, elsewhere: Sequence[float] | None = None
     ) -> None:
-        """Make sure that the arm keeps the margin all along a trajectory.
+        """Make sure that the arm keeps the margin throughout a trajectory.
 
-        Where it stands a little nearer to something than it was told to, it may still leave, and
-        pushed by hand it may begin with its own parts nearer to each other, if the motion brings
-        them apart.
+        A motion may start with the arm slightly nearer to a body than commanded; after the arm was
+        pushed by hand, it may also start with the arm's own parts nearer to each other, if the
+        motion moves them apart.
 
-        Between the instants that are looked at, the fastest points of the arm bound how near it
-        can come; the steps are made smaller until nothing nearer than the margin is left out. What
-        rounding leaves is below 0.4 mm, less than the smallest margin.
+        Between samples, the speed of the fastest points of the arm bounds how near it can come;
+        steps are subdivided until no clearance below the margin can be missed. The remaining error
+        is below 0.4 mm, less than the smallest margin.
 
         Args:
             arm: The arm with its tool.
             trajectory: For some or all of the joints.
-            elsewhere: Where the joints are that it does not name [rad, m, rad, rad].
+            elsewhere: Positions of the joints that it does not name [rad, m, rad, rad].
 
         Raises:
             ZoneError: The arm comes too near; names zone, link, time, depth and margin.
-            TrajectoryError: Joints are missing from the trajectory, or unknown, or go farther than
-                any motion does.
-            InvalidArgumentError: A joint elsewhere is not at a finite number.
+            TrajectoryError: Joints are missing from the trajectory, or unknown, or move farther
+                than any motion does.
+            InvalidArgumentError: A position in ``elsewhere`` is not a finite number.
         """
         names = [limit.name for limit in arm.limits]
         unknown = [name for name in trajectory.joint_names if name not in names]
@@ -267,21 +266,22 @@ class Scene:
         near = pushed | (start >= self.margin - allowed)
         floor[near] = np.minimum(self.margin, start[near] - _ROUNDING)
         sweep(layout, arm, trajectory, rest, self.margin, floor)
-        # Resting a hair beside each goal it could else come nearer from motion to motion.
+        # Otherwise small errors at each goal could reduce the clearance from motion to motion.
         floor[pushed] = np.minimum(start[pushed], self.margin - 2.0 * allowed) + allowed
         if (end < floor)[pushed].any():
             raise refusal(layout, trajectory.times[-1:], end, self.margin, floor)
 
     def check_standing(self, arm: Scara, joints: Sequence[float], before: Scene) -> None:
-        """Make sure that an arm may stand in this scene as it stands in the one before.
+        """Make sure that an arm at rest in another scene may be at rest in this one too.
 
         Args:
             arm: The arm with its tool.
             joints: j1 to j4 [rad, m, rad, rad].
-            before: The same things, of other sizes: what is too near there may stay so.
+            before: The scene before: the same bodies, of other sizes. Pairs that are too near
+                there may stay so.
 
         Raises:
-            ZoneError: Something comes too near.
+            ZoneError: A pair comes too near.
             InvalidArgumentError: A joint is not a finite number.
         """
         rows = np.array([joints], dtype=np.float64)

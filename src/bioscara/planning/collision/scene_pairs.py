@@ -1,7 +1,7 @@
-"""A scene made ready for one arm: which bodies are looked at against what, as arrays.
+"""A scene prepared for one arm: the pairs of bodies to check, as arrays.
 
-Every pair is looked at in two steps. One shape around each of the two says how far apart they are
-at least; only where that is not enough to know, their parts are looked at.
+Every pair is checked in two steps. One hull around each of the two gives a lower bound of their
+distance; only where that does not suffice, their parts are evaluated.
 """
 
 from __future__ import annotations
@@ -31,28 +31,28 @@ from bioscara.planning.collision.shapes import (
 )
 
 LINKS = ("link_1", "link_2", "link_3", "link_4", "gripper", "jaws", "tool", "load")
-"""Links that move; ``tool`` is the tool's point, ``load`` what a tool carries."""
+"""Links that move; ``tool`` is the tool's point, ``load`` the load of a tool."""
 _ON_TABLE = ("base_link", "link_1")
 """Links that stand on the table."""
 _AT_ONCE, _PARTS_AT_ONCE = 512, 16384
-"""Instants, and parts at instants, that are worked on together: they fit the processor's cache."""
+"""Instants, and parts at instants, processed at once: they fit the processor's cache."""
 _FEW = 1000
-"""So many distances are worked out as soon as it is said which of them matter."""
+"""Up to this number of distances, all are computed rather than only those that matter."""
 _FEW_PARTS = 3
-"""Up to so many times as many parts as pairs are looked at at once, without a step before."""
+"""Up to this ratio of parts to pairs, parts are evaluated directly, without the step of hulls."""
 ZoneShape = tuple[str, Prism, bool, tuple[str, ...]]
-"""Name, shape, whether it is kept in, and the links that it is for."""
+"""Name, shape, whether it is a keep-in zone, and the links that it applies to."""
 
 
 class Pair(NamedTuple):
-    """Two things that are kept apart.
+    """Two bodies that are checked against each other.
 
     Attributes:
         link: Name of the link.
-        zone: Name of what it is kept from: a zone, the table or a link.
-        keep_in: Whether the zone is one that must not be left.
-        allowed: How much nearer than the margin they may come to each other [m].
-        own: Whether both are of the arm.
+        zone: Name of its counterpart: a zone, the table or a link.
+        keep_in: Whether the counterpart is a keep-in zone.
+        allowed: How much smaller than the margin their distance may be [m].
+        own: Whether both are parts of the arm.
     """
 
     link: str
@@ -64,15 +64,15 @@ class Pair(NamedTuple):
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Layout:
-    """All pairs that are looked at; made by :func:`layout_of`.
+    """All pairs that are checked; made by :func:`layout_of`.
 
     Attributes:
-        pairs: In the order of the rows of :meth:`clearances`: what is kept apart, what is kept
-            in, and what is kept above the table.
+        pairs: In the order of the rows of :meth:`clearances`: pairs kept apart, bodies in keep-in
+            zones, and bodies above the table.
         rows: Their numbers among all pairs of the scene, shape (pairs,).
-        own: Which of them are of the arm itself, shape (pairs,).
-        reach: How far a point of the arm moves at most per movement of each joint [m/rad, 1,
-            m/rad, m/rad], shape (4,).
+        own: Which of them are pairs of the arm's own parts, shape (pairs,).
+        reach: Largest displacement of any point of the arm per displacement of each joint [m/rad,
+            1, m/rad, m/rad], shape (4,).
     """
 
     pairs: tuple[Pair, ...]
@@ -80,30 +80,30 @@ class Layout:
     own: npt.NDArray[np.bool_]
     reach: Array
     _hulls: Table
-    """Shapes around bodies."""
+    """Hulls around bodies."""
     _shapes: Table
-    """Their parts."""
+    """Parts of the bodies."""
     _whole: tuple[Index, Index]
-    """Hulls of each row but those above the table."""
+    """Hulls of each row except those above the table."""
     _parts: tuple[Index, Index]
-    """Parts of all these rows, one after the other."""
+    """Parts of all these rows, concatenated."""
     _ends: Index
-    """Where each row's parts end."""
+    """End index of each row's parts."""
     _rough: npt.NDArray[np.bool_]
-    """Whether a hull is more than the only part, of each of these rows."""
+    """Whether a row has more than one pair of parts, so that its hulls are only bounds."""
     _apart: int
-    """Number of the first row that is kept in."""
+    """Number of the first row of a keep-in zone."""
     _above: Index
     _table: float
     _allowed: Array
 
     def clearances(self, arm: Scara, joints: Array, exact: float = np.inf) -> Array:
-        """Return the distance of each pair, and what it is allowed, as one [m], shape (pairs, n).
+        """Return the sum of each pair's distance and allowance [m], shape (pairs, n).
 
         Args:
             arm: The arm that the layout is for.
             joints: j1 to j4 [rad, m, rad, rad], shape (n, 4).
-            exact: What is nearer than this is exact [m]; what is not may be still farther.
+            exact: Values below this are exact [m], others are lower bounds.
         """
         result = np.empty((len(self.pairs), len(joints)))
         for start in range(0, len(joints), _AT_ONCE):
@@ -112,7 +112,7 @@ class Layout:
         return result
 
     def nearest(self, arm: Scara, joints: Array) -> Array:
-        """Return the distance of the nearest pair, and what it is allowed, as one [m], shape (n,).
+        """Return the least sum of a pair's distance and allowance [m], shape (n,).
 
         Args:
             arm: The arm that the layout is for.
@@ -128,7 +128,7 @@ class Layout:
             hulls = self._bound(at, bounds)
             part[:] = bounds[count:].min(axis=0, initial=np.inf)
             if count:
-                # The one that may be the nearest of all, then what may be nearer still.
+                # The pair with the least bound first, then all that may be nearer than it.
                 first = self._exact(at, bounds[:count].argmin(axis=0), np.arange(len(part)))
                 np.minimum(part, first, out=part)
                 self._refine(at, hulls, bounds, part)
@@ -136,7 +136,7 @@ class Layout:
         return result
 
     def near(self, arm: Scara, joints: Array, far: float) -> tuple[Layout | None, float]:
-        """Return what is nearer than a distance, and how far the nearest pair is at least [m].
+        """Return the pairs nearer than a distance, and a lower bound of the least clearance [m].
 
         Args:
             arm: The arm that the layout is for.
@@ -145,7 +145,7 @@ class Layout:
 
         Returns:
             The pairs, each without its parts that are farther; a pair of which few parts are
-            left may be several, one for each of them. None where nothing is so near.
+            left may be split into several, one for each of them. None if no pair is so near.
         """
         at, count = frames(arm, joints[None]), len(self._ends)
         clearances = np.empty((len(self.pairs), 1))
@@ -192,11 +192,11 @@ class Layout:
         return near, nearest
 
     def _fill(self, at: Frames, result: Array, exact: float) -> None:
-        """Write distances and what is allowed; above ``exact`` what they are at least."""
+        """Write distances plus allowances; above ``exact`` lower bounds of them."""
         self._refine(at, self._bound(at, result), result, exact)
 
     def _bound(self, at: Frames, result: Array) -> Placed:
-        """Write how far pairs are apart at least, and what is allowed; return the hulls."""
+        """Write lower bounds of distances plus allowances; return the hulls."""
         hulls, count = self._hulls.everywhere(at), len(self._ends)
         if len(self._above):
             result[count:] = hulls.low[self._above] - self._table
@@ -214,7 +214,7 @@ class Layout:
         return hulls
 
     def _refine(self, at: Frames, hulls: Placed, result: Array, exact: float | Array) -> None:
-        """Make what is nearer than ``exact``, at all instants or at each, exact."""
+        """Replace bounds below ``exact``, one for all instants or one each, by exact values."""
         apart = result[: self._apart]
         if apart.size > _FEW:
             row, instant = np.nonzero(apart < exact)
@@ -226,7 +226,7 @@ class Layout:
             result[row, instant] = self._exact(at, row, instant)
 
     def _exact(self, at: Frames, row: Index, instant: Index) -> Array:
-        """Return the distances of pairs at instants from all of their parts."""
+        """Return the exact distances plus allowances of pairs at instants, from all their parts."""
         result = np.empty(len(row))
         counts = np.diff(self._ends, prepend=0)[row]
         cuts = np.searchsorted(np.cumsum(counts), np.arange(0, counts.sum(), _PARTS_AT_ONCE)[1:])
@@ -239,14 +239,14 @@ class Layout:
         return result
 
     def _parts_of(self, rows: Index) -> tuple[Index, Index]:
-        """Return the place of each part's row among some, and the parts, row after row."""
+        """Return for each part the index of its row in ``rows``, and the parts, row after row."""
         counts = np.diff(self._ends, prepend=0)[rows]
         owners = np.repeat(np.arange(len(rows)), counts)
         within = np.arange(len(owners)) - np.repeat(np.cumsum(counts) - counts, counts)
         return owners, (self._ends[rows] - counts)[owners] + within
 
     def _of_parts(self, at: Frames, row: Index, part: Index, instant: Index) -> Array:
-        """Return the distances of pairs of parts at instants, and what they are allowed."""
+        """Return the distances plus allowances of pairs of parts at instants."""
         one, other = (self._shapes.at(at, column[part], instant) for column in self._parts)
         inside = row >= self._apart
         if not inside.any():
@@ -267,7 +267,7 @@ class _Rows:
     """Collects pairs of bodies and their parts.
 
     Args:
-        bodies: What is looked at; zones too.
+        bodies: All bodies that are checked, zones included.
     """
 
     def __init__(self, bodies: tuple[Body, ...]) -> None:
@@ -284,7 +284,7 @@ class _Rows:
         self.parts: list[tuple[Index, Index]] = []
 
     def hull(self, parts: Index) -> int:
-        """Return the number of the shape around some parts of a body."""
+        """Return the number of the hull around some parts of a body."""
         key = tuple(parts.tolist())
         if key not in self.hulls:
             self.hulls[key] = len(self.around)
@@ -309,12 +309,12 @@ def layout_of(
     ranges: tuple[Range, Range],
     margin: float,
 ) -> Layout:
-    """Return what is looked at in a scene.
+    """Return the layout of a scene for one arm.
 
     Args:
         zones: Of the scene.
         table: Height of its table [m], or None.
-        mounted: What the wrist carries.
+        mounted: Bodies that the wrist carries.
         widths: Smallest and largest width of the gripper [m].
         geometry: Of the arm.
         tool: Pose of the tool in the flange.
@@ -322,7 +322,7 @@ def layout_of(
         margin: Distance to keep [m].
     """
     arm = arm_of(geometry, tool, mounted, widths)
-    # The base's frame, in which zones stand too, is the first.
+    # The base's frame, which is also that of the zones, is the first.
     rows = _Rows((*arm, *(Body(name, BASE, (shape,)) for name, shape, _, _ in zones)))
     own = meetings(arm, len(arm) - len(mounted) - 1, geometry, ranges)
     zoned = [

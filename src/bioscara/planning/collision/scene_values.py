@@ -1,4 +1,4 @@
-"""What the values of a zone may be."""
+"""Validation of the values of a zone."""
 
 from __future__ import annotations
 
@@ -7,16 +7,16 @@ from bioscara.errors import ConfigurationError
 from bioscara.planning.collision.scene_pairs import LINKS
 
 LONGEST = 100
-"""Characters that the name of a zone may have."""
+"""Largest length of a zone's name [characters]."""
 FAR = 10.0
-"""Coordinates of a scene are below this [m]: larger ones are millimetres."""
+"""Largest coordinate of a scene [m]: a larger one is taken for millimetres."""
 
 
 def make_tuples(owner: object, *sequences: str) -> None:
-    """Make tuples of what may have come as lists: layouts are kept by value.
+    """Convert attributes that may be lists to tuples: layouts are cached by value.
 
     Args:
-        owner: A frozen dataclass that is being made.
+        owner: A frozen dataclass that is being constructed.
         sequences: Names of its attributes.
     """
     for name in sequences:
@@ -26,16 +26,16 @@ def make_tuples(owner: object, *sequences: str) -> None:
 
 
 def replace_values(owner: object, **values: object) -> None:
-    """Put checked values into a frozen dataclass that is being made."""
+    """Set checked values in a frozen dataclass that is being constructed."""
     for name, value in values.items():
         object.__setattr__(owner, name, value)
 
 
 def check_name(name: str, links: tuple[str, ...]) -> None:
-    """Make sure that a zone may be called so and is for links that there are.
+    """Make sure that the name of a zone is valid and that its links exist.
 
     Raises:
-        ConfigurationError: It may not, or is not.
+        ConfigurationError: The name is invalid, or a link does not exist.
     """
     if not isinstance(name, str) or not name.strip():
         raise ConfigurationError(f"zone {shown(name)}: it needs a name")
@@ -53,10 +53,10 @@ def check_name(name: str, links: tuple[str, ...]) -> None:
 
 
 def check_range(name: str, axis: str, low: float, high: float) -> tuple[float, float]:
-    """Return a range of coordinates [m].
+    """Check a range of coordinates [m] and return it.
 
     Raises:
-        ConfigurationError: A coordinate is too far, or the first is not the smaller.
+        ConfigurationError: A coordinate is too large, or the first is not the smaller.
     """
     low, high = (check_number(f"zone {name}: {axis}", value, -FAR, FAR) for value in (low, high))
     if not low < high:
@@ -67,10 +67,10 @@ def check_range(name: str, axis: str, low: float, high: float) -> tuple[float, f
 
 
 def check_number(what: str, value: float, lower: float, upper: float, unit: str = "m") -> float:
-    """Return a number that is between two others.
+    """Check that a number is between two bounds and return it.
 
     Raises:
-        ConfigurationError: It is not; names ``what`` and the bounds.
+        ConfigurationError: It is not; the message names ``what`` and the bounds.
     """
     value = number(what, value, error=ConfigurationError)
     if not lower <= value <= upper:

@@ -1,4 +1,4 @@
-"""Shapes of an arm as arrays, and where they are when its joints move."""
+"""Shapes of an arm as arrays, and their positions at given joint positions."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ import numpy as np
 from bioscara.planning.collision.shapes import Array, Index, Placed, Prism
 
 Frames = tuple[Array, Array, Array, Array, Array]
-"""What :func:`~bioscara.planning.collision.arm_bodies.frames` returns."""
+"""The result of :func:`~bioscara.planning.collision.arm_bodies.frames`."""
 
 
 class Table(NamedTuple):
-    """Shapes in the frames that they stand in, each column of shape (shapes,).
+    """Shapes with the numbers of their frames, each column of shape (shapes,).
 
     Attributes:
         frames: Numbers of the frames.
-        shapes: In these.
+        shapes: The shapes in these frames.
     """
 
     frames: Index
@@ -55,7 +55,7 @@ class Table(NamedTuple):
 
 
 def _moved(own: Placed, x: Array, y: Array, z: Array, cos: Array, sin: Array) -> Placed:
-    """Return shapes from frames at x, y, z, which are turned, in the base frame."""
+    """Transform shapes to the base frame from frames at x, y, z with given rotations."""
     return Placed(
         x + cos * own.x - sin * own.y,
         y + sin * own.x + cos * own.y,

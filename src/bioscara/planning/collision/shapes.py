@@ -1,9 +1,9 @@
-"""Upright shapes, and how far they are from each other.
+"""Upright shapes and the distances between them.
 
-Every link of the arm turns about the vertical only, so every body and every zone is a flat shape
-between two heights. The flat shape is a rectangle with its border moved outwards by a radius: a
+Every link of the arm rotates about the vertical only, so every body and every zone is a planar
+shape extruded between two heights. The planar shape is a rectangle offset outwards by a radius: a
 box has radius 0, a cylinder is a rectangle without extent, a rounded bar is one without width.
-All distances are exact, and all of them change at most as fast as the bodies' fastest points move.
+All distances are exact, and none changes faster than the bodies' fastest points move.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 _SIGNS = np.array(((1.0, 1.0, -1.0, -1.0), (1.0, -1.0, 1.0, -1.0)))
-"""Of the halves of a rectangle, for its four corners."""
+"""Signs of a rectangle's half sizes at its four corners."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,7 +33,7 @@ class Prism:
         low: Height of the bottom [m].
         high: Height of the top [m].
         radius: Added to the rectangle on all sides [m].
-        yaw: Turn of the rectangle about its centre [rad].
+        yaw: Rotation of the rectangle about its centre [rad].
     """
 
     x: float
@@ -47,18 +47,18 @@ class Prism:
 
     @classmethod
     def between(cls, lower: Sequence[float], upper: Sequence[float], yaw: float = 0.0) -> Prism:
-        """Return the box between two corners, turned about its centre.
+        """Return the box between two corners, rotated about its centre.
 
         Args:
             lower: Smallest x, y, z [m].
             upper: Largest x, y, z [m].
-            yaw: Turn [rad].
+            yaw: Rotation [rad].
         """
         (x0, y0, z0), (x1, y1, z1) = lower, upper
         return cls((x0 + x1) / 2, (y0 + y1) / 2, (x1 - x0) / 2, (y1 - y0) / 2, z0, z1, 0.0, yaw)
 
     def outline(self) -> Array:
-        """Return the border as seen from above, counterclockwise, to be drawn.
+        """Return the outline in plan view, counterclockwise, for drawing.
 
         Returns:
             Corners x, y [m] in the frame of the link, shape (n, 2); round corners are 16 each.
@@ -79,7 +79,7 @@ class Prism:
         return placed
 
     def covers(self, places: Array) -> npt.NDArray[np.bool_]:
-        """Return which places are within the border as seen from above.
+        """Return which points are within the outline in plan view.
 
         Args:
             places: x, y [m] in the frame of the link, shape (n, 2).
@@ -98,8 +98,8 @@ class Placed(NamedTuple):
     Attributes:
         x: Of the centre [m].
         y: [m].
-        cos: Cosine of the turn.
-        sin: Sine of the turn.
+        cos: Cosine of the rotation.
+        sin: Sine of the rotation.
         half_x: As in :class:`Prism`, like all that follow.
         half_y: [m].
         radius: [m].
@@ -122,7 +122,7 @@ class Placed(NamedTuple):
         return Placed(*(column[index] for column in self))
 
     def at(self, shape: Index, instant: Index) -> Placed:
-        """Return single shapes of many instants, each at one of these, shape (n,)."""
+        """Return single shapes, each at one of the instants, shape (n,)."""
         return Placed(
             *(
                 column[shape, 0] if column.shape[1] == 1 else column[shape, instant]
@@ -132,7 +132,7 @@ class Placed(NamedTuple):
 
 
 def least(placed: Placed, one: Index, other: Index) -> Array:
-    """Return how far shapes are apart at least, which costs less than :func:`distances`.
+    """Return lower bounds of the distances of shapes, which cost less than :func:`distances`.
 
     Args:
         placed: Shapes, each at several instants.
@@ -154,14 +154,14 @@ def least(placed: Placed, one: Index, other: Index) -> Array:
 
 
 def distances(one: Placed, other: Placed) -> Array:
-    """Return how far shapes are apart, pair by pair.
+    """Return the distances between shapes, pair by pair.
 
     Args:
         one: Shapes.
         other: As many.
 
     Returns:
-        [m]; below zero how far one must be moved to leave the other.
+        [m]; where negative, the displacement that separates the two.
     """
     flat = _flat(one, other) - (one.radius + other.radius)
     upright = np.maximum(other.low - one.high, one.low - other.high)
@@ -171,14 +171,14 @@ def distances(one: Placed, other: Placed) -> Array:
 
 
 def room_within(body: Placed, box: Placed) -> Array:
-    """Return how far bodies are inside of zones that they must not leave, pair by pair.
+    """Return the clearances of bodies to the borders of keep-in zones, pair by pair.
 
     Args:
         body: Shapes.
         box: As many; each either a rectangle without radius or a circle.
 
     Returns:
-        [m], shape (pairs, instants); below zero how far the body sticks out.
+        [m], shape (pairs, instants); negative where the body is partly outside, by how far.
     """
     dx, dy = body.x - box.x, body.y - box.y
     cos, sin = np.abs(_turned(box, body.cos, body.sin))
@@ -216,7 +216,7 @@ def _flat(one: Placed, other: Placed) -> Array:
             np.abs(back[1]) - (other.half_y + one.half_x * s + one.half_y * c),
         ),
     )
-    # Where they do not, a corner of one of them is nearest.
+    # Where the rectangles are apart, a corner of one of them is nearest.
     square = np.minimum(
         _corners(there, cos, sin, other, one), _corners(back, cos, -sin, one, other)
     )

@@ -1,7 +1,7 @@
-"""Whether an arm that moves from state to state can always still come to rest clear of everything.
+"""Check that an arm moving from state to state can always come to rest clear of everything.
 
-A state is where the joints are and how they move. The way to rest from there is straight in the
-space of the joints: all brake together, so that the arm goes on in its direction.
+A state is the positions and velocities of the joints. The stopping path from there is straight in
+joint space: all joints brake together, so that the arm keeps its direction.
 """
 
 from __future__ import annotations
@@ -20,19 +20,19 @@ from bioscara.planning.collision.shapes import Array
 from bioscara.planning.collision.swept import COARSE, SLACK, look_between
 
 _ROUNDING = 1e-9
-"""What rounding makes of a distance [m]."""
+"""Rounding error of a distance [m]."""
 _AHEAD = 0.08
-"""How much farther than it must a look at all pairs goes [m]."""
+"""Distance added to the required one when all pairs are evaluated [m]."""
 _ENOUGH = COARSE / 4.0
-"""Room that is worth to go on with, without a new look [m]."""
+"""Room with which the arm continues without a new evaluation [m]."""
 
 
 class StopGuard:
-    """The room that an arm has in a scene.
+    """Check of the room that an arm has in a scene.
 
     Args:
         arm: The arm with its tool.
-        scene: What to keep clear of.
+        scene: Scene to keep clear of.
 
     Attributes:
         arm: As given.
@@ -47,7 +47,7 @@ class StopGuard:
 
     @property
     def reach(self) -> Sequence[float]:
-        """How far a point of the arm moves at most per movement of each joint [m/rad, 1, ...]."""
+        """Largest displacement of a point of the arm per joint displacement [m/rad, 1, ...]."""
         return self._reach
 
     def check(
@@ -59,24 +59,24 @@ class StopGuard:
     ) -> float:
         """Make sure that the arm may go on to a state.
 
-        It may where it keeps the margin on the way there and to rest from there, and a little
-        more, so that what is missed between samples and what is measured there later keep it too.
-        A pair that was nearer already may stay so, but not come nearer still, but for
-        :data:`~bioscara.planning.collision.swept.SLACK` in all.
+        It may if it keeps the margin on the path there and on the stopping path from there, plus a
+        reserve so that positions between samples and later measured ones keep the margin too. A
+        pair that was nearer already may stay so, but must not come nearer still, except for
+        :data:`~bioscara.planning.collision.swept.SLACK` in total.
 
         Args:
-            corners: The joints on this way, which is straight from each to the next [rad, m, rad,
+            corners: Joints along this path, which is straight from each to the next [rad, m, rad,
                 rad], shape (n, 4).
-            states: Between these is all of the way; the corners, where they are not given.
-            together: Whether all joints are on this way; False where one joint may be at rest
+            states: Joints that enclose the whole path; the corners, unless given.
+            together: Whether all joints follow this path; False if one joint may be at rest
                 before another, so that the joints may be anywhere between the states.
 
         Returns:
-            How far any point of the arm may leave all this and still keep the margin [m].
+            How far any point of the arm may deviate from all this and still keep the margin [m].
 
         Raises:
-            ZoneError: It may not.
-            InvalidArgumentError: A joint is not at a finite number.
+            ZoneError: It may not go on.
+            InvalidArgumentError: The position of a joint is not a finite number.
         """
         if self._view is None:
             return math.inf
@@ -90,7 +90,7 @@ class StopGuard:
 
 
 class _View:
-    """Some pairs, and how far apart they were where the arm was looked at last.
+    """The pairs of a layout and their clearances at the last evaluation.
 
     Args:
         arm: The arm.
@@ -107,14 +107,14 @@ class _View:
         self._spots, self._frees = np.empty((0, len(self._reach))), np.empty(0)
 
     def look_around(self, corners: Array, ends: Array) -> float:
-        """Look at all between two states; return how far points of the arm may be beside it [m].
+        """Check all positions between two states; return the deviation allowed from them [m].
 
         Args:
             corners: Joints between them, from the present ones on, shape (n, 4).
             ends: The lowest and the highest joints, shape (2, 4).
 
         Raises:
-            ZoneError: Not all of it is clear for sure.
+            ZoneError: Not all of them are verified to be clear.
         """
         free = self._around(ends)
         if free < _ENOUGH:
@@ -127,10 +127,10 @@ class _View:
         return free
 
     def look(self, corners: Array) -> float:
-        """Look at the way from corner to corner; return how far points of the arm may leave it [m].
+        """Check the path from corner to corner; return how far points may deviate from it [m].
 
         Raises:
-            ZoneError: The way is not clear.
+            ZoneError: The path is not clear.
         """
         steps = np.diff(corners, axis=0)
         ways = np.abs(steps) @ self._reach
@@ -144,7 +144,7 @@ class _View:
         starts = segments + (np.arange(len(segments)) - first[segments]) / counts[segments]
 
         def at(times: Array) -> Array:
-            """Return the joints where each corner is 1 from the next."""
+            """Return the joints at times that count corners: each is 1 after the one before."""
             index = np.minimum(times.astype(np.intp), len(steps) - 1)
             joints: Array = corners[index] + (times - index)[:, None] * steps[index]
             return joints
@@ -172,17 +172,17 @@ class _View:
         return _least(self._frees, speeds * lengths)
 
     def _place(self, spots: Array, far: float) -> tuple[Layout, Array]:
-        """Look at some spots, and remember how much room there is.
+        """Evaluate the clearances at some joint positions and store the room there.
 
         Args:
             spots: Joints, the present ones first, shape (n, 4).
-            far: How far a point of the arm goes from these at most [m].
+            far: Longest path of any point of the arm from there [m].
 
         Returns:
-            What may come near, and the distances of these pairs [m], shape (pairs, n).
+            The pairs that may come near, and their distances [m], shape (pairs, n).
         """
         near = self._nearby.on(spots[0], far)
-        # All that is left out is farther than this.
+        # All pairs that are left out are farther than this.
         self._spots, self._frees = spots, self._nearby.free(spots) + COARSE
         if near is None:
             self._highest[:] = self._wanted
@@ -192,23 +192,23 @@ class _View:
         return near, pairs
 
     def _around(self, ends: Array) -> float:
-        """Return how much more room than all between two states takes there is for sure [m]."""
+        """Return the verified room left around all positions between two states [m]."""
         gaps = np.abs(ends[:, None] - self._spots).max(axis=0) @ self._reach
         return float((self._frees - gaps).max(initial=-math.inf))
 
     def _floor(self, near: Layout, pairs: Array) -> Array:
-        """Return what pairs must keep [m], shape (near pairs, 1).
+        """Return the clearance that pairs must keep [m], shape (near pairs, 1).
 
         Args:
-            near: Those that are not far apart.
-            pairs: How far these are apart at the beginning [m], shape (near pairs, 1).
+            near: The pairs that are not far apart.
+            pairs: Their distances at the beginning [m], shape (near pairs, 1).
         """
         if pairs.min() >= self._wanted:
             self._highest[:] = self._wanted
             return np.full(pairs.shape, self._wanted)
         all_pairs = np.full(self._highest.shape, self._wanted)
         np.minimum.at(all_pairs, near.rows, pairs)
-        # Where other joints are held while some lead the arm away, digits may be rounded.
+        # Positions may be rounded where some joints move the arm away while others hold.
         kept = np.where(all_pairs < self._margin, all_pairs - SLACK, self._margin)
         floor = np.where(all_pairs < self._wanted, kept, self._wanted)
         self._highest = np.maximum(self._highest, floor)
@@ -222,11 +222,11 @@ class _View:
 
 
 def _least(rooms: Array, ways: Array) -> float:
-    """Return how much room there is at least on a way from spot to spot [m].
+    """Return a lower bound of the room on a path through sampled positions [m].
 
     Args:
-        rooms: How much there is at these [m].
-        ways: How far a point of the arm goes at most from each to the next [m].
+        rooms: Room at these [m].
+        ways: Longest path of any point of the arm from each to the next [m].
     """
-    # Neither end can be left by more than the way, so the middle bounds what is between.
+    # No clearance changes by more than the path length, which bounds it between the two ends.
     return float((rooms[:-1] + rooms[1:] - ways).min()) / 2.0

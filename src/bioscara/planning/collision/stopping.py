@@ -1,4 +1,4 @@
-"""Whether a moving arm can still come to rest without touching anything."""
+"""Check that a moving arm can still come to rest without touching anything."""
 
 from __future__ import annotations
 
@@ -22,19 +22,19 @@ Bounds = tuple[tuple[float, ...], tuple[float, ...]]
 Ranges = tuple[Array, Array]
 """Lowest and highest position of each joint [rad or m], each of shape (4,)."""
 _SAMPLES = (6, 48)
-"""Fewest and most instants at which a step, and the way to rest after it, are looked at."""
+"""Fewest and most samples of a step, and of the stopping path after it."""
 _ROUNDING = 1e-9
 _SPEED_ROUNDING = 1.0 + 1e-3
-"""By what the tool may be faster while it turns: speeds are bounded a step ahead."""
+"""Factor by which the tool may be faster while it turns: speeds are bounded one step ahead."""
 
 
 class StoppingCheck:
-    """The ways to rest of one arm in one scene.
+    """Check of the stopping paths of one arm in one scene.
 
     Args:
         arm: The arm with its tool.
         limits: Of its joints.
-        scene: What to keep clear of, or None.
+        scene: Scene to keep clear of, or None.
     """
 
     def __init__(self, arm: Scara, limits: Sequence[JointLimits], scene: Scene | None) -> None:
@@ -49,7 +49,7 @@ class StoppingCheck:
             self._layout, self._nearby = layout, Nearby(arm, layout, scene.margin)
 
     def check_start(self, positions: Sequence[float]) -> None:
-        """Make sure that the arm keeps the margin of what is around it where it is.
+        """Make sure that the arm keeps the margin at its present position.
 
         Raises:
             ZoneError: It does not.
@@ -59,7 +59,7 @@ class StoppingCheck:
         clearances = self._layout.clearances(self._arm, np.array([positions]), self._margin)
         floor = np.full((len(self._layout.pairs), 1), self._margin)
         floor[self._layout.own] = -math.inf
-        # Where a motion came to rest the next one begins, however exactly the arm stands there.
+        # The next motion begins where the last one ended, even if the arm stopped there inexactly.
         if (clearances < floor - self._stand).any():
             raise refusal(self._layout, np.zeros(1), clearances, self._margin, floor)
 
@@ -67,10 +67,10 @@ class StoppingCheck:
         """Return the velocities after a period, as near to ``targets`` as accelerations allow.
 
         Args:
-            moving: Velocities now, shape (4,).
-            targets: Velocities to go for, shape (k, 4).
+            moving: Present velocities, shape (4,).
+            targets: Target velocities, shape (k, 4).
             period: [s].
-            straight: Whether all joints take the same share of their change, so that the tool
+            straight: Whether all joints make the same share of their change, so that the tool
                 keeps its direction; else each changes as fast as it can.
         """
         most = self._braking * period
@@ -82,7 +82,7 @@ class StoppingCheck:
         return bounded
 
     def brake(self, here: Array, moving: Array, period: float) -> tuple[Array, Array]:
-        """Return positions and velocities after a period of braking each joint by itself."""
+        """Return positions and velocities after a period of braking each joint independently."""
         there, slower = self._braked(here[None], moving[None], np.full((1, 1), period))
         return there[0, 0], slower[0, 0]
 
@@ -94,14 +94,14 @@ class StoppingCheck:
         period: float,
         share: float = 1.0,
     ) -> Bounds:
-        """Return between which velocities after a period each joint can stop within a range.
+        """Return the velocities after a period from which each joint can stop within a range.
 
         Args:
             positions: Of the joints.
             velocities: Of the joints.
-            ranges: Where they may be.
+            ranges: Allowed positions of the joints.
             period: [s].
-            share: Of its deceleration that each uses.
+            share: Share of its deceleration that each uses.
         """
         low, high = [], []
         lower, upper = ranges
@@ -114,14 +114,14 @@ class StoppingCheck:
     def _speed_within(
         self, joint: int, room: float, moving: float, period: float, share: float
     ) -> float:
-        """Return how fast a joint may be after a period so that it can still stop.
+        """Return the highest speed of a joint after a period from which it can still stop.
 
         Args:
             joint: Number of the joint, from 0.
-            room: How far it may go on [rad or m].
-            moving: How fast it goes there now [rad/s or m/s].
+            room: How far it may still move [rad or m].
+            moving: Present velocity in that direction [rad/s or m/s].
             period: [s].
-            share: Of its deceleration that it uses.
+            share: Share of its deceleration that it uses.
         """
         # (moving + v) / 2 period + v^2 / (2 a) = room, for v.
         a = share * float(self._braking[joint])
@@ -140,9 +140,9 @@ class StoppingCheck:
         fastest: float,
         ranges: Ranges,
     ) -> tuple[int | None, str]:
-        """Return the first step after which the arm can still come to rest, if there is one.
+        """Return the first step after which the arm can still come to rest, or None.
 
-        And what hinders the first of all.
+        Also returned is what hinders the very first step, ``""`` if nothing does.
 
         Args:
             here: Joints before the step, shape (4,).
@@ -150,27 +150,27 @@ class StoppingCheck:
             there: Joints after each of the steps, shape (k, 4).
             next_: Their velocities then, shape (k, 4).
             period: Of the step [s].
-            fastest: Speed of the tool [m/s].
-            ranges: Where the joints may be.
+            fastest: Highest speed of the tool [m/s].
+            ranges: Allowed positions of the joints.
         """
         lower, upper = ranges
         seconds = (np.abs(next_) / self._braking).max(axis=1)
         samples = self._samples(np.abs(next_).max(axis=0) * seconds.max() / 2.0)
         times = np.outer(seconds, np.linspace(0.0, 1.0, samples))
-        # Where one joint comes to rest before the others the tool's speed has a corner.
+        # The tool's speed has a corner where one joint comes to rest before the others.
         corners = np.abs(next_) / self._braking
         way, speeds = self._braked(there, next_, np.hstack((times, corners)))
         speed = batch.tool_speeds(self._arm, way, speeds)
         way = way[:, :samples]
-        # Not a sum: an excess that is added to at each step would grow without end.
+        # Not a sum: an excess added to at each step would grow without bound.
         room = np.maximum(np.maximum(lower - here, here - upper), _ROUNDING)
-        # A joint that reverses ends its step farther out than it comes to rest.
+        # A joint that reverses is farther out at the end of the step than at rest.
         ends = np.stack((there, way[:, -1]))
         beyond: npt.NDArray[np.bool_] = np.any(
             (ends < lower - room) | (ends > upper + room), axis=0
         )
         inside = np.asarray(~beyond.any(axis=1))
-        # What a parabola through three neighbours may rise above the middle one.
+        # The most that a parabola through three neighbours rises above the middle one.
         speed[:, 1 : samples - 1] += np.abs(np.diff(speed[:, :samples], 2, axis=1)) / 8.0
         slow = np.asarray(speed.max(axis=1) <= fastest * _SPEED_ROUNDING)
         good: npt.NDArray[np.bool_] = np.logical_and(inside, slow)
@@ -183,8 +183,8 @@ class StoppingCheck:
         step, passed = self._step(here, moving, next_, period)
         ways = np.concatenate((passed, np.abs(np.diff(way, axis=1))), axis=1)
         path, zone = np.concatenate((step, way), axis=1), ""
-        # Zones are what takes long. Where something else hinders the first step, the first that
-        # nothing else hinders is mostly clear of them.
+        # Checking zones takes longest. Where something else hinders the first step, the first step
+        # without such a hindrance is mostly clear of zones.
         parts = [candidates] if good[0] else [np.append(0, candidates[:1]), candidates[1:]]
         for rows in filter(len, parts):
             clear, touched = self._clear(path[rows], ways[rows])
@@ -196,7 +196,7 @@ class StoppingCheck:
         return None, zone or hindrance
 
     def _step(self, here: Array, moving: Array, next_: Array, period: float) -> tuple[Array, Array]:
-        """Return joints during a step, its end left out, and how far they go between (k, m, 4)."""
+        """Return joints during a step without its end, and displacements between, (k, m, 4)."""
         passed = np.maximum(np.abs(moving), np.abs(next_)) * period
         times = np.linspace(0.0, period, self._samples(passed.max(axis=0)))[:-1, None]
         change = (next_ - moving)[:, None] / period
@@ -204,7 +204,7 @@ class StoppingCheck:
         return step, np.repeat(passed[:, None] / len(times), len(times), axis=1)
 
     def _samples(self, way: Array) -> int:
-        """Return at how many instants joints are looked at that go so far [rad or m], (4,)."""
+        """Return the number of samples for joint displacements [rad or m], shape (4,)."""
         if self._layout is None:
             return _SAMPLES[1]
         count = math.ceil(float(way @ self._layout.reach) / (2.0 * SLACK)) + 1
@@ -218,11 +218,11 @@ class StoppingCheck:
         return there[:, None] + sign * (speed - a * time / 2.0) * time, sign * (speed - a * time)
 
     def _clear(self, path: Array, ways: Array) -> tuple[npt.NDArray[np.bool_], str]:
-        """Return which paths keep the margin, and the zone that the first one does not.
+        """Return which paths keep the margin, and the zone that the first path violates.
 
         Args:
-            path: Joints, shape (k, m, 4); all paths begin where the arm is.
-            ways: How far the joints go between them, shape (k, m - 1, 4).
+            path: Joints, shape (k, m, 4); all paths begin at the arm's present position.
+            ways: Displacements of the joints between them, shape (k, m - 1, 4).
         """
         lengths = ways @ self._nearby.reach
         layout = self._nearby.on(path[0, 0], float(lengths.sum(axis=1).max()))
@@ -230,7 +230,7 @@ class StoppingCheck:
             return np.ones(len(path), dtype=np.bool_), ""
         exact = self._margin + float(lengths.max())
         pairs = layout.clearances(self._arm, path.reshape(-1, 4), exact)
-        # What is nearer than the margin where the arm is may stay so, but not come nearer.
+        # Pairs nearer than the margin at the present position may stay so, but not come nearer.
         rooms = pairs - np.minimum(self._margin, pairs[:, :1])
         room = rooms.min(axis=0).reshape(path.shape[:2])
         between = (room[:, :-1] + room[:, 1:] - lengths) / 2.0

@@ -1,4 +1,4 @@
-"""The space that the arm sweeps on a trajectory, looked at so that nothing is missed."""
+"""Continuous collision check of a trajectory: no clearance between samples is missed."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from bioscara.planning.collision.shapes import Array
 from bioscara.planning.trajectory.trajectory import Trajectory
 
 SLACK = 4e-4
-"""How much of the margin may be lost between two samples [m]: an arm that touches the margin and
-does not pass it would else take steps without end."""
+"""Part of the margin that may be lost between two samples [m]: otherwise the check of an arm that
+touches the margin without violating it would subdivide without end."""
 COARSE = 0.02
-"""Longest way of a point of the arm between the first samples [m]."""
+"""Longest path of any point of the arm between the first samples [m]."""
 _LONGEST = 1e4
-"""Longest way that is looked through [m]: hours at full speed."""
+"""Longest path that is checked [m]: hours at full speed."""
 _BERNSTEIN = np.array(
     [
         [1.0, 0.0, 0.0, 0.0, 0.0],
@@ -28,7 +28,7 @@ _BERNSTEIN = np.array(
         [1.0, 1.0, 1.0, 1.0, 1.0],
     ]
 )
-"""From powers on 0 .. 1 to control points: a polynomial is within the range of these."""
+"""Converts powers on 0 .. 1 to control points: a polynomial is within the range of these."""
 
 
 def sweep(
@@ -39,19 +39,19 @@ def sweep(
     margin: float,
     floor: Array,
 ) -> None:
-    """Make sure that every pair keeps its distance all along a trajectory.
+    """Make sure that every pair keeps its distance throughout a trajectory.
 
     Args:
-        layout: What is looked at.
+        layout: The pairs to check.
         arm: The arm.
         trajectory: For some or all of its joints.
-        rest: Where the other joints are [rad, m, rad, rad], shape (4,).
+        rest: Positions of the other joints [rad, m, rad, rad], shape (4,).
         margin: Distance to keep [m].
-        floor: What each pair must keep of it [m], shape (pairs, 1).
+        floor: Distance that each pair must keep instead [m], shape (pairs, 1).
 
     Raises:
         ZoneError: It is not kept.
-        TrajectoryError: The way is longer than any motion's.
+        TrajectoryError: The path is longer than that of any motion.
     """
     names = [limit.name for limit in arm.limits]
     columns = [names.index(name) for name in trajectory.joint_names]
@@ -75,19 +75,19 @@ def sweep(
 def look_between(
     look: Callable[[Array], Array], steps: tuple[Array, Array, Array], nodes: Array
 ) -> None:
-    """Look between the ends of steps until nothing too near can be left out.
+    """Subdivide steps until no clearance that is too small can be missed between samples.
 
     Args:
-        look: Returns what is free at some instants [m]; raises where that is below zero.
+        look: Returns the room at some instants [m]; raises where that is below zero.
         steps: Start and length of each step [s], one after the other, and the highest speed of
             any point of the arm in it [m/s].
-        nodes: What is free at all starts and the end of the last step [m].
+        nodes: Room at all starts and at the end of the last step [m].
     """
     starts, lengths, speeds = steps
     first, last = nodes[:-1], nodes[1:]
     while True:
         ways = speeds * lengths
-        # Neither end can be left by more than the way, so the middle bounds what is between.
+        # No clearance changes by more than the path length, which bounds it between the two ends.
         near = (first + last - ways) / 2.0 < -SLACK
         if not near.any():
             return
@@ -100,7 +100,7 @@ def look_between(
 
 
 def _steps(trajectory: Trajectory, reach: Array) -> tuple[Array, Array, Array]:
-    """Return start, length and highest speed of any point [m/s] of the first steps."""
+    """Return start [s], length [s] and highest speed of any point [m/s] of the first steps."""
     durations = np.diff(trajectory.times)
     speeds = highest_rates(trajectory) @ reach
     ways = speeds * durations
@@ -117,7 +117,7 @@ def _steps(trajectory: Trajectory, reach: Array) -> tuple[Array, Array, Array]:
 
 
 def highest_rates(trajectory: Trajectory) -> Array:
-    """Return what no velocity of a joint in a segment exceeds, shape (n - 1, joints)."""
+    """Return an upper bound of each joint's speed in each segment, shape (n - 1, joints)."""
     powers = trajectory.coefficients[..., 1:] * np.arange(1, 6)
     powers = powers * np.diff(trajectory.times)[:, None, None] ** np.arange(5)
     highest: Array = np.abs(powers @ _BERNSTEIN.T).max(axis=-1)
@@ -125,14 +125,14 @@ def highest_rates(trajectory: Trajectory) -> Array:
 
 
 def refusal(layout: Layout, times: Array, pairs: Array, margin: float, floor: Array) -> ZoneError:
-    """Return the error that says where a distance is not kept.
+    """Return the error that states where a distance is not kept.
 
     Args:
-        layout: What was looked at.
-        times: When [s], shape (n,).
+        layout: The pairs checked.
+        times: Times of the samples [s], shape (n,).
         pairs: Distance of each pair [m], shape (pairs, n).
         margin: Distance to keep [m].
-        floor: What each pair must keep of it [m], shape (pairs, 1).
+        floor: Distance that each pair must keep instead [m], shape (pairs, 1).
     """
     rooms = pairs - floor
     begins = float(times[rooms.min(axis=0) < 0.0].min())

@@ -1,7 +1,7 @@
-"""The way out of a folded arm and into it: the elbow alone, the others while it is open.
+"""Motions from and to the folded position: the elbow alone, the other joints while it is open.
 
-Homing leaves the arm folded up, with the hand beside the column. From there a joint that turns
-together with the elbow can lead a jaw into the column, while the elbow alone leads the hand
+Homing leaves the arm folded up, with the hand next to the column. From there a joint that moves
+together with the elbow can drive a jaw into the column, whereas the elbow alone moves the hand
 straight away from it.
 """
 
@@ -16,20 +16,20 @@ from bioscara.kinematics import Joints
 from bioscara.planning.trajectory.trajectory import Trajectory
 
 OPEN = math.pi / 2.0
-"""Angle of the elbow [rad] up to which the gripper reaches neither column nor base, whatever the
-other joints, its width and the lift; on the meshes of the arm it is 1.75 rad."""
+"""Angle of the elbow [rad] up to which the gripper reaches neither column nor base, at any width of
+it and any positions of lift and other joints; on the meshes of the arm it is 1.75 rad."""
 
 
 def by_open_elbow(start: Sequence[float], goal: Sequence[float]) -> list[Joints]:
-    """Return the places between which an arm moves that opens its elbow before it turns.
+    """Return the joint positions of a motion that opens the elbow before the other joints move.
 
     Args:
-        start: Where the joints are [rad, m, rad, rad].
-        goal: Where they go.
+        start: Present positions of the joints [rad, m, rad, rad].
+        goal: Their goal.
 
     Returns:
-        Start and goal with what is between them: fewer than three places where the elbow is open at
-        both, so that there is no other way than the direct one.
+        Start, goal and the positions between them; fewer than three positions if the elbow is open
+        at both, because then only the direct path is possible.
     """
     begin, end = Joints(*start), Joints(*goal)
     places = [begin]
@@ -41,17 +41,17 @@ def by_open_elbow(start: Sequence[float], goal: Sequence[float]) -> list[Joints]
 
 
 def joined(legs: Sequence[Trajectory]) -> Trajectory:
-    """Return point-to-point motions as one that rests between them.
+    """Join point-to-point motions into one that rests between them.
 
     Args:
-        legs: Of the same joints; each begins where the one before ends.
+        legs: Motions of the same joints; each begins where the one before ends.
     """
     moving = [leg for leg in legs if leg.duration > 0.0]
     if not moving:
         return legs[0]
     times, positions, velocities, cubics = [np.zeros(1)], [], [], []
     for leg in moving:
-        # Where two legs meet, the point is that of the later one.
+        # The point where two legs meet is taken from the later one.
         times.append(times[-1][-1] + leg.times[1:])
         positions.append(leg.positions if leg is moving[-1] else leg.positions[:-1])
         rates = np.zeros_like(leg.positions) if leg.velocities is None else leg.velocities

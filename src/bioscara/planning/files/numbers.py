@@ -1,4 +1,4 @@
-"""What counts as a number in a trajectory file."""
+"""Number format of trajectory files."""
 
 from __future__ import annotations
 
@@ -11,13 +11,12 @@ _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
 
 def number(text: str, where: str) -> float:
-    """Return the decimal number that is written in ``text``.
+    """Parse the decimal number in ``text``.
 
-    ``float`` takes more than what a planner writes: ``1_0.0``, ``infinity``, digits of other
-    scripts.
+    ``float`` accepts more than a planner writes: ``1_0.0``, ``infinity``, digits of other scripts.
 
     Raises:
-        TrajectoryError: It is none; the message begins with ``where``.
+        TrajectoryError: It is not a decimal number; the message begins with ``where``.
     """
     if _NUMBER.fullmatch(text) is None:
         raise TrajectoryError(

@@ -1,9 +1,9 @@
-"""The YAML of ROS 2 messages: fields and lists, in blocks or in brackets.
+"""Parser for the YAML of ROS 2 messages: fields and lists, in blocks or in brackets.
 
-Less than YAML on purpose. What a message never holds (tags, anchors, texts over several lines) is
-refused with its line, and words stay words: what counts as a number is for the caller to say. A
-general reader takes ten times as long, and sees numbers in what sets an arm in motion where
-nobody wrote any.
+A deliberate subset of YAML. Features that messages never use (tags, anchors, multi-line texts) are
+refused with their line, and words remain strings: the caller converts numbers. A general YAML
+parser takes ten times as long, and interprets text that was not written as a number as one, in
+files that set an arm in motion.
 """
 
 from __future__ import annotations
@@ -19,10 +19,10 @@ DEPTH_MAX = 16
 """Deepest nesting that is read; a moveit_msgs/DisplayTrajectory has 8 levels."""
 
 ITEMS_MAX = 100_000
-"""Longest list that is read, and so most points of a trajectory."""
+"""Longest list that is read, hence the most points of a trajectory."""
 
 FULL_LENGTH = "write the file with `ros2 topic echo --full-length`"
-"""Remedy for lists that ``ros2 topic echo`` shortened; it does so from 128 items on."""
+"""Remedy for lists shortened by ``ros2 topic echo``, which it does from 128 items on."""
 
 Node: TypeAlias = "str | list[Node] | dict[str, Node] | None"
 
@@ -40,8 +40,8 @@ class Document(NamedTuple):
 
     Attributes:
         value: Its content; None where a field or the whole message is empty.
-        unfinished: The lists and sets of fields that nothing but the end of the text ended, so
-            that more of them may have been cut off.
+        unfinished: The lists and sets of fields that only the end of the text terminated, so that
+            items may have been cut off.
         more: Whether other messages follow.
     """
 
@@ -64,7 +64,7 @@ def first_document(text: str) -> Document:
     """Return the first message of a text.
 
     Raises:
-        TrajectoryError: The text is not of the form; the message names the line.
+        TrajectoryError: The text does not have this format; the message names the line.
     """
     lines, ended, more = _lines(text)
     if not lines:
@@ -75,9 +75,9 @@ def first_document(text: str) -> Document:
 
 
 def _lines(text: str) -> tuple[list[_Line], bool, bool]:
-    """Return the lines of the first message, whether an end mark ends it and whether more follow.
+    """Return the lines of the first message, whether an end mark ends it, and whether more follow.
 
-    Empty lines and comments are left out.
+    Empty lines and comments are omitted.
     """
     lines: list[_Line] = []
     ended = False
@@ -205,7 +205,7 @@ class _Reader:
         return value
 
     def _tokens(self, content: str, number: int) -> Iterator[_Token]:
-        """Yield the tokens of this line and, as long as they are asked for, of those below."""
+        """Yield the tokens of this line and, as long as the caller iterates, of those below."""
         while True:
             at = 0
             while at < len(content):
@@ -252,7 +252,7 @@ class _Reader:
 
 
 def _after_element(tokens: Iterator[_Token], closing: str) -> _Token:
-    """Return the closing bracket, or what follows the comma."""
+    """Return the closing bracket, or the token after the comma."""
     token = next(tokens)
     if token.text == ",":
         return next(tokens)

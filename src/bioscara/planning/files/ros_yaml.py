@@ -1,7 +1,7 @@
-"""The messages of ROS 2 that hold a joint trajectory, as YAML.
+"""Reading of ROS 2 messages with a joint trajectory, as YAML.
 
 moveit_msgs/DisplayTrajectory, moveit_msgs/RobotTrajectory and trajectory_msgs/JointTrajectory, in
-the form of ``ros2 topic echo``: comment lines, messages ended by ``---``.
+the format of ``ros2 topic echo``: comment lines, messages terminated by ``---``.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def trajectory_of_yaml(text: str) -> tuple[Trajectory, tuple[str, ...]]:
     """Return the trajectory in the first message of ``text``, and notes.
 
     Raises:
-        TrajectoryError: The text is no message with a joint trajectory, or may have lost its end.
+        TrajectoryError: The text is not a message with a joint trajectory, or may be truncated.
     """
     document = first_document(text)
     if document.value is None:

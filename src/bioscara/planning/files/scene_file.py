@@ -1,4 +1,4 @@
-"""Scenes as files: YAML of one version, where nothing is implied and nothing is ignored.
+"""Scene files: YAML of one version, in which nothing is implied and nothing is ignored.
 
 version: 1
 table_height: 0.0     # m, top of the table in the base frame; null where there is none
@@ -20,20 +20,20 @@ from bioscara.planning.collision.scene import MARGINS, Box, Cylinder, Scene, Zon
 from bioscara.planning.collision.scene_values import FAR
 
 VERSION = 1
-"""Version of the form that is read."""
+"""Version of the format that is read."""
 _ANY = 1e9
-"""What no number in a file exceeds: zones judge by themselves."""
+"""Bound for numbers in a file; zones check their own ranges."""
 
 
 def read_scene(path: Path) -> Scene:
-    """Return the scene that a file describes.
+    """Read a scene from a file.
 
     Args:
         path: The file.
 
     Raises:
         ConfigurationError: The file cannot be read, has another version, a key is unknown or
-            missing, or a value cannot be; names file and line.
+            missing, or a value is invalid; the message names file and line.
     """
     top = read_sections(path, str(path))
     top.refuse_unknown(("version", "table_height", "margin", "zones"))
@@ -93,7 +93,7 @@ def _corner(section: YamlSection, key: str) -> tuple[float, float, float]:
         raise section.error(
             f"{section.name(key)}: {told_of(value)} is not [x, y, z] in metres", key
         )
-    if any(abs(v) > _ANY for v in value):  # YAML has whole numbers that no float can be
+    if any(abs(v) > _ANY for v in value):  # YAML has integers beyond any float
         raise section.error(f"{section.name(key)}: a number is beyond {_ANY:g} m", key)
     x, y, z = (float(v) for v in value)
     return x, y, z

@@ -20,17 +20,17 @@ SIZE_MAX = 8 * 2**20
 """Largest YAML file that is read [bytes]."""
 CSV_MAX = 32 * 2**20
 """Largest CSV file that is read or written [bytes]: four joints fill a line with at most 13 numbers
-of 23 characters, so that as many points as may be read always fit."""
+of 23 characters, so that :data:`ITEMS_MAX` points always fit."""
 
 _SUFFIXES = {"position": 0, "velocity": 1, "acceleration": 2}
 
 
 class TrajectoryFile(NamedTuple):
-    """What a file held.
+    """Contents of a trajectory file.
 
     Attributes:
         trajectory: The motion.
-        notes: What was left out or is unusual.
+        notes: Sentences on parts left out and unusual properties.
     """
 
     trajectory: Trajectory
@@ -38,14 +38,14 @@ class TrajectoryFile(NamedTuple):
 
 
 def read(path: str | Path) -> TrajectoryFile:
-    """Return the trajectory in a file: CSV by its ending, otherwise YAML.
+    """Read a trajectory from a file: CSV by its suffix, otherwise YAML.
 
     Args:
         path: The file.
 
     Raises:
         TrajectoryError: The file cannot be read or holds no trajectory; the message names the
-            file and, where it can, line or point.
+            file and, if known, the line or point.
     """
     path = Path(path)
     try:
@@ -60,11 +60,11 @@ def read(path: str | Path) -> TrajectoryFile:
 def write_csv(path: str | Path, trajectory: Trajectory) -> None:
     """Write a trajectory as CSV; reading it gives the same trajectory.
 
-    Of points that come too soon after another to be read, which a planner may make, the first is
+    Of points too close in time to be read again, which a planner may produce, the first is
     written.
 
     Raises:
-        TrajectoryError: The file would be too large to be read again; nothing was written.
+        TrajectoryError: The file would be too large to be read again; nothing is written.
         OSError: The file cannot be written.
     """
     names = trajectory.joint_names
@@ -94,7 +94,7 @@ def write_csv(path: str | Path, trajectory: Trajectory) -> None:
 
 
 def _apart(times: list[float]) -> list[int]:
-    """Return which points are kept, first and last included, so that none are too close."""
+    """Return the points to keep, including the first and last, so that none are too close."""
     kept = [0]
     for index, time in enumerate(times[:-1]):
         if min(time - times[kept[-1]], times[-1] - time) >= STEP_MIN:
@@ -129,7 +129,7 @@ def _text(path: Path, limit: int) -> str:
 
 def _trajectory_of_csv(text: str) -> Trajectory:
     if not text.rstrip(" \t").endswith(("\n", "\r")):
-        # Nothing else tells 0.12 from the start of 0.1234.
+        # Only a line end distinguishes 0.12 from a truncated 0.1234.
         raise TrajectoryError(
             "the last line has no line end, so the file may be truncated; if it is whole, end the "
             "line"

@@ -23,20 +23,20 @@ def linear(
     speed: float = 1.0,
     window: float = 0.0,
 ) -> Trajectory:
-    """Return the fastest motion of the tool on a straight line, turning evenly on the way.
+    """Return the fastest motion of the tool on a straight line, with yaw changing uniformly.
 
     Args:
         arm: The arm.
-        start: Where its joints are [rad, m, rad, rad]; the elbow stays on this side.
-        goal: Of the tool; it turns there by the shorter way.
+        start: Its joint positions [rad, m, rad, rad]; the elbow stays on this side.
+        goal: Goal pose of the tool; it turns by the shorter rotation.
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
         speed: Share of that speed, 0.001 to 1.
-        window: Over how long the speed along the path is averaged [s]; 0 for not at all.
+        window: Window over which the speed along the path is averaged [s]; 0 for no averaging.
 
     Raises:
-        InvalidArgumentError: A value is not finite, or the goal is where the tool is.
-        UnreachableError: Start, goal or a place between is out of reach or limits.
+        InvalidArgumentError: A value is not finite, or the goal is the present pose of the tool.
+        UnreachableError: Start, goal or a pose between is out of reach or limits.
     """
     goal = require_pose("the goal", goal)
     arm.solve(goal, start)
@@ -55,21 +55,21 @@ def circular(
     speed: float = 1.0,
     window: float = 0.0,
 ) -> Trajectory:
-    """Return the fastest motion of the tool on an arc, turning evenly on the way.
+    """Return the fastest motion of the tool on an arc, with yaw changing uniformly.
 
     Args:
         arm: The arm.
-        start: Where its joints are [rad, m, rad, rad]; the elbow stays on this side.
+        start: Its joint positions [rad, m, rad, rad]; the elbow stays on this side.
         via: A point on the arc; its yaw does not matter.
-        goal: Of the tool; it turns there by the shorter way.
+        goal: Goal pose of the tool; it turns by the shorter rotation.
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
         speed: Share of that speed, 0.001 to 1.
-        window: Over how long the speed along the path is averaged [s]; 0 for not at all.
+        window: Window over which the speed along the path is averaged [s]; 0 for no averaging.
 
     Raises:
         InvalidArgumentError: A value is not finite, or the points are on one line.
-        UnreachableError: Start, goal or a place between is out of reach or limits.
+        UnreachableError: Start, goal or a pose between is out of reach or limits.
     """
     goal = require_pose("the goal", goal)
     arm.solve(goal, start)

@@ -1,9 +1,10 @@
-"""Motion by streamed velocities, which at every instant has room to come to rest.
+"""Motion by streamed velocities from which the arm can come to rest at every instant.
 
-Each step takes the largest share of what is asked for after which the arm can still brake, every
-joint with its own acceleration, without passing a joint limit, the tool's speed or a zone's margin
-on the way. Where no share allows it, the arm brakes along the way that was looked at a step before.
-So it slows down towards a zone and rests at its border; leaving it is always possible.
+Each step takes the largest share of the commanded velocity after which the arm can still brake,
+every joint with its own acceleration, without violating a joint limit, the tool's speed limit or a
+zone's margin. If no share allows it, the arm brakes along the stopping path checked one step
+before. It therefore slows down towards a zone and rests at its border; leaving it is always
+possible.
 """
 
 from __future__ import annotations
@@ -27,23 +28,24 @@ from bioscara.planning.motions.tool_speed import REDUCED_SPEED
 from bioscara.planning.moving_average import Smoothed
 
 EXPIRY = 0.15
-"""How long a command holds [s]: a client that vanishes must not leave the arm moving."""
+"""Validity of a command [s]: the arm must not keep moving when a client vanishes."""
 _FASTEST = 1.0
-"""Tool velocity that no command asks for [m/s]: a larger one is in millimetres."""
+"""Largest tool velocity accepted as a command [m/s]: a larger one is taken for mm/s."""
 _STRETCHED = 0.02
-"""Elbow angle that tool velocities do not pass [rad]: beyond it the arm would flip over."""
+"""Elbow angle from stretched or folded that tool velocities keep [rad]: past it the arm would
+flip over."""
 _ROUNDING = 1e-12
 _REST = (0.0,) * 4
 _FOLLOWED = 0.8
-"""Share of a joint's acceleration that what is asked for makes; the rest is for the way's bends."""
+"""Share of a joint's acceleration for changes of the command; the rest is for path curvature."""
 _GENTLE = 0.4
-"""Acceleration with which the tool gets faster where what is asked for is averaged [m/s^2]."""
+"""Acceleration of the tool when speeding up where commands are averaged [m/s^2]."""
 _EARLY = 0.2
-"""Share of its deceleration with which a joint then comes to its limits."""
+"""Share of its deceleration with which a joint then approaches its limits."""
 _MUCH = 0.8
-"""Share of what was wanted below which the arm begins again from the speed that it has."""
+"""Share of the wanted velocity below which averaging restarts from the present velocity."""
 _SHARES = (0.97, 0.9, 0.8, 0.65, 0.5, 0.3, 0.1, 0.0)
-"""What is tried when all of what is asked for is too much."""
+"""Shares of the target velocity that are tried when all of it is too much."""
 
 
 class JointVelocity(NamedTuple):
@@ -63,7 +65,7 @@ class JointVelocity(NamedTuple):
 
 
 class ToolVelocity(NamedTuple):
-    """Velocity of the tool in the frame that poses are given in.
+    """Velocity of the tool in the frame in which poses are given.
 
     Attributes:
         x: [m/s].
@@ -79,28 +81,28 @@ class ToolVelocity(NamedTuple):
 
 
 class Jog:
-    """An arm that is moved by velocities.
+    """Velocity control of an arm.
 
     Args:
         arm: The arm with its tool.
         limits: Of its joints.
-        start: Where the joints are, at rest [rad, m, rad, rad].
-        scene: What to keep clear of; None for nothing.
+        start: Positions of the joints, at rest [rad, m, rad, rad].
+        scene: Scene to keep clear of; None for no checks.
         tool_speed: Highest speed of the tool [m/s].
-        windows: Over how long what is asked for is averaged, once for each [s].
+        windows: Windows over which commands are averaged, one after the other [s].
 
     Attributes:
         tool_speed: As given; may be changed at any time.
-        positions: Where the joints are commanded to be [rad, m, rad, rad].
-        velocities: How they are commanded to move [rad/s, m/s, rad/s, rad/s].
-        reason: Why the arm does not do all that is asked: ``"expired"``, ``"stretched"``,
+        positions: Commanded positions of the joints [rad, m, rad, rad].
+        velocities: Commanded velocities of the joints [rad/s, m/s, rad/s, rad/s].
+        reason: Why the arm does not fully follow the command: ``"expired"``, ``"stretched"``,
             ``"resting"`` between velocities of joints and of the tool, ``"tool speed"``,
-            ``"j1 limit"``, the name of a zone, ``"table"`` or a link of the arm; ``""`` where it
+            ``"j1 limit"``, the name of a zone, ``"table"`` or a link of the arm; ``""`` if it
             does.
 
     Raises:
         LimitError: The start is outside a joint's limits, or the tool speed is not above zero.
-        ZoneError: The start is nearer to something than the scene's margin.
+        ZoneError: The start is nearer to a body than the scene's margin.
     """
 
     def __init__(
@@ -137,16 +139,17 @@ class Jog:
     def command(
         self, velocity: JointVelocity | ToolVelocity, time: float, share: float = 1.0
     ) -> None:
-        """Ask for a velocity; it holds until the next one, at most for :data:`EXPIRY`.
+        """Set the commanded velocity; it is valid until the next one, at most for :data:`EXPIRY`.
 
         Args:
             velocity: Of the joints or of the tool.
-            time: When it was received [s].
-            share: Of the velocity that is wanted, 0 to 1.
+            time: Time of its reception [s].
+            share: Share of the velocity to use, 0 to 1.
 
         Raises:
-            LimitError: It is larger than any that the arm can do.
-            InvalidArgumentError: It is no velocity, a value is not finite, or the share is none.
+            LimitError: It is larger than any velocity of the arm.
+            InvalidArgumentError: It is not a velocity, a value is not finite, or the share is
+                invalid.
         """
         if not isinstance(velocity, JointVelocity | ToolVelocity):
             raise InvalidArgumentError(
@@ -172,17 +175,17 @@ class Jog:
         self._since = time
 
     def step(self, time: float, period: float) -> tuple[Joints, Joints]:
-        """Move on by one period.
+        """Advance by one period.
 
         Args:
-            time: Now [s], on the clock of :meth:`command`.
+            time: Present time [s], on the clock of :meth:`command`.
             period: Until the next step [s].
 
         Returns:
             Positions and velocities of the joints at the end of the period.
 
         Raises:
-            InvalidArgumentError: The period is not above zero, or the time not a number.
+            InvalidArgumentError: The period is not above zero, or the time is not a number.
         """
         time, period = number("jog: the time", time), number("jog: the period", period)
         if period <= 0.0:
@@ -190,7 +193,7 @@ class Jog:
         target = np.array(self._target(time, period))
         here, moving = np.array(self.positions), np.array(self.velocities)
         ranges, straight = self._ranges(), self._kind is ToolVelocity
-        # Who was held up mostly still is: then all shares are looked at together.
+        # An arm that was held up mostly still is: then all shares are checked at once.
         for shares in ((1.0, *_SHARES),) if self._held_up else ((1.0,), _SHARES):
             next_ = self._stops.approach(moving, np.outer(shares, target), period, straight)
             there = here + (moving + next_) * (period / 2.0)
@@ -214,17 +217,17 @@ class Jog:
         return self.positions, self.velocities
 
     def _begin_again(self, velocities: Sequence[float]) -> None:
-        """Average from how the arm moves now on: what hindered it may be gone in an instant."""
+        """Restart averaging from the present velocity: a hindrance may vanish at any instant."""
         self._smoothed.fill(self._as_asked(velocities))
 
     def _as_asked(self, velocities: Sequence[float]) -> Sequence[float]:
-        """Return velocities of the joints as what is asked for: theirs, or the tool's."""
+        """Convert joint velocities to the kind commanded: of the joints, or of the tool."""
         if self._kind is JointVelocity:
             return velocities
         return [sum(map(mul, row, velocities)) for row in self._arm.jacobian(self.positions)]
 
     def _asked(self, time: float, ahead: Sequence[float]) -> tuple[float, ...]:
-        """Return what is asked for now, no faster than the tool may be."""
+        """Return the present command, reduced to the tool's speed limit."""
         if not any(self._velocity):
             return _REST
         if not 0.0 <= time - self._since <= EXPIRY:
@@ -239,7 +242,7 @@ class Jog:
                 kind = JointVelocity
         if kind is not self._kind:
             if self._windows and any(self.velocities) and not self.reason:
-                # What is even for the tool is not for the joints, and the other way round.
+                # A smooth motion of the tool is not smooth for the joints, and vice versa.
                 self.reason = "resting"
                 return _REST
             self._kind = kind
@@ -247,7 +250,7 @@ class Jog:
         if self.reason:
             return _REST
         if self._kind is JointVelocity:
-            # What is asked for now is gone at over all of the averages: the arm may be longer then.
+            # The command takes effect over all averages, during which the arm may extend.
             speed = max(
                 self._arm.tool_speed(
                     [p + v * soon for p, v in zip(ahead, self.velocities, strict=True)],
@@ -263,10 +266,10 @@ class Jog:
         return tuple([value * self.tool_speed / speed for value in self._velocity])
 
     def _in_time(self, asked: Sequence[float], ahead: Sequence[float]) -> Sequence[float]:
-        """Return what is asked for, no farther from how it was than the joints can follow.
+        """Return the command, its change bounded to what the joints can follow.
 
-        What gets less does so as fast as they can. What gets more does so gently, and what turns
-        round rests between: a load that breaks away from its friction swings.
+        Components decrease as fast as the joints can. They increase gently, and rest before they
+        reverse: a load that breaks away from its friction swings.
         """
         if not self._windows:
             return asked
@@ -284,8 +287,8 @@ class Jog:
         """Return the share of a change that joints and tool can make in the first average.
 
         Args:
-            change: Of what is asked for.
-            ahead: Where the joints are.
+            change: Change of the command.
+            ahead: Positions of the joints.
             gentle: Acceleration of the tool [m/s^2].
         """
         if not any(change):
@@ -307,7 +310,7 @@ class Jog:
         return change if share <= 1.0 else [each / share for each in change]
 
     def _target(self, time: float, period: float) -> tuple[float, ...]:
-        """Return the joint velocities to go for, within limits of joints and tool."""
+        """Return the target joint velocities, within limits of joints and tool."""
         self.reason = ""
         ahead = [p + v * period for p, v in zip(self.positions, self.velocities, strict=True)]
         a, b, c, d = self._in_time(self._asked(time, ahead), ahead)
@@ -333,7 +336,7 @@ class Jog:
         return tuple(value * self.tool_speed / speed for value in wanted)
 
     def _ranges(self) -> Ranges:
-        """Return where the joints may be; tool velocities keep the elbow on its side."""
+        """Return the allowed joint positions; tool velocities keep the elbow on its side."""
         lower = [limit.lower for limit in self._limits]
         upper = [limit.upper for limit in self._limits]
         if self._kind is ToolVelocity:

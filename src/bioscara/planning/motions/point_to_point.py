@@ -1,4 +1,4 @@
-"""Joint motions that need no path: all joints leave together and arrive together."""
+"""Point-to-point joint motions: all joints start and arrive together."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _ROOM = 1e-6
 """Share of a limit by which rounding may exceed it, as in the check of a trajectory."""
 
 _SHORTEST = 1e-9
-"""A piece that lasts less [s] is left out: over it no acceleration changes measurably."""
+"""Pieces shorter than this [s] are left out: over them no acceleration changes measurably."""
 
 
 def point_to_point(
@@ -35,23 +35,23 @@ def point_to_point(
 ) -> Trajectory:
     """Return the fastest motion from rest to rest in which all joints start and end together.
 
-    The joint that takes longest sets the time; the others do not use their limits up. At speed s
-    the motion is the same one in 1/s of the time.
+    The slowest joint determines the duration; the others do not use their limits fully. At speed s
+    the motion is the same with 1/s times the duration.
 
     Args:
         joint_names: The joints.
-        start: Where they are [rad or m]; from beyond a limit they go back.
-        goal: Where they go [rad or m].
+        start: Their start positions [rad or m]; from beyond a limit they move back.
+        goal: Their goal positions [rad or m].
         limits: Of these joints, in the same order.
         speed: Share of the speed limits to use, 0.001 to 1.
-        jerk_limited: False lets accelerations jump: faster, and rougher.
+        jerk_limited: False allows jumps of acceleration: faster, and rougher.
 
     Returns:
-        The motion; a single point where the goal is the start.
+        The motion; a single point if the goal is the start.
 
     Raises:
-        InvalidArgumentError: The speed is outside its range, or a value is no number.
-        TrajectoryError: The goal is outside the position limits, or one of both not finite.
+        InvalidArgumentError: The speed is outside its range, or a value is not a number.
+        TrajectoryError: The goal is outside the position limits, or start or goal is not finite.
     """
     speed = check_share(speed)
     start, goal = _plain("start", start, limits), _plain("goal", goal, limits)
@@ -77,7 +77,7 @@ def state_to_state(
     goal: Sequence[State],
     limits: Sequence[JointLimits],
 ) -> Trajectory:
-    """Return the fastest jerk-limited motion between two states of motion, for all joints at once.
+    """Return the fastest jerk-limited motion between two states of motion, synchronised.
 
     Args:
         joint_names: The joints.
@@ -86,8 +86,8 @@ def state_to_state(
         limits: Of these joints, in the same order.
 
     Raises:
-        TrajectoryError: A state is not finite or cannot be taken or left within the limits, or the
-            motion would leave the position limits on its way.
+        TrajectoryError: A state is not finite or cannot be reached or left within the limits, or
+            the motion would leave the position limits in between.
     """
     _require_sizes(joint_names, start, goal, limits)
     for limit, here, there in zip(limits, start, goal, strict=True):
@@ -127,12 +127,12 @@ def _require_inside(limit: JointLimits, what: str, value: float) -> None:
 
 
 def _require_possible(limit: JointLimits, what: str, state: State) -> None:
-    """Make sure that a joint can have come to a state, or can go on from it."""
+    """Make sure that a joint can reach a state, or can continue from it, within its limits."""
     _require_inside(limit, what, state.position)
     most, hardest, jerk = _bounds(limit)
     _, v, a = state
-    # A motion comes from a jerk, and so does the end of it: until the acceleration is zero, the
-    # velocity goes on to change after the start, and has changed before the goal.
+    # The jerk is limited: until the acceleration is zero, the velocity continues to change after
+    # the start, and has changed before the goal.
     rest = a * abs(a) / (2.0 * jerk) * (1.0 if what == "start" else -1.0)
     for quantity, value, highest, unit in (
         ("acceleration", a, hardest, f"{limit.unit}/s^2"),
@@ -155,7 +155,7 @@ def _bounds(limit: JointLimits, speed: float = 1.0) -> Bounds:
 def _synchronised(
     start: Sequence[State], goal: Sequence[State], bounds: Sequence[Bounds]
 ) -> list[tuple[Knot, ...]]:
-    """Return motions of one duration, the least one that all joints can take."""
+    """Return motions of equal duration, the least that is possible for all joints."""
     problems = list(zip(start, goal, bounds, strict=True))
     profiles = [fastest(*problem) for problem in problems]
     for duration in _candidates(problems, max(profile.duration for profile in profiles)):
@@ -170,13 +170,13 @@ def _synchronised(
 
 
 def _candidates(problems: Sequence[tuple[State, State, Bounds]], least: float) -> Iterator[float]:
-    """Yield the durations where a joint that cannot take a shorter one may begin to be able to."""
+    """Yield the least duration, and the longer ones from which on a joint's motion may exist."""
     yield least
     yield from sorted(t for problem in problems for t in durations(*problem) if t > least)
 
 
 def _quickest(way: float, bounds: Bounds) -> float:
-    """Return the least duration from rest to rest without limit of jerk [s]."""
+    """Return the least duration from rest to rest without a jerk limit [s]."""
     most, hardest, _ = bounds
     if abs(way) * hardest <= most * most:
         return 2.0 * math.sqrt(abs(way) / hardest)
@@ -184,7 +184,7 @@ def _quickest(way: float, bounds: Bounds) -> float:
 
 
 def _trapezoid(start: float, way: float, bounds: Bounds, duration: float) -> tuple[Knot, ...]:
-    """Return the motion from rest to rest in a given time, without limit of jerk."""
+    """Return the motion from rest to rest in a given time, without a jerk limit."""
     if duration <= 0.0:
         return (Knot(0.0, start, 0.0, 0.0, 0.0),)
     ramp = min(bounds.velocity / bounds.acceleration, duration / 2.0)
@@ -207,7 +207,7 @@ def _assembled(
     goal: Sequence[State],
     pieces: Sequence[tuple[Knot, ...]],
 ) -> Trajectory:
-    """Return one trajectory of the motions of all joints, which take the same time."""
+    """Combine the motions of all joints, which have equal durations, into one trajectory."""
     times = _apart(knot.time for knots in pieces for knot in knots)
     columns = np.array([_cubics(knots, times) for knots in pieces]).reshape(len(names), -1, 4)
     positions, velocities, *cubics = columns.transpose(2, 1, 0)
@@ -219,7 +219,7 @@ def _assembled(
 
 
 def _apart(times: Iterable[float]) -> list[float]:
-    """Return times in order, first and last included, without those too close to another."""
+    """Return the times in order, including the first and last, without those too close together."""
     ordered = sorted(times)
     last = ordered[-1]
     kept = [0.0]
@@ -232,7 +232,7 @@ def _apart(times: Iterable[float]) -> list[float]:
 
 
 def _cubics(knots: Sequence[Knot], times: Sequence[float]) -> list[tuple[float, ...]]:
-    """Return the polynomial of one joint from each time to the next."""
+    """Return the polynomials of one joint, one from each time to the next."""
     rows: list[tuple[float, ...]] = []
     index = 0
     for begin, end in pairwise(times):

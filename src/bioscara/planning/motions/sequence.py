@@ -1,6 +1,6 @@
-"""Several motions as one: waypoints go in, one trajectory through all of them comes out.
+"""Motion sequences: one trajectory through several waypoints.
 
-Straight and circular motions whose corners are rounded are one path, run without a stop. The arm
+Straight and circular motions with blended corners are one path, executed without a stop. The arm
 rests at every other waypoint, and always before and after a point-to-point motion.
 """
 
@@ -30,17 +30,17 @@ from bioscara.planning.topp.topp import parameterise
 from bioscara.planning.trajectory.trajectory import Trajectory
 
 _BETWEEN = 1e-5
-"""Share by which the tool may be faster than where it was looked at."""
+"""Share by which the tool may be faster between the samples of its speed."""
 _ROUNDING = 1e-9
-"""Share by which half of a way may be less than a blend that fits it."""
+"""Share by which a blend may exceed half of a piece by rounding."""
 
 
 class Sequenced(NamedTuple):
     """A planned sequence.
 
     Attributes:
-        trajectory: All of it, from rest to rest.
-        warnings: Sentences about what differs from what was asked for.
+        trajectory: The whole sequence, from rest to rest.
+        warnings: Sentences on differences from the request.
     """
 
     trajectory: Trajectory
@@ -59,16 +59,16 @@ def sequence(
 
     Args:
         arm: The arm with its tool.
-        start: Where its joints rest [rad, m, rad, rad].
-        waypoints: Where the tool goes; errors and warnings count them from 0.
+        start: Joint positions at rest [rad, m, rad, rad].
+        waypoints: Poses of the tool; errors and warnings count them from 0.
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; the defaults of :class:`ToolLimits` unless given.
-        window: Over how long speeds are averaged, so that accelerations do not jump [s].
+        window: Window over which speeds are averaged, so that accelerations do not jump [s].
 
     Raises:
-        InvalidArgumentError: A value is not usable, a waypoint is where the one before it is, an
-            arc's points are on one line, a blend is where the arm has to rest, or the arm cannot
-            go there; the message begins with the waypoint.
+        InvalidArgumentError: A value is not usable, a waypoint equals the one before it, an arc's
+            points are on one line, a blend is at a point where the arm has to rest, or the arm
+            cannot go there; the message begins with the waypoint.
     """
     tool = ToolLimits() if tool is None else tool
     waypoints = check_waypoints(arm, start, waypoints)
@@ -94,7 +94,7 @@ def sequence(
 
 
 def _runs(waypoints: Sequence[Waypoint]) -> Iterator[tuple[int, Sequence[Waypoint]]]:
-    """Return the waypoints that are passed without a stop, with the index of their first."""
+    """Yield runs of waypoints that are passed without a stop, each with its first index."""
     first = 0
     for index, waypoint in enumerate(waypoints):
         if not waypoint.blend:
@@ -109,7 +109,7 @@ def _free(
     limits: Sequence[JointLimits],
     tool: ToolLimits,
 ) -> Trajectory:
-    """Return the point-to-point motion to a waypoint, as slow as the tool has to be."""
+    """Return the point-to-point motion to a waypoint, slowed down to the tool's speed limit."""
     goal = arm.solve(waypoint.pose, joints)
     names = [limit.name for limit in limits]
     motion = point_to_point(names, joints, goal, limits, speed=waypoint.speed)
@@ -122,7 +122,7 @@ def _pieces(here: Pose, first: int, run: Sequence[Waypoint]) -> list[Line | Arc]
         pose, via = waypoint.pose, waypoint.via
         with about(index):
             pieces.append(Line(here, pose) if via is None else Arc.through(here, via, pose))
-        # The next piece goes on from the turn of this one.
+        # The next piece continues from the unwrapped yaw of this one.
         here = pose._replace(yaw=here.yaw + shorter_turn(here.yaw, pose.yaw))
     return pieces
 
@@ -142,7 +142,7 @@ def _shrunk(first: int, run: Sequence[Waypoint], path: Rounded) -> Iterator[str]
 
 
 def _speeds(run: Sequence[Waypoint], path: Rounded) -> list[float]:
-    """Return the share of speed of each piece of the path."""
+    """Return the speed share of each piece of the path."""
     speeds, index = [], 0
     for piece in path.path.pieces:
         if isinstance(piece, Blend):
@@ -154,7 +154,7 @@ def _speeds(run: Sequence[Waypoint], path: Rounded) -> list[float]:
 
 
 def _one_after_the_other(trajectories: Sequence[Trajectory]) -> Trajectory:
-    """Return cubics from rest to rest as one trajectory; the arm does not wait between them."""
+    """Concatenate cubics from rest to rest into one trajectory, without waiting between them."""
     begins = np.cumsum([0.0, *(trajectory.duration for trajectory in trajectories)])
     times = [begin + part.times[:-1] for begin, part in zip(begins, trajectories, strict=False)]
     curves = np.concatenate([trajectory.coefficients for trajectory in trajectories])

@@ -1,4 +1,4 @@
-"""Keeps the tool at or below a speed by taking more time for the same path."""
+"""Limiting of the tool's speed by stretching a trajectory in time."""
 
 from __future__ import annotations
 
@@ -15,32 +15,32 @@ from bioscara.planning.trajectory.retiming import stretched
 from bioscara.planning.trajectory.trajectory import Trajectory
 
 REDUCED_SPEED = 0.25
-"""Speed of the tool until full speed is asked for [m/s]: the reduced speed of ISO 10218-1."""
+"""Speed limit of the tool unless full speed is requested [m/s]: reduced speed of ISO 10218-1."""
 COMMANDED_SPEED = 0.89 * REDUCED_SPEED
-"""Highest commanded speed while the tool is to keep to that [m/s]. A load that turns round sticks
-for a moment by its dry friction, breaks away and swings, however gently its motor is led: on the
+"""Highest commanded speed that keeps the tool within that limit [m/s]. A load that reverses sticks
+for a moment by dry friction, breaks away and swings, even if its motor moves gently: on the
 simulated arm by up to 12 % of the tool's speed on planned paths."""
 UNPLANNED_SHARE = 0.83
-"""Share of that for jogs and raw commands: there joints turn round at any acceleration, and a load
+"""Share of that for jogs and raw commands: there joints reverse at any acceleration, and a load
 swings by up to a quarter of the tool's speed."""
 _STEP, _TURN, _LEAST = 1e-3, 0.02, 100
-"""A segment is looked at each millisecond [s]; a long one as often as its joints go this way [rad
-or m], but so many times at least."""
+"""Sampling of a segment: time step [s]; for a long segment the sum of joint displacements per
+sample [rad or m], with a least number of samples."""
 _ROUNDING = 1.0 + 1e-5
-"""By what a speed between samples may be found higher than a plan made it."""
+"""Factor by which a speed found between samples may exceed the planned one."""
 _AT_ONCE = 8192
-"""Instants that are worked on together: their arrays fit the processor's cache."""
+"""Instants processed at once: their arrays fit the processor's cache."""
 
 
 def peak_tool_speed(trajectory: Trajectory, arm: Scara, elsewhere: Sequence[float]) -> float:
-    """Return how fast the tool gets on a trajectory [m/s].
+    """Return the peak speed of the tool on a trajectory [m/s].
 
-    However long the arm waits between, each segment is looked at closely: to 1e-5 of the speed.
+    Each segment is evaluated to 1e-5 of the speed, also when the arm waits for long in between.
 
     Args:
         trajectory: For some or all of the joints.
         arm: The arm with its tool.
-        elsewhere: Where the joints are that the trajectory does not name [rad, m, rad, rad].
+        elsewhere: Positions of the joints that the trajectory does not name [rad, m, rad, rad].
 
     Raises:
         TrajectoryError: It names a joint that the arm does not have.
@@ -57,7 +57,7 @@ def peak_tool_speed(trajectory: Trajectory, arm: Scara, elsewhere: Sequence[floa
     ends = np.cumsum(counts)
     peak = 0.0
     for start in range(0, int(counts.sum()), _AT_ONCE):
-        # Two more, so that three in a row are together in one part or the next.
+        # Two more, so that any three consecutive samples are together in one block.
         sample = np.arange(start, min(start + _AT_ONCE + 2, ends[-1]))
         segment = np.searchsorted(ends, sample, side="right")
         within = (sample - ends[segment] + counts[segment]) / (counts[segment] - 1)
@@ -75,7 +75,7 @@ def _peak(speeds: Array, segment: Index) -> float:
     """Return the largest speed, also between the evenly spaced samples of a segment."""
     before, here, after = speeds[:-2], speeds[1:-1], speeds[2:]
     rise, bend = after - before, 2.0 * here - before - after
-    # The summit of the parabola through three samples, where it is between them.
+    # The maximum of the parabola through three samples, if it is between them.
     top = (segment[:-2] == segment[2:]) & (np.abs(rise) <= 2.0 * bend) & (bend > 0.0)
     summits = here[top] + rise[top] ** 2 / (8.0 * bend[top])
     return float(np.max(summits, initial=speeds.max()))
@@ -84,16 +84,16 @@ def _peak(speeds: Array, segment: Index) -> float:
 def reduced(
     trajectory: Trajectory, arm: Scara, elsewhere: Sequence[float], speed: float = REDUCED_SPEED
 ) -> tuple[Trajectory, float]:
-    """Return the trajectory in so much more time that the tool keeps to a speed.
+    """Stretch a trajectory in time so that the tool keeps to a speed.
 
     Args:
         trajectory: For some or all of the joints.
         arm: The arm with its tool.
-        elsewhere: Where the joints are that the trajectory does not name [rad, m, rad, rad].
-        speed: Of the tool [m/s].
+        elsewhere: Positions of the joints that the trajectory does not name [rad, m, rad, rad].
+        speed: Highest speed of the tool [m/s].
 
     Returns:
-        The trajectory and the factor, 1.0 where it is slow enough as it is.
+        The trajectory and the factor, 1.0 if it is slow enough already.
 
     Raises:
         InvalidArgumentError: The speed is not above zero.

@@ -1,4 +1,4 @@
-"""The poses that a sequence of motions goes to, and what may be wrong with them."""
+"""Waypoints of a sequence of motions, and their validation."""
 
 from __future__ import annotations
 
@@ -17,32 +17,33 @@ from bioscara.planning.limits import check_share
 from bioscara.planning.paths.path import LEVER, SHORTEST
 
 LEAST_BLEND = 1e-4
-"""Smallest blend [m]; at a smaller one the tool all but stops, and 0 does that better."""
+"""Smallest blend [m]; at a smaller one the tool almost stops, which 0 does better."""
 _MOST_BLEND = 1.0
-"""Largest blend that is taken for one [m]: beyond it stand millimetres."""
+"""Largest blend accepted [m]: a larger one is taken for millimetres."""
 
 
 class Motion(Enum):
-    """How the tool gets to a waypoint."""
+    """Kind of motion to a waypoint."""
 
     PTP = "ptp"
-    """Each joint by the shortest way; the tool's way is a curve."""
+    """Straight in joint space; the tool's path is a curve."""
     LIN = "lin"
-    """In a straight line."""
+    """Straight line of the tool."""
     CIRC = "circ"
-    """On the arc over another point."""
+    """Circular arc of the tool through another point."""
 
 
 @dataclass(frozen=True, slots=True)
 class Waypoint:
-    """A pose that the tool goes to.
+    """A pose that the tool moves to.
 
     Attributes:
-        pose: Of the tool in the base, or in the world that the arm's kinematics were given.
-        motion: The way there.
-        blend: How far from the pose the tool may turn off to the next waypoint [m]; 0 rests there.
-        via: Point that an arc passes; its yaw does not matter. For CIRC, and only for it.
-        speed: Share of the possible speed on the way there, 0.001 to 1. A blend has the
+        pose: Of the tool in the base, or in the world frame given to the arm's kinematics.
+        motion: Kind of motion to it.
+        blend: Distance from the pose at which the tool may turn off to the next waypoint [m]; 0
+            rests there.
+        via: Point that an arc passes; its yaw does not matter. Required for CIRC, only for it.
+        speed: Share of the possible speed of the motion to it, 0.001 to 1. A blend has the
             lower speed of the two motions that it joins.
     """
 
@@ -56,24 +57,24 @@ class Waypoint:
 def approach(
     target: Pose, away: Pose, *, motion: Motion = Motion.PTP, speed: float = 1.0
 ) -> tuple[Waypoint, Waypoint]:
-    """Return the way to a target over a pose away from it: there freely, then straight.
+    """Return the waypoints of an approach: to a pose away from the target, then straight to it.
 
     Args:
-        target: Where the tool shall be.
-        away: Where the straight way begins, in the frame of the target; (0, 0, 0.05) is above.
-        motion: The way to where the straight way begins.
-        speed: Share of the possible speed on the straight way.
+        target: Goal pose of the tool.
+        away: Start of the straight line, in the frame of the target; (0, 0, 0.05) is above.
+        motion: Kind of motion to the start of the straight line.
+        speed: Share of the possible speed on the straight line.
     """
     target = require_pose("the target", target)
     return Waypoint(target.compose(away), motion), Waypoint(target, speed=speed)
 
 
 def retract(target: Pose, away: Pose, *, speed: float = 1.0) -> Waypoint:
-    """Return the straight way back from a target.
+    """Return the waypoint of a straight retreat from a target.
 
     Args:
-        target: Where the tool is.
-        away: Where it goes, in the frame of the target.
+        target: Present pose of the tool.
+        away: Goal pose, in the frame of the target.
         speed: Share of the possible speed.
     """
     return Waypoint(require_pose("the target", target).compose(away), speed=speed)
@@ -82,12 +83,12 @@ def retract(target: Pose, away: Pose, *, speed: float = 1.0) -> Waypoint:
 def check_waypoints(
     arm: Scara, start: Joints, waypoints: Sequence[Waypoint]
 ) -> tuple[Waypoint, ...]:
-    """Return a sequence that makes sense and whose poses can each be reached by themselves.
+    """Check that a sequence is consistent and each of its poses reachable, and return it.
 
     Args:
         arm: The arm with its tool.
-        start: Where its joints rest [rad, m, rad, rad].
-        waypoints: Where the tool goes.
+        start: Joint positions at rest [rad, m, rad, rad].
+        waypoints: Poses of the tool.
 
     Raises:
         InvalidArgumentError: The start, or a waypoint, is not usable.
@@ -168,11 +169,11 @@ def _check_way(here: Pose, waypoint: Waypoint) -> None:
 
 @contextmanager
 def about(first: int, corners: Sequence[float] = ()) -> Iterator[None]:
-    """Begin the message of an error with the waypoint that it is about.
+    """Prefix the message of an error with the waypoint that it concerns.
 
     Args:
         first: The waypoint, or the first of several.
-        corners: Where the ways to the further ones begin on their path [m].
+        corners: Path parameters where the motions to the further ones begin [m].
     """
     try:
         yield

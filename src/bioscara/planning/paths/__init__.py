@@ -1,4 +1,5 @@
-"""Paths of the tool: where it goes, not when.
+"""Paths of the tool: geometry without times.
 
-Lines, arcs and blended corners go into ``path``; ``inverse_kinematics`` gives the joints along it.
+``path`` has lines and arcs, ``blending`` rounds the corners between them; ``inverse_kinematics``
+gives the joints along a path.
 """

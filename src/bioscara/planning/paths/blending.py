@@ -1,14 +1,14 @@
-"""Corners of a path, rounded so that the tool need not stop at them.
+"""Blends: corners of a path, rounded so that the tool need not stop at them.
 
-A blend leaves the piece before a corner a radius ahead of it and joins the piece after it the
-same way behind it, each measured in the path's parameter. In between it is the one quintic that
-has pose, direction and curvature of the pieces at its ends and twice the radius as its length.
-Between lines its derivative goes from one direction to the other by a smooth step, so that the
+A blend leaves the piece before a corner one radius ahead of it and joins the piece after it one
+radius behind it, each measured in the path's parameter. In between it is the unique quintic with
+the pose, direction and curvature of the pieces at its ends and twice the radius as its length.
+Between lines its derivative changes from one direction to the other by a smooth step, so that the
 tool is nowhere faster along it than on the lines.
 
-Law: all of the blend is within the radius of the corner, for the control points of the quintic
-are (for lines plainly, for arcs by calculation up to a full half circle). The turn of the tool
-is within radius / LEVER of that at the corner.
+Invariant: the whole blend is within the radius of the corner, because the control points of the
+quintic are (evident for lines, by calculation for arcs up to a full half circle). The yaw of the
+tool is within radius / LEVER of that at the corner.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from bioscara.planning.paths.curve import Array, Curve, Formulas
 from bioscara.planning.paths.path import Joined
 
 _LEAST = 1e-10
-"""What is left of a piece between two blends is left out below this length [m]: a step that is
-well within the one that joined pieces may have."""
+"""Length below which the rest of a piece between two blends is left out [m]: the resulting step is
+well within the one allowed between joined pieces."""
 
 _HERMITE = np.array(
     [
@@ -37,7 +37,7 @@ _HERMITE = np.array(
         [-6.0, -3.0, -0.5, 6.0, -3.0, 0.5],
     ]
 )
-"""Coefficients of the powers 0 to 5 of the quintic over 0 .. 1 with given ends."""
+"""Converts given ends to coefficients of the powers 0 to 5 of the quintic over 0 .. 1."""
 
 
 class Blend(Curve):
@@ -50,7 +50,7 @@ class Blend(Curve):
 
     def __init__(self, ends: Array, length: float) -> None:
         scales = np.array((1.0, length, length**2, 1.0, length, length**2))
-        # From the start on, lest rounding of large coordinates shows in the derivatives.
+        # Relative to the start, so that rounding of large coordinates does not affect derivatives.
         origin = ends[0]
         scaled = ends * scales[:, None]
         scaled[[0, 3]] -= origin
@@ -63,8 +63,8 @@ class Rounded(NamedTuple):
     """Pieces with the corners between them rounded.
 
     Attributes:
-        path: All of it, its curvature continuous within each piece and at each blend.
-        radii: Radius of each blend [m], at most as asked for.
+        path: The whole path, its curvature continuous within each piece and at each blend.
+        radii: Radius of each blend [m], at most the requested one.
         corners: Parameter of the path at the middle of each blend.
     """
 
@@ -74,12 +74,12 @@ class Rounded(NamedTuple):
 
 
 def rounded(pieces: Sequence[Curve], radii: Sequence[float]) -> Rounded:
-    """Return one path along pieces that need not be smooth where they meet.
+    """Join pieces into one path, with blends where they meet.
 
     Args:
-        pieces: Each begins where the one before it ends.
-        radii: Of the blend between each piece and the next [m], all above 0. One that is longer
-            than half of a piece beside it is shrunk to that.
+        pieces: Each begins where the one before it ends; the transitions need not be smooth.
+        radii: Of the blend between each piece and the next [m], all above 0. A radius longer than
+            half of an adjacent piece is reduced to that.
     """
     fitted = tuple(
         min(radius, before.length / 2.0, after.length / 2.0)

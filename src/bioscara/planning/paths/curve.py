@@ -1,7 +1,7 @@
-"""The one formula of all pieces of a path: a polynomial, and a point that goes round a circle.
+"""The common formula of all pieces of a path: a polynomial plus a circular motion.
 
-As all pieces have it, many of them are worked out at once: a path of hundreds costs little more
-than one line.
+Because all pieces share it, many of them are evaluated at once: a path of hundreds costs little
+more than one line.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ Array = npt.NDArray[np.float64]
 Index = npt.NDArray[np.intp]
 
 POWERS = 6
-"""Of the polynomial, 0 to 5."""
+"""Number of powers of the polynomial, 0 to 5."""
 
 
 class PathSamples(NamedTuple):
@@ -40,7 +40,7 @@ class Formulas(NamedTuple):
         powers: p_0 to p_5, shape (m, 6, 4).
         circle: a and b, shape (m, 2, 4).
         rate: r [rad/m], shape (m,); 0 where there is no circle.
-        begin: What each formula's own parameter is at the start of the piece [m], shape (m,).
+        begin: Parameter of each formula at the start of its piece [m], shape (m,).
     """
 
     powers: Array
@@ -57,7 +57,7 @@ class Formulas(NamedTuple):
         """Return poses and derivatives at n parameters, each of its own piece.
 
         Args:
-            pieces: Which piece each is on, shape (n,).
+            pieces: Index of the piece of each parameter, shape (n,).
             s: The parameters, from 0 at the piece's start [m], shape (n,).
         """
         t = (s + self.begin[pieces])[:, None]
@@ -81,9 +81,9 @@ class Curve:
 
     Args:
         length: Its largest parameter.
-        powers: Of its polynomial, from 0 on: at most 6, each a row of 4.
-        circle: Where the point on the circle is at 0 and after a quarter, seen from the centre.
-        rate: At which it goes round [rad/m].
+        powers: Coefficients of its polynomial, from power 0 on: at most 6, each a row of 4.
+        circle: Point on the circle at 0 and after a quarter turn, relative to the centre.
+        rate: Angular rate on the circle [rad/m].
         begin: Parameter of the formula where the piece begins.
 
     Attributes:
@@ -111,7 +111,7 @@ class Curve:
         )
 
     def part(self, begin: float, end: float) -> Curve:
-        """Return what is left of it between two of its parameters [m]."""
+        """Return the part of it between two of its parameters [m]."""
         powers, circle, rate, before = (column[0] for column in self.formula)
         return Curve(end - begin, powers, circle, rate, before + begin)
 

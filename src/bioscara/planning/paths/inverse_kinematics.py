@@ -1,7 +1,8 @@
 """The joints along a path of the tool, with their derivatives by the path parameter.
 
 With the wrist's axis at w = L1 e1 + L2 e13 (e1 and e13 are the directions of upper arm and
-forearm), its derivatives times the *other* arm's direction leave one unknown each:
+forearm), the dot product of its derivative with the direction of one link leaves only the rate of
+the *other* as unknown:
 
     q1' = w'.e13 / (L1 sin q3),   q13' = -w'.e1 / (L2 sin q3)
 
@@ -22,7 +23,7 @@ from bioscara.planning.trajectory.trajectory import Array
 
 
 class JointSamples(NamedTuple):
-    """The joints at some parameters of a path; NaN or infinite where the arm cannot be there.
+    """The joints at some parameters of a path; NaN or infinite where the arm cannot reach it.
 
     Attributes:
         joints: j1 to j4 [rad, m, rad, rad], shape (n, 4).
@@ -41,10 +42,10 @@ def along(arm: Scara, samples: PathSamples, start: Joints) -> JointSamples:
     Args:
         arm: The arm.
         samples: The path.
-        start: The joints at the first sample; the others follow without a jump of a turn.
+        start: The joints at the first sample; the others follow without jumps by a full turn.
     """
     side = 1.0 if math.sin(start.j3) >= 0.0 else -1.0
-    # An elbow that goes on past half a turn bends to the other side.
+    # An elbow that moves past half a turn bends to the other side.
     elbow_turn = TURN * round((start.j3 - side * math.pi / 2.0) / TURN)
     l1, l2, height = arm.geometry
     to_base = arm.base.inverse()
@@ -74,7 +75,7 @@ def along(arm: Scara, samples: PathSamples, start: Joints) -> JointSamples:
 
 
 def _wrist(arm: Scara, samples: PathSamples, turn: Array) -> tuple[Array, Array, Array]:
-    """Return place and derivatives of the wrist's axis in the arm's base, as complex numbers."""
+    """Return position and derivatives of the wrist's axis in the arm's base, as complex numbers."""
     to_base = arm.base.inverse()
     rotation = complex(math.cos(to_base.yaw), math.sin(to_base.yaw))
     p, p1, p2 = (rotation * (part[:, 0] + 1j * part[:, 1]) for part in samples)
@@ -92,7 +93,7 @@ def _dot(a: Array, b: Array) -> Array:
 
 
 def _unwrapped(angles: Array) -> Array:
-    """Return angles without jumps of a turn, the first one nearest to zero."""
+    """Return angles without jumps by a full turn, the first one nearest to zero."""
     if not len(angles):
         return angles
     first = angles[0] - 2.0 * math.pi * np.round(angles[0] / (2.0 * math.pi))

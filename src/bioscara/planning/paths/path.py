@@ -1,9 +1,9 @@
-"""Paths of the tool through space: where it goes, not when.
+"""Paths of the tool through space: geometry without times.
 
 A path is a curve of poses over a parameter s from 0 to its length. Along a line or an arc s is
-the way of the tool in metres; where the tool turns so much on so short a way that the turn takes
-longer, s is the turn times :data:`LEVER`. So its derivatives are bounded: the tool moves at most
-1 m and turns at most 1 / LEVER rad per metre of s.
+the distance travelled by the tool in metres; where the rotation over a short distance is so large
+that it takes longer, s is the angle times :data:`LEVER`. So its derivatives are bounded: the tool
+moves at most 1 m and rotates at most 1 / LEVER rad per metre of s.
 """
 
 from __future__ import annotations
@@ -21,13 +21,13 @@ from bioscara.kinematics.pose import require_near, require_pose, wrapped
 from bioscara.planning.paths.curve import Array, Curve, Formulas, PathSamples
 
 LEVER = 0.1
-"""Way that one radian of turn counts for [m/rad]."""
+"""Path length equivalent to one radian of rotation [m/rad]."""
 
 SHORTEST = 1e-6
 """Least length of a piece [m], and least height of an arc over its chord."""
 
 _HALF = 1e-6
-"""How much less than half a turn is one [rad]."""
+"""Tolerance within which an angle is treated as half a turn [rad]."""
 
 _GAP, _KINK = 1e-9, 1e-6
 """Largest steps of pose and of first derivative between joined pieces, for rounding."""
@@ -45,7 +45,7 @@ class Path(Protocol):
     def breaks(self) -> tuple[float, ...]:
         """Parameters inside the path where one formula ends and the next begins, increasing.
 
-        Between them every derivative is continuous; there the second may jump.
+        Between breaks every derivative is continuous; at a break the second may jump.
         """
         ...
 
@@ -55,9 +55,10 @@ class Path(Protocol):
 
 
 def shorter_turn(begin: float, end: float) -> float:
-    """Return by how much the tool turns from one yaw to another [rad].
+    """Return the shorter rotation of the tool from one yaw to another [rad].
 
-    Half a turn is as short either way: it goes as ``end - begin`` says, not as rounding does.
+    Half a turn is equally short in both directions: the sign of ``end - begin`` decides, not
+    rounding.
     """
     way = end - begin
     turn = wrapped(way)
@@ -67,11 +68,11 @@ def shorter_turn(begin: float, end: float) -> float:
 
 
 class Line(Curve):
-    """A straight line, on which the tool turns evenly by the shorter way.
+    """A straight line, on which the tool turns uniformly by the shorter rotation.
 
     Args:
-        start: Where it begins.
-        goal: Where it ends.
+        start: Its first pose.
+        goal: Its last pose.
 
     Attributes:
         length: Largest parameter.
@@ -96,7 +97,7 @@ class Line(Curve):
 
 
 class Arc(Curve):
-    """A part of a circle, on which the tool turns evenly by the shorter way.
+    """A part of a circle, on which the tool turns uniformly by the shorter rotation.
 
     Made by :meth:`through`.
 
@@ -119,12 +120,12 @@ class Arc(Curve):
 
     @classmethod
     def through(cls, start: Pose, via: Pose, goal: Pose) -> Self:
-        """Return the arc from start over a point to the goal.
+        """Return the arc from the start through a point to the goal.
 
         Args:
-            start: Where it begins.
-            via: Where it passes; its yaw does not matter.
-            goal: Where it ends.
+            start: Its first pose.
+            via: A point on it; its yaw does not matter.
+            goal: Its last pose.
 
         Raises:
             InvalidArgumentError: A value is not finite, via is in other units, or the three
@@ -159,10 +160,10 @@ class Arc(Curve):
 
 
 class Joined:
-    """Paths one after the other, each beginning as the one before it ends.
+    """A sequence of pieces as one path, each beginning as the one before it ends.
 
     Args:
-        pieces: The paths, at least one.
+        pieces: The pieces, at least one.
 
     Attributes:
         pieces: As given.
@@ -170,8 +171,8 @@ class Joined:
         breaks: The seams between the pieces.
 
     Raises:
-        InvalidArgumentError: There are none, or one begins elsewhere or in another direction than
-            the one before it ends.
+        InvalidArgumentError: There are none, or one begins at another pose or in another direction
+            than the one before it ends.
     """
 
     def __init__(self, pieces: Sequence[Curve]) -> None:
@@ -198,7 +199,7 @@ class Joined:
 
 
 def _check_seams(before: PathSamples, after: PathSamples) -> None:
-    """Make sure that each piece goes on where and in which direction the one before it ends."""
+    """Make sure that each piece begins at the pose and in the direction in which the last ends."""
     gaps = np.abs(after.poses - before.poses).max(axis=1)
     kinks = np.abs(after.first - before.first).max(axis=1)
     for index in np.flatnonzero((gaps > _GAP) | (kinks > _KINK)).tolist():

@@ -1,5 +1,5 @@
 """Motion of one joint: pieces of constant jerk.
 
-Two states and limits go in, the fastest motion between them comes out of ``double_s``.
-``extremal`` gives the farthest a joint can get in a given time.
+``double_s`` computes the fastest motion between two states within limits, ``extremal`` the largest
+displacement of a joint in a given time.
 """

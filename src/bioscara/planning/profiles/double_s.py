@@ -1,14 +1,14 @@
 """Motion of one joint from state to state with limited velocity, acceleration and jerk.
 
-The theory in short. For fixed velocities and accelerations at both ends, and a fixed duration,
-the ways that a joint can make are an interval, because all limits are convex. The longest way has
-the acceleration rise to a peak, fall to a valley and rise again, resting at the limits; the
-shortest one is its mirror image. So both families have one parameter, and
+The theory in short. For fixed velocities and accelerations at both ends, and a fixed duration, the
+possible displacements of a joint are an interval, because all limits are convex. For the largest
+displacement the acceleration rises to a peak, falls to a valley and rises again, staying constant
+at the limits; the smallest one is its mirror image. So both families have one parameter, and
 
-- the fastest motion is where the wanted way first is one of the two extremes;
+- the fastest motion is the first whose displacement is one of the two extremes;
 - a motion of a longer duration is a mixture of its two extremes, which keeps every limit again.
 
-Where no mixture exists, no motion of that duration does: see :func:`durations`.
+If no mixture exists for a duration, no motion does: see :func:`durations`.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ def durations(start: State, goal: State, bounds: Bounds) -> list[float]:
     The first is the least one. From the last on, every duration is possible.
 
     Args:
-        start: Where the motion starts, within the bounds.
-        goal: Where it ends, within the bounds.
+        start: Start state of the motion, within the bounds.
+        goal: Its end state, within the bounds.
         bounds: Limits of the joint.
     """
     way = goal.position - start.position
@@ -38,11 +38,11 @@ def durations(start: State, goal: State, bounds: Bounds) -> list[float]:
 
 
 def fastest(start: State, goal: State, bounds: Bounds) -> Profile:
-    """Return the motion that takes the least time.
+    """Return the motion of least duration.
 
     Args:
-        start: Where it starts, within the bounds.
-        goal: Where it ends, within the bounds.
+        start: Its start state, within the bounds.
+        goal: Its end state, within the bounds.
         bounds: Limits of the joint.
     """
     way = goal.position - start.position
@@ -52,22 +52,22 @@ def fastest(start: State, goal: State, bounds: Bounds) -> Profile:
         for duration, point in family.crossings(sign * way):
             if best is None or duration < best[0]:
                 best = duration, sign, family, point
-    if best is None:  # the two families share their ends, so that one has every way
+    if best is None:  # the two families share their ends, so that one has every displacement
         raise ArithmeticError(f"no motion from {start} to {goal} within {bounds}")
     _, sign, family, point = best
     return Profile(start, [(t, sign * jerk) for t, jerk in family.phases(point)])
 
 
 def lasting(duration: float, start: State, goal: State, bounds: Bounds) -> Profile | None:
-    """Return the motion that takes a given time, or None where the bounds allow none.
+    """Return the motion of a given duration, or None if the bounds allow none.
 
-    It is the mixture of the longest and the shortest way that are possible in that time. From
-    rest to rest that is the longest one with less jerk.
+    It is the mixture of the motions with the largest and the smallest displacement of that
+    duration. From rest to rest that is the former with less jerk.
 
     Args:
         duration: [s]; at least the least one.
-        start: Where it starts, within the bounds.
-        goal: Where it ends, within the bounds.
+        start: Its start state, within the bounds.
+        goal: Its end state, within the bounds.
         bounds: Limits of the joint.
     """
     way = goal.position - start.position
@@ -88,7 +88,7 @@ def lasting(duration: float, start: State, goal: State, bounds: Bounds) -> Profi
 
 
 def _mixed(ups: Sequence[Phase], downs: Sequence[Phase], share: float) -> Iterator[Phase]:
-    """Yield the mean of two motions of one duration, ``share`` of the first."""
+    """Yield the weighted mean of two motions of equal duration, ``share`` of the first."""
     up, down = list(reversed(ups)), list(reversed(downs))
     held, last = 0.0, 0.0
     while up and down:

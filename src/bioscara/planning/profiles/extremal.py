@@ -1,4 +1,4 @@
-"""The longest ways that a joint can make, whatever time it has."""
+"""Extremal (maximum-displacement) profiles of a joint for a given duration."""
 
 from __future__ import annotations
 
@@ -10,27 +10,27 @@ from typing import NamedTuple
 from bioscara.planning.profiles.segments import Bounds, Phase, State
 
 _EXACT = 1e-13
-"""Share of a joint's usual way that counts as none: rounding of the sums here."""
+"""Share of a joint's usual displacement that is treated as zero: rounding of the sums here."""
 _INSTANT = 1e-9
-"""A change of velocity that takes less than this counts as none [s]."""
+"""Duration below which a change of velocity is treated as zero [s]."""
 
 
 class Member(NamedTuple):
-    """A member of a family: its parameter, and how long it rests at the highest velocity [s]."""
+    """A member of a family: its parameter, and its time at the highest velocity [s]."""
 
     depth: float
     cruise: float
 
 
 class LongestWays(NamedTuple):
-    """The longest ways of all durations, for given velocities and accelerations at both ends.
+    """Profiles of largest displacement, with given velocities and accelerations at both ends.
 
     Member ``depth``: the acceleration rises from a0 to a peak, falls to a valley, rises to a1. The
-    valley is at ``depth``, or at -A where the depth is lower, and the rest of it is spent there
-    (times the jerk). Durations grow as the depth falls. The members are those of one or two ranges
-    of depths; the last goes on at the highest velocity.
+    valley is at ``depth``, or at -A if the depth is lower; the excess, divided by the jerk, is then
+    the time spent there. Durations grow as the depth falls. The members are those of one or two
+    ranges of depths; the last range continues with times at the highest velocity.
 
-    It is kept such that peaks are positive: else read backwards in time, where they are.
+    The family is stored such that peaks are positive: otherwise it is reversed in time.
     """
 
     v0: float
@@ -40,21 +40,21 @@ class LongestWays(NamedTuple):
     bounds: Bounds
     backwards: bool
     gain: float
-    """Peak squared less valley squared, that gives the change of velocity."""
+    """Peak squared minus valley squared for the required change of velocity."""
     gap: float
     """Depths within -gap .. gap would need a peak below a0."""
     cap: float
-    """Depth where the highest velocity is reached."""
+    """Depth at which the highest velocity is reached."""
 
     @classmethod
     def of(cls, start: State, goal: State, bounds: Bounds, sign: float) -> LongestWays:
-        """Return the family of the longest ways, or for sign -1 of the shortest, mirrored."""
+        """Return the family of largest displacements, or for sign -1 of the smallest, mirrored."""
         highest, limit, jerk = bounds
         (v0, a0), (v1, a1) = (sign * x for x in start[1:]), (sign * x for x in goal[1:])
         gain = jerk * (v1 - v0) + (a0 * a0 - a1 * a1) / 2.0
         terms = jerk * (abs(v0) + abs(v1)) + a0 * a0 + a1 * a1
         if abs(gain) <= _EXACT * terms + (jerk * _INSTANT) ** 2:
-            gain = 0.0  # else rounding would ask for a detour to change the velocity by nothing
+            gain = 0.0  # else rounding would require a detour for a velocity change of zero
         backwards = gain < 0.0
         if backwards:
             v0, a0, v1, a1, gain = v1, -a1, v0, -a0, -gain
@@ -65,7 +65,7 @@ class LongestWays(NamedTuple):
         return cls(v0, a0, v1, a1, bounds, backwards, gain, gap, min(cap, -gap, a1))
 
     def shape(self, depth: float) -> tuple[float, float, float, float]:
-        """Return peak, time at it, valley and time at it of a member."""
+        """Return the peak, the time at it, the valley and the time at it of a member."""
         _, limit, jerk = self.bounds
         if depth >= -limit:
             valley, low, square = depth, 0.0, self.gain + depth * depth
@@ -81,8 +81,9 @@ class LongestWays(NamedTuple):
         return (2.0 * (peak - valley) + self.a1 - self.a0) / self.bounds.jerk + high + low
 
     def way(self, point: Member) -> float:
-        """Return the way of a member [unit]."""
-        # Summed up with the rest, an acceleration that is not quite zero would count for its time.
+        """Return the displacement of a member [unit]."""
+        # The cruise is added separately: integrated with the phases, a residual acceleration would
+        # act throughout it.
         p, v, a = point.cruise * self.bounds.velocity, self.v0, self.a0
         for t, jerk in self._phases(Member(point.depth, 0.0)):
             p += t * (v + t * (a / 2.0 + t * jerk / 6.0))
@@ -91,9 +92,9 @@ class LongestWays(NamedTuple):
         return p
 
     def rounding(self, duration: float) -> float:
-        """Return what counts as none of the ways in a duration [unit].
+        """Return the displacement treated as zero for a duration [unit].
 
-        It is measured in what speeds can become in that time, which may be far below the limit.
+        It scales with the speed reachable in that time, which may be far below the limit.
         """
         highest, limit, jerk = self.bounds
         hardest = min(limit, abs(self.a0) + abs(self.a1) + jerk * duration)
@@ -103,7 +104,7 @@ class LongestWays(NamedTuple):
         return _EXACT * usual + jerk * _INSTANT**2 * (duration + _INSTANT)
 
     def growth(self, depth: float) -> float:
-        """Return how the way of a member grows with its duration [unit/s]."""
+        """Return the derivative of a member's displacement by its duration [unit/s]."""
         jerk = self.bounds.jerk
         peak, _, valley, low = self.shape(depth)
         after = self.v1 - (self.a1 * self.a1 - valley * valley) / (2.0 * jerk) - valley * low
@@ -131,7 +132,7 @@ class LongestWays(NamedTuple):
         return [last]
 
     def lasting(self, duration: float) -> Member | None:
-        """Return the member of a duration [s], or None where there is none."""
+        """Return the member of a duration [s], or None if there is none."""
         for first, last in self.ranges():
             if duration < self.duration(first) * (1.0 - _EXACT):
                 return None
@@ -140,7 +141,7 @@ class LongestWays(NamedTuple):
         return Member(self.cap, duration - self.duration(self.cap))
 
     def crossings(self, way: float) -> Iterator[tuple[float, Member]]:
-        """Yield duration and member of every one that makes this way [unit]."""
+        """Yield duration and member of every profile with this displacement [unit]."""
 
         def excess(depth: float) -> float:
             return self.way(Member(depth, 0.0)) - way
@@ -161,10 +162,10 @@ class LongestWays(NamedTuple):
             yield self.duration(self.cap) + cruise, Member(self.cap, cruise)
 
     def _monotone(self) -> Iterator[tuple[float, float]]:
-        """Yield the ranges of depths, split where the way stops growing or falling."""
+        """Yield the ranges of depths, split at the extrema of the displacement."""
         limit = self.bounds.acceleration
-        # Where the growth itself turns: with a peak below the limit, and with one at the limit;
-        # and where the one becomes the other. Below zero it never turns.
+        # Depths where the growth itself has an extremum: with a peak below the limit, and with one
+        # at the limit; and where one becomes the other. Below zero it has none.
         turns = (
             math.sqrt(self.gain) * (2.0 - math.sqrt(3.0)) / math.sqrt(4.0 * math.sqrt(3.0) - 6.0),
             limit / 4.0,
@@ -183,7 +184,7 @@ class LongestWays(NamedTuple):
 
 
 def _root(function: Callable[[float], float], left: float, right: float) -> float:
-    """Return where a function changes its sign, at full precision.
+    """Return the point where a function changes its sign, at full precision.
 
     Bisection and inverse quadratic interpolation, as T. R. Chandrupatla combines them (1997).
     """

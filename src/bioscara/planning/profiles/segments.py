@@ -54,7 +54,7 @@ class Knot(NamedTuple):
 
 
 Phase = tuple[float, float]
-"""A while of constant jerk: its duration [s] and the jerk [unit/s^3]."""
+"""A phase of constant jerk: its duration [s] and the jerk [unit/s^3]."""
 
 
 class Profile:
@@ -62,7 +62,7 @@ class Profile:
 
     Args:
         start: Its first state.
-        phases: What follows.
+        phases: Phases of constant jerk from there.
 
     Attributes:
         knots: The start of each piece, and the end.
@@ -88,7 +88,7 @@ class Profile:
         return self._times[-1]
 
     def at(self, time: float) -> State:
-        """Return the state at a time [s]; before the start and after the end, that of these."""
+        """Return the state at a time [s]; before the start or after the end, the state there."""
         index = max(bisect_right(self._times, time) - 1, 0)
         begin, p, v, a, jerk = self.knots[index]
         t = max(time - begin, 0.0) if index < len(self.knots) - 1 else 0.0

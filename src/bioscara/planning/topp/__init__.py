@@ -1,5 +1,5 @@
-"""Time-optimal path parameterisation: a path and limits go in, its timing comes out.
+"""Time-optimal path parameterisation: timing of a path from limits.
 
-Begin with ``topp``. ``constraints`` turns limits of joints and tool into limits of the path's
-speed, ``phase_plane`` finds the fastest speed below them, ``diagnostics`` explains a refusal.
+Begin with ``topp``. ``constraints`` converts limits of joints and tool to limits of the speed along
+the path, ``phase_plane`` finds the fastest speed below them, ``diagnostics`` explains a refusal.
 """

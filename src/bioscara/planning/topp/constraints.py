@@ -1,4 +1,4 @@
-"""What limits the speed along a path: of the joints and of the tool, at the points of a grid."""
+"""Limits of joints and tool as limits of the speed along a path, at the points of a grid."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from bioscara.planning.topp.phase_plane import Rows
 from bioscara.planning.trajectory.trajectory import Array
 
 _SIDES = 8
-"""Half the sides of the polygon that stands for the circle of the tool's accelerations; inside the
-circle, it lacks at most 2 % of it, and nothing purely along or purely across the path."""
+"""Half the number of sides of the polygon that approximates the circle of the tool's accelerations.
+It lies inside the circle and loses at most 2 % of it, none purely along or across the path."""
 
 
 class Look(NamedTuple):
@@ -41,12 +41,12 @@ class Look(NamedTuple):
 
 
 def look(arm: Scara, path: Path, start: Joints, grid: Array) -> Look:
-    """Return the path at the points of a grid, which has all its breaks."""
+    """Evaluate the path at the points of a grid, which contains all its breaks."""
     tool = path.sample(grid)
     if not path.breaks:
         joints = along(arm, tool, start)
         return Look(grid, tool, joints, tool, joints)
-    # Only second derivatives jump; poses from beside a break would show as accelerations.
+    # Only second derivatives jump; poses sampled next to a break would appear as accelerations.
     breaks = np.flatnonzero(np.isin(grid, path.breaks))
     edges, jumps = PathSamples(*(part[breaks] for part in tool)), []
     for beside in (1e-9 * path.length, -1e-9 * path.length):

@@ -1,4 +1,4 @@
-"""Why an arm cannot follow a path of its tool: the place, the joint, and what to do instead."""
+"""Reasons why an arm cannot follow a path of its tool: position, joint and alternatives."""
 
 from __future__ import annotations
 
@@ -16,17 +16,17 @@ from bioscara.planning.topp.singular_ends import STRETCHED
 from bioscara.planning.trajectory.trajectory import Array, Trajectory
 
 _NEAR = 1e-6
-"""How far from the tool a path may begin [m or rad], for rounding."""
+"""Rounding tolerance between the start of a path and the tool [m or rad]."""
 SLOWEST = 1e-3
-"""A path on which the tool must go slower than this is refused [m/s]."""
+"""Least speed of the tool [m/s]: a path that requires a lower one is refused."""
 _NEAR_END = 1e-3
-"""Nearer than this to its ends the tool is slow in any case [m]."""
+"""Distance from the ends of a path within which the tool is slow in any case [m]."""
 _TURNING = (0, 2, 3)
-"""The joints that turn."""
+"""The rotary joints."""
 
 
 def check_start(arm: Scara, path: Path, start: Joints) -> None:
-    """Make sure that a path begins where the arm is, within its limits.
+    """Make sure that a path begins at the arm's present pose, within its limits.
 
     Raises:
         InvalidArgumentError: A value is not finite.
@@ -51,10 +51,10 @@ def check_start(arm: Scara, path: Path, start: Joints) -> None:
 
 
 def check_places(arm: Scara, path: Path, start: Joints, look: Look) -> None:
-    """Make sure that every place on the path is within reach and limits, on the elbow's side.
+    """Make sure that every pose on the path is within reach and limits, on the elbow's side.
 
     Raises:
-        PathError: One is not; the first such one is named.
+        PathError: A pose is not; the message names the first such one.
     """
     joints = look.joints.joints
     missing = np.isnan(joints[:, 2])
@@ -77,7 +77,7 @@ def check_places(arm: Scara, path: Path, start: Joints, look: Look) -> None:
 
 
 def check_turns(arm: Scara, path: Path, start: Joints, look: Look, trajectory: Trajectory) -> None:
-    """Make sure that no joint leaves its range between two points either.
+    """Make sure that no joint leaves its range between two points of the trajectory.
 
     Args:
         arm: The arm.
@@ -87,13 +87,13 @@ def check_turns(arm: Scara, path: Path, start: Joints, look: Look, trajectory: T
         trajectory: Of cubics.
 
     Raises:
-        PathError: One does, where it turns back.
+        PathError: A joint leaves its range where it reverses.
     """
     c, t = trajectory.coefficients, np.diff(trajectory.times)[:, None]
     v0, a0 = c[..., 1], 2.0 * c[..., 2]
     v1 = v0 + t * (a0 + 3.0 * t * c[..., 3])
     turning = v0 * v1 < 0.0
-    # Where a joint turns back there is a root; rounding may put its square a hair below zero.
+    # Where a joint reverses there is a root; rounding may put its square slightly below zero.
     root = np.sqrt(np.maximum(np.where(turning, a0 * a0 - 12.0 * c[..., 3] * v0, 1.0), 0.0))
     at = np.where(turning, -2.0 * v0 / np.where(turning, a0 + np.sign(v1) * root, 1.0), 0.0)
     turns = c[..., 0] + at * (v0 + at * (c[..., 2] + at * c[..., 3]))
@@ -101,17 +101,17 @@ def check_turns(arm: Scara, path: Path, start: Joints, look: Look, trajectory: T
 
 
 def check_speeds(arm: Scara, path: Path, start: Joints, look: Look, bound: Array) -> None:
-    """Make sure that the tool can pass every place on the path at a noticeable speed.
+    """Make sure that the tool can pass every point of the path at :data:`SLOWEST` or faster.
 
     Args:
         arm: The arm.
         path: The path.
         start: Joints at its beginning.
         look: The path at the points of a grid.
-        bound: Square of the speed that each piece of the grid allows at most, shape (n - 1,).
+        bound: Square of the highest speed that each piece of the grid allows, shape (n - 1,).
 
     Raises:
-        PathError: It cannot; tells the largest speed at the slowest place.
+        PathError: It cannot; the message states the largest speed at the slowest point.
     """
     grid = look.grid[:-1]
     inside = (grid > _NEAR_END) & (grid < path.length - _NEAR_END)
@@ -159,12 +159,12 @@ def _refusal(
 
 
 def _alternative(arm: Scara, start: Joints, look: Look, *, elbow: bool) -> str:
-    """Return what the arm can do instead; the other elbow is as slow as this one."""
+    """Return the alternatives to the path; the other elbow is as slow as this one."""
     offers = []
     for other in arm.inverse(arm.forward(start)):
         if elbow and math.sin(other.j3) * math.sin(start.j3) < 0.0 and not arm.beyond(other):
             joints = along(arm, look.tool, other).joints
-            # The other elbow mirrors this one: where this is stretched, it is too.
+            # The other elbow mirrors this one: it is stretched at the same points.
             stretched = (np.abs(np.sin(joints[:, 2])) < STRETCHED).any()
             if not stretched and not any(arm.beyond(row) for row in joints.tolist()):
                 offers.append(

@@ -1,10 +1,10 @@
-"""The fastest speed along a path under limits of acceleration: one sweep back, one forth.
+"""The fastest speed along a path under acceleration limits: a backward and a forward sweep.
 
 With b the square of the speed along the path and u its acceleration, each limit reads
 |A u + B b| <= 1, or |u - m b| <= c with c = 1/|A| and m = -B/A. Between two points of the grid u is
-constant, so b is a straight line over the path. All limits are symmetric and standing still keeps
-them, so from every speed below the largest one the arm can still stop: each sweep is a minimum
-over the limits.
+constant, so b is a straight line over the path. All limits are symmetric and satisfied at rest, so
+from every speed below the largest one the arm can still stop: each sweep is a minimum over the
+limits.
 """
 
 from __future__ import annotations
@@ -17,12 +17,12 @@ import numpy.typing as npt
 from bioscara.planning.trajectory.trajectory import Array
 
 _LEAST = 1e-7
-"""Smallest factor of u, as a share of the largest one on the piece: a limit with a smaller one does
-not depend on u, and with it u would be the difference of two large numbers."""
+"""Smallest factor of u, as a share of the largest one on the piece: a limit with a smaller one is
+independent of u in effect, and u computed from it would be the difference of two large numbers."""
 
 
 class Rows(NamedTuple):
-    """Limits |A u + B b| <= 1 of each piece of the grid.
+    """Limits |A u + B b| <= 1 on each piece of the grid.
 
     Attributes:
         along: A, shape (pieces, limits).
@@ -34,7 +34,7 @@ class Rows(NamedTuple):
 
 
 def fastest(steps: Array, rows: Rows, caps: Array) -> tuple[Array, Array]:
-    """Return the largest squares of speed with which the path is run from rest to rest.
+    """Return the largest squares of speed for the path from rest to rest.
 
     Args:
         steps: Lengths of the grid's pieces [m], shape (n - 1,).
@@ -43,7 +43,7 @@ def fastest(steps: Array, rows: Rows, caps: Array) -> tuple[Array, Array]:
 
     Returns:
         b at each point, shape (n,), and the bound of b at the start of each piece from the limits
-        there alone, whatever comes before and after, shape (n - 1,).
+        there alone, independent of the pieces before and after, shape (n - 1,).
     """
     least = _LEAST * np.abs(rows.along).max(axis=1, keepdims=True)
     along = np.where(np.abs(rows.along) < least, least, rows.along)
@@ -53,8 +53,8 @@ def fastest(steps: Array, rows: Rows, caps: Array) -> tuple[Array, Array]:
     with np.errstate(divide="ignore"):
         from_rest = reserve / ahead
         gain = np.where(ahead > 0.0, 1.0 / ahead, 0.0)
-    # Every two limits must leave a u between them that does not slow down below zero within the
-    # piece.
+    # Every two limits must leave a common u with which the speed does not fall below zero within
+    # the piece.
     stopping = np.where(ahead < 0.0, -from_rest, np.inf).min(axis=1)
     bound = np.minimum(np.minimum(_between(c, m), stopping), caps[:-1])
     back = np.where(ahead > 0.0, from_rest, np.inf)
@@ -63,7 +63,7 @@ def fastest(steps: Array, rows: Rows, caps: Array) -> tuple[Array, Array]:
 
 
 def _between(c: Array, m: Array) -> Array:
-    """Return up to which b every two limits of a piece have a u in common, shape (pieces,)."""
+    """Return the largest b for which every two limits of a piece share a u, shape (pieces,)."""
     c, m = np.ascontiguousarray(c.T), np.ascontiguousarray(m.T)
     least = np.full(c.shape[1], np.inf)
     with np.errstate(divide="ignore"):
@@ -75,17 +75,17 @@ def _between(c: Array, m: Array) -> Array:
 
 
 def _run(start: Array, slope: Array, most: Array) -> Array:
-    """Return b at each point, shape (n,), from rest and as large as the limits let it become.
+    """Return the largest b that the limits allow at each point, from rest, shape (n,).
 
     Args:
-        start: How large b may be after each piece when it is 0 before, shape (pieces, limits).
-        slope: How much larger for each unit that it has before.
-        most: How large it may be after each piece, shape (pieces,).
+        start: Limit of b after each piece if b is 0 before it, shape (pieces, limits).
+        slope: Increase of that limit per unit of b before the piece.
+        most: Highest b after each piece, shape (pieces,).
     """
     before = np.concatenate(([0.0], most[:-1]))
     binding = _binding(start, slope, before)
     ends = np.cumsum(binding.sum(axis=1)).tolist()
-    # Plain floats: for a few limits they are faster than arrays.
+    # Plain floats are faster than arrays for a few limits.
     lines = list(zip(start[binding].tolist(), slope[binding].tolist(), strict=True))
     here, begin = 0.0, 0
     squares = [here]
@@ -100,8 +100,8 @@ def _run(start: Array, slope: Array, most: Array) -> Array:
 def _binding(start: Array, slope: Array, before: Array) -> npt.NDArray[np.bool_]:
     """Return which of the lines ``start + slope b`` can be the lowest for 0 <= b <= ``before``.
 
-    The lowest at b = 0 hides the steeper ones, the lowest at the other end those that are above it
-    at 0: mostly one or two are left of each row.
+    The lowest line at b = 0 dominates the steeper ones, the lowest at the other end those that are
+    above it at 0: mostly one or two are left in each row.
     """
     pieces = np.arange(len(start))
     first = start.argmin(axis=1)

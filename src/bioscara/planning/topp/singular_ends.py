@@ -1,9 +1,10 @@
-"""A path of the tool that begins or ends with the arm exactly stretched or folded.
+"""Paths of the tool that begin or end with the arm exactly stretched or folded.
 
-There the elbow's angle goes with the root of the way that is left, so the joints have no finite
-derivative by the path. They have one in time, for the arm rests there. So the first or last hair of
-the path, over which the elbow turns by :data:`CLEAR`, is gone by a motion of the joints alone: on
-it the tool is beside the path by about the square of that angle times the arm's length, 10 nm.
+There the elbow's angle varies with the square root of the remaining distance, so the joints have no
+finite derivative by the path parameter. They have one by time, because the arm rests there. The
+first or last short piece of the path, over which the elbow turns by :data:`CLEAR`, is therefore a
+joint motion: on it the tool deviates from the path by about the square of that angle times the
+arm's length, 10 nm.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ STRETCHED = 1e-6
 CLEAR = 1e-4
 """Sine of the elbow's angle from which on the path itself is followed."""
 _HAIRS = 1e-10 * 2.0 ** np.arange(24)
-"""Lengths that are tried, up to a millimetre [m]."""
+"""Lengths of the joint motion that are tried, up to a millimetre [m]."""
 
 
 class Between(NamedTuple):
@@ -35,7 +36,7 @@ class Between(NamedTuple):
     Attributes:
         begin: Parameter where it begins.
         end: Parameter where it ends.
-        side: Joints at the path's beginning, the elbow a hair to the side that it goes to.
+        side: Joints at the path's beginning, the elbow slightly on the side that it bends to.
     """
 
     begin: float
@@ -56,7 +57,7 @@ def between(arm: Scara, path: Path, start: Joints) -> Between:
     end = path.length - _hair(arm, path, start, path.length, edges[-2] - path.length)
     if not begin:
         return Between(begin, end, start)
-    # From stretched the elbow can go to either side: it takes that of the goal.
+    # From the stretched position the elbow can bend to either side: it takes that of the goal.
     goal = arm.solve(Pose(*path.sample([path.length]).poses[0].tolist()), start)
     straight = start.j3 - math.remainder(start.j3, math.pi)
     side = straight + math.copysign(STRETCHED, goal.j3 - straight)
@@ -72,12 +73,12 @@ def with_ends(
     limits: Sequence[JointLimits],
     tool: ToolLimits,
 ) -> tuple[Array, Array, Array]:
-    """Return the points of a motion along the part as those of one along the whole path.
+    """Extend the points of a motion along the part to one along the whole path.
 
     Args:
         arm: The arm.
         path: Of the tool.
-        part: What is followed.
+        part: The part that is followed.
         start: Joints at the path's beginning [rad, m, rad, rad].
         points: Times, positions and velocities of the motion along the part, rest to rest.
         limits: Of the joints, j1 to j4.
@@ -99,14 +100,14 @@ def with_ends(
 
 
 def _hair(arm: Scara, path: Path, start: Joints, end: float, room: float) -> float:
-    """Return how far from an end of a path the elbow is bent, 0 where it is so at the end.
+    """Return the distance from an end of a path where the elbow is bent, 0 if it is at the end.
 
     Args:
         arm: The arm.
         path: Of the tool.
         start: Joints at its beginning.
         end: Parameter of the end.
-        room: Parameter of the next break from there; negative where the path comes from there.
+        room: Parameter of the next break relative to it; negative at the final end.
     """
     hairs = np.concatenate(([0.0], _HAIRS[abs(room) > 2.0 * _HAIRS]))
     samples = path.sample(end + math.copysign(1.0, room) * hairs)
@@ -118,7 +119,7 @@ def _hair(arm: Scara, path: Path, start: Joints, end: float, room: float) -> flo
 
 
 def _duration(way: Array, hair: float, limits: Sequence[JointLimits], tool: ToolLimits) -> float:
-    """Return how long a cubic from rest to rest takes [s]; the tool's part is an estimate."""
+    """Return the duration of a cubic from rest to rest [s]; estimated for the tool's limits."""
     ways: list[float] = [*np.abs(way).tolist(), hair, hair / LEVER]
     fastest = [*(limit.max_velocity for limit in limits), tool.speed, tool.yaw_speed]
     hardest = [*(limit.max_acceleration for limit in limits)]

@@ -1,10 +1,10 @@
-"""Times for a path of the tool: as fast as joints and tool allow, slow where they must be.
+"""Time parameterisation of a tool path: as fast as the limits of joints and tool allow.
 
-The path is looked at on a grid; the phase plane gives the largest speed at each of its points. From
-the second look on, the grid is even in time, hence fine wherever the arm must be slow: at both ends
-and next to where it is stretched. Pieces on which the curve between the points exceeds a limit or
-leaves the path are cut. What it still exceeds then, a few parts in ten thousand, is taken back by
-stretching all of it in time.
+The path is sampled on a grid; the phase plane gives the largest speed at each of its points. From
+the second pass on, the grid is uniform in time, hence fine wherever the arm must be slow: at both
+ends and near stretched positions. Pieces on which the curve between the points exceeds a limit or
+leaves the path are subdivided. The remaining excess, a few parts in ten thousand, is removed by
+stretching the whole trajectory in time.
 """
 
 from __future__ import annotations
@@ -35,27 +35,27 @@ from bioscara.planning.trajectory.retiming import stretched
 from bioscara.planning.trajectory.trajectory import Array, Trajectory
 
 _PIECES = 80
-"""Of the first grid."""
+"""Pieces of the first grid."""
 _PIECES_BETWEEN = 8
-"""Of the first grid between two breaks, so that no blend is overlooked."""
+"""Pieces of the first grid between two breaks, so that no blend is missed."""
 _STEP, _FEWEST, _MOST = 10e-3, 60, 4000
-"""Time between two points [s], and how many pieces there may be before the refinement."""
+"""Time between two points [s], and least and greatest number of pieces before the refinement."""
 _EXCESS, _FINEST, _REFINEMENTS, _PARTS = 1e-3, 1e-4, 6, 8
-"""Share by which a piece may exceed a limit before it is cut, the shortest time of a piece that is
-cut [s], how often that happens at most, and into how many parts."""
+"""Share by which a piece may exceed a limit before it is cut, the shortest duration of a piece that
+is cut [s], the most refinements, and the most parts of a piece in each."""
 _SUDDEN = 2.0
-"""Factor in time from which on it is for one sudden place that all would become slower."""
+"""Factor in time above which a single abrupt point would slow down the whole motion."""
 _ASTRAY = 3e-7
-"""How far the curve between two points may leave the path before its piece is cut [rad or m];
-a few parts in ten of a micrometre at the tool."""
+"""Deviation of the curve from the path between two points above which its piece is cut [rad or m];
+a few tenths of a micrometre at the tool."""
 _TURNING, _BEFORE, _AFTER = 0.9, 0.1, 0.4
-"""Share of the highest speed near where a joint turns round, and from when to when that is [s]."""
+"""Share of the highest speed near the reversal of a joint, and how long before and after it [s]."""
 _APART = 1e-5
-"""Breaks that come less than this apart [s] are one point of the grid."""
+"""Breaks less than this apart [s] are one point of the grid."""
 _LOOKS = (0.25, 0.5, 0.75)
-"""Where between two points the tool is looked at, in shares of the time."""
+"""Samples of the tool between two points, in shares of the time."""
 _BETWEEN = 1e-5
-"""Share by which the tool may exceed a limit between two looks."""
+"""Share by which the tool may exceed a limit between two samples."""
 
 
 def parameterise(
@@ -70,9 +70,9 @@ def parameterise(
 ) -> Trajectory:
     """Return the fastest motion of the tool along a path, from rest to rest.
 
-    With a window, its speed along the path is the average over that time of the fastest motion's:
-    then accelerations do not jump. The motion takes that much longer, and a little more where the
-    speed has to change on the way.
+    With a window, its speed along the path is the average of the fastest motion's over that time,
+    so accelerations do not jump. The motion takes that much longer, and a little more if the speed
+    has to change along the path.
 
     Args:
         arm: The arm.
@@ -80,9 +80,9 @@ def parameterise(
         start: Joints at the path's beginning [rad, m, rad, rad]; the elbow stays on their side.
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
-        speed: Share of the speed to use, 0.001 to 1: the same in 1/speed of the time.
-            One share, or one for each piece of the path between its breaks.
-        window: Over how long speeds along the path are averaged [s]; 0 for not at all.
+        speed: Share of the speed to use, 0.001 to 1: the same motion in 1/speed times the
+            duration. One share, or one for each piece of the path between its breaks.
+        window: Window over which speeds along the path are averaged [s]; 0 for no averaging.
 
     Returns:
         A trajectory of cubics on which no limit of a joint or the tool is exceeded by more than
@@ -91,8 +91,8 @@ def parameterise(
     Raises:
         InvalidArgumentError: The speed is outside its range, or a value is not finite.
         UnreachableError: The start is outside limits.
-        PathError: The arm cannot reach or pass a place on the path.
-        TrajectoryError: The path begins elsewhere.
+        PathError: The arm cannot reach or pass a point on the path.
+        TrajectoryError: The path does not begin at the start.
     """
     tool = ToolLimits() if tool is None else tool
     shares = _shares(path, speed)
@@ -136,15 +136,15 @@ def parameterise(
 
 
 def _parts(factors: Array, astray: Array, durations: Array) -> Index:
-    """Return into how many parts each piece is to be cut, 1 where it may stay as it is.
+    """Return the number of parts to cut each piece into, 1 if it may stay as it is.
 
-    What a piece exceeds falls with the square of its length, how far it is astray with the fourth
-    power of it.
+    The excess of a piece falls with the square of its length, its deviation from the path with the
+    fourth power.
     """
     wanted = np.maximum(((factors - 1.0).clip(0.0) / _EXCESS) ** 0.5, (astray / _ASTRAY) ** 0.25)
     divisible = durations > _FINEST
     coarse = (wanted > 1.0) & divisible
-    # What limits a coarse piece may soon bind those beside it.
+    # A limit that binds on a coarse piece may soon bind on its neighbours.
     wide = coarse.copy()
     wide[:-1] |= coarse[1:]
     wide[1:] |= coarse[:-1]
@@ -160,7 +160,7 @@ def _cut(grid: Array, parts: Index) -> Array:
 
 
 def _shares(path: Path, speed: float | Sequence[float]) -> Array:
-    """Return the share of speed of each piece between the breaks of a path."""
+    """Return the speed share of each piece between the breaks of a path."""
     pieces = len(path.breaks) + 1
     shares = np.full(pieces, speed) if np.ndim(speed) == 0 else np.array(speed)
     if shares.shape != (pieces,):
@@ -182,9 +182,9 @@ def _look_and_solve(
     shares: Array,
     window: float = 0.0,
 ) -> tuple[Look, Array]:
-    """Return the path at the grid, and the squares of the largest speeds there.
+    """Evaluate the path on the grid; return it and the squares of the largest speeds there.
 
-    With a window those whose average over it keeps the limits of speed.
+    With a window, these are speeds whose average over it keeps the speed limits.
     """
     seen = look(arm, path, start, grid)
     check_places(arm, path, start, seen)
@@ -195,7 +195,7 @@ def _look_and_solve(
     highest = lower * caps(seen, limits, tool)
     squares, bound = fastest(np.diff(grid), slowed, highest)
     if (bound < share * SLOWEST**2).any():
-        # The tool may be meant to be that slow: what the joints can do counts.
+        # The tool's limits may be that low on purpose: only the joints are checked.
         alone = rows(seen, limits, FULL), caps(seen, limits, FULL)
         check_speeds(arm, path, start, seen, fastest(np.diff(grid), *alone)[1])
     if window:
@@ -220,9 +220,9 @@ def _times(grid: Array, squares: Array) -> Array:
 
 
 def _turning(grid: Array, seen: Look, squares: Array, highest: Array) -> Array:
-    """Return squares of speed that are lower where a joint turns round on the way.
+    """Return squares of speed that are lower near reversals of a joint along the path.
 
-    There its load sticks for a moment, breaks away and swings, however even the motion is.
+    There its load sticks for a moment, breaks away and swings, also in a smooth motion.
     """
     times, lower = _times(grid, squares), squares.copy()
     signs = np.sign(seen.joints.first)
@@ -236,8 +236,8 @@ def _turning(grid: Array, seen: Look, squares: Array, highest: Array) -> Array:
 def _lowered(grid: Array, squares: Array, window: float) -> Array:
     """Return squares of speed whose average over a window is nowhere above those given.
 
-    Before its first summit and after its last one the motion comes from rest or goes to rest. There
-    no speed is lowered: the average only has its ramps later and rounded.
+    Before the first maximum and after the last one the motion starts from rest or ends at rest.
+    There no speed is lowered: the average only has later and rounded ramps.
     """
     times, squares = _times(grid, squares), squares.copy()
     tops = np.flatnonzero((squares[1:-1] >= squares[:-2]) & (squares[1:-1] >= squares[2:])) + 1
@@ -246,7 +246,7 @@ def _lowered(grid: Array, squares: Array, window: float) -> Array:
     squares[: tops[0]], squares[tops[-1] + 1 :] = squares[tops[0]], squares[tops[-1]]
     begins = np.searchsorted(times, times - window / 2.0)
     ends = np.searchsorted(times, times + window / 2.0, side="right")
-    # The least between two points, from the least of runs whose lengths are powers of two.
+    # The minimum between two points, from the minima of runs whose lengths are powers of two.
     runs = [squares]
     while 2 ** len(runs) <= len(squares):
         half = 2 ** (len(runs) - 1)
@@ -258,12 +258,12 @@ def _lowered(grid: Array, squares: Array, window: float) -> Array:
 
 
 class _Law:
-    """When the tool is where on its path: the average of a motion over a window.
+    """Path parameter over time: the average of a motion over a window.
 
     Args:
         grid: Path parameters [m].
         squares: Squares of the speed there.
-        window: Over how long it is averaged [s].
+        window: Window over which the motion is averaged [s].
     """
 
     def __init__(self, grid: Array, squares: Array, window: float) -> None:
@@ -281,7 +281,7 @@ class _Law:
         return (area - less) / self.window, (here - before) / self.window
 
     def _sums(self, times: Array) -> tuple[Array, Array]:
-        """Return the path parameter of what is averaged, and its integral."""
+        """Return the path parameter of the motion before averaging, and its integral."""
         end = self._times[-1]
         inside = np.clip(times, 0.0, end)
         piece = np.clip(
@@ -334,9 +334,9 @@ def _averaged(
 def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...], shares: Array) -> Array:
     """Return a grid whose pieces all take about the same time, with the path's breaks.
 
-    A slow way has its points further apart, by the root of its share of speed, lest it leave few to
-    all others. Of breaks that all but meet the grid has the last: points of a trajectory are some
-    way apart in time.
+    A slow piece of the path has its points further apart, by the root of its speed share, so that
+    enough remain for all others. Of breaks that almost coincide the grid contains the last: points
+    of a trajectory need a minimum distance in time.
     """
     rates, times = np.sqrt(squares), _times(grid, squares)
     effort = np.diff(times) * np.sqrt(shares[np.searchsorted(breaks, grid[:-1], side="right")])
@@ -345,7 +345,7 @@ def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...], shares
     at = np.linspace(0.0, efforts[-1], count + 1)[1:-1]
     piece = np.searchsorted(efforts, at, side="right") - 1
     t = (at - efforts[piece]) / effort[piece]
-    # Within a piece the speed changes evenly with time.
+    # Within a piece the speed changes linearly with time.
     mean = rates[piece] + 0.5 * t * np.diff(rates)[piece]
     inner = grid[piece] + t * np.diff(times)[piece] * mean
     if breaks:
@@ -353,7 +353,7 @@ def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...], shares
         after = np.searchsorted(edges, at)
         ends = np.concatenate(([-np.inf], edges, [np.inf]))
         close = np.minimum(at - ends[after], ends[after + 1] - at) < 0.3 * efforts[-1] / count
-        # The last one, for what comes after it may have a lower share of speed.
+        # The last one, because the piece after it may have a lower speed share.
         apart = np.append(np.diff(np.interp(breaks, grid, times)) > _APART, True)
         inner = np.union1d(inner[~close], np.array(breaks)[apart])
     return np.concatenate((grid[:1], inner, grid[-1:]))
@@ -362,7 +362,7 @@ def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...], shares
 def _beside(
     arm: Scara, path: Path, side: Joints, grid: Array, squares: Array, trajectory: Trajectory
 ) -> Array:
-    """Return how far each piece's curve is from the path at half of its time, shape (n - 1,).
+    """Return the deviation of each piece's curve from the path at half its time, shape (n - 1,).
 
     It is infinite where the path is out of reach there.
     """
@@ -381,7 +381,7 @@ def _factors_of_pieces(
     """Return the factor in time that each piece needs to keep every limit, shape (n - 1,).
 
     For the joints, whose accelerations are straight lines on a piece, it is exact; the tool is
-    looked at where pieces begin and end, and between.
+    evaluated at the ends of the pieces and at samples between.
     """
     p0, v0, half, sixth = np.moveaxis(trajectory.coefficients[..., :4], -1, 0)
     t = np.diff(trajectory.times)[:, None]

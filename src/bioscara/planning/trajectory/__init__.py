@@ -1,5 +1,5 @@
-"""Timed joint motions: the one type that everything executes, and what can be asked of it.
+"""Timed joint motions: the one type that everything executes, and operations on it.
 
-Begin with ``trajectory``. Limits go into ``validation``, which judges the curve between the points;
+Begin with ``trajectory``. ``validation`` checks the curve between the points against limits;
 ``retiming`` slows a trajectory down until it passes.
 """

@@ -1,7 +1,8 @@
-"""Motions of the joints whose accelerations jump, averaged over a window.
+"""Moving averages of joint motions whose accelerations jump.
 
-An average of joint positions keeps every limit of a joint, for limits are convex. The way between
-start and end changes a little: by less than a window squared times a tenth of the acceleration.
+An average of joint positions keeps every limit of a joint, because limits are convex. The path
+between start and end changes slightly: by less than a tenth of the acceleration times the square of
+the window.
 """
 
 from __future__ import annotations
@@ -17,11 +18,11 @@ _LOOK = 0.005
 
 
 def averaged(trajectory: Trajectory, window: float) -> Trajectory:
-    """Return the average over a window of a motion from rest to rest; it takes that much longer.
+    """Return the moving average of a motion from rest to rest; it takes one window longer.
 
     Args:
         trajectory: The motion.
-        window: Over how long it is averaged [s], above 0.
+        window: Window over which it is averaged [s], above 0.
     """
     if len(trajectory.times) == 1:
         return trajectory
@@ -40,7 +41,7 @@ def averaged(trajectory: Trajectory, window: float) -> Trajectory:
 
 
 def most_jerk(trajectory: Trajectory) -> Array:
-    """Return how fast each joint's acceleration changes at most [unit/s^3]; a jump in 5 ms."""
+    """Return the highest jerk of each joint [unit/s^3]; a jump is taken to last 5 ms."""
     count = int(np.ceil(trajectory.duration / _LOOK)) + 3
     times = trajectory.times[0] + _LOOK * (np.arange(count) - 1.0)
     accelerations = trajectory.sample_many(times)[2]
@@ -61,7 +62,7 @@ class _Motion:
         self._areas = np.concatenate((np.zeros((1, areas.shape[1])), np.cumsum(areas, axis=0)))
 
     def at(self, times: Array) -> tuple[Array, Array]:
-        """Return positions at some times, and their integrals from the start on."""
+        """Return positions at some times, and their integrals since the start."""
         known = self._trajectory.times
         inside = np.clip(times, known[0], known[-1])
         piece = np.clip(np.searchsorted(known, inside, side="right") - 1, 0, len(known) - 2)

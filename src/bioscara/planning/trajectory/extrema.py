@@ -1,4 +1,4 @@
-"""The ranges that positions, velocities and accelerations of a trajectory take, on its curve."""
+"""Ranges of positions, velocities and accelerations on the curve of a trajectory."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ import numpy as np
 from bioscara.planning.trajectory.trajectory import Array, Trajectory
 
 _HALVINGS = 42
-"""Finds a turning point to 2e-13 of its segment; the value there is off by the square of that."""
+"""Bisection steps: finds a turning point to 2e-13 of its segment; the value's error is the square
+of that."""
 
 
 class Extremum(NamedTuple):
-    """Where a quantity of one joint is largest or smallest.
+    """Largest or smallest value of a quantity of one joint, and its time.
 
     Attributes:
-        time: When [s].
-        value: The value there.
+        time: Time [s].
+        value: The value then.
     """
 
     time: float
@@ -25,11 +26,11 @@ class Extremum(NamedTuple):
 
 
 class Range(NamedTuple):
-    """What a quantity of one joint does between its smallest and its largest value.
+    """Range of a quantity of one joint.
 
     Attributes:
-        low: The smallest.
-        high: The largest.
+        low: The smallest value.
+        high: The largest value.
     """
 
     low: Extremum
@@ -37,7 +38,7 @@ class Range(NamedTuple):
 
     @property
     def largest(self) -> Extremum:
-        """The one that is farther from zero."""
+        """The extremum of largest magnitude."""
         return max(self, key=lambda extremum: abs(extremum.value))
 
 
@@ -58,8 +59,8 @@ class JointRanges(NamedTuple):
 def extrema(trajectory: Trajectory) -> list[JointRanges]:
     """Return the ranges of each joint, in the order of ``joint_names``.
 
-    They hold for every instant, the rest before and after the motion included. What is too large
-    to be computed is infinite or not a number there.
+    They hold for every instant, including the rest before and after the motion. Values too large
+    to be computed are infinite or NaN.
     """
     rest = np.zeros((2, len(trajectory.joint_names)))
     with np.errstate(all="ignore"):
@@ -75,9 +76,9 @@ def extrema(trajectory: Trajectory) -> list[JointRanges]:
 
 
 def _of_cubics(trajectory: Trajectory) -> list[tuple[Array, Array]]:
-    """As :func:`_candidates` for polynomials up to the third power, whose turning points are known.
+    """As :func:`_candidates` for polynomials up to degree 3, with turning points in closed form.
 
-    Where there is none, the segment's start or end stands instead.
+    If a segment has none, its start or end is used instead.
     """
     c0, c1, c2, c3 = np.moveaxis(trajectory.coefficients[..., :4], -1, 0)
     lengths = np.broadcast_to(np.diff(trajectory.times)[:, None], c0.shape)
@@ -100,11 +101,11 @@ def _of_cubics(trajectory: Trajectory) -> list[tuple[Array, Array]]:
 
 
 def _candidates(trajectory: Trajectory) -> list[tuple[Array, Array]]:
-    """Return for each derivative the times in each segment where it may be extreme, and values.
+    """Return for each derivative the candidate times of its extrema in each segment, and values.
 
-    Between two neighbouring zeros of its derivative a polynomial only rises or only falls, so it
-    has at most one zero of its own there, which halving finds. Starting at the fourth derivative,
-    a straight line, this leads to the turning points of all lower ones.
+    Between two neighbouring zeros of its derivative a polynomial is monotonic, so it has at most
+    one zero of its own there, which bisection finds. Starting at the fourth derivative, a straight
+    line, this gives the turning points of all lower ones.
     """
     curves = [np.moveaxis(trajectory.coefficients, -1, 0)]
     for _ in range(4):
@@ -120,9 +121,9 @@ def _candidates(trajectory: Trajectory) -> list[tuple[Array, Array]]:
 
 
 def _with_zeros(curve: Array, turns: Array) -> Array:
-    """Return where a curve that is monotonic between ``turns`` is zero, and the outer two turns.
+    """Return the zeros of a curve that is monotonic between ``turns``, and the outer two turns.
 
-    Where it has no zero, one of its ends stands instead.
+    If an interval has no zero, one of its ends is used instead.
     """
     low, high = turns[:-1], turns[1:]
     negative = _value(curve, low) < 0.0

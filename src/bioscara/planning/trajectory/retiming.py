@@ -1,4 +1,4 @@
-"""Makes a trajectory executable by taking more time for it."""
+"""Stretching of a trajectory in time so that it can be executed."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from bioscara.planning.trajectory.validation import check
 
 
 def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
-    """Return the same path in ``factor`` times the time.
+    """Return the same path with ``factor`` times the duration.
 
     Velocities become 1/factor, accelerations 1/factor^2 of what they were.
     """
@@ -30,17 +30,19 @@ def stretched(trajectory: Trajectory, factor: float) -> Trajectory:
 
 
 def stretch_factor(trajectory: Trajectory, limits: Sequence[JointLimits]) -> float:
-    """Return in how many times the time velocities and accelerations meet every limit, at least 1.
+    """Return the least time factor with which velocities and accelerations meet every limit.
+
+    It is at least 1.
 
     Args:
-        trajectory: What to look at.
-        limits: Of the joints; those of others are passed over.
+        trajectory: The trajectory.
+        limits: Of the joints; joints without limits are skipped.
     """
     by_name = {limit.name: limit for limit in limits}
     factor = 1.0
     for name, ranges in zip(trajectory.joint_names, extrema(trajectory), strict=True):
         if name not in by_name:
-            continue  # check names it
+            continue  # check reports it
         limit = by_name[name]
         fastest = abs(ranges.velocity.largest.value)
         hardest = abs(ranges.acceleration.largest.value)
@@ -53,17 +55,17 @@ def stretch_factor(trajectory: Trajectory, limits: Sequence[JointLimits]) -> flo
 
 
 def fit(trajectory: Trajectory, limits: Sequence[JointLimits]) -> tuple[Trajectory, float]:
-    """Return the trajectory stretched in time by the least factor that meets every limit.
+    """Stretch a trajectory in time by the least factor that meets every limit.
 
     Args:
-        trajectory: What to fit.
+        trajectory: The trajectory to fit.
         limits: Of all joints of the arm.
 
     Returns:
-        The trajectory and the factor, 1.0 where it fits as it is.
+        The trajectory and the factor, 1.0 if it fits already.
 
     Raises:
-        TrajectoryError: It cannot be made to fit: an unknown joint, or a position limit.
+        TrajectoryError: It cannot be fitted: an unknown joint, or a position limit.
     """
     factor = stretch_factor(trajectory, limits)
     if not math.isfinite(factor):

@@ -1,4 +1,4 @@
-"""The one trajectory type: points in joint space, and the curve between them."""
+"""The trajectory type: points in joint space, and the curve between them."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ class Trajectory:
 
     Between two points the curve is a quintic polynomial where both velocities and accelerations
     are given, a cubic where only velocities are, and a straight line otherwise: the interpolation
-    of ros2_control's joint trajectory controller. Before the first point it rests there, after
-    the last point at that.
+    of ros2_control's joint trajectory controller. Before the first point it rests at the first
+    point, after the last point at the last one.
 
     Args:
         joint_names: The joints.
@@ -46,9 +46,9 @@ class Trajectory:
         positions: [rad or m], shape (n, joints).
         velocities: [rad/s or m/s], shape (n, joints), or None.
         accelerations: [rad/s^2 or m/s^2], shape (n, joints), or None; needs velocities.
-        cubics: The cubics between points with velocities, where a planner knows them: factors of
-            the time squared and cubed, shape (n - 1, joints, 2). Points tell the same but for
-            rounding: over 10 us, the acceleration to 1e-5 rad/s^2.
+        cubics: The cubics between points with velocities, if known from a planner: factors of
+            the time squared and cubed, shape (n - 1, joints, 2). The points determine the same
+            cubics except for rounding: over 10 us, the acceleration to 1e-5 rad/s^2.
 
     Attributes:
         joint_names: The joints.
@@ -128,7 +128,7 @@ class Trajectory:
         index = bisect_right(starts, time) - 1
         t = time - starts[index]
         positions, velocities, accelerations = [], [], []
-        # Plain floats: for four joints they are several times faster than arrays.
+        # Plain floats are several times faster than arrays for four joints.
         for c0, c1, c2, c3, c4, c5 in self._coefficients[index].tolist():
             positions.append(c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5)))))
             velocities.append(c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4 + t * 5 * c5))))

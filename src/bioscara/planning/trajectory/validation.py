@@ -1,4 +1,4 @@
-"""Whether an arm can do a trajectory, judged on the curve between its points."""
+"""Check whether an arm can execute a trajectory, on the curve between its points."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ def check(trajectory: Trajectory, limits: Sequence[JointLimits]) -> list[str]:
     """Make sure that every instant of a trajectory is within the limits.
 
     Args:
-        trajectory: What to check.
+        trajectory: The trajectory to check.
         limits: Of all joints of the arm.
 
     Returns:
-        Sentences about what is unusual but allowed.
+        Sentences on unusual but allowed properties.
 
     Raises:
         TrajectoryError: A joint is unknown, or a limit is exceeded; the message names joint,
@@ -61,7 +61,7 @@ def _excesses(ranges: JointRanges, limit: JointLimits) -> Iterator[_Excess]:
     room = TOLERANCE * (limit.upper - limit.lower)
     for time, value in ranges.position:
         if not limit.lower - room <= value <= limit.upper + room:
-            # No stretching in time helps against this one, so it comes before all others.
+            # Stretching in time cannot resolve this excess, so it ranks before all others.
             yield _Excess(
                 math.inf,
                 f"{limit.name} at {time:.3f} s: position {value:.6g} {limit.unit} is outside "

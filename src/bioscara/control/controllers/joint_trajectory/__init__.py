@@ -1,11 +1,11 @@
-"""The joint trajectory controller of ros2_controllers: goals come in, followed paths come out.
+"""The joint trajectory controller of ros2_controllers: it follows the trajectories of goals.
 
-``messages`` is what it is asked and answers, ``parameters`` what it is told beforehand,
-``validation`` whether the former can be followed, ``upsampling`` smooths bare positions, ``course``
-is the curve through the points, ``requests`` one that waits, ``sampler`` goes along it and from one
-to the next (``splicing``, ``stopping``), ``tolerances`` is how far joints may be off, ``judging``
-what follows from it, ``pid`` the velocity controller of a joint, ``handles`` the interfaces of all,
-``controller`` the whole.
+``messages`` holds its goals and answers, ``parameters`` its parameters, ``validation`` checks that
+a goal can be followed, ``upsampling`` smooths bare positions, ``interpolation`` is the curve
+through the points, ``requests`` holds a waiting trajectory, ``sampler`` samples a curve and changes
+from one to the next (``splicing``, ``braking``), ``tolerances`` holds the permitted deviations,
+``tolerance_monitor`` evaluates them, ``pid`` is the velocity controller of a joint, ``interfaces``
+holds those of all joints, ``controller`` combines them.
 """
 
 from bioscara.control.controllers.goals import Status as Status

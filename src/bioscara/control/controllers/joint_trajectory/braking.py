@@ -1,4 +1,4 @@
-"""The way to rest after a cancel or a violation."""
+"""Bringing the joints to rest after a cancel or a violation."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from bioscara.control.controllers.joint_trajectory.interpolation import Interpol
 from bioscara.control.controllers.joint_trajectory.messages import JointValues, Point
 
 _SLOWEST = 0.2
-"""The pace falls at least so fast [1/s], even where the course itself uses all deceleration."""
+"""Least rate at which the pace falls [1/s], even where the course itself uses all deceleration."""
 _ROUND = 0.16
 """Share of a stop over which its deceleration builds up, and again over which it ends."""
 _STEEPEST = 1e3
-"""And at most so fast [1/s]: at the ends of a course nothing moves."""
+"""Highest rate at which the pace falls [1/s]: at the ends of a course nothing moves."""
 
 
 def deceleration(state: JointValues, limits: Sequence[float]) -> Interpolator:
-    """Return constant decelerations to rest, each joint by its own, from time 0 on.
+    """Return a course of constant decelerations to rest, each joint on its own, from time 0 on.
 
-    A joint at speed v ends v^2 / (2 a) further on.
+    A joint at speed v covers v^2 / (2 a).
 
     Args:
-        state: Where the joints are to be at time 0, and their velocities there.
+        state: Desired positions and velocities of the joints at time 0.
         limits: Deceleration of each [rad/s^2 or m/s^2], above zero.
     """
     joints = [
@@ -41,24 +41,24 @@ def deceleration(state: JointValues, limits: Sequence[float]) -> Interpolator:
 
 
 class Braked:
-    """The same course at a pace that falls to nothing, as fast as the joints can decelerate.
+    """A course at a pace that falls to zero, as fast as the joints can decelerate.
 
-    So the joints come to rest on the way that they were on, not beside it.
+    The joints thus come to rest on their path, not next to it.
 
     Args:
-        course: What is followed.
+        course: The followed course.
         time: Time on it from which on the pace falls [s].
         pace: Time on the course per time there.
         limits: Deceleration of each joint [rad/s^2 or m/s^2], above zero.
         period: Time from cycle to cycle [s].
-        least: Time that it takes at least, evenly but for a rounded begin and end [s]; 0 for as
-            fast as the joints can.
+        least: Shortest duration of the stop, at a constant rate except for a rounded begin and end
+            [s]; 0 for as fast as the joints can.
 
     Attributes:
         end: Where the joints come to rest [rad or m].
         duration: When [s since the pace began to fall].
         begins: Time from which on it is known [s].
-        continuable: Whether a new trajectory may go on from it.
+        continuable: Whether a new trajectory may continue from it.
     """
 
     continuable = True
@@ -113,7 +113,7 @@ class Braked:
         """Return the pace at the end of a period, for the course where it begins and ends."""
         left, rate, falling = pace, -_STEEPEST, 0.0
         for _ in range(2):
-            # A joint that speeds up on the course does so less when the pace has fallen.
+            # A joint that accelerates on the course does so less when the pace has fallen.
             rate = max(rate, self._rate(before, left), self._rate(after, left))
             falling = min(max(rate, self._even(pace)), -slowest)
             left = max(pace + falling * self._period, 0.0)
@@ -121,16 +121,16 @@ class Braked:
         return left
 
     def _even(self, pace: float) -> float:
-        """Return how fast the pace may fall where it bends gradually [1/s], below zero."""
+        """Return the rate of the pace where it changes gradually [1/s], below zero."""
         if math.isinf(self._bend):
             return -_STEEPEST
         step = self._bend * self._period
-        # By what is left at the end of the period, so that the last of it makes no step.
+        # From the pace left at the end of the period, so that the last period makes no step.
         ending = step - math.sqrt(step * step + 2.0 * self._bend * pace)
         return max(self._last - step, -self._steepest, ending)
 
     def _rate(self, values: JointValues, pace: float) -> float:
-        """Return how fast the pace can fall at most [1/s], as a number below zero."""
+        """Return the steepest possible rate of the pace [1/s], below zero."""
         rate = -_STEEPEST
         for v, a, limit in zip(values.velocities, values.accelerations, self._limits, strict=True):
             if v:

@@ -33,15 +33,15 @@ from bioscara.hardware import VELOCITY
 class JointTrajectoryController(Controller[JointTrajectoryParameters]):
     """Follows trajectories, one at a time, and holds when there is none.
 
-    What is commanded in a cycle is the trajectory one cycle ahead; errors compare what was
-    measured with the trajectory at the time of the measurement. A new trajectory takes over from
-    one that runs without a jump of position or velocity, as far as its first point allows.
+    The command of a cycle is the trajectory one cycle ahead; errors compare the measured state with
+    the trajectory at the time of the measurement. A new trajectory takes over from a running one
+    without a jump of position or velocity, as far as its first point allows.
 
     Attributes:
         goal: The goal that runs or ended last; None before the first.
-        feedback: Where the joints were in the last cycle, also while it holds; None while it is
+        feedback: State of the joints in the last cycle, also while it holds; None while it is
             inactive.
-        warnings: What was worth saying but stopped nothing; the latest.
+        warnings: Messages about conditions that did not stop it; the latest.
     """
 
     TYPE = "joint_trajectory_controller/JointTrajectoryController"
@@ -67,7 +67,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
 
     @property
     def holding(self) -> bool:
-        """Whether it follows nothing."""
+        """Whether it follows no trajectory."""
         return self._sampler is None or (self._sampler.holding and self._sampler.waiting is None)
 
     @property
@@ -77,12 +77,12 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
 
     @property
     def scaling(self) -> float:
-        """Share of the planned speed that is gone at now."""
+        """Current share of the planned speed."""
         return self._active().scaling
 
     @property
     def controller_state(self) -> ControllerState | None:
-        """What it did in its last cycle; None while it is inactive."""
+        """State of its last cycle; None while it is inactive."""
         told = self.feedback
         if told is None:
             return None
@@ -100,18 +100,18 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
 
     @property
     def collision_checked(self) -> bool:
-        """Whether the goal that it follows, or followed before it held, was swept."""
+        """Whether the goal that it follows, or followed before it held, was collision-checked."""
         return self._sampler is None or self._sampler.collision_checked
 
     def on_hindered(self, text: str, rest: Mapping[str, float]) -> None:
-        """Abort a goal that runs, and hold where the arm comes to rest."""
+        """Abort a running goal, and hold where the arm comes to rest."""
         sampler = self._active()
         if not self.holding:
             self._end_goal(Status.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED, text)
         sampler.rest([rest[joint] for joint in self.parameters.joints])
 
     def on_configure(self) -> None:
-        """Check that the parameters fit one another."""
+        """Check that the parameters are consistent."""
         parameters = self.parameters
         parameters.check(self.name)
         joints, constraints = parameters.joints, parameters.constraints
@@ -131,7 +131,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._judge = ToleranceMonitor(joints, self._defaults, timeout, velocity=velocity)
 
     def on_activate(self, time: float) -> None:
-        """Hold: the last commands where they are known, else what is measured."""
+        """Hold the last commands where they are known, else the measured positions."""
         parameters = self.parameters
         handles = Handles(self.command_handles, self.state_handles, len(parameters.joints))
         for pid in self._pids:
@@ -144,7 +144,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._sampler.share = self._share
 
     def on_deactivate(self, time: float) -> None:
-        """Abort a goal that runs; positions stay as commanded, velocities become 0."""
+        """Abort a running goal; positions stay as commanded, velocities become 0."""
         self._end_goal(
             Status.ABORTED,
             ErrorCode.INVALID_GOAL,
@@ -154,7 +154,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._handles.stop()
 
     def set_scaling(self, factor: float) -> None:
-        """Choose the share of the planned speed; in motion it is gone over to gradually.
+        """Choose the share of the planned speed; in motion it changes gradually.
 
         Args:
             factor: 0 pauses; above 1 is faster than planned.
@@ -166,7 +166,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._active().scale(factor)
 
     def slow_down(self, share: float) -> None:
-        """Go on at a share of the speed that was chosen or will be, until another share is given.
+        """Apply a share to the chosen speed, current or later, until another share is given.
 
         Args:
             share: 1 for the chosen speed itself.
@@ -187,15 +187,15 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._pids[joints.index(joint)].gains = gains
 
     def send_goal(self, goal: Goal, time: float) -> GoalHandle:
-        """Take a goal; one that runs ends ABORTED.
+        """Accept a goal; a running one ends ABORTED.
 
         Args:
-            goal: What to follow.
+            goal: The goal to follow.
             time: Now [s].
 
         Raises:
-            GoalRejectedError: The controller is not active, or the goal breaks a rule; what runs
-                goes on.
+            GoalRejectedError: The controller is not active, or the goal breaks a rule; the running
+                goal continues.
         """
         sampler, goal = self._active(), plain_goal(goal)
         time = number("the time", time, error=GoalRejectedError)
@@ -213,10 +213,10 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         return self.goal
 
     def send_trajectory(self, trajectory: JointTrajectory, time: float) -> None:
-        """Take a trajectory without a goal; a goal that runs is then judged on it.
+        """Accept a trajectory without a goal; a running goal is then evaluated on it.
 
         Args:
-            trajectory: What to follow.
+            trajectory: The trajectory to follow.
             time: Now [s].
 
         Raises:
@@ -234,19 +234,19 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             self._judge.tolerances = self._defaults
 
     def cancel(self, time: float) -> None:
-        """End what is followed and come to rest; a goal that runs ends CANCELED."""
+        """End the followed trajectory and come to rest; a running goal ends CANCELED."""
         self._end_goal(Status.CANCELED)
         if not self.holding:
             self._stop(self._active(), time)
 
     def query_state(self, time: float) -> JointValues:
-        """Return where the joints should be at some time.
+        """Return the desired state of the joints at a time.
 
         Args:
-            time: Within the trajectory that is followed [s, arm clock].
+            time: Within the followed trajectory [s, arm clock].
 
         Raises:
-            GoalRejectedError: The controller is not active, or follows nothing.
+            GoalRejectedError: The controller is not active, or follows no trajectory.
             LimitError: The trajectory does not reach there.
         """
         sampler, time = self._active(), number("the time", time, error=GoalRejectedError)
@@ -255,7 +255,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         return sampler.query(time, self.name)
 
     def update(self, time: float, period: float) -> None:
-        """Command the trajectory one cycle ahead, and judge how it is followed."""
+        """Command the trajectory one cycle ahead, and check its tolerances."""
         sampler, handles = self._active(), self._handles
         actual = handles.measured()
         desired, point = sampler.advance(time, period, actual)
@@ -273,9 +273,9 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             handles.write(ahead, sampler.pace)
 
     def _end_if_judged(self, sampler: TrajectorySampler, error: JointValues, time: float) -> None:
-        """End the trajectory where it is reached or failed; then something else is held."""
+        """End the trajectory once it is reached or failed, and hold or come to rest."""
         overtime = sampler.time - sampler.course.duration
-        # The way goes on until what waits has ended.
+        # With a waiting request, path tolerances apply beyond the end too.
         if overtime < 0.0 or sampler.waiting is not None:
             verdict = self._judge.on_the_way(error, sampler.time)
         else:
@@ -300,7 +300,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         return self._sampler
 
     def _stop(self, sampler: TrajectorySampler, time: float) -> None:
-        """Come to rest: on a ramp where the parameters ask for one, else where the joints are."""
+        """Come to rest: on a ramp where the parameters say so, else at the measured positions."""
         if self.parameters.constraints.decelerate_on_cancel and all(self._decelerations):
             sampler.brake(self._decelerations)
         else:

@@ -42,13 +42,13 @@ class Handles:
         self._nothing = (0.0,) * count
 
     def measured(self) -> JointValues:
-        """Return what was measured; velocities that are not count as 0."""
+        """Return the measured state; velocities that are not measured are 0."""
         positions = tuple([state.value for state in self._position_states])
         velocities = tuple([state.value for state in self._velocity_states])
         return JointValues(positions, velocities or self._nothing, self._nothing)
 
     def commanded(self) -> tuple[float, ...]:
-        """Return the position commands, or what is measured where there is none [rad or m]."""
+        """Return the position commands, or measured positions where there is none [rad or m]."""
         measured = [state.value for state in self._position_states]
         for index, handle in enumerate(self._positions):
             if math.isfinite(handle.value):

@@ -14,11 +14,11 @@ from bioscara.errors import TrajectoryError
 Coefficients = tuple[float, float, float, float, float, float]
 
 _SHORTEST = 1e-6
-"""A way to the first point that is shorter in time [s] is none: no cycle samples it."""
+"""Duration below which the path to the first point is dropped [s]: no cycle samples it."""
 
 
 class Place(NamedTuple):
-    """Where a course is at some time.
+    """State of a course at a time.
 
     Attributes:
         values: State of the joints.
@@ -31,27 +31,27 @@ class Place(NamedTuple):
 
 
 class Interpolator:
-    """Checked points in the controller's order, and the way to the first of them.
+    """Curve through checked points in the controller's order, and the path to the first of them.
 
     Between two points: a quintic where both have velocities and accelerations, a cubic where both
     have velocities, a straight line otherwise. Before the first point the curve comes from the
-    state that :meth:`begin` is given; without it the first point is stayed at. After the last
-    point the joints are to rest there, even if it was passed in motion.
+    state that :meth:`begin` is given; without it the curve stays at the first point. After the
+    last point the joints are to rest there, even if it was passed in motion.
 
     Args:
         points: At least one, with positions; times increase strictly.
-        interpolate: False to output each point as it is until its time has come.
+        interpolate: False to output each point unchanged until its time.
 
     Attributes:
         points: As given.
         end: Where the joints are to rest [rad or m].
         duration: Time of the last point [s].
         begins: Time from which on it is known [s].
-        continuable: Whether a new trajectory may go on from it; a single point is replaced.
+        continuable: Whether a new trajectory may continue from it; a single point is replaced.
 
     Raises:
-        TrajectoryError: Two points are so far apart or so close in time that no number can hold
-            the curve between them.
+        TrajectoryError: Two points are so far apart or so close in time that the coefficients of
+            the curve between them are not finite.
     """
 
     def __init__(self, points: Sequence[Point], *, interpolate: bool = True) -> None:
@@ -68,23 +68,23 @@ class Interpolator:
         self.end, self.continuable = last.positions, len(points) > 1
 
     def begin(self, state: JointValues, time: float, *, bridge: bool = False) -> None:
-        """Take the state from which the first point is approached.
+        """Set the state from which the first point is approached.
 
         Args:
-            state: Where the joints are.
-            time: When [s since the trajectory's start]; negative where that is still to come.
-            bridge: Whether points up to ``time`` are left out, so that the curve goes on from
-                ``state`` even if it begins midway. Otherwise it is where its points say at once.
+            state: State of the joints.
+            time: Its time [s since the trajectory's start]; negative before the start.
+            bridge: Whether points up to ``time`` are left out, so that the curve continues from
+                ``state`` even if it begins midway. Otherwise it follows its points at once.
 
         Raises:
-            TrajectoryError: No number can hold the curve to the first point.
+            TrajectoryError: The coefficients of the curve to the first point are not finite.
         """
         self.begins, self._waiting = time, _at_rest(state)
         self._lead_to = bisect_right(self._times, time + _SHORTEST) if bridge else 0
         if self._lead_to < len(self.points):
             first = self.points[self._lead_to]
             if first.time - time > _SHORTEST:
-                # What the start state lacks counts as zero, so that it is as smooth as the rest.
+                # Missing start derivatives count as zero, so that it is as smooth as the rest.
                 self._lead = _piece(Point(time, *state), first)
 
     def sample(self, time: float) -> Place:

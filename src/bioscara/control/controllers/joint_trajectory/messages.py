@@ -1,4 +1,4 @@
-"""What a joint trajectory controller is asked and what it answers, field by field as in ROS."""
+"""Goals and answers of a joint trajectory controller, field by field as in ROS."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class Point(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class JointTrajectory:
-    """A trajectory as it is sent, unchecked.
+    """A trajectory as sent, unchecked.
 
     Attributes:
         joint_names: The joints, in the order of the points' values.
         points: The points.
-        stamp: When it starts [s, arm clock]; 0 for when it is first sampled.
+        stamp: Its start [s, arm clock]; 0 for the time of its first sample.
     """
 
     joint_names: tuple[str, ...]
@@ -44,7 +44,7 @@ class JointTrajectory:
 
     @classmethod
     def of(cls, trajectory: Trajectory, stamp: float = 0.0) -> Self:
-        """Return a planned trajectory as it is sent."""
+        """Return a planned trajectory in the form in which it is sent."""
         rows = trajectory.positions.tolist()
         nothing: list[list[float]] = [[]] * len(rows)
         velocities = nothing if trajectory.velocities is None else trajectory.velocities.tolist()
@@ -60,7 +60,7 @@ class JointTrajectory:
 
 
 class Tolerance(NamedTuple):
-    """How far one joint may be off; above 0 replaces the default, 0 keeps it, -1 erases it.
+    """Tolerance of one joint; above 0 replaces the default, 0 keeps it, -1 erases it.
 
     Attributes:
         joint: Name of the joint.
@@ -80,10 +80,10 @@ class Goal:
     """A goal of control_msgs/FollowJointTrajectory.
 
     Attributes:
-        trajectory: What to follow.
-        path_tolerance: How far joints may be off on the way.
-        goal_tolerance: How far at the end.
-        goal_time_tolerance: How much later than planned they may get there [s]; as a tolerance.
+        trajectory: The trajectory to follow.
+        path_tolerance: Tolerances of joints on the path.
+        goal_tolerance: Tolerances at the end.
+        goal_time_tolerance: Permitted delay of the arrival [s]; values as in a tolerance.
         collision_checked: Whether the sender has checked that the arm keeps clear of everything
             on the whole path, from rest where it is. Other goals are checked while they run.
     """
@@ -120,19 +120,19 @@ class JointValues(NamedTuple):
     accelerations: tuple[float, ...]
 
     def first(self, count: int) -> JointValues:
-        """Return it with only so many of its fields; the others are empty."""
+        """Return it with only the first ``count`` fields; the others are empty."""
         return JointValues(*self[:count], *((),) * (3 - count))
 
 
 class Feedback(NamedTuple):
-    """Where a goal is.
+    """Progress of a goal.
 
     Attributes:
         time: Begin of the cycle [s].
         trajectory_time: Time since the trajectory started [s].
         point: Index of the point that is being approached.
-        desired: Where the joints should be.
-        actual: Where they are.
+        desired: Desired state of the joints.
+        actual: Their measured state.
         error: ``desired`` minus ``actual``.
     """
 
@@ -145,14 +145,14 @@ class Feedback(NamedTuple):
 
 
 class ControllerState(NamedTuple):
-    """What a controller did in its last cycle; a field without interfaces of its kind is empty.
+    """State of a controller in its last cycle; a field without interfaces of its kind is empty.
 
     Attributes:
         time: Begin of the cycle [s].
         joint_names: The joints.
         trajectory_time: Time since the trajectory's start, or since it holds [s].
-        reference: Where the joints should be.
-        feedback: Where they are.
+        reference: Desired state of the joints.
+        feedback: Their measured state.
         error: ``reference`` minus ``feedback``.
         output: Value of each command interface, by name.
         speed_scaling_factor: Share of the planned speed.
@@ -173,11 +173,11 @@ class GoalHandle(Pursued):
     """An accepted goal; changed by the controller until it ends.
 
     Attributes:
-        goal: What was asked.
-        status: How far it got.
+        goal: The requested goal.
+        status: Its status.
         error_code: Result once it ended.
         text: The result in words.
-        feedback: Where it is; None before its first cycle.
+        feedback: Its progress; None before its first cycle.
     """
 
     goal: Goal

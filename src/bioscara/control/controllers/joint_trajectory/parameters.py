@@ -15,10 +15,10 @@ Kind = Literal["position", "velocity"]
 
 
 class JointConstraints(Section):
-    """How far one joint may be off; 0 is unchecked.
+    """Permitted deviations of one joint; 0 is unchecked.
 
     Attributes:
-        trajectory: On the way [rad or m].
+        trajectory: On the path [rad or m].
         goal: At the end [rad or m].
         max_deceleration_on_cancel: For the ramp after a cancel [rad/s^2 or m/s^2].
     """
@@ -29,11 +29,11 @@ class JointConstraints(Section):
 
 
 class Constraints(Section):
-    """What makes a goal fail; every other key is the name of a joint, with its constraints.
+    """Failure conditions of goals; every other key is the name of a joint, with its constraints.
 
     Attributes:
         stopped_velocity_tolerance: Speed of every joint that counts as standing [rad/s or m/s].
-        goal_time: How much later than planned the goal may be reached [s]; 0 waits for ever.
+        goal_time: Permitted delay after the planned arrival [s]; 0 waits without limit.
         decelerate_on_cancel: Whether a cancelled goal ends on a ramp.
         least_time_on_cancel: Shortest duration of the ramp of a collision-checked trajectory [s].
             Above 0, scaling changes gradually too.
@@ -59,12 +59,12 @@ class Constraints(Section):
 
 
 class SpeedScaling(Section):
-    """How the trajectory's time may be scaled.
+    """Scaling of the trajectory's time.
 
     Attributes:
         initial_scaling_factor: Scaling at the begin; 0 pauses.
-        state_interface: None of the arm's hardware tells a factor; must stay empty.
-        command_interface: Nor does any take one; must stay empty.
+        state_interface: None of the arm's hardware reports a factor; must stay empty.
+        command_interface: Nor does any accept one; must stay empty.
     """
 
     initial_scaling_factor: NotNegative = 1.0
@@ -73,10 +73,10 @@ class SpeedScaling(Section):
 
 
 class PositionsUpsampling(Section):
-    """What becomes of trajectories without goal that have positions only.
+    """Handling of trajectories without a goal that have positions only.
 
     Attributes:
-        enable: Whether they are passed on a smooth spline.
+        enable: Whether a smooth spline is drawn through their points.
         policy_frequency: Of points without times [Hz]; 0 refuses them.
     """
 
@@ -85,29 +85,29 @@ class PositionsUpsampling(Section):
 
 
 class JointTrajectoryParameters(Parameters):
-    """Parameters of the joint trajectory controller; none changes after it is made, but the gains.
+    """Parameters of the joint trajectory controller; only the gains may change after creation.
 
     Attributes:
         joints: Names of the joints.
-        command_interfaces: What is commanded: position, velocity, or both.
-        state_interfaces: What is measured: position, or position and velocity.
-        action_monitor_rate: How often a gateway tells results and feedback [Hz]; here they are
+        command_interfaces: Commanded quantities: position, velocity, or both.
+        state_interfaces: Measured quantities: position, or position and velocity.
+        action_monitor_rate: How often a gateway reports results and feedback [Hz]; here they are
             known at once.
         allow_partial_joints_goal: Whether a goal may leave joints out.
         allow_nonzero_velocity_at_trajectory_end: Whether the last point may be in motion.
         allow_integration_in_goal_trajectories: Whether missing positions and velocities are
-            integrated from what is given.
+            integrated from the given values.
         allow_trajectory_replacement: Whether a new trajectory is spliced into the running one.
         interpolation_method: ``"splines"`` or ``"none"``.
-        interpolate_from_desired_state: Whether the way to the first point begins where the joints
-            should be, not where they are.
+        interpolate_from_desired_state: Whether the path to the first point begins at the desired
+            state of the joints, not at the measured one.
         set_last_command_interface_value_as_state_on_activation: Whether the last commands are
             held after activation, not the measured state.
-        cmd_timeout: How long after its end a trajectory is given up [s]; 0 for never.
-        speed_scaling: How the trajectory's time may be scaled.
-        positions_upsampling: What becomes of points that have positions only.
+        cmd_timeout: Time after its end at which a trajectory is given up [s]; 0 for never.
+        speed_scaling: Scaling of the trajectory's time.
+        positions_upsampling: Handling of points that have positions only.
         gains: Of the velocity PID, by joint.
-        constraints: What makes a goal fail.
+        constraints: Failure conditions of goals.
     """
 
     joints: tuple[str, ...]
@@ -128,13 +128,13 @@ class JointTrajectoryParameters(Parameters):
     constraints: Constraints = Constraints()
 
     def check(self, controller: str) -> None:
-        """Check that the parameters fit one another.
+        """Check that the parameters are consistent.
 
         Args:
             controller: Name of the controller, for messages.
 
         Raises:
-            ConfigurationError: They do not.
+            ConfigurationError: They are not.
         """
         joints, kinds, measured = self.joints, self.command_interfaces, self.state_interfaces
         if not joints or len(set(joints)) != len(joints):

@@ -20,12 +20,12 @@ class Gains(Section):
         p: Proportional gain [1/s for a velocity command].
         i: Integral gain.
         d: Derivative gain.
-        ff_velocity_scale: Share of the desired velocity that is passed on.
+        ff_velocity_scale: Share of the desired velocity that is fed forward.
         u_clamp_max: Highest output.
         u_clamp_min: Lowest output.
         i_clamp_max: Highest integral term.
         i_clamp_min: Lowest integral term.
-        antiwindup_strategy: What becomes of the integral while the output is clamped.
+        antiwindup_strategy: Handling of the integral while the output is clamped.
         tracking_time_constant: Of back calculation [s]; 0 chooses one from the gains.
         error_deadband: Error within which nothing is integrated.
     """
@@ -54,7 +54,7 @@ class Gains(Section):
 
 
 class Pid:
-    """The integral of one joint and the output that comes of it.
+    """The integral of one joint and the resulting output.
 
     The output uses the integral of the cycle before: ``u = p e + I + d e'``, bounded, and only
     then the integral is advanced.
@@ -73,7 +73,7 @@ class Pid:
         self.reset()
 
     def reset(self) -> None:
-        """Forget the past."""
+        """Reset the integral and the last command."""
         self._integral = self._last = 0.0
 
     def update(self, error: float, error_rate: float, period: float) -> float:

@@ -1,4 +1,4 @@
-"""What was sent becomes what can be followed."""
+"""Conversion of a sent trajectory into one that can be followed."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Request(NamedTuple):
         course: Through its points.
         stamp: When it starts [s]; 0 for its first cycle.
         missing: Indices of the joints that it leaves out.
-        collision_checked: Whether all of the way from rest is known to be clear.
+        collision_checked: Whether the whole path from rest is known to be clear.
     """
 
     course: Interpolator
@@ -43,12 +43,12 @@ def accept(
     """Return a trajectory that can be followed, ready for its first cycle.
 
     Args:
-        trajectory: What was sent.
+        trajectory: The sent trajectory.
         parameters: The controller's.
         handles: Its joints.
         limits: Of the joints that have some, by name.
         time: Now [s].
-        smooth: Whether points that have positions only are passed on a smooth curve.
+        smooth: Whether a smooth curve is drawn through points that have positions only.
 
     Raises:
         GoalRejectedError: It cannot be followed.

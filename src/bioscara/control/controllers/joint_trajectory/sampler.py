@@ -1,4 +1,4 @@
-"""Which curve the joints are to be on, and where on it: the trajectory's own time."""
+"""The curve that the joints follow, and the trajectory's own time on it."""
 
 from __future__ import annotations
 
@@ -15,26 +15,27 @@ from bioscara.control.controllers.joint_trajectory.splicing import Spliced
 from bioscara.errors import GoalRejectedError, LimitError
 
 _SCALING_RATE = 1.0
-"""How fast the speed scaling changes [1/s]: a step of it would be a step of velocity."""
+"""Rate at which the speed scaling changes [1/s]: a step of it would be a step of velocity."""
 
 
 class TrajectorySampler:
-    """Goes along one course at a time; after it was stopped or has ended it holds.
+    """Samples one course at a time; after it was stopped or has ended it holds.
 
     Args:
         parameters: Of the controller.
         period: Time from cycle to cycle [s].
-        positions: What is held at first [rad or m].
+        positions: The positions held at first [rad or m].
         time: Now [s].
 
     Attributes:
-        course: What is followed or held.
+        course: The followed or held course.
         time: Time on the course [s].
-        holding: Whether it follows nothing.
-        waiting: What is followed next; None for nothing.
-        scaling: Share of the planned speed that is gone at now.
-        share: Share of the chosen scaling that is gone over to.
-        collision_checked: Whether what is followed, or was before it held, is known to be clear.
+        holding: Whether it follows no trajectory.
+        waiting: The request to follow next, or None.
+        scaling: Current share of the planned speed.
+        share: Share of the chosen scaling to change to.
+        collision_checked: Whether the trajectory that it follows, or followed before it held, is
+            known to be clear.
     """
 
     def __init__(
@@ -60,11 +61,11 @@ class TrajectorySampler:
 
     @property
     def at_rest(self) -> bool:
-        """Whether it holds, and what it held on a ramp has come to its end."""
+        """Whether it holds, and a ramp to rest has ended."""
         return self.holding and self.waiting is None and self.time >= self.course.duration
 
     def scale(self, factor: float) -> None:
-        """Choose the share of the planned speed; in motion it is gone over to gradually.
+        """Choose the share of the planned speed; in motion it changes gradually.
 
         Args:
             factor: 0 pauses; above 1 is faster than planned.
@@ -78,14 +79,14 @@ class TrajectorySampler:
         self._wanted_scaling = factor
 
     def advance(self, time: float, period: float, measured: JointValues) -> Place:
-        """Go on, and return where the joints should be.
+        """Advance to a time, and return the desired state of the joints.
 
         Args:
             time: Now [s].
             period: Time since the last cycle [s].
-            measured: Where the joints are.
+            measured: Measured state of the joints.
         """
-        # Where nothing moves a step of the factor is none of velocity, and motion starts at it.
+        # At rest a step of the factor is no step of velocity, and motion starts with the factor.
         at_rest = self.holding or self.time > self.course.duration
         self._scale(self._wanted_scaling * self.share, math.inf if at_rest else period)
         self.time += (time - self._now) * self.pace
@@ -95,7 +96,7 @@ class TrajectorySampler:
         return self.course.sample(self.time)
 
     def _scale(self, wanted: float, period: float) -> None:
-        """Go over to a scaling [s]; where a stop takes a least time, without a bend."""
+        """Change to a scaling over a period [s]; smoothly if stops have a least duration."""
         left, least = wanted - self.scaling, self._least
         if not least or math.isinf(period):
             change = _SCALING_RATE * period
@@ -111,7 +112,7 @@ class TrajectorySampler:
         self.scaling += change
 
     def ahead(self) -> JointValues:
-        """Return where the joints should be one cycle from now: what is commanded now."""
+        """Return the desired state one cycle from now, which is commanded now."""
         pace = self.pace
         at = self.time + self._period * pace
         values = self.course.sample(at).values
@@ -134,9 +135,9 @@ class TrajectorySampler:
         self.hold(positions, self._now)
 
     def brake(self, limits: Sequence[float]) -> None:
-        """Come to rest from what was commanded last, at these decelerations [rad/s^2 or m/s^2].
+        """Come to rest from the last command, at these decelerations [rad/s^2 or m/s^2].
 
-        What was swept stays on its way; else each joint comes to rest by itself.
+        A collision-checked course stays on its path; else each joint comes to rest on its own.
         """
         pace, (course, at) = self._commanded_pace, self._commanded_at
         way: Interpolator | Braked
@@ -145,12 +146,12 @@ class TrajectorySampler:
         else:
             speeds = tuple([velocity * pace for velocity in self._commanded.velocities])
             way = deceleration(self._commanded._replace(velocities=speeds), limits)
-        # Held last: interrupted before, it can be asked for again.
+        # State is changed last: if interrupted before, the stop can be requested again.
         self.course, self.time = way, self._now - self._commanded_time
         self.holding, self.waiting = True, None
 
     def query(self, time: float, controller: str) -> JointValues:
-        """Return where the joints should be at ``time`` [s].
+        """Return the desired state of the joints at ``time`` [s].
 
         Raises:
             LimitError: The trajectory does not reach there.
@@ -162,7 +163,7 @@ class TrajectorySampler:
         return course.sample(at).values
 
     def _take(self, request: Request, measured: JointValues) -> None:
-        """Begin what waits, unless the running trajectory is kept up to its start."""
+        """Begin the waiting request, unless the running trajectory is kept up to its start."""
         course, stamp, missing, collision_checked = request
         running = self.course
         begin = self._now - stamp if stamp else 0.0
@@ -177,6 +178,6 @@ class TrajectorySampler:
         self.course = course
         if bridge and missing and not isinstance(running, Braked):
             self.course = Spliced(course, missing, running, self.time - begin)
-        # Where it begins in motion the way to its first point is nobody's plan.
+        # Where it begins in motion the path to its first point was not planned.
         self.collision_checked = collision_checked and not bridge
         self.time, self.waiting, self.holding = begin, None, False

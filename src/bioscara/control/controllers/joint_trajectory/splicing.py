@@ -1,4 +1,4 @@
-"""A new trajectory that takes over some joints from one that runs."""
+"""A new trajectory that takes over some joints from a running one."""
 
 from __future__ import annotations
 
@@ -9,21 +9,21 @@ from bioscara.control.controllers.joint_trajectory.messages import JointValues
 
 
 class Spliced:
-    """A partial trajectory together with what the joints that it leaves out go on to follow.
+    """A partial trajectory, combined with the running courses of the joints that it leaves out.
 
     It lasts until all of them have ended; each joint waits at its own end.
 
     Args:
         course: Of the new trajectory, with some value for the joints that it leaves out.
         missing: Indices of these joints.
-        running: What runs.
+        running: The running course.
         offset: Time of ``running`` at the new trajectory's time 0 [s].
 
     Attributes:
         end: Where the joints are to rest [rad or m].
-        duration: Time at which the last of them gets there [s].
+        duration: Time at which the last of them arrives [s].
         begins: Time from which on it is known [s].
-        continuable: Whether a new trajectory may go on from it.
+        continuable: Whether a new trajectory may continue from it.
     """
 
     continuable = True
@@ -56,7 +56,7 @@ class Spliced:
         return Place(JointValues(*fields), places[0].point)
 
     def source(self, joint: int) -> tuple[Interpolator, float]:
-        """Return what a joint follows, and the time of that at time 0 [s]."""
+        """Return the course that a joint follows, and the time on it at time 0 [s]."""
         return self._sources[joint]
 
 

@@ -1,4 +1,4 @@
-"""What becomes of a trajectory, from how far the joints are off."""
+"""The outcome of a trajectory from the deviations of the joints."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ class Verdict(NamedTuple):
 
 
 class ToleranceMonitor:
-    """Says of each cycle what becomes of the trajectory that is followed.
+    """Evaluates in each cycle whether the followed trajectory has ended.
 
     Args:
         joints: Names of the joints.
-        tolerances: Of what is followed; those that a goal brings take their place.
+        tolerances: Of the followed trajectory; those of a goal replace them.
         timeout: Time after the last point after which it is given up in any case [s]; 0 for never.
-        velocity: Whether the velocity error means anything.
+        velocity: Whether the velocity error is meaningful.
 
     Attributes:
-        tolerances: Of what is followed.
+        tolerances: Of the followed trajectory.
     """
 
     __slots__ = ("_joints", "_timeout", "_velocity", "tolerances")
@@ -46,7 +46,7 @@ class ToleranceMonitor:
         self.tolerances = tolerances
 
     def on_the_way(self, error: JointValues, time: float) -> Verdict | None:
-        """Return how a trajectory ended before its last point, or None while it goes on.
+        """Return how a trajectory ended before its last point, or None while it continues.
 
         Args:
             error: Desired minus measured.
@@ -63,7 +63,7 @@ class ToleranceMonitor:
         )
 
     def at_the_end(self, error: JointValues, overtime: float) -> Verdict | None:
-        """Return how a trajectory ended after its last point, or None while it is waited for.
+        """Return how a trajectory ended after its last point, or None while its end is awaited.
 
         Args:
             error: Desired minus measured.

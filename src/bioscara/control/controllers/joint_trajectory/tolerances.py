@@ -1,4 +1,4 @@
-"""How far joints may be off on the way and at the end."""
+"""Tolerances of joints on the path and at the end."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ class Tolerances(NamedTuple):
     """Limits of each joint in the controller's order; 0 is unchecked.
 
     Attributes:
-        path: On the way: position, velocity, acceleration.
+        path: On the path: position, velocity, acceleration.
         goal: At the end, likewise.
-        goal_time: How much later than planned the goal may be reached [s]; 0 for ever.
+        goal_time: Permitted delay after the planned arrival [s]; 0 for no limit.
     """
 
     path: tuple[tuple[float, float, float], ...]
@@ -26,13 +26,13 @@ class Tolerances(NamedTuple):
 
 
 class Violation(NamedTuple):
-    """A joint that is too far off.
+    """A joint whose error exceeds a tolerance.
 
     Attributes:
         joint: Its index.
         quantity: ``"position"`` or ``"velocity"``.
         error: Desired minus measured [rad or m, or per s].
-        limit: What is allowed, likewise.
+        limit: The tolerance, likewise.
     """
 
     joint: int
@@ -42,7 +42,7 @@ class Violation(NamedTuple):
 
 
 def defaults(joints: Sequence[str], constraints: Constraints) -> Tolerances:
-    """Return what the parameters say."""
+    """Return the tolerances of the parameters."""
     of = [constraints.of(joint) for joint in joints]
     stopped = constraints.stopped_velocity_tolerance
     return Tolerances(
@@ -53,9 +53,9 @@ def defaults(joints: Sequence[str], constraints: Constraints) -> Tolerances:
 
 
 def choose(goal: Goal, joints: Sequence[str], default: Tolerances) -> tuple[Tolerances, str]:
-    """Return the tolerances of a goal, and why the defaults were kept where they were.
+    """Return the tolerances of a goal, and why the defaults were kept; empty if they were not.
 
-    One value that makes no sense discards the whole set, as in ROS; the goal still runs.
+    One invalid value discards the whole set, as in ROS; the goal still runs.
     """
     wrong = _nonsense((*goal.path_tolerance, *goal.goal_tolerance), joints)
     if not wrong and goal.goal_time_tolerance < 0.0 and goal.goal_time_tolerance != ERASE:
@@ -83,7 +83,7 @@ def violated(
     Args:
         tolerances: One triple for each joint.
         error: Desired minus measured.
-        velocity: Whether the velocity error means anything.
+        velocity: Whether the velocity error is meaningful.
     """
     for joint, (position_limit, velocity_limit, _) in enumerate(tolerances):
         off = error.positions[joint]

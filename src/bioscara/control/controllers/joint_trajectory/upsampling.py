@@ -1,4 +1,4 @@
-"""Velocities for points that have positions only, so that they are passed on a smooth curve."""
+"""Velocities for points that have positions only, for a smooth curve through them."""
 
 from __future__ import annotations
 
@@ -9,10 +9,10 @@ from bioscara.control.controllers.joint_trajectory.messages import JointTrajecto
 
 
 def timed(trajectory: JointTrajectory, frequency: float) -> JointTrajectory:
-    """Return a trajectory whose points come at a frequency, if it has no times of its own.
+    """Return a trajectory with points at a frequency, if it has no times of its own.
 
     Args:
-        trajectory: As it was sent; without times every ``time`` is 0.
+        trajectory: As sent; without times every ``time`` is 0.
         frequency: Points per second [Hz], the first 1 / ``frequency`` after the start; 0 changes
             nothing.
     """

@@ -1,7 +1,7 @@
-"""Whether a trajectory can be followed at all; every rule has its own complaint.
+"""Checks whether a trajectory can be followed; every rule has its own error message.
 
-Limits are those that its points name; what the curve between them asks for beyond that is bounded
-in each cycle, as every command is.
+Limits are checked at its points; where the curve between them exceeds the limits, it is bounded in
+each cycle, as every command is.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ from bioscara.spelling import did_you_mean
 _EPSILON = 1.19e-7
 """Speed that still counts as none at the end [rad/s or m/s]: the rounding of a 32 bit float."""
 _LARGEST = 1e6
-"""Largest number that a trajectory may have, SI units: beyond all that moves, and small enough for
-every curve that a cycle draws to the first point."""
+"""Largest number in a trajectory, SI units: beyond any motion, and small enough for every curve
+that a cycle draws to the first point."""
 _ROUGHNESS = 1e-5
-"""What rounding makes of the accelerations of planned points [rad/s^2 or m/s^2]."""
+"""Rounding error of the accelerations of planned points [rad/s^2 or m/s^2]."""
 _SETTLING = {"rad": 6e-3, "m": 5e-4}
-"""How far a joint beyond a limit may have moved since its way back was planned [rad or m]: engaging
-it takes the twist out of its belt. The limiter lets it no farther out than it is."""
+"""Possible displacement of a joint beyond a limit since its return was planned [rad or m]: engaging
+it takes the twist out of its belt. The limiter does not let it move farther out."""
 _UNIT_HINTS = {"rad": "angles are in rad, not in degrees", "m": "lengths are in m, not in mm"}
 _PLAIN = frozenset({float})
 _FIELDS = ("positions", "velocities", "accelerations")
@@ -49,17 +49,17 @@ def validate(
     """Return the points in the order of the controller's joints.
 
     Args:
-        trajectory: What was sent.
+        trajectory: The sent trajectory.
         parameters: The controller's.
         now: Now [s].
         commanded: Position command of each of the controller's joints, for those that a partial
             goal leaves out [rad or m].
-        measured: Where they are [rad or m].
+        measured: Their measured positions [rad or m].
         limits: Of the joints that have some, by name.
 
     Raises:
-        GoalRejectedError: It cannot be followed; the message says which point of which joint,
-            the value and what to do.
+        GoalRejectedError: It cannot be followed; the message gives the point, the joint, the value
+            and the remedy.
     """
     names = trajectory.joint_names
     _check_names(names, parameters)
@@ -83,10 +83,10 @@ def validate(
 
 
 def plain(trajectory: JointTrajectory) -> JointTrajectory:
-    """Return a trajectory as it was sent, in plain floats.
+    """Return a sent trajectory in plain floats.
 
     Raises:
-        GoalRejectedError: Something in it is no number, or has another form.
+        GoalRejectedError: A value in it is not a number, or its form is wrong.
     """
     if not isinstance(trajectory, JointTrajectory):
         raise GoalRejectedError(f"{shown(trajectory)} is not a JointTrajectory")
@@ -102,10 +102,10 @@ def plain(trajectory: JointTrajectory) -> JointTrajectory:
 
 
 def plain_goal(goal: Goal) -> Goal:
-    """Return a goal as it was sent, in plain floats.
+    """Return a sent goal in plain floats.
 
     Raises:
-        GoalRejectedError: Something in it is no number, or has another form.
+        GoalRejectedError: A value in it is not a number, or its form is wrong.
     """
     if not isinstance(goal, Goal):
         raise GoalRejectedError(f"{shown(goal)} is not a Goal")
@@ -138,7 +138,7 @@ def _plain_point(index: int, point: Point) -> Point:
     if type(time) is float and all(
         type(values) is tuple and set(map(type, values)) <= _PLAIN for values in columns
     ):
-        return point  # what is finite is looked at below; a plan has very many points
+        return point  # finiteness is checked below; a plan has very many points
     return Point(
         number(f"point {index}: time_from_start", time, error=GoalRejectedError),
         *(
@@ -149,7 +149,7 @@ def _plain_point(index: int, point: Point) -> Point:
 
 
 def integrate(points: Sequence[Point], start: Sequence[float]) -> tuple[Point, ...]:
-    """Return points whose missing velocities and positions follow from what they have.
+    """Return points whose missing velocities and positions are integrated from the given values.
 
     By the trapezoid rule from the point before; the first point from rest at ``start`` [rad or m].
     """
@@ -266,7 +266,7 @@ def _check_end(last: Point, names: Sequence[str], parameters: JointTrajectoryPar
 def _check_limits(
     points: Sequence[Point], place: int, limits: JointParameters, here: tuple[float, float]
 ) -> None:
-    """Check one joint; if it was pushed beyond a limit, or reads a hair more, it may go back."""
+    """Check one joint; pushed beyond a limit, or reading slightly beyond it, it may return."""
     unit, speed, change = limits.unit, limits.max_velocity, limits.max_acceleration
     low, high = min(limits.lower, *here), max(limits.upper, *here)
     low -= _SETTLING[unit] * (low < limits.lower)
