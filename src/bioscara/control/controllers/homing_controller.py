@@ -54,7 +54,7 @@ class HomingGoal(Pursued):
     Attributes:
         directions: As given.
         joints: Its joints.
-        done_joints: Those that are homed already.
+        done_joints: Joints already homed.
         current: The one that is homing; None before and after.
         progress: Progress of that one, or of the last one; None before the first.
         status: Status of the whole goal.

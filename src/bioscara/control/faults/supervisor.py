@@ -224,7 +224,7 @@ class Supervisor(Resting):
         self._log.keep()
 
     def recover(self, time: float) -> None:
-        """Clear the joints' latched faults and greet those that restarted; the arm is INACTIVE.
+        """Clear the joints' latched faults and initialise restarted joints; the arm is INACTIVE.
 
         Joints that kept their boot id are still homed.
 

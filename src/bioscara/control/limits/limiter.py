@@ -60,8 +60,8 @@ class Limiter:
 
         Args:
             joints: Their names; those without limits are skipped.
-            moving: Those that were under command until now: they continue from their last
-                commands, the others start from the measured state.
+            moving: Joints under command until now, which continue from their last commands; the
+                others start from the measured state.
         """
         for name in joints:
             guard = self.guards.get(name)

@@ -46,8 +46,8 @@ class Loop:
 
     Deadlines are absolute, so that lateness does not add up; those that have passed are dropped,
     so that setpoints are never sent in a burst. An exception of a cycle ends in the supervisor's
-    stop; only those that are no error but a request to end the program, such as KeyboardInterrupt,
-    are raised once the joints have been commanded to come to rest.
+    stop. A request to end the program, such as KeyboardInterrupt, is raised after the joints have
+    been commanded to come to rest.
 
     Args:
         manager: The manager to run.

@@ -1,4 +1,4 @@
-"""Running of controllers and hardware: those that fail are switched off in the same cycle."""
+"""Runs controllers and hardware, and switches off in the same cycle each one that fails."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ class Execution:
         self.failures: list[Failure] = []
 
     def update_all(self, time: float, period: float) -> None:
-        """Update all controllers that are due, then those that took over in this cycle.
+        """Update all controllers that are due, then the ones that replaced them in this cycle.
 
-        The latter command in this cycle too.
+        The replacements command in this cycle too.
 
         Args:
             time: Begin of the cycle [s].
