@@ -40,6 +40,7 @@ class Loads:
         self.robot = Robot(FirmwareBus(self.arm), clock, PARAMETERS, "loads", evidence=evidence)
         self._seen: list[tuple[float, ...]] = []
         self._looking = False
+        self._quantities: tuple[Callable[[str], float], ...] = ()
 
     def __enter__(self) -> Loads:
         self.robot.__enter__()
@@ -61,13 +62,22 @@ class Loads:
             seen.append(
                 (
                     arm.now(),
-                    *[arm.position(name) for name in NAMES],
-                    *[arm.velocity(name) for name in NAMES],
+                    *[quantity(name) for quantity in self._quantities for name in NAMES],
                 )
             )
 
     def watch(self, motion: Callable[[], object]) -> np.ndarray:
         """Return time, positions and velocities of the loads during motion, shape (n, 9)."""
+        return self._watch(motion, self.arm.position, self.arm.velocity)
+
+    def watch_rotors(self, motion: Callable[[], object]) -> np.ndarray:
+        """Return time and angles of the motors' rotors [microsteps] during motion, shape (n, 5)."""
+        return self._watch(motion, lambda name: self.arm.field(name) - self.arm.load_angle(name))
+
+    def _watch(
+        self, motion: Callable[[], object], *quantities: Callable[[str], float]
+    ) -> np.ndarray:
+        self._quantities = quantities
         self._seen.clear()
         self._looking = True
         try:

@@ -96,6 +96,7 @@ void Joint::sense() {
   encoder_steps_ = static_cast<float>(encoder_.counts() - zero_counts_) * kStepsPerCount;
   filter_.update(encoder_steps_);
   error_ = powered_ ? motion_.position() - encoder_steps_ : 0.0F;
+  load_angle_.update(error_);
 }
 
 float Joint::reference() const {

@@ -7,6 +7,7 @@
 #include "configuration.h"
 #include "hal.h"
 #include "homing.h"
+#include "load_angle.h"
 #include "motion.h"
 #include "orientation.h"
 #include "speed_filter.h"
@@ -87,8 +88,9 @@ class Joint {
   void correct();
   void settle(float goal);
   void lead();
-  void shift(float off);
   bool resynchronise();
+  // The driver's or the encoder's position has a new origin.
+  void renamed();
   void hold();
   void latch(Fault fault, float data);
   void cut(Fault fault, float data);
@@ -106,6 +108,7 @@ class Joint {
   Motion motion_;
   Tle5012b encoder_;
   SpeedFilter filter_;
+  LoadAngle load_angle_;
   Tracker tracker_;
   Supervisor supervisor_;
   Homing homing_;
