@@ -222,7 +222,8 @@ def test_a_velocity_is_kept_while_it_is_commanded_and_ramped_down_afterwards(v1:
     assert arm.states["j3/velocity"].value == pytest.approx(-0.8, rel=0.1)
     switch(arm, stop=("j3/velocity",))
     cycles(world, arm, 30)
-    assert abs(world.arm.velocity("j3")) < 0.02
+    # The motor stands; its load still swings behind the belt.
+    assert abs(world.arm.velocity("j3")) < 0.03
     assert world.arm.has_torque("j3")
 
 
