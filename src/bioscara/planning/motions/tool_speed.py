@@ -16,11 +16,11 @@ from bioscara.planning.trajectory.trajectory import Trajectory
 
 REDUCED_SPEED = 0.25
 """Speed limit of the tool unless full speed is requested [m/s]: reduced speed of ISO 10218-1."""
-COMMANDED_SPEED = 0.89 * REDUCED_SPEED
+COMMANDED_SPEED = 0.86 * REDUCED_SPEED
 """Highest commanded speed that keeps the tool within that limit [m/s]. A load that reverses sticks
 for a moment by dry friction, breaks away and swings, even if its motor moves gently: on the
-simulated arm by up to 12 % of the tool's speed on planned paths."""
-UNPLANNED_SHARE = 0.83
+simulated arm by up to 16 % of the tool's speed on planned paths."""
+UNPLANNED_SHARE = 0.86
 """Share of that for jogs and raw commands: there joints reverse at any acceleration, and a load
 swings by up to a quarter of the tool's speed."""
 _STEP, _TURN, _LEAST = 1e-3, 0.02, 100
