@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from bioscara.bus import Direction, FaultyBus, When
 from bioscara.drivers import Joint, JointSample, Quality, Setpoint, read_states, track
-from bioscara.drivers.link.plausibility import Plausibility
+from bioscara.drivers.joint.plausibility import Plausibility
 from bioscara.errors import (
     CorruptFrameError,
     JointResetError,
@@ -243,27 +243,27 @@ def sample(position: float, stamp: float) -> JointSample:
 @given(inside, st.floats(0.005, 10.0), st.floats(-1.0, 1.0))
 def test_what_the_joint_can_do_is_believed(position: float, time: float, speed: float) -> None:
     moved = min(max(position + speed * J1.max_velocity * time, J1.lower), J1.upper)
-    Plausibility(J1).judge(sample(position, 0.0), moved, speed, (0, 0), time)
+    Plausibility(J1).check(sample(position, 0.0), moved, speed, (0, 0), time)
 
 
 @given(inside, inside, st.floats(0.0, 0.1))
 def test_a_leap_is_doubted_once_and_believed_when_said_again(
     before: float, after: float, time: float
 ) -> None:
-    judge, last = Plausibility(J1), sample(before, 0.0)
+    plausibility, last = Plausibility(J1), sample(before, 0.0)
     if abs(after - before) <= 1.5 * J1.max_velocity * max(time, 0.005) + 1e-9:
         return
     with pytest.raises(CorruptFrameError, match="cannot be"):
-        judge.judge(last, after, 0.0, (0, 0), time)
-    judge.judge(last, after, 0.0, (0, 0), time + 1e-3)
+        plausibility.check(last, after, 0.0, (0, 0), time)
+    plausibility.check(last, after, 0.0, (0, 0), time + 1e-3)
 
 
 @pytest.mark.parametrize("value", [-4.0, 4.0, 1e30, math.nan])
 def test_what_no_joint_can_do_is_never_believed(value: float) -> None:
-    judge, last = Plausibility(J1), sample(0.0, 0.0)
+    plausibility, last = Plausibility(J1), sample(0.0, 0.0)
     for stamp in (1.0, 1.01, 100.0):
         with pytest.raises(CorruptFrameError):
-            judge.judge(last, value, 0.0, (0, 0), stamp)
+            plausibility.check(last, value, 0.0, (0, 0), stamp)
         with pytest.raises(CorruptFrameError):
-            judge.judge(last, 0.0, value, (0, 0), stamp)
-    judge.judge(last, value, value, (int(Flags.NOTENABLED),) * 2, 1.0)
+            plausibility.check(last, 0.0, value, (0, 0), stamp)
+    plausibility.check(last, value, value, (int(Flags.NOTENABLED),) * 2, 1.0)

@@ -348,10 +348,12 @@ def test_an_old_sample_leaves_less_room() -> None:
     speed = 1.0
     # At this distance a fresh sample leaves just enough room, one of 0.1 s ago does not.
     room = speed * 0.06 + speed**2 / (2.0 * joint.parameters.max_acceleration)
-    joint.last = joint.last._replace(position=joint.parameters.upper - room - 0.01, velocity=0.0)
+    joint.feedback.last = joint.last._replace(
+        position=joint.parameters.upper - room - 0.01, velocity=0.0
+    )
     assert here < joint.parameters.upper
     assert isinstance(drive([joint], [speed])[0], JointSample)
-    joint.last = joint.last._replace(stamp=joint.clock.now() - 0.1)
+    joint.feedback.last = joint.last._replace(stamp=joint.clock.now() - 0.1)
     assert isinstance(drive([joint], [speed])[0], LimitError)
 
 
@@ -359,7 +361,7 @@ def test_setpoints_of_a_joint_found_outside_only_lead_back() -> None:
     world = World()
     (joint,) = world.ready("j3")
     lower = joint.parameters.lower
-    joint.start_from(lower - 0.2)
+    joint.limits.start_from(lower - 0.2)
     with pytest.raises(LimitError):
         track([joint], [Setpoint(lower - 0.21)])
     track([joint], [Setpoint(lower - 0.1)])

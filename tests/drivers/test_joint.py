@@ -107,10 +107,10 @@ def test_home_and_what_is_left_of_it(v1: bool, index: int, home: tuple[str, floa
     joint.home(progress=seen.append)
     assert joint.is_homed()
     assert joint.is_enabled()
-    assert joint.current_blocking_command is Register.NONE
+    assert joint.readiness.blocking is Register.NONE
     assert any(sample.flags & Flags.BUSY for sample in seen)
     assert all(sample.position is None for sample in seen if sample.flags & Flags.NOTHOMED)
-    assert joint.get_homing_offset() == pytest.approx(position, rel=1e-6)
+    assert joint.feedback.read_offset() == pytest.approx(position, rel=1e-6)
     error = home_error(name, v1=v1)
     assert joint.get_position() == pytest.approx(world.arm.position(name), abs=error)
     assert abs(joint.get_position() - position) < error + 5e-5
@@ -237,16 +237,16 @@ def test_settings_are_checked() -> None:
     joint.init()
     calls = len(world.tap.calls)
     for operation, value in (
-        (joint.set_drive_current, 101),
-        (joint.set_hold_current, -1),
+        (joint.settings.set_drive_current, 101),
+        (joint.settings.set_hold_current, -1),
         (joint.set_max_acceleration, 2.1),
         (joint.set_max_acceleration, 0.0),
         (joint.set_max_acceleration, math.nan),
         (joint.set_max_velocity, -1.0),
         (joint.set_max_velocity, math.inf),
-        (joint.enable_stallguard, 0),
-        (joint.enable_stallguard, 256),
-        (joint.set_homing_offset, math.nan),
+        (joint.settings.enable_stallguard, 0),
+        (joint.settings.enable_stallguard, 256),
+        (joint.feedback.store_offset, math.nan),
         (joint.check_orientation, 1.0),
         (joint.start_homing, 0.0),
         (joint.start_homing, 0.9),
@@ -254,7 +254,7 @@ def test_settings_are_checked() -> None:
         with pytest.raises((InvalidArgumentError, NotEnabledError)):
             operation(value)  # type: ignore[operator]
     with pytest.raises(ValueError, match="7"):
-        joint.set_brake_mode(7)  # type: ignore[arg-type]
+        joint.settings.set_brake_mode(7)  # type: ignore[arg-type]
     assert len(world.tap.calls) == calls
 
 
@@ -279,8 +279,8 @@ def test_settings_reach_the_joint() -> None:
     joint = world.ready("j4")[0]
     joint.set_max_velocity(0.2)
     joint.set_max_acceleration(1.0)
-    joint.set_drive_current(25)
-    joint.set_brake_mode(BrakeMode.COOL_BRAKE)
+    joint.settings.set_drive_current(25)
+    joint.settings.set_brake_mode(BrakeMode.COOL_BRAKE)
     for _ in range(50):
         joint.set_position(2.0)
         world.arm.run(0.02)
@@ -290,7 +290,7 @@ def test_settings_reach_the_joint() -> None:
         world.arm.run(0.02)
     speed = (world.arm.position("j4") - before) / (world.arm.now() - start)
     assert speed == pytest.approx(-0.2, rel=0.05)
-    joint.set_hold_current(0)
+    joint.settings.set_hold_current(0)
     assert joint.get_flags() & Flags.NOTENABLED
 
 
@@ -300,7 +300,7 @@ def test_without_the_closed_loop_a_joint_is_disabled(v1: bool) -> None:
     joint = world.joints[0]
     joint.init()
     joint.enable()
-    joint.disable_closed_loop()
+    joint.settings.disable_closed_loop()
     world.arm.run(0.1)
     assert not joint.is_enabled()
     # Its hold current stays: that alone does not make it count as released.
@@ -317,7 +317,7 @@ def test_steps_can_be_cancelled() -> None:
         joint.move_steps(100 * STEPS, cancel=lambda: abs(joint.last.velocity) > 0.05)
     world.arm.run(0.5)  # the load swings behind its belt
     assert abs(world.arm.velocity("j1")) < 0.01
-    way = joint.transmission.microsteps_to_distance(100 * STEPS)
+    way = joint.feedback.transmission.microsteps_to_displacement(100 * STEPS)
     assert 0.0 < (world.arm.position("j1") - before) / way < 0.5
 
 
@@ -334,7 +334,7 @@ def test_the_joint_itself_refuses_what_the_host_let_through() -> None:
     with pytest.raises(IncorrectStateError, match="HOME is running"):
         joint.start_homing()
     joint.stop()
-    assert joint.current_blocking_command is Register.NONE
+    assert joint.readiness.blocking is Register.NONE
 
 
 def test_silence_latches_a_fault_that_must_be_cleared() -> None:
@@ -400,7 +400,7 @@ def test_homing_can_be_cancelled() -> None:
     world.arm.run(0.5)
     assert abs(world.arm.velocity("j1")) < 1e-3
     assert joint.get_flags() & Flags.NOTHOMED
-    assert joint.current_blocking_command is Register.NONE
+    assert joint.readiness.blocking is Register.NONE
     with pytest.raises(IncorrectStateError, match="no homing"):
         joint.post_homing()
 
@@ -453,7 +453,9 @@ def test_move_steps_moves_once_even_if_its_answer_is_lost(v1: bool) -> None:
         joint.move_steps(STEPS)
         assert world.tap.count(Register.MOVESTEPS) == 2
     moved = world.arm.position("j1") - before
-    assert moved == pytest.approx(joint.transmission.microsteps_to_distance(STEPS), rel=0.1)
+    assert moved == pytest.approx(
+        joint.feedback.transmission.microsteps_to_displacement(STEPS), rel=0.1
+    )
 
 
 def test_move_steps_respects_the_limits_of_a_homed_joint() -> None:
@@ -555,7 +557,7 @@ def test_the_orientation_check_passes(v1: bool) -> None:
     joint.init()
     joint.enable()
     joint.check_orientation()
-    assert joint.current_blocking_command is Register.NONE
+    assert joint.readiness.blocking is Register.NONE
 
 
 def test_a_late_copy_of_an_earlier_arm_does_not_bring_that_session_back() -> None:
@@ -681,7 +683,7 @@ def test_an_offset_that_is_no_number_is_refused_by_the_joint_it_is_for(offset: f
     world = World()
     world.joints[0].init()
     with pytest.raises(InvalidArgumentError, match="j1 homing offset"):
-        world.joints[0].set_homing_offset(offset)
+        world.joints[0].feedback.store_offset(offset)
 
 
 @pytest.mark.parametrize(
@@ -709,7 +711,7 @@ def test_no_room_is_known_without_a_position() -> None:
     (joint,) = world.ready("j1")
     sample = joint.read_state()._replace(position=None)
     with pytest.raises(NotHomedError, match="j1: its position is not known"):
-        joint.require_room(0.1, sample, world.arm.now())
+        joint.limits.check_stopping(0.1, sample, world.arm.now(), 1.0)
 
 
 def test_a_joint_that_let_go_unseen_is_told_so_also_where_there_is_no_room() -> None:

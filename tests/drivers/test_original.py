@@ -110,6 +110,13 @@ def homed(name: str) -> tuple[World, Joint]:
     return world, joint
 
 
+def other_host(world: World, joint: Joint, **changes: object) -> Joint:
+    """Return another driver of the same joint, initialised, with some other parameters."""
+    other = world.joint(joint.parameters, **changes)
+    other.init()
+    return other
+
+
 # 1. Never more is read than it writes.
 
 
@@ -171,7 +178,7 @@ def test_joints_are_greeted_by_no_more_than_they_answer_whatever_fails(seed: int
         try:
             joint.init()
             joint.read_state()
-            joint.get_homing_offset()
+            joint.feedback.read_offset()
             joint.check_communication()
         except BioscaraError:
             continue
@@ -207,7 +214,7 @@ CALLS: list[Callable[[Joint], object]] = [
     lambda joint: joint.keep_alive(),
     lambda joint: joint.stop(),
     lambda joint: joint.disable(),
-    lambda joint: joint.set_drive_current(20),
+    lambda joint: joint.settings.set_drive_current(20),
     lambda joint: joint.init(),
 ]
 
@@ -360,7 +367,7 @@ def test_a_maximum_velocity_is_set_in_position_mode(begin: Callable[[Joint], obj
     joint.stop()
     begin(joint)
     joint.set_max_velocity(0.5)
-    assert joint.max_velocity == 0.5
+    assert joint.settings.max_velocity == 0.5
     for _ in range(60):
         joint.set_position(2.5)
         world.arm.run(0.02)
@@ -418,7 +425,7 @@ def test_no_order_of_calls_sends_a_maximum_velocity_in_velocity_mode(seed: int) 
 
 def test_an_acceleration_that_wraps_is_refused_in_joint_units() -> None:
     world, joint = enabled("j4")
-    joint.parameters = replace(joint.parameters, max_acceleration=40.0)
+    joint = other_host(world, joint, max_acceleration=40.0)
     world.tap.calls.clear()
     with pytest.raises(
         LimitError, match=r"j4 acceleration .*: 31 rad/s\^2 is outside 0\.0004\d* \.\. 30\.46"
@@ -433,7 +440,7 @@ def test_an_acceleration_that_wraps_is_refused_in_joint_units() -> None:
 @pytest.mark.parametrize("name", list(NEAR))
 def test_the_bounds_themselves_are_taken_as_they_are(name: str) -> None:
     world, joint = enabled(name)
-    joint.parameters = replace(joint.parameters, max_acceleration=1e3)
+    joint = other_host(world, joint, max_acceleration=1e3)
     with pytest.raises(LimitError) as caught:
         joint.set_max_acceleration(1e3)
     lower, upper = caught.value.lower, caught.value.upper
@@ -463,7 +470,7 @@ def test_homing_with_an_acceleration_that_does_not_move_it_is_refused_before_its
 ):
     world, joint = homed("j4")
     homing = replace(joint.parameters.homing, acceleration=1e-6)
-    joint.parameters = replace(joint.parameters, homing=homing)
+    joint = other_host(world, joint, homing=homing)
     world.tap.calls.clear()
     with pytest.raises(LimitError, match="j4 acceleration"):
         joint.start_homing()

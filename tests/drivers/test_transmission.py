@@ -38,4 +38,4 @@ def test_a_turn_of_the_spindle_is_four_millimetres_down() -> None:
     assert transmission.position_from_deg(360.0) == pytest.approx(0.334)
     assert transmission.velocity_to_rpm(0.004) == pytest.approx(-60.0)
     assert transmission.size_to_deg(0.03) == pytest.approx(2700.0)
-    assert transmission.microsteps_to_distance(51200) == pytest.approx(-0.004)
+    assert transmission.microsteps_to_displacement(51200) == pytest.approx(-0.004)

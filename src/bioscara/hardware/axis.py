@@ -167,7 +167,7 @@ class Axis:
             self.position_command.value = math.nan
         else:
             self.position_command.value = measured
-            self.joint.start_from(measured)
+            self.joint.limits.start_from(measured)
 
     def change(self, mode: Mode) -> None:
         """Take up a mode that was checked; the commands are set to the measured state."""

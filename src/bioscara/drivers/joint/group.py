@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bioscara.arguments import items, shown
+from bioscara.arguments import items
 from bioscara.bus import Bus, Transaction
 from bioscara.drivers.joint.cyclic import Outcome
 from bioscara.drivers.joint.joint import Joint
@@ -81,20 +81,19 @@ def track(
     if len(setpoints) != len(joints):
         raise InvalidArgumentError(f"{len(setpoints)} setpoints for {len(joints)} joints")
     checked = [
-        joint.check_setpoint(*_pair(setpoint))
+        joint.limits.check_setpoint(setpoint)
         for joint, setpoint in zip(joints, setpoints, strict=True)
     ]
-    for joint, (position, _) in zip(joints, checked, strict=True):
-        if joint.outside:
-            joint.start_from(position)
     outcomes: list[Outcome] = [_NOT_YET] * len(joints)
     frames: Frames = []
-    for index, joint in enumerate(joints):
-        if joint.is_ready():
-            frames.append(joint.cycle.track(checked[index]))
+    for index, (joint, setpoint) in enumerate(zip(joints, checked, strict=True)):
+        if joint.limits.returning:
+            joint.limits.start_from(setpoint.position)
+        if joint.readiness.is_ready():
+            frames.append(joint.cycle.track(setpoint))
             continue
         try:
-            joint.require_ready()
+            joint.readiness.require_ready()
         except JointError as error:
             outcomes[index] = error
         frames.append(())
@@ -129,17 +128,20 @@ def drive(
     if len(velocities) != len(joints):
         raise InvalidArgumentError(f"{len(velocities)} velocities for {len(joints)} joints")
     velocities = [
-        joint.check_velocity(velocity) for joint, velocity in zip(joints, velocities, strict=True)
+        joint.limits.check_velocity(velocity)
+        for joint, velocity in zip(joints, velocities, strict=True)
     ]
     outcomes: list[Outcome] = [_NOT_YET] * len(joints)
     refused: dict[int, LimitError] = {}
     frames: Frames = []
     for index, (joint, velocity) in enumerate(zip(joints, velocities, strict=True)):
         try:
-            if not joint.is_ready():
-                joint.require_ready()
+            if not joint.readiness.is_ready():
+                joint.readiness.require_ready()
             if velocity:
-                joint.require_room(velocity, joint.last, joint.clock.now())
+                joint.limits.check_stopping(
+                    velocity, joint.last, joint.clock.now(), joint.settings.max_acceleration
+                )
         except LimitError as error:
             refused[index] = error
             frames.append(joint.cycle.stop())
@@ -152,12 +154,6 @@ def drive(
     for index, reason in refused.items():
         outcomes[index] = reason
     return outcomes
-
-
-def _pair(setpoint: Setpoint) -> Setpoint:
-    if not isinstance(setpoint, tuple) or len(setpoint) != 2:
-        raise InvalidArgumentError(f"{shown(setpoint)} is not a Setpoint(position, velocity)")
-    return setpoint
 
 
 def _exchange(

@@ -56,6 +56,6 @@ class Transmission:
         """Return the joint's value of a motor limit [deg, deg/s, deg/s^2]; has no sign."""
         return abs(size_deg / self._deg)
 
-    def microsteps_to_distance(self, steps: float) -> float:
+    def microsteps_to_displacement(self, steps: float) -> float:
         """Return the joint displacement for a number of microsteps of the motor."""
         return steps / MICROSTEPS_PER_RAD / self.reduction

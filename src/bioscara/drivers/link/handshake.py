@@ -20,14 +20,14 @@ from weakref import WeakKeyDictionary
 from bioscara import __version__
 from bioscara.bus import ADDRESSES, Bus, Transaction
 from bioscara.clock import Clock
-from bioscara.drivers.joint.original import (
+from bioscara.drivers.link.messages import Hello
+from bioscara.drivers.link.original import (
     QUIET,
     START_UP,
     forget_silence,
     note_silence,
     was_silent,
 )
-from bioscara.drivers.link.messages import Hello
 from bioscara.errors import (
     CommunicationError,
     CorruptFrameError,

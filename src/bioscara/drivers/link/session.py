@@ -7,10 +7,10 @@ from contextlib import suppress
 
 from bioscara.bus import Bus, Transaction
 from bioscara.clock import Clock
-from bioscara.drivers.joint.original import START_UP, Caution, forget_silence, note_silence
 from bioscara.drivers.link.errors import exchange_failed, named_error, refused_error
 from bioscara.drivers.link.handshake import acknowledges, greet, require_known
 from bioscara.drivers.link.messages import FaultReport, Hello
+from bioscara.drivers.link.original import START_UP, Caution, forget_silence, note_silence
 from bioscara.errors import (
     BioscaraError,
     CommunicationError,
@@ -64,7 +64,7 @@ class Session:
 
     Only registers of the original firmware are requested from a version 1 joint, since it would
     answer others with fewer bytes than are read; after a command taken by its loop, nothing is sent
-    to it for 25 ms (:mod:`bioscara.drivers.joint.original`).
+    to it for 25 ms (:mod:`bioscara.drivers.link.original`).
 
     Args:
         bus: Bus of the joint.
