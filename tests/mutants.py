@@ -505,6 +505,27 @@ MUTANTS = (
         DRIVERS,
     ),
     Mutant(
+        "check byte of an answer to TRACK",
+        "src/bioscara/protocol/codec.py",
+        "check == crc8_of_8(answer, _SEED[address << 1 | 1])",
+        "True",
+        ("tests/protocol",),
+    ),
+    Mutant(
+        "sequence number of an answer to TRACK",
+        "src/bioscara/protocol/codec.py",
+        "and echo == sequence\n",
+        "\n",
+        ("tests/protocol",),
+    ),
+    Mutant(
+        "velocity limit of a setpoint, on the host",
+        "src/bioscara/drivers/joint/limits.py",
+        "                and self._slowest <= velocity <= self._fastest\n",
+        "",
+        DRIVERS,
+    ),
+    Mutant(
         "homed check, on the host",
         "src/bioscara/drivers/joint/readiness.py",
         "if homed and (flags & Flags.NOTHOMED or not self._feedback.offset_known):",
@@ -997,7 +1018,7 @@ MUTANTS = (
     Mutant(
         "quiet time in a cycle",
         "src/bioscara/drivers/joint/group.py",
-        "if frames[index] and now < joint.session.caution.alone_until:",
+        "if now < caution.alone_until:",
         "if False:",
         ORIGINAL,
     ),
@@ -1158,7 +1179,7 @@ MUTANTS = (
     Mutant(
         "no cycle asks a joint that may be starting",
         "src/bioscara/drivers/joint/group.py",
-        "if frames[index] and joint.session.caution.silent:",
+        "if caution.silent:",
         "if False:",
         ORIGINAL,
     ),

@@ -35,12 +35,14 @@ class FirmwareBus(Bus):
         """
         if self._closed:
             raise BusUnavailableError("the simulated bus is closed")
-        return [
-            result if isinstance(result, bytes) else failure(result, transaction.address)
-            for result, transaction in zip(
-                self.arm.transfer(transactions), transactions, strict=True
-            )
-        ]
+        results: list[bytes | CommunicationError] = []
+        for result in self.arm.transfer(transactions):
+            if isinstance(result, int):
+                address = transactions[len(results)].address
+                results.append(failure(result, address))
+            else:
+                results.append(result)
+        return results
 
     def close(self) -> None:
         """Refuse further transfers; the arm keeps running."""

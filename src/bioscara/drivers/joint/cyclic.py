@@ -5,7 +5,7 @@ The arithmetic uses plain floats: for a single value, numpy takes longer than th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 
 from bioscara.bus import Transaction
 from bioscara.drivers.joint.feedback import Feedback
@@ -35,7 +35,6 @@ _HALTED = int(Flags.STALL | Flags.NOTENABLED)
 
 Outcome = JointSample | BioscaraError
 """Result of a cycle for one joint."""
-Frame = tuple[Message, tuple[float, ...]]
 Result = bytes | CommunicationError
 
 
@@ -54,8 +53,8 @@ class CyclicExchange:
     """
 
     __slots__ = (
-        "_feedback", "_frames", "_parameters", "_readiness", "_sent", "_session", "bad_cycles",
-        "failures",
+        "_feedback", "_message", "_parameters", "_readiness", "_second", "_sent", "_session",
+        "_values", "bad_cycles", "failures",
     )  # fmt: skip
 
     def __init__(
@@ -67,23 +66,23 @@ class CyclicExchange:
     ) -> None:
         self._session, self._feedback, self._readiness = session, feedback, readiness
         self._parameters = parameters
-        self._frames: tuple[Frame, ...] = ()
+        self._message = _STATE
+        self._values: tuple[float, ...] = ()
+        self._second: Message | None = None
         self._sent: tuple[Transaction, ...] = ()
         self.bad_cycles = 0
         self.failures = 0
 
     def track(self, setpoint: Setpoint) -> tuple[Transaction, ...]:
         """Return the transactions that send a checked setpoint and request the state."""
-        transmission = self._feedback.transmission
-        position, velocity = setpoint
-        angle_deg = transmission.position_to_deg(position)
+        values = self._feedback.transmission.to_motor(setpoint)
         if self._session.version == 2:
-            return self._prepare((_TRACK, (angle_deg, transmission.velocity_to_rpm(velocity))))
-        return self._prepare((_MOVE, (angle_deg,)), (_ANGLE, ()))
+            return self._prepare(_TRACK, values)
+        return self._prepare_pair(_MOVE, values[:1], _ANGLE)
 
     def drive(self, velocity: float) -> tuple[Transaction, ...]:
         """Return the transaction that sends a checked velocity; its answer is only the flags."""
-        return self._prepare((_RPM, (self._feedback.transmission.velocity_to_rpm(velocity),)))
+        return self._prepare(_RPM, (self._feedback.transmission.velocity_to_rpm(velocity),))
 
     def stop(self) -> tuple[Transaction, ...]:
         """Return the transaction that makes a velocity-driven joint ramp down.
@@ -92,14 +91,14 @@ class CyclicExchange:
         disabled by its own deadman.
         """
         if self._session.version == 1:
-            return self._prepare((_RPM, (0.0,)))
-        return self._prepare((_STOP, (_SOFT,)))
+            return self._prepare(_RPM, (0.0,))
+        return self._prepare(_STOP, (_SOFT,))
 
     def state(self) -> tuple[Transaction, ...]:
         """Return the transactions that request the state."""
         if self._session.version == 2:
-            return self._prepare((_STATE, ()))
-        return self._prepare((_ANGLE, ()), (_SPEED, ()))
+            return self._prepare(_STATE, ())
+        return self._prepare_pair(_ANGLE, (), _SPEED)
 
     def again(self) -> tuple[Transaction, ...]:
         """Return the same transactions again.
@@ -108,23 +107,25 @@ class CyclicExchange:
         number. Every version 1 frame of a cycle is absolute and may be executed twice.
         """
         self._session.retries += 1
-        return self._sent or self._prepare(*self._frames)
+        return self._sent or self._prepare(self._message, self._values)
 
-    def take(self, results: Sequence[Result], stamp: float, again: bool = False) -> Outcome:
+    def take(self, results: Iterator[Result], stamp: float, again: bool) -> Outcome:
         """Return the sample from the joint's answer, or the error.
 
         Args:
-            results: The results of this joint's transactions, in order.
+            results: The results of the bus call; those of this joint's transactions are next.
             stamp: Time of their arrival [s].
             again: Whether the transactions can still be repeated in this cycle. The reason of a
                 refusal that the flags do not explain is then not requested: most likely the frame
                 arrived broken, and the request takes longer than a repetition.
         """
-        session = self._session
+        session, feedback, message = self._session, self._feedback, self._message
         try:
-            if len(results) == 1:
-                message = self._frames[0][0]
-                values, flags = session.take(message, results[0])
+            if self._second is not None:
+                pair = ((message, next(results)), (self._second, next(results)))
+                sample = self._take_pair(pair, stamp)
+            else:
+                values, flags = session.take(message, next(results))
                 if flags & _REFUSED and session.version == 2:
                     self._sent = ()
                     if again and not flags & _REASONS:
@@ -133,15 +134,13 @@ class CyclicExchange:
                         )
                     return session.refusal(message)
                 if values:
-                    sample = self._feedback.sample(values, flags, stamp)
+                    sample = feedback.sample(values, flags, stamp)
                 else:
-                    sample = self._feedback.last._replace(flags=FLAGS[flags])
-            else:
-                sample = self._take_pair(results, stamp)
+                    sample = feedback.last._replace(flags=FLAGS[flags])
         except BioscaraError as error:
             return error
         self.bad_cycles = 0
-        self._feedback.last = sample
+        feedback.last = sample
         return sample
 
     def skip(self) -> JointSample:
@@ -181,19 +180,27 @@ class CyclicExchange:
         feedback.last = feedback.last._replace(quality=Quality.STALE)
         return feedback.last
 
-    def _prepare(self, *frames: Frame) -> tuple[Transaction, ...]:
-        frame = self._session.frame
-        self._frames = frames
-        self._sent = tuple([frame(message, values) for message, values in frames])
-        return self._sent
+    def _prepare(self, message: Message, values: tuple[float, ...]) -> tuple[Transaction, ...]:
+        self._message, self._values, self._second = message, values, None
+        self._sent = sent = (self._session.frame(message, values),)
+        return sent
 
-    def _take_pair(self, results: Sequence[Result], stamp: float) -> JointSample:
+    def _prepare_pair(
+        self, message: Message, values: tuple[float, ...], second: Message
+    ) -> tuple[Transaction, ...]:
+        """Prepare two frames for a version 1 joint, of which no answer carries a whole sample."""
+        frame = self._session.frame
+        self._message, self._values, self._second = message, values, second
+        self._sent = sent = (frame(message, values), frame(second))
+        return sent
+
+    def _take_pair(self, results: tuple[tuple[Message, Result], ...], stamp: float) -> JointSample:
         """Return the sample from the two answers of a version 1 joint."""
         feedback, session = self._feedback, self._session
         before = session.flags
         answers: list[Answer] = []
         problem: CommunicationError | None = None
-        for (message, _), result in zip(self._frames, results, strict=True):
+        for message, result in results:
             try:
                 answers.append(session.take(message, result))
             except CommunicationError as error:
@@ -203,7 +210,7 @@ class CyclicExchange:
             raise problem
         first, second = answers
         flags = second.flags
-        moves = self._frames[0][0] is _MOVE
+        moves = self._message is _MOVE
         # A velocity computed from the positions shows nothing that they do not show.
         reported = 0.0
         if moves:

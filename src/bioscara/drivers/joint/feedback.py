@@ -20,6 +20,7 @@ from bioscara.protocol import Flags, JointState, Register
 _NOTHOMED = int(Flags.NOTHOMED)
 _STATES = {state.value: state for state in JointState}
 _FRESH = Quality.FRESH
+_new = tuple.__new__
 
 
 class Feedback:
@@ -147,15 +148,12 @@ class Feedback:
             angle_deg, rpm, number_of_state, load = values
             # None for a state that only newer firmware defines.
             state = _STATES.get(int(number_of_state))
-        return JointSample(
-            self.position_of(angle_deg, flags),
-            self.transmission.velocity_from_rpm(rpm),
-            FLAGS[flags],
-            state,
-            load,
-            _FRESH,
-            stamp,
-        )
+        position: float | None
+        position, velocity = self.transmission.from_motor(angle_deg, rpm)
+        if flags & _NOTHOMED or not self.offset_known:
+            position = None
+        # JointSample(...) takes twice as long.
+        return _new(JointSample, (position, velocity, FLAGS[flags], state, load, _FRESH, stamp))
 
     def position_of(self, angle_deg: float, flags: int) -> float | None:
         """Return the joint position of an encoder angle [deg]; None if not homed."""

@@ -506,13 +506,9 @@ class Joint:
         """
         self.session.require_v2("track")
         self.readiness.require_ready()
-        position, velocity = self.limits.check_setpoint(Setpoint(position, velocity))
-        transmission = self.feedback.transmission
-        values, flags = self.session.write(
-            Register.TRACK,
-            transmission.position_to_deg(position),
-            transmission.velocity_to_rpm(velocity),
-        )
+        setpoint = self.limits.check_setpoint(Setpoint(position, velocity))
+        motor_setpoint = self.feedback.transmission.to_motor(setpoint)
+        values, flags = self.session.write(Register.TRACK, *motor_setpoint)
         self.feedback.last = self.feedback.sample(values, flags, self.clock.now())
         return self.last
 

@@ -24,12 +24,12 @@ class SetpointLimits:
         returning: Whether the setpoints are returning from outside the limits.
     """
 
-    __slots__ = ("_fastest", "_lower", "_parameters", "_upper", "returning")
+    __slots__ = ("_fastest", "_lower", "_parameters", "_slowest", "_upper", "returning")
 
     def __init__(self, parameters: JointParameters) -> None:
         self._parameters = parameters
         self._lower, self._upper = parameters.lower, parameters.upper
-        self._fastest = parameters.max_velocity
+        self._slowest, self._fastest = -parameters.max_velocity, parameters.max_velocity
         self.returning = False
 
     def check_setpoint(self, setpoint: Setpoint) -> Setpoint:
@@ -48,7 +48,7 @@ class SetpointLimits:
                 type(position) is float
                 and type(velocity) is float
                 and self._lower <= position <= self._upper
-                and -self._fastest <= velocity <= self._fastest
+                and self._slowest <= velocity <= self._fastest
             ):
                 return setpoint
         elif isinstance(setpoint, tuple) and len(setpoint) == 2:
@@ -89,12 +89,12 @@ class SetpointLimits:
         Raises:
             LimitError, InvalidArgumentError: It is outside, or not finite.
         """
-        limit = self._fastest
-        if type(velocity) is float and -limit <= velocity <= limit:
+        slowest, fastest = self._slowest, self._fastest
+        if type(velocity) is float and slowest <= velocity <= fastest:
             return velocity
         parameters, velocity = self._parameters, self._number("velocity", velocity)
         what = f"{parameters.name} velocity"
-        check_limit(what, velocity, -limit, limit, f"{parameters.unit}/s")
+        check_limit(what, velocity, slowest, fastest, f"{parameters.unit}/s")
         return velocity
 
     def check_stopping(

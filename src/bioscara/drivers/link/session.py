@@ -26,7 +26,6 @@ from bioscara.errors import (
 )
 from bioscara.protocol import (
     READ,
-    TRAILER,
     WATCHDOG_MS,
     WRITE,
     Answer,
@@ -42,7 +41,8 @@ TRIES = 3
 FIRMWARE = "joint firmware 0.1 or newer (protocol 2)"
 
 # Plain integers: an IntFlag's operators take as long as the rest of decoding.
-_ARMED = int(Flags.ARMED)
+_ARMED, _REFUSED = int(Flags.ARMED), int(Flags.REFUSED)
+_new = tuple.__new__
 _PAUSE = 50e-6
 """Time between two tries of a frame [s]."""
 _TICK_PAUSE = 2e-3
@@ -219,7 +219,7 @@ class Session:
                 problem: BioscaraError = error
                 unanswered = True
             else:
-                if not answer.flags & Flags.REFUSED:
+                if not answer.flags & _REFUSED:
                     return answer
                 if unanswered and remaining:
                     # An earlier try may have been executed. Sending the same frame again shows it;
@@ -243,10 +243,14 @@ class Session:
             return Transaction(self._address, message.encode_v1(values), message.answer_size)
         self._sequence = sequence = (self._sequence + 1) & 0xFF
         self._unanswered += 1
-        return Transaction(
-            self._address,
-            message.encode_v2(self._address, sequence, values),
-            message.answer_size + TRAILER,
+        # Transaction(...) takes twice as long.
+        return _new(
+            Transaction,
+            (
+                self._address,
+                message.encode_v2(self._address, sequence, values),
+                message.sealed_answer_size,
+            ),
         )
 
     def take(self, message: Message, result: bytes | CommunicationError) -> Answer:
@@ -256,7 +260,7 @@ class Session:
             CommunicationError: There is none, or it is broken.
             JointResetError: The joint has forgotten the session, so it restarted.
         """
-        if isinstance(result, CommunicationError):
+        if not isinstance(result, bytes):
             if self.version == 1 and isinstance(result, NoAcknowledgeError):
                 # It may have lost its power, and regain it.
                 self.caution.silent = True
@@ -268,13 +272,15 @@ class Session:
                 forget_silence(self._bus, self._address)
             answer = message.decode_v1(result)
             self.caution.answered(message, answer.flags)
+            self.flags = answer.flags
         else:
             answer = message.decode_v2(self._address, self._sequence, result)
-            if self._armed and not answer.flags & _ARMED:
+            flags = answer[1]
+            if self._armed and not flags & _ARMED:
                 raise self._forgotten()
-            if not answer.flags & Flags.REFUSED:
+            if not flags & _REFUSED:
                 self._unanswered = 0
-        self.flags = answer.flags
+            self.flags = flags
         return answer
 
     def refusal(self, message: Message) -> BioscaraError:
