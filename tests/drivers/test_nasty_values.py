@@ -149,8 +149,8 @@ def test_the_gripper_and_its_output_too(tmp_path: Path) -> None:
         gripper.enable()
         table: dict[str, tuple[Callable[..., object], Base]] = {
             "set_width": (gripper.set_width, {"width": 0.06}),
-            "tell_width": (gripper.tell_width, {"width": 0.06}),
-            "keep": (gripper.keep, {"width": 0.06}),
+            "command_width": (gripper.command_width, {"width": 0.06}),
+            "store_width": (gripper.store_width, {"width": 0.06}),
             "set_servo_angle": (gripper.set_servo_angle, {"angle_deg": 1.0}),
             "start": (pwm.start, {"period": 0.02, "pulse": 0.0015}),
             "set_pulse": (pwm.set_pulse, {"pulse": 0.0015}),

@@ -281,7 +281,7 @@ def test_a_cycle_leaves_the_joint_alone_and_serves_the_others() -> None:
     world.tap.calls.clear()
     begin = world.arm.now()
     there, quiet = read_states([third, fourth], retry=True)
-    assert world.arm.now() - begin < 5e-3, "nobody waited"
+    assert world.arm.now() - begin < 5e-3, "no wait"
     assert isinstance(there, JointSample)
     assert there.quality is Quality.FRESH
     assert isinstance(quiet, JointSample)
@@ -641,7 +641,7 @@ def test_joints_that_are_switched_on_while_they_are_waited_for_are_left_alone(af
         assert joint.get_flags() & Flags.NOTENABLED
     assert bus.too_soon == []
     assert said == [
-        "nobody acknowledges at the address of j1, j2, j3, j4; waiting 1 s, in case the arm was "
+        "no device acknowledges at the address of j1, j2, j3, j4; waiting 1 s, in case the arm was "
         "just switched on"
     ]
 

@@ -24,7 +24,7 @@ from bioscara.protocol import (
 )
 from bioscara.protocol.codec import TRAILER, field_bounds
 from bioscara.protocol.crc import crc8_of_8
-from bioscara.protocol.rows import Direction, Field, Kind
+from bioscara.protocol.rows import Access, Field, Kind
 
 # Code, payload bytes written, payload bytes read: version 1 as existing joints implement it.
 VERSION_1 = {
@@ -355,8 +355,8 @@ def test_version_1_answers_never_set_the_upper_flags() -> None:
 
 def test_directions_are_complete() -> None:
     for row in REGISTERS:
-        readable = row.direction in {Direction.READ, Direction.READ_WRITE}
-        writable = row.direction in {Direction.WRITE, Direction.READ_WRITE, Direction.EXCHANGE}
+        readable = row.access in {Access.READ, Access.READ_WRITE}
+        writable = row.access in {Access.WRITE, Access.READ_WRITE, Access.EXCHANGE}
         assert (row.register in READ, row.register in WRITE) == (readable, writable)
 
 

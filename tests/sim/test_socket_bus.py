@@ -254,7 +254,7 @@ def false_arm(path: Path, answer: bytes) -> Iterator[None]:
         (encode_frame(FrameKind.WELCOME, 1), "WELCOME number 1 came where REPLY"),
         (encode_frame(FrameKind.REPLY, 1, b"\2\0\0\0\0\0"), "2 results for 1"),
         (encode_frame(FrameKind.REPLY, 1, b"\1\0\0\2O"), "ends too early"),
-        (encode_frame(FrameKind.REPLY, 1, b"\1\0\0\2O\x0c."), "goes on after its end"),
+        (encode_frame(FrameKind.REPLY, 1, b"\1\0\0\2O\x0c."), "continues after its end"),
         (struct.pack("<HBI", 0xFFFF, FrameKind.REPLY, 1), "at most"),
         (b"\0\0\x77\0\0\0\0", "kind"),
         (encode_frame(FrameKind.REFUSAL, 0, b"no more"), "no more"),
@@ -355,7 +355,7 @@ def test_a_client_that_sends_a_byte_at_a_time_holds_nothing_up(path: Path, host:
         assert not hung_up(slow)
         for _ in range(5):
             live()
-        until(lambda: hung_up(slow), "who is too slow is parted with")
+        until(lambda: hung_up(slow), "a slow client is disconnected")
         assert b"it waits at most 1 s for a whole frame" in everything(slow)
 
 
@@ -407,7 +407,7 @@ def test_a_host_that_takes_no_replies_is_parted_with(path: Path) -> None:
         (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\xff\xff"), "65535 transactions"),
         (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\2\0\x11\0\1"), "ends too early"),
         (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\1\0\x91\0\1"), "address 0x91"),
-        (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\0\0\0"), "goes on after its end"),
+        (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\0\0\0"), "continues after its end"),
     ],
 )
 @pytest.mark.usefixtures("arm")

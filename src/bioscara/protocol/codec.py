@@ -19,7 +19,7 @@ from bioscara.errors import CorruptFrameError, InvalidArgumentError, LimitError
 from bioscara.protocol.crc import crc8, crc8_of_8
 from bioscara.protocol.enums import Flags, Register
 from bioscara.protocol.registers import REGISTERS, VELOCITY_STEP_RPM
-from bioscara.protocol.rows import Definition, Direction, Field, Kind
+from bioscara.protocol.rows import Access, Definition, Field, Kind
 
 TRAILER = 2
 """Bytes that version 2 adds in each direction: sequence number and CRC-8."""
@@ -254,12 +254,12 @@ class _Track(Message):
 READ: dict[Register, Message] = {
     row.register: Message(row, (), row.read)
     for row in REGISTERS
-    if row.direction in (Direction.READ, Direction.READ_WRITE)
+    if row.access in (Access.READ, Access.READ_WRITE)
 }
 WRITE: dict[Register, Message] = {
     row.register: (_Track if row.register is Register.TRACK else Message)(
-        row, row.written, row.read if row.direction is Direction.EXCHANGE else ()
+        row, row.written, row.read if row.access is Access.EXCHANGE else ()
     )
     for row in REGISTERS
-    if row.direction in (Direction.WRITE, Direction.READ_WRITE, Direction.EXCHANGE)
+    if row.access in (Access.WRITE, Access.READ_WRITE, Access.EXCHANGE)
 }

@@ -52,5 +52,5 @@ class FirmwareBus(Bus):
 def failure(outcome: int, address: int) -> CommunicationError:
     """Return the error for the arm's outcome number."""
     if outcome == _NO_ACKNOWLEDGE:
-        return NoAcknowledgeError(f"nobody acknowledges address {address:#04x}", address)
+        return NoAcknowledgeError(f"no device acknowledges address {address:#04x}", address)
     return BusTimeoutError(f"the transfer to {address:#04x} did not end in time", address)

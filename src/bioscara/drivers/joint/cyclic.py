@@ -165,7 +165,7 @@ class CyclicExchange:
         self.bad_cycles += 1
         self.failures += 1
         feedback, name, address = self._feedback, self._parameters.name, self._parameters.address
-        if self.bad_cycles >= LOST_AFTER or self._session.caution.silent:
+        if self.bad_cycles >= LOST_AFTER or self._session.timing.silent:
             plural = "s" * (self.bad_cycles > 1)
             return JointLostError(
                 f"{name} ({address:#04x}) is lost: {self.bad_cycles} bad cycle{plural} in a row, "

@@ -173,12 +173,12 @@ def _exchange(
         joint = joints[index]
         if joint.session.version == 1:
             # It may need a pause of more than a cycle.
-            caution = joint.session.caution
-            if caution.silent:
-                unheard = NoAcknowledgeError("nobody acknowledged", joint.parameters.address)
+            timing = joint.session.timing
+            if timing.silent:
+                unheard = NoAcknowledgeError("no device acknowledged", joint.parameters.address)
                 outcomes[index] = joint.cycle.hold_last_sample(unheard)
                 continue
-            if now < caution.alone_until:
+            if now < timing.quiet_until:
                 outcomes[index] = joint.cycle.skip()
                 continue
         waiting.append(index)

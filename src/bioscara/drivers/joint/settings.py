@@ -98,7 +98,7 @@ class Settings:
         velocity = _above_zero(what, velocity)
         check_limit(what, velocity, 0.0, parameters.max_velocity, f"{parameters.unit}/s")
         if self._session.version == 1:
-            self._require_positioning()
+            self._require_position_mode()
         self._session.write(Register.SETMAXVELOCITY, self._transmission.size_to_deg(velocity))
         self.max_velocity = velocity
 
@@ -150,16 +150,16 @@ class Settings:
                 )
         return acceleration
 
-    def _require_positioning(self) -> None:
+    def _require_position_mode(self) -> None:
         """Raise unless a version 1 joint is in position mode, and stays there for 50 ms.
 
         Its deadman, which leads to velocity mode, also disables it, and counts from the last
         request.
         """
         session, name = self._session, self._parameters.name
-        if session.caution.positioning:
+        if session.timing.in_position_mode:
             session.read(Register.PING)
-        if not session.caution.positioning or session.flags & Flags.NOTENABLED:
+        if not session.timing.in_position_mode or session.flags & Flags.NOTENABLED:
             raise IncorrectStateError(
                 f"{name}: a maximum velocity would start a motion: it is not in position mode",
                 name,

@@ -8,9 +8,9 @@ from contextlib import suppress
 from bioscara.bus import Bus, Transaction
 from bioscara.clock import Clock
 from bioscara.drivers.link.errors import exchange_failed, named_error, refused_error
-from bioscara.drivers.link.handshake import acknowledges, greet, require_known
+from bioscara.drivers.link.handshake import acknowledges, identify, require_known
 from bioscara.drivers.link.messages import FaultReport, Hello
-from bioscara.drivers.link.original import START_UP, Caution, forget_silence, note_silence
+from bioscara.drivers.link.original import START_UP, OriginalTiming, forget_silence, note_silence
 from bioscara.errors import (
     BioscaraError,
     CommunicationError,
@@ -78,7 +78,7 @@ class Session:
         hello: Answer of a version 2 joint to HELLO.
         flags: The last flags received; before any were received, those after power-up.
         retries: Exchanges that were repeated since this object was made.
-        caution: Timing state of a version 1 joint.
+        timing: Timing state of a version 1 joint.
     """
 
     def __init__(self, bus: Bus, clock: Clock, joint: str, number: int, address: int) -> None:
@@ -88,7 +88,7 @@ class Session:
         self.hello: Hello | None = None
         self.flags: int = int(_POWER_UP)
         self.retries = 0
-        self.caution = Caution()
+        self.timing = OriginalTiming()
         self._sequence = self._unanswered = 0
         self._armed = False
         self._restarted: JointResetError | None = None
@@ -102,9 +102,9 @@ class Session:
             NotSupportedError: The joint speaks a newer protocol.
         """
         self.close()
-        self._clock.sleep_until(self.caution.alone_until)
+        self._clock.sleep_until(self.timing.quiet_until)
         try:
-            self.hello = greet(self._bus, self._clock, self._joint, self._address, TRIES)
+            self.hello = identify(self._bus, self._clock, self._joint, self._address, TRIES)
         except CommunicationError as error:
             raise named_error(self._joint, self._address, Register.HELLO, error, TRIES) from error
         if self.hello is None:
@@ -121,7 +121,7 @@ class Session:
         """Forget the joint; nothing is sent."""
         self.version, self.hello, self._restarted = 0, None, None
         # The end of the joint's pause outlives the session, the rest does not.
-        self.caution.positioning = self.caution.silent = False
+        self.timing.in_position_mode = self.timing.silent = False
         self.flags, self._armed = int(_POWER_UP), False
 
     def require_open(self) -> None:
@@ -203,7 +203,7 @@ class Session:
         transaction: Transaction | None = None
         unanswered = False
         # The time between two tries is too short for a joint to be switched on in between.
-        asleep = self.caution.silent
+        asleep = self.timing.silent
         for remaining in reversed(range(tries)):
             try:
                 if asleep:
@@ -239,7 +239,7 @@ class Session:
     def frame(self, message: Message, values: Sequence[float] = ()) -> Transaction:
         """Return the next frame, with a sequence number of its own."""
         if self.version == 1:
-            self.caution.sending(message)
+            self.timing.sending(message)
             return Transaction(self._address, message.encode_v1(values), message.answer_size)
         self._sequence = sequence = (self._sequence + 1) & 0xFF
         self._unanswered += 1
@@ -263,15 +263,15 @@ class Session:
         if not isinstance(result, bytes):
             if self.version == 1 and isinstance(result, NoAcknowledgeError):
                 # It may have lost its power, and regain it.
-                self.caution.silent = True
+                self.timing.silent = True
                 note_silence(self._bus, self._address)
             raise result
         if self.version == 1:
-            if self.caution.silent:
-                self.caution.silent = False
+            if self.timing.silent:
+                self.timing.silent = False
                 forget_silence(self._bus, self._address)
             answer = message.decode_v1(result)
-            self.caution.answered(message, answer.flags)
+            self.timing.answered(message, answer.flags)
             self.flags = answer.flags
         else:
             answer = message.decode_v2(self._address, self._sequence, result)
@@ -297,14 +297,14 @@ class Session:
         return refused_error(self._joint, self._address, message.register, report)
 
     @property
-    def alone(self) -> bool:
+    def paused(self) -> bool:
         """Whether the joint is in a pause now; an exchange would wait for its end."""
-        return self._clock.now() < self.caution.alone_until
+        return self._clock.now() < self.timing.quiet_until
 
     @property
-    def breaking_off(self) -> bool:
+    def may_still_home(self) -> bool:
         """Whether a stopped homing may not have ended yet; another one would wait."""
-        return self._clock.now() < self.caution.broken_off_from
+        return self._clock.now() < self.timing.deferred_from
 
     def listens(self) -> bool:
         """Return whether an exchange would not wait.
@@ -316,13 +316,13 @@ class Session:
             NoAcknowledgeError: It still does not.
             CommunicationError: The bus does not work.
         """
-        if self.caution.silent:
+        if self.timing.silent:
             if not acknowledges(self._bus, self._address):
-                raise NoAcknowledgeError("nobody acknowledged", self._address)
-            self.caution.silent = False
+                raise NoAcknowledgeError("no device acknowledged", self._address)
+            self.timing.silent = False
             forget_silence(self._bus, self._address)
-            self.caution.alone_until = self._clock.now() + START_UP
-        return not self.alone
+            self.timing.quiet_until = self._clock.now() + START_UP
+        return not self.paused
 
     def stop(self, mode: int) -> None:
         """Write STOP; raises as :meth:`exchange`.
@@ -339,11 +339,11 @@ class Session:
     def _transfer(self, message: Message, transaction: Transaction) -> bytes | CommunicationError:
         if self.version == 2:
             return self._bus.transfer((transaction,))[0]
-        self._clock.sleep_until(self.caution.free_from(message))
+        self._clock.sleep_until(self.timing.free_from(message))
         try:
             return self._bus.transfer((transaction,))[0]
         finally:
-            self.caution.sent(message, self._clock.now())
+            self.timing.sent(message, self._clock.now())
 
     def _open_v1(self) -> None:
         self.version = 1
@@ -378,7 +378,7 @@ class Session:
 
     def _rejoin(self) -> None:
         """Reopen the session with a joint that was unreachable for long and did not restart."""
-        before, now = self.hello, greet(self._bus, self._clock, self._joint, self._address, 1)
+        before, now = self.hello, identify(self._bus, self._clock, self._joint, self._address, 1)
         if before is None or now is None or now.boot_id != before.boot_id:
             raise self._forgotten()
         try:
@@ -391,7 +391,7 @@ class Session:
         """Return why the joint does not know this session; this remains until it is reopened."""
         before, self._armed = self.hello, False
         try:
-            now = greet(self._bus, self._clock, self._joint, self._address, TRIES)
+            now = identify(self._bus, self._clock, self._joint, self._address, TRIES)
         except (CommunicationError, WrongJointError):
             now = None
         cause = f"reset cause {now.reset_cause.name}" if now else "it does not say why"
