@@ -45,7 +45,7 @@ SUPERVISOR = ("tests/control/test_supervisor.py",)
 TOOL_SPEED = ("tests/control/test_tool_speed.py",)
 FLIGHT_RECORD = ("tests/control/test_flight_record.py",)
 TEACH_FILE = ("tests/robot/test_teach_table.py",)
-GREETING = ("tests/drivers/test_greeting.py",)
+HANDSHAKE = ("tests/drivers/test_handshake.py",)
 ORIGINAL = ("tests/drivers/test_original.py", "tests/hardware/test_original_joints.py")
 SOCKET = ("tests/sim/test_socket_bus.py",)
 EMULATED_BUS = ("tests/firmware/test_emulated_bus.py",)
@@ -537,7 +537,7 @@ MUTANTS = (
         "src/bioscara/drivers/link/session.py",
         "if unanswered and remaining:",
         "if False:",
-        ("tests/drivers/test_doubt.py",),
+        ("tests/drivers/test_damaged_frames.py",),
     ),
     Mutant(
         "the end of an interrupted motion",
@@ -943,7 +943,7 @@ MUTANTS = (
         "src/bioscara/drivers/link/session.py",
         "if before is None or now is None or now.boot_id != before.boot_id:",
         "if before is None or now is None:",
-        ("tests/drivers/test_doubt.py",),
+        ("tests/drivers/test_damaged_frames.py",),
     ),
     Mutant(
         "a flight record is whole or does not exist",
@@ -978,35 +978,35 @@ MUTANTS = (
         "src/bioscara/drivers/link/handshake.py",
         "if address in _version_2.get(bus, ()):",
         "if False:",
-        GREETING,
+        HANDSHAKE,
     ),
     Mutant(
         "one plain answer makes no version 1 joint",
         "src/bioscara/drivers/link/handshake.py",
         "_V1_ANSWERS = 12",
         "_V1_ANSWERS = 1",
-        GREETING,
+        HANDSHAKE,
     ),
     Mutant(
         "an answer of neither version makes no version 1 joint",
         "src/bioscara/drivers/link/handshake.py",
         "            if corrupt is None:\n",
         "            if True:\n",
-        GREETING,
+        HANDSHAKE,
     ),
     Mutant(
         "an intact PING between answers of version 1",
         "src/bioscara/drivers/link/handshake.py",
         "            _require_pong(bus, address)\n",
         "",
-        GREETING,
+        HANDSHAKE,
     ),
     Mutant(
         "one byte of an answer before the rest",
         "src/bioscara/drivers/link/handshake.py",
         "            if first is None:\n",
         "            if True:\n",
-        GREETING,
+        HANDSHAKE,
     ),
     Mutant(
         "quiet time after a command that an original joint's loop takes",

@@ -69,7 +69,7 @@ def test_init_arms_the_session_and_sets_the_watchdog() -> None:
     assert joint.session.read(Register.WATCHDOG).values == (60,)
 
 
-def test_nobody_at_the_address() -> None:
+def test_no_device_at_the_address() -> None:
     world = World()
     joint = world.joint(ARM.joints[0], address=0x15)
     with pytest.raises(NoAcknowledgeError, match=r"j1 \(0x15\).*HELLO"):
@@ -79,14 +79,14 @@ def test_nobody_at_the_address() -> None:
 def test_another_joint_at_the_address() -> None:
     world = World()
     joint = world.joint(ARM.joints[0], address=0x12)
-    with pytest.raises(WrongJointError, match="says that it is j2"):
+    with pytest.raises(WrongJointError, match="reports that it is j2"):
         joint.init()
     with pytest.raises(NotInitializedError):
         joint.enable()
 
 
 @BOTH
-def test_garbage_is_no_joint(v1: bool) -> None:
+def test_noise_is_not_identified_as_a_joint(v1: bool) -> None:
     world = World(v1=v1)
     world.bus.garbage()
     with pytest.raises(CorruptFrameError):
@@ -98,7 +98,9 @@ def test_garbage_is_no_joint(v1: bool) -> None:
 
 @BOTH
 @pytest.mark.parametrize(("index", "home"), list(enumerate(HOME)))
-def test_home_and_what_is_left_of_it(v1: bool, index: int, home: tuple[str, float]) -> None:
+def test_home_sets_the_position_and_disable_removes_the_torque(
+    v1: bool, index: int, home: tuple[str, float]
+) -> None:
     world = World(v1=v1)
     name, position = home
     joint = world.joints[index]
@@ -136,7 +138,7 @@ def test_a_new_host_knows_the_position_without_homing(v1: bool) -> None:
 
 @BOTH
 @pytest.mark.parametrize("homed_before", [False, True])
-def test_a_home_whose_offset_was_never_written_is_none(v1: bool, homed_before: bool) -> None:
+def test_a_home_without_a_stored_offset_does_not_count(v1: bool, homed_before: bool) -> None:
     world = World(v1=v1)
     joint = world.ready("j4")[0] if homed_before else world.joints[3]
     joint.init()
@@ -258,7 +260,7 @@ def test_settings_are_checked() -> None:
     assert len(world.tap.calls) == calls
 
 
-def test_the_order_of_life_is_kept() -> None:
+def test_the_life_cycle_order_is_enforced() -> None:
     world = World()
     joint = world.joints[3]
     with pytest.raises(NotInitializedError):
@@ -317,11 +319,11 @@ def test_steps_can_be_cancelled() -> None:
         joint.move_steps(100 * STEPS, cancel=lambda: abs(joint.last.velocity) > 0.05)
     world.arm.run(0.5)  # the load swings behind its belt
     assert abs(world.arm.velocity("j1")) < 0.01
-    way = joint.feedback.transmission.microsteps_to_displacement(100 * STEPS)
-    assert 0.0 < (world.arm.position("j1") - before) / way < 0.5
+    displacement = joint.feedback.transmission.microsteps_to_displacement(100 * STEPS)
+    assert 0.0 < (world.arm.position("j1") - before) / displacement < 0.5
 
 
-def test_the_joint_itself_refuses_what_the_host_let_through() -> None:
+def test_the_joint_refuses_setpoints_that_the_host_did_not_check() -> None:
     world = World()
     joint = world.joints[3]
     joint.init()
@@ -358,7 +360,7 @@ def test_silence_latches_a_fault_that_must_be_cleared() -> None:
     assert joint.is_homed()
 
 
-def test_a_restart_is_told_and_never_taken_for_homed() -> None:
+def test_a_restart_is_reported_and_never_taken_for_homed() -> None:
     world = World()
     joint = world.ready("j4")[0]
     joint.track(joint.get_position() - 0.01)
@@ -507,7 +509,7 @@ def test_disable_tries_every_step() -> None:
     assert not joint.is_enabled()
 
 
-def test_disable_ramps_down_before_the_current_goes() -> None:
+def test_disable_ramps_down_before_it_removes_the_current() -> None:
     world = World()
     joint = world.ready("j4")[0]
     for _ in range(20):
@@ -529,7 +531,7 @@ def test_a_version_1_joint_names_the_firmware_it_lacks() -> None:
             operation()
 
 
-def test_errors_of_the_bus_are_asked_for_only_where_they_are_counted() -> None:
+def test_bus_errors_are_requested_only_from_firmware_that_counts_them() -> None:
     joint = World().ready("j4")[0]
     assert joint.get_bus_errors() == 0
     assert joint.hello is not None
@@ -560,7 +562,7 @@ def test_the_orientation_check_passes(v1: bool) -> None:
     assert joint.readiness.blocking is Register.NONE
 
 
-def test_a_late_copy_of_an_earlier_arm_does_not_bring_that_session_back() -> None:
+def test_a_delayed_copy_of_arm_does_not_reopen_an_earlier_session() -> None:
     world = World(frequency=None)
     first, second = world.joint(ARM.joints[0]), world.joint(ARM.joints[0])
     first.init()
@@ -635,7 +637,7 @@ def test_a_joint_that_is_not_ready_gets_no_setpoint(
 
 @pytest.mark.parametrize("v1", [False, True])
 @pytest.mark.parametrize("command", SETPOINTS)
-def test_a_joint_that_let_go_unseen_is_no_success(
+def test_a_motor_that_was_released_unnoticed_is_not_a_success(
     command: Callable[[Joint], None], v1: bool
 ) -> None:
     world = World(v1=v1)
@@ -650,7 +652,7 @@ def test_a_joint_that_let_go_unseen_is_no_success(
         command(joint)
 
 
-def test_a_move_that_a_fault_ended_is_told_with_the_fault() -> None:
+def test_a_move_ended_by_a_fault_raises_the_fault() -> None:
     world = World()
     (joint,) = world.ready("j1")
     with pytest.raises(JointFaultError) as caught:
@@ -659,7 +661,7 @@ def test_a_move_that_a_fault_ended_is_told_with_the_fault() -> None:
     assert not joint.is_enabled()
 
 
-def test_a_joint_that_restarts_between_greeting_and_arming_has_restarted() -> None:
+def test_a_restart_between_hello_and_arm_is_reported() -> None:
     world = World()
     joint = world.joints[0]
     transfer = world.tap.transfer
@@ -679,7 +681,7 @@ def test_a_joint_that_restarts_between_greeting_and_arming_has_restarted() -> No
 
 
 @pytest.mark.parametrize("offset", [float("nan"), float("inf")])
-def test_an_offset_that_is_no_number_is_refused_by_the_joint_it_is_for(offset: float) -> None:
+def test_a_homing_offset_that_is_not_finite_names_its_joint(offset: float) -> None:
     world = World()
     world.joints[0].init()
     with pytest.raises(InvalidArgumentError, match="j1 homing offset"):
@@ -695,7 +697,7 @@ def test_an_offset_that_is_no_number_is_refused_by_the_joint_it_is_for(offset: f
         (lambda joint: joint.check_orientation(math.radians(10.1)), "j1 orientation check angle"),
     ],
 )
-def test_a_limit_is_told_with_joint_and_remedy_and_nothing_is_sent(
+def test_a_limit_error_names_joint_and_remedy_and_nothing_is_sent(
     command: Callable[[Joint], None], words: str
 ) -> None:
     world = World()
@@ -706,7 +708,7 @@ def test_a_limit_is_told_with_joint_and_remedy_and_nothing_is_sent(
     assert world.tap.calls == []
 
 
-def test_no_room_is_known_without_a_position() -> None:
+def test_stopping_cannot_be_checked_without_a_position() -> None:
     world = World()
     (joint,) = world.ready("j1")
     sample = joint.read_state()._replace(position=None)
@@ -714,7 +716,7 @@ def test_no_room_is_known_without_a_position() -> None:
         joint.limits.check_stopping(0.1, sample, world.arm.now(), 1.0)
 
 
-def test_a_joint_that_let_go_unseen_is_told_so_also_where_there_is_no_room() -> None:
+def test_a_released_motor_is_reported_also_near_a_limit() -> None:
     world = World(v1=True)
     (joint,) = world.ready("j1")
     fast = math.copysign(joint.parameters.max_velocity, joint.get_position())

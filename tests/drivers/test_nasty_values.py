@@ -71,7 +71,7 @@ def test_a_joint_takes_a_value_or_refuses_it_and_stays_usable(v1: bool) -> None:
             nonlocal before
             world.arm.run(0.2)
             was, now = before, world.arm.position(joint.name)
-            if v1:  # A command accepted before goes on autonomously.
+            if v1:  # A command accepted before continues autonomously.
                 joint.stop()
                 world.arm.run(0.5)
             before = world.arm.position(joint.name)

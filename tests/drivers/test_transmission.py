@@ -15,7 +15,9 @@ VALUES = st.floats(-100.0, 100.0)
 
 
 @given(REDUCTIONS, VALUES, VALUES)
-def test_there_and_back_is_the_same(reduction: float, offset: float, position: float) -> None:
+def test_conversion_to_motor_units_and_back_is_the_identity(
+    reduction: float, offset: float, position: float
+) -> None:
     transmission = Transmission(reduction, offset)
     there = transmission.position_to_deg(position)
     assert transmission.position_from_deg(there) == pytest.approx(position, abs=1e-11)

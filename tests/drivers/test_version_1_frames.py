@@ -11,7 +11,7 @@ from bioscara.sim import FirmwareBus, SimulatedArm
 from drivers.world import ARM, NEAR, World, home_error
 
 
-def test_it_is_taken_for_version_1() -> None:
+def test_it_is_identified_as_version_1() -> None:
     world = World(v1_frames=True)
     joint = world.joints[0]
     joint.init()

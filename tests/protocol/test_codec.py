@@ -88,7 +88,7 @@ MESSAGES_AND_VALUES = st.sampled_from(_messages()).flatmap(
 
 
 @pytest.mark.parametrize("name", VERSION_1)
-def test_version_1_rows_are_what_existing_joints_know(name: str) -> None:
+def test_version_1_rows_are_those_of_existing_joints(name: str) -> None:
     row = next(row for row in REGISTERS if row.register is Register[name])
     assert (row.register.value, _size(row.written), _size(row.read)) == VERSION_1[name]
     assert row.version == 1
@@ -353,14 +353,14 @@ def test_version_1_answers_never_set_the_upper_flags() -> None:
         WRITE[Register.STOP].decode_v1(b"\x10")
 
 
-def test_directions_are_complete() -> None:
+def test_every_access_has_its_message() -> None:
     for row in REGISTERS:
         readable = row.access in {Access.READ, Access.READ_WRITE}
         writable = row.access in {Access.WRITE, Access.READ_WRITE, Access.EXCHANGE}
         assert (row.register in READ, row.register in WRITE) == (readable, writable)
 
 
-def test_the_check_byte_catches_what_the_page_says() -> None:
+def test_the_check_byte_detects_the_documented_errors() -> None:
     """The CRC is linear: an error passes where the remainders of its bits cancel out."""
     longest = max(
         size + TRAILER

@@ -28,7 +28,7 @@ from bioscara.errors import (
 )
 
 Frames = list[tuple[Transaction, ...]]
-_NOT_YET = BioscaraError("not asked yet")
+_NO_OUTCOME = BioscaraError("no exchange yet")
 
 
 def read_states(joints: Sequence[Joint], *, retry: bool = False) -> list[Outcome]:
@@ -44,7 +44,7 @@ def read_states(joints: Sequence[Joint], *, retry: bool = False) -> list[Outcome
     Raises:
         BusUnavailableError: The bus as a whole cannot be used.
     """
-    outcomes: list[Outcome] = [_NOT_YET] * len(joints)
+    outcomes: list[Outcome] = [_NO_OUTCOME] * len(joints)
     frames: Frames = []
     for index, joint in enumerate(joints):
         try:
@@ -83,7 +83,7 @@ def track(
     if len(setpoints) != len(joints):
         raise InvalidArgumentError(f"{len(setpoints)} setpoints for {len(joints)} joints")
     checked = [joint.limits.check_setpoint(setpoints[index]) for index, joint in enumerate(joints)]
-    outcomes: list[Outcome] = [_NOT_YET] * len(joints)
+    outcomes: list[Outcome] = [_NO_OUTCOME] * len(joints)
     frames: Frames = []
     for index, joint in enumerate(joints):
         if joint.limits.returning:
@@ -130,7 +130,7 @@ def drive(
         joint.limits.check_velocity(velocity)
         for joint, velocity in zip(joints, velocities, strict=True)
     ]
-    outcomes: list[Outcome] = [_NOT_YET] * len(joints)
+    outcomes: list[Outcome] = [_NO_OUTCOME] * len(joints)
     refused: dict[int, LimitError] = {}
     frames: Frames = []
     for index, (joint, velocity) in enumerate(zip(joints, velocities, strict=True)):
@@ -175,8 +175,8 @@ def _exchange(
             # It may need a pause of more than a cycle.
             timing = joint.session.timing
             if timing.silent:
-                unheard = NoAcknowledgeError("no device acknowledged", joint.parameters.address)
-                outcomes[index] = joint.cycle.hold_last_sample(unheard)
+                missing = NoAcknowledgeError("no device acknowledged", joint.parameters.address)
+                outcomes[index] = joint.cycle.hold_last_sample(missing)
                 continue
             if now < timing.quiet_until:
                 outcomes[index] = joint.cycle.skip()

@@ -203,19 +203,19 @@ class Joint:
         return FLAGS[self.session.read(Register.PING).flags]
 
     def is_homed(self) -> bool:
-        """Ask whether the joint knows its position and its offset is known here."""
+        """Request whether the joint knows its position, and its homing offset is known here."""
         return not self.get_flags() & Flags.NOTHOMED and self.feedback.offset_known
 
     def is_enabled(self) -> bool:
-        """Ask whether the motor is engaged."""
+        """Request whether the motor is engaged."""
         return not self.get_flags() & Flags.NOTENABLED
 
     def is_stalled(self) -> bool:
-        """Ask whether the joint detected a stall."""
+        """Request whether the joint detected a stall."""
         return bool(self.get_flags() & Flags.STALL)
 
     def is_busy(self) -> bool:
-        """Ask whether a blocking command is running."""
+        """Request whether a blocking command is running."""
         return bool(self.get_flags() & Flags.BUSY)
 
     def get_position(self) -> float:

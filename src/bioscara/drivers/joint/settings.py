@@ -163,7 +163,7 @@ class Settings:
             raise IncorrectStateError(
                 f"{name}: a maximum velocity would start a motion: it is not in position mode",
                 name,
-                "enable(), or set_position() where it stands, first",
+                "enable(), or set_position() at its present position, first",
             )
 
     def _percent(self, what: str, value: int) -> int:

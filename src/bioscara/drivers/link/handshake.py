@@ -177,7 +177,7 @@ def require_known(hello: Hello, joint: str, number: int, address: int) -> None:
         )
     if hello.joint != number:
         raise WrongJointError(
-            f"{joint}: the joint at {address:#04x} says that it is j{hello.joint}; correct the "
+            f"{joint}: the joint at {address:#04x} reports that it is j{hello.joint}; correct the "
             f"address, or flash it as what it is: bioscara flash --joint {number}",
             joint,
         )

@@ -287,7 +287,7 @@ class Session:
         """Request the reason of the last refusal; return it, or the error of that request."""
         if message is _FAULT:
             # A read is only refused when it arrived broken.
-            return CorruptFrameError("the question arrived broken", self._address)
+            return CorruptFrameError("the request arrived corrupted", self._address)
         try:
             report = FaultReport.from_answer(self.exchange(_FAULT))
         except (CommunicationError, JointError) as error:
@@ -394,7 +394,7 @@ class Session:
             now = identify(self._bus, self._clock, self._joint, self._address, TRIES)
         except (CommunicationError, WrongJointError):
             now = None
-        cause = f"reset cause {now.reset_cause.name}" if now else "it does not say why"
+        cause = f"reset cause {now.reset_cause.name}" if now else "no reset cause was reported"
         if now and before and now.boot_id == before.boot_id:
             cause = "its boot id is the same, so another host may have taken it"
         self.flags = int(_POWER_UP)
