@@ -1158,7 +1158,7 @@ MUTANTS = (
     Mutant(
         "a second after power-up, for all joints at once",
         "src/bioscara/drivers/link/handshake.py",
-        "    if woken:\n",
+        "    if awake:\n",
         "    if False:\n",
         ORIGINAL,
     ),

@@ -86,7 +86,7 @@ class Axis:
         """Return why a joint that answers does not move; requests its fault."""
         try:
             self.joint.raise_fault()
-            self.joint.require_ready()
+            self.joint.readiness.require_ready()
         except BioscaraError as error:
             return error
         return JointError(f"{self.name}: the joint stopped and did not say why", self.name)

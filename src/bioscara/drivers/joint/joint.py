@@ -86,8 +86,8 @@ class Joint:
         limits: Checks of its setpoints.
         readiness: Preconditions of its motions.
         cycle: Its part of a control cycle, for :mod:`bioscara.drivers.joint.group`.
-        may_be_energised: Whether the motor was engaged, or found engaged, and was not observed to
-            be released since; outlives the session.
+        may_be_energised: Whether the motor was enabled, or found enabled, and was not observed to
+            be disabled since; outlives the session.
     """
 
     def __init__(self, bus: Bus, clock: Clock, parameters: JointParameters) -> None:
@@ -207,7 +207,7 @@ class Joint:
         return not self.get_flags() & Flags.NOTHOMED and self.feedback.offset_known
 
     def is_enabled(self) -> bool:
-        """Request whether the motor is engaged."""
+        """Request whether the motor is enabled."""
         return not self.get_flags() & Flags.NOTENABLED
 
     def is_stalled(self) -> bool:
@@ -289,15 +289,6 @@ class Joint:
             if report.fault != Fault.NONE.name:
                 raise fault_error(self.name, report)
 
-    def require_ready(self) -> None:
-        """Raise unless the joint was initialised and, by its last flags, can move.
-
-        Raises:
-            NotInitializedError, JointResetError, NotEnabledError, NotHomedError, StalledError,
-            IncorrectStateError: The condition that prevents a motion.
-        """
-        self.readiness.require_ready()
-
     # Motor.
 
     def set_max_acceleration(self, acceleration: float) -> None:
@@ -309,10 +300,10 @@ class Joint:
         self.settings.set_max_velocity(velocity)
 
     def enable(self, drive_percent: int | None = None, hold_percent: int | None = None) -> None:
-        """Engage the motor at its present position, with stall detection and the configured limits.
+        """Enable the motor at its present position, with stall detection and the configured limits.
 
         Original firmware (version 1) turns and checks nothing here: it compares motor and encoder
-        at power-up, and engages a motor that has no supply. A version 2 joint checks by a movement
+        at power-up, and enables a motor that has no supply. A version 2 joint checks by a movement
         of at most 3 degrees of the motor that motor and encoder agree: the first time after it
         booted, and where friction held the rotor opposite to its field.
 
@@ -337,7 +328,7 @@ class Joint:
                 f"{self.name} {what} current", percent, 1, 100, "%", "disable() switches it off"
             )
         settings.check_acceleration(parameters.max_acceleration)
-        # If only the answer is lost, the motor is engaged.
+        # If only the answer is lost, the motor is enabled.
         self.may_be_energised = True
         self.session.write(Register.SETUP, drive, hold)
         self._supervise(not_busy, _ORIENTATION_TIMEOUT, "enabling")
@@ -350,7 +341,7 @@ class Joint:
         settings.set_max_velocity(parameters.max_velocity)
 
     def disable(self) -> None:
-        """Ramp down, wait for standstill and release the motor.
+        """Ramp down, wait for standstill and switch the motor's power off.
 
         Every step is tried, even if an earlier one failed.
 

@@ -35,7 +35,7 @@ from bioscara.errors import (
     NotSupportedError,
     WrongJointError,
 )
-from bioscara.protocol import MAGIC, PROTOCOL, READ, TRAILER, Flags, Register
+from bioscara.protocol import MAGIC, PROTOCOL, READ, Flags, Register
 
 _V1_ANSWERS = 12
 """Answers of version 1 to HELLO, with a PING after each, that identify a joint as version 1. Bits
@@ -43,8 +43,7 @@ that flip in every request make a version 2 joint give such an answer in one of 
 _NEVER_V1 = 0xF0
 """Bits that version 1 never sets in the flags, its only answer to an unknown register."""
 _MAGIC_FIRST = MAGIC & 0xFF
-_MESSAGE, _PING = READ[Register.HELLO], READ[Register.PING]
-_WHOLE = _MESSAGE.answer_size + TRAILER
+_HELLO, _PING = READ[Register.HELLO], READ[Register.PING]
 _ACKNOWLEDGE = ord("O")
 _MAGIC_TIMES = 2
 """Times that a joint not known to speak version 2 must send the magic before more is read."""
@@ -136,10 +135,10 @@ def await_power_up(
         "case the arm was just switched on"
     )
     clock.sleep_until(clock.now() + START_UP)
-    woken = [address for address in silent.values() if acknowledges(bus, address)]
-    if woken:
+    awake = [address for address in silent.values() if acknowledges(bus, address)]
+    if awake:
         clock.sleep_until(clock.now() + START_UP)
-    for address in woken:
+    for address in awake:
         forget_silence(bus, address)
 
 
@@ -200,7 +199,7 @@ def _wake(bus: Bus, clock: Clock, address: int) -> None:
 
 
 def _hello(address: int, sealed_for: int, read: int) -> Transaction:
-    return Transaction(address, _MESSAGE.encode_v2(sealed_for, 0), read)
+    return Transaction(address, _HELLO.encode_v2(sealed_for, 0), read)
 
 
 def _first_byte(bus: Bus, address: int, sealed_for: int) -> int:
@@ -225,9 +224,9 @@ def _first_answer(bus: Bus, clock: Clock, address: int, times: int) -> int | Non
 
 
 def _read_hello(bus: Bus, address: int, sealed_for: int) -> Hello:
-    result = _exchange(bus, _hello(address, sealed_for, _WHOLE))
+    result = _exchange(bus, _hello(address, sealed_for, _HELLO.sealed_answer_size))
     try:
-        answer = _MESSAGE.decode_v2(sealed_for, 0, result)
+        answer = _HELLO.decode_v2(sealed_for, 0, result)
     except CorruptFrameError as error:
         raise _unknown_answer(address, result) from error
     if sealed_for == address:
