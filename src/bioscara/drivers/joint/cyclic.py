@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from bioscara.bus import Transaction
-from bioscara.drivers.joint.feedback import Feedback
+from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.joint.readiness import Readiness
 from bioscara.drivers.joint.sample import FLAGS, JointSample, Quality, Setpoint
 from bioscara.drivers.link.session import Session
@@ -60,7 +60,7 @@ class CyclicExchange:
     def __init__(
         self,
         session: Session,
-        feedback: Feedback,
+        feedback: EncoderFeedback,
         readiness: Readiness,
         parameters: JointParameters,
     ) -> None:

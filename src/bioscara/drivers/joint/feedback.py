@@ -23,7 +23,7 @@ _FRESH = Quality.FRESH
 _new = tuple.__new__
 
 
-class Feedback:
+class EncoderFeedback:
     """Reads the state of one joint and converts it to joint units.
 
     The joint stores the position of its encoder's zero (the homing offset). Without a known offset

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bioscara.drivers.joint.feedback import Feedback
+from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.joint.limits import SetpointLimits
 from bioscara.drivers.joint.settings import Settings
 from bioscara.drivers.link.session import Session
@@ -35,7 +35,7 @@ class HomingProcedure:
     def __init__(
         self,
         session: Session,
-        feedback: Feedback,
+        feedback: EncoderFeedback,
         settings: Settings,
         limits: SetpointLimits,
         parameters: JointParameters,

@@ -11,7 +11,7 @@ from bioscara.arguments import flag, number, shown, whole
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.drivers.joint.cyclic import CyclicExchange
-from bioscara.drivers.joint.feedback import Feedback
+from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.joint.homing import HomingProcedure
 from bioscara.drivers.joint.limits import SetpointLimits, check_limit
 from bioscara.drivers.joint.monitor import (
@@ -95,7 +95,7 @@ class Joint:
         self.session = session = Session(
             bus, clock, parameters.name, parameters.number, parameters.address
         )
-        self.feedback = Feedback(session, clock, parameters)
+        self.feedback = EncoderFeedback(session, clock, parameters)
         self.settings = Settings(session, parameters)
         self.limits = SetpointLimits(parameters)
         self.readiness = Readiness(parameters.name, session, self.feedback)

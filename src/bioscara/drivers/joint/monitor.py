@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 from bioscara.arguments import function
 from bioscara.clock import Clock
-from bioscara.drivers.joint.feedback import Feedback
+from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.joint.sample import JointSample
 from bioscara.drivers.joint.settings import Settings
 from bioscara.drivers.joint.transmission import DEG_PER_MICROSTEP
@@ -60,7 +60,7 @@ class MotionMonitor:
     def __init__(
         self,
         session: Session,
-        feedback: Feedback,
+        feedback: EncoderFeedback,
         settings: Settings,
         clock: Clock,
         parameters: JointParameters,

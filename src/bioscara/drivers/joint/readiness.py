@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bioscara.drivers.joint.feedback import Feedback
+from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.link.session import Session
 from bioscara.errors import (
     IncorrectStateError,
@@ -31,7 +31,7 @@ class Readiness:
 
     __slots__ = ("_feedback", "_name", "_session", "blocking")
 
-    def __init__(self, name: str, session: Session, feedback: Feedback) -> None:
+    def __init__(self, name: str, session: Session, feedback: EncoderFeedback) -> None:
         self._name, self._session, self._feedback = name, session, feedback
         self.blocking = Register.NONE
 
