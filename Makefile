@@ -101,7 +101,7 @@ laws: $(VENV)/.dev firmware
 	    tests/planning/test_room.py tests/planning/test_bodies.py tests/control/test_clearance.py \
 	    tests/robot/test_beside_itself.py \
 	    tests/system/test_random_faults.py tests/system/test_load_speed.py tests/robot/test_robot_fuzz.py \
-	    tests/drivers/test_greeting.py tests/sim/test_socket_bus.py tests/oracle tests/firmware
+	    tests/drivers/test_handshake.py tests/sim/test_socket_bus.py tests/oracle tests/firmware
 
 mutants: $(VENV)/.dev
 	@$(BIN)/python tests/mutants.py

@@ -129,6 +129,8 @@ def items(
     Raises:
         InvalidArgumentError: It is something else, such as a text, a set or a single number.
     """
+    if type(values) is list:
+        return tuple(values)
     ordered = isinstance(values, Sequence) and not isinstance(values, str | bytes | bytearray)
     if not ordered and getattr(values, "ndim", None) != 1:
         raise error(f"{what} are {shown(values)}; {remedy}")

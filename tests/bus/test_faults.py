@@ -70,7 +70,7 @@ def test_stuck_stops_every_address(recognised: bool, kind: type[CommunicationErr
     assert wire.arrived == [frame(J3)]
 
 
-def test_unavailable_raises_for_so_many_transfers() -> None:
+def test_unavailable_raises_for_the_given_number_of_transfers() -> None:
     bus, wire = faulty()
     bus.unavailable(2)
     for _ in range(2):
@@ -108,7 +108,7 @@ def test_flip_out_changes_exactly_the_bit_named(content: bytes, data: st.DataObj
 
 
 @given(st.integers(1, 40), st.integers(0, 2**32))
-def test_flip_back_changes_so_many_bits_of_the_answer(bits: int, seed: int) -> None:
+def test_flip_back_changes_the_given_number_of_bits(bits: int, seed: int) -> None:
     bus, wire = faulty(seed)
     bus.flip(Direction.BACK, bits=bits)
     (got,) = bus.transfer([frame(J1)])
@@ -165,7 +165,7 @@ def test_replay_delivers_the_last_frames_again() -> None:
     assert wire.arrived == [*sent, *sent[1:4]]
 
 
-def test_delay_delivers_after_so_many_others() -> None:
+def test_delay_delivers_after_the_given_number_of_others() -> None:
     bus, wire = faulty()
     bus.delay(2, When(first=0x00))
     sent = [frame(J1, bytes((i,))) for i in range(4)]
@@ -201,11 +201,11 @@ def test_slow_without_a_clock_is_refused() -> None:
 def test_when_picks_by_first_byte_count_and_start() -> None:
     bus, _ = faulty()
     fault = bus.off(When(first=0x13, after=1, count=2))
-    spoilt = [
+    corrupted = [
         isinstance(bus.transfer([frame(J1, bytes((byte,)))])[0], NoAcknowledgeError)
         for byte in (0x13, 0x18, 0x13, 0x18, 0x13, 0x13)
     ]
-    assert spoilt == [False, False, True, False, True, False]
+    assert corrupted == [False, False, True, False, True, False]
     assert fault.hits == 2
 
 
@@ -238,12 +238,12 @@ def storm(seed: int) -> tuple[list[object], list[Transaction]]:
     return results, wire.arrived
 
 
-def test_the_same_seed_spoils_the_same_and_another_seed_does_not() -> None:
+def test_the_same_seed_corrupts_the_same_transactions() -> None:
     assert storm(7) == storm(7)
     assert storm(7) != storm(8)
 
 
-def test_an_intermittent_fault_hits_about_as_often_as_it_says() -> None:
+def test_an_intermittent_fault_hits_with_its_probability() -> None:
     bus, _ = faulty()
     fault = bus.off(When(probability=0.25))
     bus.transfer([frame(J1)] * 4000)

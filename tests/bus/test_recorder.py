@@ -39,7 +39,7 @@ class Ticks:
 
 POSITION = Transaction(0x11, b"\x18", 5)
 STOP = Transaction(0x12, b"\x29\x00", 1)
-NOBODY = Transaction(ABSENT, b"\x18", 5)
+TO_NO_DEVICE = Transaction(ABSENT, b"\x18", 5)
 
 transfers = st.lists(
     st.lists(
@@ -80,7 +80,7 @@ def recorded(tmp_path: Path) -> Path:
     wire = Wire()
     with RecordingBus(wire, path, Ticks()) as bus:
         bus.transfer([POSITION, STOP])
-        bus.transfer([NOBODY])
+        bus.transfer([TO_NO_DEVICE])
         wire.unavailable = True
         with pytest.raises(BusUnavailableError):
             bus.transfer([POSITION])
@@ -100,7 +100,7 @@ def test_records_carry_time_requests_and_outcomes(recorded: Path) -> None:
 def test_a_replay_raises_what_was_raised_and_says_where_it_ends(recorded: Path) -> None:
     with ReplayBus(recorded) as replay:
         replay.transfer([POSITION, STOP])
-        replay.transfer([NOBODY])
+        replay.transfer([TO_NO_DEVICE])
         with pytest.raises(BusUnavailableError, match="the wire is cut"):
             replay.transfer([POSITION])
         with pytest.raises(ReplayError, match="ends after 3 records") as caught:

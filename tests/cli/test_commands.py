@@ -95,7 +95,7 @@ def test_joints_waits_where_nobody_acknowledges_and_says_so(
     assert main(["joints"]) == 1
     assert robot.clock.now() - begin > 1.0
     told = capsys.readouterr()
-    assert "nobody acknowledges at the address of j2; waiting 1 s" in told.err
+    assert "no device acknowledges at the address of j2; waiting 1 s" in told.err
     assert "missing" in told.out
 
 

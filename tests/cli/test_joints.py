@@ -121,8 +121,8 @@ def test_joints_that_are_switched_on_meanwhile_are_waited_for_and_listed(
     assert main(words) == 0
     out, err = capsys.readouterr()
     assert err == (
-        "bioscara: nobody acknowledges at the address of j3; waiting 1 s, in case the arm was just "
-        "switched on\n"
+        "bioscara: no device acknowledges at the address of j3; waiting 1 s, in case the arm was "
+        "just switched on\n"
     )
     assert "NOTHOMED NOTENABLED" in line(out, "j3")
 

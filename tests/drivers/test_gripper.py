@@ -144,7 +144,7 @@ def test_a_refused_write_names_path_and_remedy(
     assert kernel.value(channel, "enable") == 0
 
 
-def test_a_channel_that_the_kernel_uses_itself_is_told_from_a_missing_one(
+def test_a_channel_used_by_the_kernel_is_distinguished_from_a_missing_one(
     kernel: Kernel, channel: Path
 ) -> None:
     kernel.refuse["export"] = OSError(errno.EBUSY, os.strerror(errno.EBUSY))
@@ -173,11 +173,11 @@ def test_widths_become_the_pulses_of_the_original(
 ) -> None:
     hand = gripper(kernel, file)
     hand.enable()
-    told = hand.set_width(width)
+    commanded = hand.set_width(width)
     expected = pulse_us(width)
     assert kernel.value(channel, "duty_cycle") == pytest.approx(expected * 1000, abs=1)
-    assert told == pytest.approx(0.058 + (expected - 1500) * 90 / 500 / 3333.3, abs=1e-9)
-    assert hand.state.width == told
+    assert commanded == pytest.approx(0.058 + (expected - 1500) * 90 / 500 / 3333.3, abs=1e-9)
+    assert hand.state.width == commanded
     assert hand.state.assumed
 
 
@@ -207,7 +207,7 @@ def test_only_an_enabled_gripper_moves(kernel: Kernel, channel: Path, file: Path
         hand.set_width(0.05)
 
 
-def test_the_last_width_is_kept(kernel: Kernel, channel: Path, file: Path) -> None:
+def test_the_last_width_is_stored(kernel: Kernel, channel: Path, file: Path) -> None:
     first = gripper(kernel, file)
     assert first.state.width == pytest.approx(PARAMETERS.initial)
     first.enable()
@@ -233,7 +233,7 @@ def test_a_host_that_dies_leaves_the_width(kernel: Kernel, channel: Path, file: 
     assert [name for name, _ in kernel.writes] == ["duty_cycle"]
 
 
-def test_the_same_width_again_costs_nothing(kernel: Kernel, channel: Path, file: Path) -> None:
+def test_the_same_width_is_not_written_again(kernel: Kernel, channel: Path, file: Path) -> None:
     hand = gripper(kernel, file)
     hand.enable()
     hand.set_width(0.1)
@@ -259,7 +259,7 @@ def test_the_same_width_again_costs_nothing(kernel: Kernel, channel: Path, file:
         b'{"breadth": 0.1}',
     ],
 )
-def test_a_corrupt_state_file_means_the_default(
+def test_a_corrupt_state_file_gives_the_default_width(
     kernel: Kernel, file: Path, content: bytes, caplog: pytest.LogCaptureFixture
 ) -> None:
     file.parent.mkdir()
@@ -314,7 +314,7 @@ def test_calibration_finds_the_line_it_was_measured_on(
         ((10.0, 0.05), (20.0, math.inf)),
     ],
 )
-def test_calibration_refuses_what_is_no_line(
+def test_calibration_refuses_points_without_a_line(
     first: tuple[float, float], second: tuple[float, float]
 ) -> None:
     with pytest.raises(InvalidArgumentError, match="calibration"):

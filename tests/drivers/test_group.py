@@ -26,7 +26,7 @@ PERIOD = 0.02
 
 
 def here(joints: list[Joint]) -> list[Setpoint]:
-    """Return setpoints at which the joints stand, inside their limits."""
+    """Return setpoints at which the joints are, inside their limits."""
     return [
         Setpoint(
             min(max(joint.get_position(), joint.parameters.lower), joint.parameters.upper), 0.0
@@ -87,7 +87,7 @@ def test_a_ramp_is_followed(v1: bool) -> None:
 
 
 @pytest.mark.parametrize("bad", [math.nan, math.inf, 4.0])
-def test_one_bad_setpoint_and_nothing_is_sent_to_anyone(bad: float) -> None:
+def test_one_bad_setpoint_prevents_all_frames(bad: float) -> None:
     world = World()
     joints = world.ready()
     setpoints = here(joints)
@@ -107,7 +107,7 @@ def test_one_bad_setpoint_and_nothing_is_sent_to_anyone(bad: float) -> None:
 
 
 @BOTH
-def test_a_joint_that_cannot_move_does_not_hold_up_the_others(v1: bool) -> None:
+def test_a_joint_that_cannot_move_does_not_block_the_others(v1: bool) -> None:
     world = World(v1=v1)
     joints = world.ready()
     setpoints = here(joints)
@@ -122,7 +122,7 @@ def test_a_joint_that_cannot_move_does_not_hold_up_the_others(v1: bool) -> None:
 
 
 @BOTH
-def test_one_bad_cycle_is_coasted_over(v1: bool) -> None:
+def test_one_bad_cycle_gives_the_last_sample(v1: bool) -> None:
     world = World(v1=v1)
     joints = world.ready()
     setpoints = here(joints)
@@ -142,7 +142,7 @@ def test_one_bad_cycle_is_coasted_over(v1: bool) -> None:
 
 @BOTH
 @pytest.mark.parametrize("direction", list(Direction))
-def test_a_retry_mends_the_cycle(v1: bool, direction: Direction) -> None:
+def test_a_retry_recovers_the_cycle(v1: bool, direction: Direction) -> None:
     world = World(v1=v1)
     joints = world.ready()
     setpoints = here(joints)
@@ -230,7 +230,7 @@ def test_a_noisy_bus_moves_nothing_and_loses_little() -> None:
         assert report.crc_errors > 0
 
 
-def test_a_restart_in_a_cycle_is_told() -> None:
+def test_a_restart_in_a_cycle_is_reported() -> None:
     world = World()
     joints = world.ready()
     setpoints = here(joints)
@@ -242,7 +242,7 @@ def test_a_restart_in_a_cycle_is_told() -> None:
         assert sum(isinstance(outcome, JointSample) for outcome in outcomes) == 3
 
 
-def test_a_fault_in_a_cycle_is_told() -> None:
+def test_a_fault_in_a_cycle_is_reported() -> None:
     world = World()
     joints = world.ready("j4")
     joints[0].set_velocity(-1.0)
@@ -255,7 +255,7 @@ def test_a_fault_in_a_cycle_is_told() -> None:
     assert sample.state is JointState.FAULTED
 
 
-def test_without_any_sample_there_is_nothing_to_coast_on() -> None:
+def test_a_bad_cycle_without_an_earlier_sample_is_its_error() -> None:
     world = World()
     joint = world.joints[0]
     joint.init()
@@ -274,7 +274,7 @@ def test_a_bus_that_is_gone_and_joints_of_two_buses() -> None:
         read_states(joints)
 
 
-def test_a_limit_error_says_the_limit() -> None:
+def test_a_limit_error_has_the_limits() -> None:
     world = World()
     joints = world.ready("j4")
     with pytest.raises(LimitError) as caught:
@@ -304,7 +304,7 @@ def test_velocities_go_to_all_joints_in_one_call_of_one_exchange_each(v1: bool) 
         assert outcome.position == joint.last.position
 
 
-def test_one_velocity_too_many_sends_nothing() -> None:
+def test_a_wrong_number_of_velocities_sends_nothing() -> None:
     world = World()
     joints = world.ready("j1", "j3")
     world.tap.calls.clear()
@@ -318,7 +318,7 @@ def test_one_velocity_too_many_sends_nothing() -> None:
 
 
 @BOTH
-def test_a_joint_without_room_is_stopped_and_the_others_are_driven(v1: bool) -> None:
+def test_a_joint_too_near_its_limit_is_stopped_and_the_others_are_driven(v1: bool) -> None:
     world = World(v1=v1)
     joints = world.ready("j3", "j4")
     stopped = driven = False
@@ -340,7 +340,7 @@ def test_a_joint_without_room_is_stopped_and_the_others_are_driven(v1: bool) -> 
     assert world.arm.velocity("j4") == pytest.approx(-1.0, rel=0.1)
 
 
-def test_an_old_sample_leaves_less_room() -> None:
+def test_an_old_sample_leaves_less_stopping_distance() -> None:
     world = World()
     (joint,) = world.ready("j3")
     read_states([joint])
@@ -348,10 +348,12 @@ def test_an_old_sample_leaves_less_room() -> None:
     speed = 1.0
     # At this distance a fresh sample leaves just enough room, one of 0.1 s ago does not.
     room = speed * 0.06 + speed**2 / (2.0 * joint.parameters.max_acceleration)
-    joint.last = joint.last._replace(position=joint.parameters.upper - room - 0.01, velocity=0.0)
+    joint.feedback.last = joint.last._replace(
+        position=joint.parameters.upper - room - 0.01, velocity=0.0
+    )
     assert here < joint.parameters.upper
     assert isinstance(drive([joint], [speed])[0], JointSample)
-    joint.last = joint.last._replace(stamp=joint.clock.now() - 0.1)
+    joint.feedback.last = joint.last._replace(stamp=joint.clock.now() - 0.1)
     assert isinstance(drive([joint], [speed])[0], LimitError)
 
 
@@ -359,7 +361,7 @@ def test_setpoints_of_a_joint_found_outside_only_lead_back() -> None:
     world = World()
     (joint,) = world.ready("j3")
     lower = joint.parameters.lower
-    joint.start_from(lower - 0.2)
+    joint.limits.start_from(lower - 0.2)
     with pytest.raises(LimitError):
         track([joint], [Setpoint(lower - 0.21)])
     track([joint], [Setpoint(lower - 0.1)])

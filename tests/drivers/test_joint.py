@@ -69,7 +69,7 @@ def test_init_arms_the_session_and_sets_the_watchdog() -> None:
     assert joint.session.read(Register.WATCHDOG).values == (60,)
 
 
-def test_nobody_at_the_address() -> None:
+def test_no_device_at_the_address() -> None:
     world = World()
     joint = world.joint(ARM.joints[0], address=0x15)
     with pytest.raises(NoAcknowledgeError, match=r"j1 \(0x15\).*HELLO"):
@@ -79,14 +79,14 @@ def test_nobody_at_the_address() -> None:
 def test_another_joint_at_the_address() -> None:
     world = World()
     joint = world.joint(ARM.joints[0], address=0x12)
-    with pytest.raises(WrongJointError, match="says that it is j2"):
+    with pytest.raises(WrongJointError, match="reports that it is j2"):
         joint.init()
     with pytest.raises(NotInitializedError):
         joint.enable()
 
 
 @BOTH
-def test_garbage_is_no_joint(v1: bool) -> None:
+def test_noise_is_not_identified_as_a_joint(v1: bool) -> None:
     world = World(v1=v1)
     world.bus.garbage()
     with pytest.raises(CorruptFrameError):
@@ -98,7 +98,9 @@ def test_garbage_is_no_joint(v1: bool) -> None:
 
 @BOTH
 @pytest.mark.parametrize(("index", "home"), list(enumerate(HOME)))
-def test_home_and_what_is_left_of_it(v1: bool, index: int, home: tuple[str, float]) -> None:
+def test_home_sets_the_position_and_disable_removes_the_torque(
+    v1: bool, index: int, home: tuple[str, float]
+) -> None:
     world = World(v1=v1)
     name, position = home
     joint = world.joints[index]
@@ -107,10 +109,10 @@ def test_home_and_what_is_left_of_it(v1: bool, index: int, home: tuple[str, floa
     joint.home(progress=seen.append)
     assert joint.is_homed()
     assert joint.is_enabled()
-    assert joint.current_blocking_command is Register.NONE
+    assert joint.readiness.blocking is Register.NONE
     assert any(sample.flags & Flags.BUSY for sample in seen)
     assert all(sample.position is None for sample in seen if sample.flags & Flags.NOTHOMED)
-    assert joint.get_homing_offset() == pytest.approx(position, rel=1e-6)
+    assert joint.feedback.read_offset() == pytest.approx(position, rel=1e-6)
     error = home_error(name, v1=v1)
     assert joint.get_position() == pytest.approx(world.arm.position(name), abs=error)
     assert abs(joint.get_position() - position) < error + 5e-5
@@ -136,7 +138,7 @@ def test_a_new_host_knows_the_position_without_homing(v1: bool) -> None:
 
 @BOTH
 @pytest.mark.parametrize("homed_before", [False, True])
-def test_a_home_whose_offset_was_never_written_is_none(v1: bool, homed_before: bool) -> None:
+def test_a_home_without_a_stored_offset_does_not_count(v1: bool, homed_before: bool) -> None:
     world = World(v1=v1)
     joint = world.ready("j4")[0] if homed_before else world.joints[3]
     joint.init()
@@ -237,16 +239,16 @@ def test_settings_are_checked() -> None:
     joint.init()
     calls = len(world.tap.calls)
     for operation, value in (
-        (joint.set_drive_current, 101),
-        (joint.set_hold_current, -1),
+        (joint.settings.set_drive_current, 101),
+        (joint.settings.set_hold_current, -1),
         (joint.set_max_acceleration, 2.1),
         (joint.set_max_acceleration, 0.0),
         (joint.set_max_acceleration, math.nan),
         (joint.set_max_velocity, -1.0),
         (joint.set_max_velocity, math.inf),
-        (joint.enable_stallguard, 0),
-        (joint.enable_stallguard, 256),
-        (joint.set_homing_offset, math.nan),
+        (joint.settings.enable_stallguard, 0),
+        (joint.settings.enable_stallguard, 256),
+        (joint.feedback.store_offset, math.nan),
         (joint.check_orientation, 1.0),
         (joint.start_homing, 0.0),
         (joint.start_homing, 0.9),
@@ -254,11 +256,11 @@ def test_settings_are_checked() -> None:
         with pytest.raises((InvalidArgumentError, NotEnabledError)):
             operation(value)  # type: ignore[operator]
     with pytest.raises(ValueError, match="7"):
-        joint.set_brake_mode(7)  # type: ignore[arg-type]
+        joint.settings.set_brake_mode(7)  # type: ignore[arg-type]
     assert len(world.tap.calls) == calls
 
 
-def test_the_order_of_life_is_kept() -> None:
+def test_the_life_cycle_order_is_enforced() -> None:
     world = World()
     joint = world.joints[3]
     with pytest.raises(NotInitializedError):
@@ -279,8 +281,8 @@ def test_settings_reach_the_joint() -> None:
     joint = world.ready("j4")[0]
     joint.set_max_velocity(0.2)
     joint.set_max_acceleration(1.0)
-    joint.set_drive_current(25)
-    joint.set_brake_mode(BrakeMode.COOL_BRAKE)
+    joint.settings.set_drive_current(25)
+    joint.settings.set_brake_mode(BrakeMode.COOL_BRAKE)
     for _ in range(50):
         joint.set_position(2.0)
         world.arm.run(0.02)
@@ -290,7 +292,7 @@ def test_settings_reach_the_joint() -> None:
         world.arm.run(0.02)
     speed = (world.arm.position("j4") - before) / (world.arm.now() - start)
     assert speed == pytest.approx(-0.2, rel=0.05)
-    joint.set_hold_current(0)
+    joint.settings.set_hold_current(0)
     assert joint.get_flags() & Flags.NOTENABLED
 
 
@@ -300,7 +302,7 @@ def test_without_the_closed_loop_a_joint_is_disabled(v1: bool) -> None:
     joint = world.joints[0]
     joint.init()
     joint.enable()
-    joint.disable_closed_loop()
+    joint.settings.disable_closed_loop()
     world.arm.run(0.1)
     assert not joint.is_enabled()
     # Its hold current stays: that alone does not make it count as released.
@@ -317,11 +319,11 @@ def test_steps_can_be_cancelled() -> None:
         joint.move_steps(100 * STEPS, cancel=lambda: abs(joint.last.velocity) > 0.05)
     world.arm.run(0.5)  # the load swings behind its belt
     assert abs(world.arm.velocity("j1")) < 0.01
-    way = joint.transmission.microsteps_to_distance(100 * STEPS)
-    assert 0.0 < (world.arm.position("j1") - before) / way < 0.5
+    displacement = joint.feedback.transmission.microsteps_to_displacement(100 * STEPS)
+    assert 0.0 < (world.arm.position("j1") - before) / displacement < 0.5
 
 
-def test_the_joint_itself_refuses_what_the_host_let_through() -> None:
+def test_the_joint_refuses_setpoints_that_the_host_did_not_check() -> None:
     world = World()
     joint = world.joints[3]
     joint.init()
@@ -334,7 +336,7 @@ def test_the_joint_itself_refuses_what_the_host_let_through() -> None:
     with pytest.raises(IncorrectStateError, match="HOME is running"):
         joint.start_homing()
     joint.stop()
-    assert joint.current_blocking_command is Register.NONE
+    assert joint.readiness.blocking is Register.NONE
 
 
 def test_silence_latches_a_fault_that_must_be_cleared() -> None:
@@ -358,7 +360,7 @@ def test_silence_latches_a_fault_that_must_be_cleared() -> None:
     assert joint.is_homed()
 
 
-def test_a_restart_is_told_and_never_taken_for_homed() -> None:
+def test_a_restart_is_reported_and_never_taken_for_homed() -> None:
     world = World()
     joint = world.ready("j4")[0]
     joint.track(joint.get_position() - 0.01)
@@ -400,7 +402,7 @@ def test_homing_can_be_cancelled() -> None:
     world.arm.run(0.5)
     assert abs(world.arm.velocity("j1")) < 1e-3
     assert joint.get_flags() & Flags.NOTHOMED
-    assert joint.current_blocking_command is Register.NONE
+    assert joint.readiness.blocking is Register.NONE
     with pytest.raises(IncorrectStateError, match="no homing"):
         joint.post_homing()
 
@@ -453,7 +455,9 @@ def test_move_steps_moves_once_even_if_its_answer_is_lost(v1: bool) -> None:
         joint.move_steps(STEPS)
         assert world.tap.count(Register.MOVESTEPS) == 2
     moved = world.arm.position("j1") - before
-    assert moved == pytest.approx(joint.transmission.microsteps_to_distance(STEPS), rel=0.1)
+    assert moved == pytest.approx(
+        joint.feedback.transmission.microsteps_to_displacement(STEPS), rel=0.1
+    )
 
 
 def test_move_steps_respects_the_limits_of_a_homed_joint() -> None:
@@ -505,7 +509,7 @@ def test_disable_tries_every_step() -> None:
     assert not joint.is_enabled()
 
 
-def test_disable_ramps_down_before_the_current_goes() -> None:
+def test_disable_ramps_down_before_it_removes_the_current() -> None:
     world = World()
     joint = world.ready("j4")[0]
     for _ in range(20):
@@ -527,7 +531,7 @@ def test_a_version_1_joint_names_the_firmware_it_lacks() -> None:
             operation()
 
 
-def test_errors_of_the_bus_are_asked_for_only_where_they_are_counted() -> None:
+def test_bus_errors_are_requested_only_from_firmware_that_counts_them() -> None:
     joint = World().ready("j4")[0]
     assert joint.get_bus_errors() == 0
     assert joint.hello is not None
@@ -555,10 +559,10 @@ def test_the_orientation_check_passes(v1: bool) -> None:
     joint.init()
     joint.enable()
     joint.check_orientation()
-    assert joint.current_blocking_command is Register.NONE
+    assert joint.readiness.blocking is Register.NONE
 
 
-def test_a_late_copy_of_an_earlier_arm_does_not_bring_that_session_back() -> None:
+def test_a_delayed_copy_of_arm_does_not_reopen_an_earlier_session() -> None:
     world = World(frequency=None)
     first, second = world.joint(ARM.joints[0]), world.joint(ARM.joints[0])
     first.init()
@@ -633,7 +637,7 @@ def test_a_joint_that_is_not_ready_gets_no_setpoint(
 
 @pytest.mark.parametrize("v1", [False, True])
 @pytest.mark.parametrize("command", SETPOINTS)
-def test_a_joint_that_let_go_unseen_is_no_success(
+def test_a_motor_that_was_released_unnoticed_is_not_a_success(
     command: Callable[[Joint], None], v1: bool
 ) -> None:
     world = World(v1=v1)
@@ -648,7 +652,7 @@ def test_a_joint_that_let_go_unseen_is_no_success(
         command(joint)
 
 
-def test_a_move_that_a_fault_ended_is_told_with_the_fault() -> None:
+def test_a_move_ended_by_a_fault_raises_the_fault() -> None:
     world = World()
     (joint,) = world.ready("j1")
     with pytest.raises(JointFaultError) as caught:
@@ -657,7 +661,7 @@ def test_a_move_that_a_fault_ended_is_told_with_the_fault() -> None:
     assert not joint.is_enabled()
 
 
-def test_a_joint_that_restarts_between_greeting_and_arming_has_restarted() -> None:
+def test_a_restart_between_hello_and_arm_is_reported() -> None:
     world = World()
     joint = world.joints[0]
     transfer = world.tap.transfer
@@ -677,11 +681,11 @@ def test_a_joint_that_restarts_between_greeting_and_arming_has_restarted() -> No
 
 
 @pytest.mark.parametrize("offset", [float("nan"), float("inf")])
-def test_an_offset_that_is_no_number_is_refused_by_the_joint_it_is_for(offset: float) -> None:
+def test_a_homing_offset_that_is_not_finite_names_its_joint(offset: float) -> None:
     world = World()
     world.joints[0].init()
     with pytest.raises(InvalidArgumentError, match="j1 homing offset"):
-        world.joints[0].set_homing_offset(offset)
+        world.joints[0].feedback.store_offset(offset)
 
 
 @pytest.mark.parametrize(
@@ -693,7 +697,7 @@ def test_an_offset_that_is_no_number_is_refused_by_the_joint_it_is_for(offset: f
         (lambda joint: joint.check_orientation(math.radians(10.1)), "j1 orientation check angle"),
     ],
 )
-def test_a_limit_is_told_with_joint_and_remedy_and_nothing_is_sent(
+def test_a_limit_error_names_joint_and_remedy_and_nothing_is_sent(
     command: Callable[[Joint], None], words: str
 ) -> None:
     world = World()
@@ -704,15 +708,15 @@ def test_a_limit_is_told_with_joint_and_remedy_and_nothing_is_sent(
     assert world.tap.calls == []
 
 
-def test_no_room_is_known_without_a_position() -> None:
+def test_stopping_cannot_be_checked_without_a_position() -> None:
     world = World()
     (joint,) = world.ready("j1")
     sample = joint.read_state()._replace(position=None)
     with pytest.raises(NotHomedError, match="j1: its position is not known"):
-        joint.require_room(0.1, sample, world.arm.now())
+        joint.limits.check_stopping(0.1, sample, world.arm.now(), 1.0)
 
 
-def test_a_joint_that_let_go_unseen_is_told_so_also_where_there_is_no_room() -> None:
+def test_a_released_motor_is_reported_also_near_a_limit() -> None:
     world = World(v1=True)
     (joint,) = world.ready("j1")
     fast = math.copysign(joint.parameters.max_velocity, joint.get_position())

@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from bioscara.drivers import Gripper, Joint, Pwm, Setpoint, calibrate, drive, track
+from bioscara.drivers.joint.limits import SetpointLimits
+from bioscara.drivers.joint.settings import Settings
 from bioscara.model import load_parameters
 from bioscara.protocol import BrakeMode, Flags
 from bioscara.sim import SimulatedServo
@@ -25,19 +28,21 @@ def commands(joint: Any) -> dict[str, Base]:
     parameters, here = joint.parameters, joint.get_position()
     callbacks: Base = {"progress": lambda _: None, "cancel": lambda: False}
     return {
-        "set_homing_offset": {"offset": joint.get_homing_offset()},
+        "feedback.store_offset": {"offset": joint.feedback.read_offset()},
         "clear_fault": {"fault": "STALL"},
-        "set_drive_current": {"percent": parameters.drive_current_percent},
-        "set_hold_current": {"percent": parameters.hold_current_percent},
-        "set_brake_mode": {"mode": BrakeMode.FREEWHEEL},
+        "settings.set_drive_current": {"percent": parameters.drive_current_percent},
+        "settings.set_hold_current": {"percent": parameters.hold_current_percent},
+        "settings.set_brake_mode": {"mode": BrakeMode.FREEWHEEL},
         "set_max_acceleration": {"acceleration": parameters.max_acceleration},
         "set_max_velocity": {"velocity": parameters.max_velocity},
-        "enable_stallguard": {"threshold": parameters.stall_threshold},
-        "check_setpoint": {"position": here, "velocity": 0.0},
-        "check_acceleration": {"acceleration": parameters.max_acceleration},
-        "check_position": {"position": here},
-        "check_velocity": {"velocity": 0.0},
-        "start_from": {"position": here},
+        "settings.set_max_acceleration": {"acceleration": parameters.max_acceleration},
+        "settings.set_max_velocity": {"velocity": parameters.max_velocity},
+        "settings.enable_stallguard": {"threshold": parameters.stall_threshold},
+        "settings.check_acceleration": {"acceleration": parameters.max_acceleration},
+        "limits.check_setpoint": {"setpoint": Setpoint(here, 0.0)},
+        "limits.check_position": {"position": here},
+        "limits.check_velocity": {"velocity": 0.0},
+        "limits.start_from": {"position": here},
         "enable": {"drive_percent": 50, "hold_percent": 50},
         "stop": {"hard": False},
         "set_position": {"position": here},
@@ -66,7 +71,7 @@ def test_a_joint_takes_a_value_or_refuses_it_and_stays_usable(v1: bool) -> None:
             nonlocal before
             world.arm.run(0.2)
             was, now = before, world.arm.position(joint.name)
-            if v1:  # A command accepted before goes on autonomously.
+            if v1:  # A command accepted before continues autonomously.
                 joint.stop()
                 world.arm.run(0.5)
             before = world.arm.position(joint.name)
@@ -74,13 +79,13 @@ def test_a_joint_takes_a_value_or_refuses_it_and_stays_usable(v1: bool) -> None:
             return f"it moved from {was} to {now}" if moved else ""
 
         def call(name: str = name, **values: object) -> None:
-            if joint.current_blocking_command:
+            if joint.readiness.blocking:
                 joint.stop()
             if joint.version == 2 and joint.get_flags() & Flags.FAULT:
                 joint.clear_fault()
             if joint.get_flags() & Flags.NOTENABLED:
                 joint.enable()
-            getattr(joint, name)(**values)
+            attrgetter(name)(joint)(**values)
 
         complaints += judge(f"Joint.{name}", call, base, after)
     joint.stop()
@@ -100,12 +105,15 @@ def test_every_command_of_a_joint_is_in_the_table() -> None:
     joint = world.joint(ARM.joints[2])
     joint.init()
     table = commands(joint)
-    inside = {"require_room", "require_ready", "position_of"}  # called by the package
+    inside = {"limits.check_stopping"}  # called by the package
     missing = [
-        f"{name}({parameter})"
-        for name, member in inspect.getmembers(Joint, inspect.isfunction)
+        f"{part}{name}({parameter})"
+        for part, kind in (("", Joint), ("settings.", Settings), ("limits.", SetpointLimits))
+        for name, member in inspect.getmembers(kind, inspect.isfunction)
         for parameter in set(inspect.signature(member).parameters) - {"self"}
-        if not name.startswith("_") and name not in inside and parameter not in table.get(name, {})
+        if not name.startswith("_")
+        and part + name not in inside
+        and parameter not in table.get(part + name, {})
     ]
     assert missing == []
 
@@ -141,8 +149,8 @@ def test_the_gripper_and_its_output_too(tmp_path: Path) -> None:
         gripper.enable()
         table: dict[str, tuple[Callable[..., object], Base]] = {
             "set_width": (gripper.set_width, {"width": 0.06}),
-            "tell_width": (gripper.tell_width, {"width": 0.06}),
-            "keep": (gripper.keep, {"width": 0.06}),
+            "command_width": (gripper.command_width, {"width": 0.06}),
+            "store_width": (gripper.store_width, {"width": 0.06}),
             "set_servo_angle": (gripper.set_servo_angle, {"angle_deg": 1.0}),
             "start": (pwm.start, {"period": 0.02, "pulse": 0.0015}),
             "set_pulse": (pwm.set_pulse, {"pulse": 0.0015}),

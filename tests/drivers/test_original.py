@@ -110,6 +110,13 @@ def homed(name: str) -> tuple[World, Joint]:
     return world, joint
 
 
+def other_host(world: World, joint: Joint, **changes: object) -> Joint:
+    """Return another driver of the same joint, initialised, with some other parameters."""
+    other = world.joint(joint.parameters, **changes)
+    other.init()
+    return other
+
+
 # 1. Never more is read than it writes.
 
 
@@ -142,12 +149,12 @@ def test_no_register_is_read_beyond_what_the_original_answers() -> None:
 
 def test_a_single_byte_that_looks_like_the_magic_does_not_have_more_read() -> None:
     world = World(v1=True)
-    spoilt = []
+    corrupted = []
 
     def transfer(transactions: Sequence[Transaction]) -> list[bytes | CommunicationError]:
         results = carried(transactions)
-        if transactions[0].write[:1] == bytes((R.HELLO,)) and not spoilt:
-            spoilt.append(True)
+        if transactions[0].write[:1] == bytes((R.HELLO,)) and not corrupted:
+            corrupted.append(True)
             return [b"S"]
         return results
 
@@ -162,7 +169,7 @@ def test_a_single_byte_that_looks_like_the_magic_does_not_have_more_read() -> No
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_joints_are_greeted_by_no_more_than_they_answer_whatever_fails(seed: int) -> None:
+def test_init_never_reads_more_than_the_joint_answers_despite_faults(seed: int) -> None:
     world, chance = World(v1=True), random.Random(seed)
     world.bus.off(When(probability=chance.choice((0.1, 0.4))))
     world.bus.lose(chance.choice(list(Direction)), When(probability=chance.choice((0.1, 0.4))))
@@ -171,7 +178,7 @@ def test_joints_are_greeted_by_no_more_than_they_answer_whatever_fails(seed: int
         try:
             joint.init()
             joint.read_state()
-            joint.get_homing_offset()
+            joint.feedback.read_offset()
             joint.check_communication()
         except BioscaraError:
             continue
@@ -185,7 +192,7 @@ def test_joints_are_greeted_by_no_more_than_they_answer_whatever_fails(seed: int
 # 2. A quiet time after each command that its loop executes.
 
 
-def test_a_whole_life_leaves_the_joint_alone_where_it_must() -> None:
+def test_a_whole_life_cycle_respects_the_quiet_times() -> None:
     world = World(v1=True)
     timed, joint = Timed(world), world.joints[3]
     joint.init()
@@ -207,7 +214,7 @@ CALLS: list[Callable[[Joint], object]] = [
     lambda joint: joint.keep_alive(),
     lambda joint: joint.stop(),
     lambda joint: joint.disable(),
-    lambda joint: joint.set_drive_current(20),
+    lambda joint: joint.settings.set_drive_current(20),
     lambda joint: joint.init(),
 ]
 
@@ -221,7 +228,7 @@ TAKEN_LATER: dict[Register, Callable[[Joint], object]] = {
 
 @pytest.mark.parametrize("command", list(TAKEN_LATER), ids=lambda register: register.name)
 @pytest.mark.parametrize("call", CALLS)
-def test_whoever_calls_after_a_deferred_command_waits_and_it_is_not_forgotten(
+def test_a_call_after_a_deferred_command_waits_until_it_is_taken(
     call: Callable[[Joint], object], command: Register
 ) -> None:
     world, joint = enabled("j4")
@@ -234,7 +241,7 @@ def test_whoever_calls_after_a_deferred_command_waits_and_it_is_not_forgotten(
     assert following - sent[0] < 30e-3, "and not much longer"
 
 
-def test_a_homing_that_is_polled_at_once_comes_to_its_end() -> None:
+def test_a_homing_that_is_polled_at_once_completes() -> None:
     world, joint = enabled("j4")
     joint.start_homing()
     assert joint.get_flags() & Flags.BUSY
@@ -263,7 +270,7 @@ def test_a_homing_that_was_stopped_before_it_moved_is_not_continued(stopped_afte
     joint.stop()
 
 
-def test_a_cycle_leaves_the_joint_alone_and_serves_the_others() -> None:
+def test_a_cycle_skips_a_quiet_joint_and_serves_the_others() -> None:
     world = World(v1=True)
     third, fourth = world.joints[2:]
     for joint in (third, fourth):
@@ -274,7 +281,7 @@ def test_a_cycle_leaves_the_joint_alone_and_serves_the_others() -> None:
     world.tap.calls.clear()
     begin = world.arm.now()
     there, quiet = read_states([third, fourth], retry=True)
-    assert world.arm.now() - begin < 5e-3, "nobody waited"
+    assert world.arm.now() - begin < 5e-3, "no wait"
     assert isinstance(there, JointSample)
     assert there.quality is Quality.FRESH
     assert isinstance(quiet, JointSample)
@@ -360,7 +367,7 @@ def test_a_maximum_velocity_is_set_in_position_mode(begin: Callable[[Joint], obj
     joint.stop()
     begin(joint)
     joint.set_max_velocity(0.5)
-    assert joint.max_velocity == 0.5
+    assert joint.settings.max_velocity == 0.5
     for _ in range(60):
         joint.set_position(2.5)
         world.arm.run(0.02)
@@ -418,7 +425,7 @@ def test_no_order_of_calls_sends_a_maximum_velocity_in_velocity_mode(seed: int) 
 
 def test_an_acceleration_that_wraps_is_refused_in_joint_units() -> None:
     world, joint = enabled("j4")
-    joint.parameters = replace(joint.parameters, max_acceleration=40.0)
+    joint = other_host(world, joint, max_acceleration=40.0)
     world.tap.calls.clear()
     with pytest.raises(
         LimitError, match=r"j4 acceleration .*: 31 rad/s\^2 is outside 0\.0004\d* \.\. 30\.46"
@@ -433,7 +440,7 @@ def test_an_acceleration_that_wraps_is_refused_in_joint_units() -> None:
 @pytest.mark.parametrize("name", list(NEAR))
 def test_the_bounds_themselves_are_taken_as_they_are(name: str) -> None:
     world, joint = enabled(name)
-    joint.parameters = replace(joint.parameters, max_acceleration=1e3)
+    joint = other_host(world, joint, max_acceleration=1e3)
     with pytest.raises(LimitError) as caught:
         joint.set_max_acceleration(1e3)
     lower, upper = caught.value.lower, caught.value.upper
@@ -463,7 +470,7 @@ def test_homing_with_an_acceleration_that_does_not_move_it_is_refused_before_its
 ):
     world, joint = homed("j4")
     homing = replace(joint.parameters.homing, acceleration=1e-6)
-    joint.parameters = replace(joint.parameters, homing=homing)
+    joint = other_host(world, joint, homing=homing)
     world.tap.calls.clear()
     with pytest.raises(LimitError, match="j4 acceleration"):
         joint.start_homing()
@@ -474,7 +481,7 @@ def test_homing_with_an_acceleration_that_does_not_move_it_is_refused_before_its
 # 5. No STOP without taking SETRPM's setpoint back.
 
 
-def test_stop_takes_the_velocity_back_and_the_joint_stays_enabled() -> None:
+def test_stop_resets_the_velocity_and_the_joint_stays_enabled() -> None:
     world, joint = homed("j4")
     timed = Timed(world)
     for _ in range(10):
@@ -488,7 +495,7 @@ def test_stop_takes_the_velocity_back_and_the_joint_stays_enabled() -> None:
     assert abs(world.arm.velocity("j4")) < 1e-3
 
 
-def test_a_velocity_that_a_position_followed_is_taken_back_too() -> None:
+def test_a_velocity_before_a_position_is_reset_too() -> None:
     world, joint = homed("j4")
     joint.set_velocity(-0.5)
     joint.set_position(2.8)
@@ -499,10 +506,13 @@ def test_a_velocity_that_a_position_followed_is_taken_back_too() -> None:
 
 def test_a_joint_that_a_cycle_stopped_at_its_limit_stays_enabled() -> None:
     world, joint = homed("j4")
-    for velocity in (0.1, joint.parameters.max_velocity):
-        read_states([joint])
-        [outcome] = drive([joint], [velocity])
-    assert isinstance(outcome, LimitError)
+    read_states([joint])
+    [moving] = drive([joint], [-0.1])
+    assert isinstance(moving, JointSample)
+    world.arm.run(0.02)
+    read_states([joint])
+    [refused] = drive([joint], [joint.parameters.max_velocity])
+    assert isinstance(refused, LimitError)
     world.arm.run(0.3)
     assert joint.is_enabled()
     assert abs(world.arm.velocity("j4")) < 1e-3
@@ -516,7 +526,7 @@ def test_stop_is_sent_though_the_velocity_before_it_is_lost() -> None:
     assert world.tap.count(R.STOP) == 1
 
 
-def test_greeting_ends_what_an_earlier_host_left_running() -> None:
+def test_init_stops_a_motion_of_an_earlier_host() -> None:
     world, joint = homed("j1")
     joint.set_position(2.0)
     # That host dies; the move to a position runs on.
@@ -553,7 +563,7 @@ def test_moves_of_all_sizes_end_at_their_target(steps: int) -> None:
     assert world.arm.field("j4") - field == pytest.approx(steps, abs=64)
 
 
-def test_a_move_that_stays_away_from_its_target_is_an_error_and_ends() -> None:
+def test_a_move_that_misses_its_target_raises_and_stops() -> None:
     world, joint = enabled("j4")
     stop = Transaction(0x14, bytes((R.STOP, 1)), 1)
 
@@ -576,7 +586,7 @@ def test_a_cancelled_slow_move_is_at_rest() -> None:
     assert world.arm.field("j4") == pytest.approx(field, abs=20)
 
 
-def test_a_joint_that_was_let_go_is_not_moved_by_steps() -> None:
+def test_a_released_motor_is_not_moved_by_steps() -> None:
     world, joint = enabled("j4")
     world.tap.transfer([Transaction(0x14, bytes((R.SETCURRENT, 0)), 1)])
     world.tap.calls.clear()
@@ -622,25 +632,25 @@ class Switch(Tap):
 
 
 @pytest.mark.parametrize("after", [1e-3, 0.01, 0.04, 0.3, 0.6, 0.9, 0.999])
-def test_joints_that_are_switched_on_while_they_are_waited_for_are_left_alone(after: float) -> None:
+def test_joints_switched_on_during_the_wait_get_their_start_up_pause(after: float) -> None:
     world = World(v1=True)
     bus = Switch(world, after, list(NEAR))
-    said: list[str] = []
-    await_power_up(bus, bus, ADDRESSES, said.append)
+    messages: list[str] = []
+    await_power_up(bus, bus, ADDRESSES, messages.append)
     for parameters in ARM.joints:
         joint = Joint(bus, bus, parameters)
         joint.init()
         assert joint.version == 1
         assert joint.get_flags() & Flags.NOTENABLED
     assert bus.too_soon == []
-    assert said == [
-        "nobody acknowledges at the address of j1, j2, j3, j4; waiting 1 s, in case the arm was "
+    assert messages == [
+        "no device acknowledges at the address of j1, j2, j3, j4; waiting 1 s, in case the arm was "
         "just switched on"
     ]
 
 
 @pytest.mark.parametrize("after", [1e-3, 0.02, 0.04, 0.3])
-def test_one_joint_that_is_switched_on_while_it_is_greeted_is_left_alone(after: float) -> None:
+def test_a_joint_switched_on_during_init_gets_its_start_up_pause(after: float) -> None:
     world = World(v1=True)
     bus = Switch(world, after, ["j2"])
     joint = Joint(bus, bus, ARM.joints[1])
@@ -654,7 +664,7 @@ def test_one_joint_that_is_switched_on_while_it_is_greeted_is_left_alone(after: 
     assert bus.too_soon == []
 
 
-def test_a_joint_that_lost_its_power_is_left_alone_when_it_comes_back() -> None:
+def test_a_joint_that_lost_power_gets_its_start_up_pause() -> None:
     world = World(v1=True)
     bus = Switch(world, math.inf, [])
     joint = Joint(bus, bus, ARM.joints[0])
@@ -670,7 +680,7 @@ def test_a_joint_that_lost_its_power_is_left_alone_when_it_comes_back() -> None:
     assert joint.get_flags() & Flags.NOTENABLED
 
 
-def test_a_joint_that_does_not_acknowledge_is_lost_at_once_and_not_asked_again() -> None:
+def test_a_joint_that_does_not_acknowledge_is_lost_at_once_and_not_polled() -> None:
     world = World(v1=True)
     joints = world.joints[2:]
     for joint in joints:
@@ -695,7 +705,7 @@ def test_a_joint_that_does_not_acknowledge_is_lost_at_once_and_not_asked_again()
     assert back.quality is Quality.FRESH
 
 
-def test_one_frame_that_is_not_acknowledged_is_coasted_over() -> None:
+def test_one_missing_acknowledge_gives_the_last_sample() -> None:
     world = World(v1=True)
     joint = world.joints[3]
     joint.init()
@@ -712,11 +722,11 @@ def test_one_frame_that_is_not_acknowledged_is_coasted_over() -> None:
 
 
 def test_joints_that_answer_are_not_waited_for() -> None:
-    world, said = World(v1=True), list[str]()
+    world, messages = World(v1=True), list[str]()
     begin = world.arm.now()
-    await_power_up(world.bus, world.arm.clock, ADDRESSES, said.append)
+    await_power_up(world.bus, world.arm.clock, ADDRESSES, messages.append)
     assert world.arm.now() - begin < 0.01
-    assert said == []
+    assert messages == []
 
 
 # 8. Arms of both kinds.

@@ -15,7 +15,9 @@ VALUES = st.floats(-100.0, 100.0)
 
 
 @given(REDUCTIONS, VALUES, VALUES)
-def test_there_and_back_is_the_same(reduction: float, offset: float, position: float) -> None:
+def test_conversion_to_motor_units_and_back_is_the_identity(
+    reduction: float, offset: float, position: float
+) -> None:
     transmission = Transmission(reduction, offset)
     there = transmission.position_to_deg(position)
     assert transmission.position_from_deg(there) == pytest.approx(position, abs=1e-11)
@@ -38,4 +40,4 @@ def test_a_turn_of_the_spindle_is_four_millimetres_down() -> None:
     assert transmission.position_from_deg(360.0) == pytest.approx(0.334)
     assert transmission.velocity_to_rpm(0.004) == pytest.approx(-60.0)
     assert transmission.size_to_deg(0.03) == pytest.approx(2700.0)
-    assert transmission.microsteps_to_distance(51200) == pytest.approx(-0.004)
+    assert transmission.microsteps_to_displacement(51200) == pytest.approx(-0.004)

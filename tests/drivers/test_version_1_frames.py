@@ -11,7 +11,7 @@ from bioscara.sim import FirmwareBus, SimulatedArm
 from drivers.world import ARM, NEAR, World, home_error
 
 
-def test_it_is_taken_for_version_1() -> None:
+def test_it_is_identified_as_version_1() -> None:
     world = World(v1_frames=True)
     joint = world.joints[0]
     joint.init()
@@ -37,7 +37,7 @@ def test_it_homes_as_precisely_as_with_version_2(name: str) -> None:
     (joint,) = world.ready(name)
     assert joint.is_homed()
     home = next(row.home_position for row in ARM.joints if row.name == name)
-    assert joint.get_homing_offset() == pytest.approx(home, rel=1e-6)
+    assert joint.feedback.read_offset() == pytest.approx(home, rel=1e-6)
     error = home_error(name, v1=False)
     assert joint.get_position() == pytest.approx(world.arm.position(name), abs=error)
 

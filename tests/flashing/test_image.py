@@ -21,7 +21,7 @@ FIRMWARE = Path(__file__).parents[2] / "firmware/joint"
 
 @pytest.mark.parametrize("joint", JOINTS)
 @pytest.mark.parametrize("size", [0x218, 5000, 256 * 1024])
-def test_a_whole_image_says_who_it_is(joint: int, size: int) -> None:
+def test_a_whole_image_has_its_joint_and_version(joint: int, size: int) -> None:
     content = image(joint, (0, 1, 7), size)
     taken = Image.from_bytes("j.bin", content)
     assert (taken.joint, taken.version, taken.content) == (joint, (0, 1, 7), content)
@@ -31,10 +31,10 @@ def test_a_whole_image_says_who_it_is(joint: int, size: int) -> None:
 def test_every_flipped_bit_is_found() -> None:
     whole = image(size=0x260)
     for bit in range(8 * len(whole)):
-        spoilt = bytearray(whole)
-        spoilt[bit // 8] ^= 1 << bit % 8
+        corrupted = bytearray(whole)
+        corrupted[bit // 8] ^= 1 << bit % 8
         with pytest.raises(ImageError):
-            Image.from_bytes("j1.bin", bytes(spoilt))
+            Image.from_bytes("j1.bin", bytes(corrupted))
 
 
 def test_every_truncation_is_found() -> None:
@@ -86,7 +86,7 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
         read_image(tmp_path)
 
 
-def test_an_empty_and_a_huge_file_are_called_so(tmp_path: Path) -> None:
+def test_an_empty_and_a_huge_file_are_reported(tmp_path: Path) -> None:
     path = tmp_path / "j1.bin"
     path.write_bytes(b"")
     with pytest.raises(ImageError, match=r"j1\.bin is empty; build it or download it again"):
@@ -96,7 +96,7 @@ def test_an_empty_and_a_huge_file_are_called_so(tmp_path: Path) -> None:
         read_image(path)
 
 
-def test_what_the_firmware_build_seals_is_whole() -> None:
+def test_images_of_the_firmware_build_are_whole() -> None:
     content = image(3)
     blank = content[:0x210] + b"\xff" * 8 + content[0x218:]
     header = b"\x7fELF\x01\x01".ljust(28, b"\0") + struct.pack("<I10xHH", 52, 32, 1)
@@ -107,7 +107,7 @@ def test_what_the_firmware_build_seals_is_whole() -> None:
     Image.from_bytes("j3.bin", built).require(3)
 
 
-def test_a_release_has_the_images_under_the_names_that_are_looked_for(
+def test_a_release_has_the_images_under_the_expected_names(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (named,) = re.findall(

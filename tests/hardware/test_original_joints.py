@@ -57,8 +57,8 @@ def test_connecting_waits_where_joints_are_silent_and_says_so(
         arm.configure()
     assert world.arm.now() - begin > 1.0
     assert [record.message for record in caplog.records] == [
-        "nobody acknowledges at the address of j3; waiting 1 s, in case the arm was just switched "
-        "on"
+        "no device acknowledges at the address of j3; waiting 1 s, in case the arm was just "
+        "switched on"
     ]
 
 

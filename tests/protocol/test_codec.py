@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import struct
 from collections import Counter
+from functools import partial
 from itertools import combinations
 
 import pytest
@@ -22,7 +23,8 @@ from bioscara.protocol import (
     crc8,
 )
 from bioscara.protocol.codec import TRAILER, field_bounds
-from bioscara.protocol.rows import Direction, Field, Kind
+from bioscara.protocol.crc import crc8_of_8
+from bioscara.protocol.rows import Access, Field, Kind
 
 # Code, payload bytes written, payload bytes read: version 1 as existing joints implement it.
 VERSION_1 = {
@@ -86,7 +88,7 @@ MESSAGES_AND_VALUES = st.sampled_from(_messages()).flatmap(
 
 
 @pytest.mark.parametrize("name", VERSION_1)
-def test_version_1_rows_are_what_existing_joints_know(name: str) -> None:
+def test_version_1_rows_are_those_of_existing_joints(name: str) -> None:
     row = next(row for row in REGISTERS if row.register is Register[name])
     assert (row.register.value, _size(row.written), _size(row.read)) == VERSION_1[name]
     assert row.version == 1
@@ -245,6 +247,48 @@ def test_an_answer_for_another_request_or_joint_is_noticed() -> None:
         stop.decode_v2(0x12, 9, answer)
 
 
+@given(st.binary(min_size=8, max_size=12), st.integers(0, 255))
+def test_the_check_byte_of_eight_bytes_is_the_same_in_pairs(data: bytes, seed: int) -> None:
+    assert crc8_of_8(data, seed) == crc8(data[:8], seed)
+
+
+@given(
+    st.floats(width=32, allow_nan=False, allow_infinity=False),
+    st.floats(-3276.8, 3276.7),
+    st.integers(0, 255),
+)
+def test_the_fast_request_of_track_is_the_general_one(
+    position: float, velocity: float, sequence: int
+) -> None:
+    track, values = WRITE[Register.TRACK], (position, velocity)
+    assert track.encode_v2(0x13, sequence, values) == Message.encode_v2(
+        track, 0x13, sequence, values
+    )
+
+
+@given(st.binary(min_size=9, max_size=9), st.booleans(), st.integers(0, 255))
+def test_the_fast_answer_of_track_is_the_general_one(
+    answer: bytes, sealed: bool, sequence: int
+) -> None:
+    if sealed:
+        body = answer[:-2] + bytes((sequence,))
+        answer = body + bytes((crc8(bytes((0x27,)) + body),))
+    track = WRITE[Register.TRACK]
+    outcomes: list[object] = []
+    for decode in (track.decode_v2, partial(Message.decode_v2, track)):
+        try:
+            outcomes.append(decode(0x13, sequence, answer))
+        except CorruptFrameError as error:
+            outcomes.append(str(error))
+    assert outcomes[0] == outcomes[1]
+
+
+@pytest.mark.parametrize("values", [(), (1.0,), (1.0, 2.0, 3.0)])
+def test_track_takes_two_values(values: tuple[float, ...]) -> None:
+    with pytest.raises(InvalidArgumentError, match="TRACK takes position, velocity"):
+        WRITE[Register.TRACK].encode_v2(0x11, 1, values)
+
+
 def test_a_refusal_is_read_from_the_start_of_a_longer_answer() -> None:
     body = bytes((Flags.REFUSED | Flags.NOTHOMED, 3))
     answer = body + bytes((crc8(bytes((0x23,)) + body),)) + b"\xff" * 6
@@ -309,14 +353,14 @@ def test_version_1_answers_never_set_the_upper_flags() -> None:
         WRITE[Register.STOP].decode_v1(b"\x10")
 
 
-def test_directions_are_complete() -> None:
+def test_every_access_has_its_message() -> None:
     for row in REGISTERS:
-        readable = row.direction in {Direction.READ, Direction.READ_WRITE}
-        writable = row.direction in {Direction.WRITE, Direction.READ_WRITE, Direction.EXCHANGE}
+        readable = row.access in {Access.READ, Access.READ_WRITE}
+        writable = row.access in {Access.WRITE, Access.READ_WRITE, Access.EXCHANGE}
         assert (row.register in READ, row.register in WRITE) == (readable, writable)
 
 
-def test_the_check_byte_catches_what_the_page_says() -> None:
+def test_the_check_byte_detects_the_documented_errors() -> None:
     """The CRC is linear: an error passes where the remainders of its bits cancel out."""
     longest = max(
         size + TRAILER

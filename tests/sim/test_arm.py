@@ -30,7 +30,7 @@ def test_the_same_seed_gives_the_same_bytes() -> None:
     assert story(5) != story(6)
 
 
-def test_nobody_answers_elsewhere_or_without_power() -> None:
+def test_no_device_answers_elsewhere_or_without_power() -> None:
     arm = SimulatedArm()
     bus = FirmwareBus(arm)
     arm.set_power("j2", False)
@@ -55,7 +55,7 @@ def test_a_belt_that_slips_moves_the_joint_and_not_its_encoder() -> None:
     assert bus.transfer([angle]) == before
 
 
-def test_odd_wishes_are_refused() -> None:
+def test_invalid_arguments_are_refused() -> None:
     arm = SimulatedArm()
     for wish in (
         lambda: arm.position("j5"),

@@ -171,15 +171,15 @@ def test_the_start_turns_the_motor_a_degree_to_and_fro_for_six_tenths_of_a_secon
     joint = Original("j4")
     start = joint.arm.field("j4")
     joint.arm.reset("j4")
-    ways = []
+    travel = []
     for _ in range(700):
         joint.arm.run(0.001)
-        ways.append((joint.arm.field("j4") - start) / STEPS_PER_DEG)
-    assert max(ways) == pytest.approx(1.0, abs=0.02)
-    assert min(ways) > -0.02
-    moving = [0.001 * i for i in range(1, 700) if abs(ways[i] - ways[i - 1]) > 1e-4]
+        travel.append((joint.arm.field("j4") - start) / STEPS_PER_DEG)
+    assert max(travel) == pytest.approx(1.0, abs=0.02)
+    assert min(travel) > -0.02
+    moving = [0.001 * i for i in range(1, 700) if abs(travel[i] - travel[i - 1]) > 1e-4]
     assert moving[-1] - moving[0] == pytest.approx(0.6, abs=0.03)
-    assert ways[-1] == pytest.approx(0.0, abs=0.02)
+    assert travel[-1] == pytest.approx(0.0, abs=0.02)
     assert joint.flags() == NOTHOMED | NOTENABLED
     joint.arm.run(0.5)
     assert not joint.arm.has_torque("j4")
@@ -286,7 +286,7 @@ def test_a_short_payload_keeps_the_bytes_before() -> None:
 
 
 @pytest.mark.parametrize("register", [Register.MOVETOANGLE, Register.MOVESTEPS])
-def test_a_position_move_goes_on_in_silence(register: Register) -> None:
+def test_a_position_move_continues_in_silence(register: Register) -> None:
     joint = Original("j4")
     joint.arm.remove_stops("j4")
     joint.enable(rpm=60.0)
@@ -381,15 +381,15 @@ def test_setmaxvelocity_is_safe_in_position_mode(
 
 
 def test_stop_ignores_its_mode() -> None:
-    ways = []
+    travel = []
     for mode in (0, 1):
         joint = spinning(300.0)
         before = joint.arm.field("j4")
         joint.write(Register.STOP, mode)
         joint.arm.run(1.0)
-        ways.append(joint.arm.field("j4") - before)
+        travel.append(joint.arm.field("j4") - before)
     # v^2 / 2a of 1800 deg/s and 5000 deg/s^2, in microsteps, both times.
-    assert ways == pytest.approx([324.0 * STEPS_PER_DEG] * 2, rel=0.02)
+    assert travel == pytest.approx([324.0 * STEPS_PER_DEG] * 2, rel=0.02)
 
 
 # Acceleration.
@@ -457,7 +457,7 @@ def test_a_small_motion_at_low_acceleration_is_below_1_rpm_for_a_second() -> Non
 # Homing.
 
 
-def test_home_runs_to_the_end_stop_whether_anyone_polls_or_not() -> None:
+def test_home_runs_to_the_end_stop_with_and_without_polling() -> None:
     joint = Original("j1", positions={"j1": 3.0})
     joint.enable(acceleration_deg=57.3 * 0.35)
     assert joint.write(Register.HOME, 0, 10, 30, 15) == NOTHOMED | BUSY
@@ -493,7 +493,7 @@ def test_stop_cancels_a_homing_and_the_joint_is_not_homed() -> None:
     assert joint.flags() == NOTHOMED
 
 
-def test_the_home_offset_is_kept_until_the_power_goes() -> None:
+def test_the_homing_offset_is_stored_until_power_off() -> None:
     joint = Original("j4")
     joint.write(Register.HOMEOFFSET, 3.25)
     joint.enable()
@@ -611,8 +611,8 @@ def test_the_speed_is_reported_63_ms_late_and_the_position_is_not() -> None:
         joint.arm.run(0.02)
         if cycle < 25:
             continue
-        way = (joint.arm.field("j4") - before) / STEPS_PER_DEG
-        assert joint.number(Register.ANGLEMOVED) == pytest.approx(way, abs=3.0)
+        travelled = (joint.arm.field("j4") - before) / STEPS_PER_DEG
+        assert joint.number(Register.ANGLEMOVED) == pytest.approx(travelled, abs=3.0)
         reported = joint.number(Register.GETENCODERRPM)
         lags.append((joint.speed() - reported) * 6.0 / 1000.0)
     assert statistics.mean(lags) == pytest.approx(0.0632, abs=0.002)

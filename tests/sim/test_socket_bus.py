@@ -123,9 +123,9 @@ def arm(path: Path) -> Iterator[HeldArm]:
 @pytest.mark.usefixtures("arm")
 def test_an_arm_behind_a_socket_answers_the_same_bytes(path: Path) -> None:
     bus = SocketBus(path)
-    ok, nobody = bus.transfer([PING, Transaction(0x30, b"\x0f", 2)])
+    ok, absent = bus.transfer([PING, Transaction(0x30, b"\x0f", 2)])
     assert ok == PONG
-    assert isinstance(nobody, NoAcknowledgeError)
+    assert isinstance(absent, NoAcknowledgeError)
     assert bus.transfer([PING] * 150) == [PONG] * 150
     assert stat.S_IMODE(os.stat(path).st_mode) == 0o600
     with pytest.raises(InvalidArgumentError, match="at most 255 bytes"):
@@ -181,9 +181,9 @@ def test_ctrl_c_inside_a_transfer_leaves_no_reply_behind(arm: HeldArm, path: Pat
 
 
 @pytest.mark.usefixtures("arm")
-def test_no_interruption_anywhere_in_a_transfer_spoils_the_next(path: Path) -> None:
+def test_an_interruption_anywhere_in_a_transfer_leaves_the_next_intact(path: Path) -> None:
     files = {socket_bus.__file__, framing.__file__}
-    kept: list[BaseException] = []
+    errors: list[BaseException] = []
 
     def interrupted_at(line: int, bus: SocketBus) -> bool:
         """Transfer; the given line of the bus's code raises. Return whether it was reached."""
@@ -204,7 +204,7 @@ def test_no_interruption_anywhere_in_a_transfer_spoils_the_next(path: Path) -> N
             bus.transfer([PING])
         except KeyboardInterrupt as error:
             # As an interactive interpreter keeps it, with all objects that its frames refer to.
-            kept.append(error)
+            errors.append(error)
         finally:
             sys.settrace(before)
         return count >= line
@@ -221,7 +221,7 @@ def test_no_interruption_anywhere_in_a_transfer_spoils_the_next(path: Path) -> N
                 assert bus.transfer([PING]) == [PONG], f"line {line}"
             line += 1
         assert line > 30
-    assert kept
+    assert errors
 
 
 @contextlib.contextmanager
@@ -254,7 +254,7 @@ def false_arm(path: Path, answer: bytes) -> Iterator[None]:
         (encode_frame(FrameKind.WELCOME, 1), "WELCOME number 1 came where REPLY"),
         (encode_frame(FrameKind.REPLY, 1, b"\2\0\0\0\0\0"), "2 results for 1"),
         (encode_frame(FrameKind.REPLY, 1, b"\1\0\0\2O"), "ends too early"),
-        (encode_frame(FrameKind.REPLY, 1, b"\1\0\0\2O\x0c."), "goes on after its end"),
+        (encode_frame(FrameKind.REPLY, 1, b"\1\0\0\2O\x0c."), "continues after its end"),
         (struct.pack("<HBI", 0xFFFF, FrameKind.REPLY, 1), "at most"),
         (b"\0\0\x77\0\0\0\0", "kind"),
         (encode_frame(FrameKind.REFUSAL, 0, b"no more"), "no more"),
@@ -355,11 +355,11 @@ def test_a_client_that_sends_a_byte_at_a_time_holds_nothing_up(path: Path, host:
         assert not hung_up(slow)
         for _ in range(5):
             live()
-        until(lambda: hung_up(slow), "who is too slow is parted with")
+        until(lambda: hung_up(slow), "a slow client is disconnected")
         assert b"it waits at most 1 s for a whole frame" in everything(slow)
 
 
-def test_while_a_client_dribbles_a_host_is_served(path: Path, arm: HeldArm) -> None:
+def test_a_host_is_served_while_a_client_sends_slowly(path: Path, arm: HeldArm) -> None:
     with client(path) as slow, SocketBus(path) as bus:
         slow.sendall(HELLO[:5])
         begin, served = arm.now(), 0
@@ -371,7 +371,7 @@ def test_while_a_client_dribbles_a_host_is_served(path: Path, arm: HeldArm) -> N
         assert bus.transfer([PING]) == [PONG]
 
 
-def test_a_host_that_takes_no_replies_is_parted_with(path: Path) -> None:
+def test_a_host_that_takes_no_replies_is_disconnected(path: Path) -> None:
     clock = ManualClock()
     request = [Transaction(0x11, b"\x0f", 255)] * 64
     with serving(path, clock) as arm, client(path) as deaf:
@@ -407,7 +407,7 @@ def test_a_host_that_takes_no_replies_is_parted_with(path: Path) -> None:
         (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\xff\xff"), "65535 transactions"),
         (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\2\0\x11\0\1"), "ends too early"),
         (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\1\0\x91\0\1"), "address 0x91"),
-        (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\0\0\0"), "goes on after its end"),
+        (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\0\0\0"), "continues after its end"),
     ],
 )
 @pytest.mark.usefixtures("arm")
@@ -421,7 +421,7 @@ def test_what_is_no_frame_is_refused_with_the_reason(path: Path, junk: bytes, wo
 
 @pytest.mark.usefixtures("arm")
 @pytest.mark.parametrize("seed", SEEDS)
-def test_no_noise_keeps_a_host_from_its_arm(path: Path, seed: int) -> None:
+def test_noise_from_clients_does_not_block_the_host(path: Path, seed: int) -> None:
     chance = random.Random(seed)
     frames = HELLO + REQUEST
     with SocketBus(path) as bus:
@@ -437,7 +437,7 @@ def test_no_noise_keeps_a_host_from_its_arm(path: Path, seed: int) -> None:
 
 
 @pytest.mark.usefixtures("arm")
-def test_many_connections_that_say_nothing_leave_the_arm_to_its_host(path: Path) -> None:
+def test_many_silent_connections_do_not_block_the_host(path: Path) -> None:
     with SocketBus(path) as bus, contextlib.ExitStack() as stack:
         assert bus.transfer([PING]) == [PONG]
         crowd = [stack.enter_context(client(path)) for _ in range(40)]

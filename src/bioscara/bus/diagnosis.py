@@ -49,7 +49,7 @@ def transfer_error(error: OSError, path: str, address: int) -> CommunicationErro
     name = errno.errorcode.get(code, str(code))
     where = f"{path}, address {address:#04x}"
     if code in _NO_ACKNOWLEDGE:
-        return NoAcknowledgeError(f"{where}: nobody acknowledged ({name})", address)
+        return NoAcknowledgeError(f"{where}: no device acknowledged ({name})", address)
     if code in _TIMEOUT:
         return BusTimeoutError(f"{where}: {_TIMEOUT[code]} ({name})", address)
     if code in GONE:

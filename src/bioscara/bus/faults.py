@@ -293,4 +293,4 @@ class FaultyBus(Bus):
 
 
 def _no_acknowledge(address: int) -> NoAcknowledgeError:
-    return NoAcknowledgeError("injected fault: nobody acknowledged", address)
+    return NoAcknowledgeError("injected fault: no device acknowledged", address)

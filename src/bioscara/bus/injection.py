@@ -59,7 +59,7 @@ class When:
                 f"counts are never negative"
             )
 
-    def concerns(self, transaction: Transaction) -> bool:
+    def matches(self, transaction: Transaction) -> bool:
         """Return whether ``transaction`` is one of those that may be hit."""
         if self.address is not None and self.address != transaction.address:
             return False
@@ -94,14 +94,14 @@ class Injection:
 
     def carry(self, transaction: Transaction, onward: Carry) -> Result:
         """Carry ``transaction`` through this fault and, unless dropped there, ``onward``."""
-        if not self._strikes(transaction):
+        if not self._hits(transaction):
             return onward(transaction)
         self.hits += 1
         return self._effect(transaction, onward)
 
-    def _strikes(self, transaction: Transaction) -> bool:
+    def _hits(self, transaction: Transaction) -> bool:
         when = self._when
-        if self._cancelled or not when.concerns(transaction):
+        if self._cancelled or not when.matches(transaction):
             return False
         if when.count is not None and self.hits >= when.count:
             return False

@@ -265,8 +265,8 @@ class LinuxBus(Bus):
         except OSError as error:
             os.close(device)
             raise BusUnavailableError(
-                f"{self._path} is used by another program: two that ask the joints at the same "
-                f"time take one another's answers; end that one first"
+                f"{self._path} is used by another program: two programs that address the joints at "
+                f"the same time read each other's answers; end that one first"
             ) from error
         try:
             functions = ioctl(device, _I2C_FUNCS, bytes(struct.calcsize("L")))

@@ -79,7 +79,7 @@ class RecordingBus(Bus):
             try:
                 os.fsync(self._file)
             except OSError as error:
-                self._give_up(error)
+                self._end_recording(error)
 
     def close(self) -> None:
         """Close the other bus and the file."""
@@ -106,9 +106,9 @@ class RecordingBus(Bus):
             while line:
                 line = line[os.write(self._file, line) :]
         except OSError as error:
-            self._give_up(error)
+            self._end_recording(error)
 
-    def _give_up(self, error: OSError) -> None:
+    def _end_recording(self, error: OSError) -> None:
         self._failure = error
         self._close_file()
         _LOG.error("bus recording %s ended early: %s", self._path, error.strerror)
@@ -146,12 +146,12 @@ class ReplayBus(Bus):
         if record is None:
             raise ReplayError(
                 f"recording {self._path} ends after {self._count} records, "
-                f"the replayed run goes on",
+                f"the replayed run continues",
                 self._count + 1,
             )
         self._count += 1
         if tuple(transactions) != record.transactions:
-            self._differ(transactions, record.transactions)
+            self._raise_difference(transactions, record.transactions)
         if record.raised is not None:
             raise record.raised
         return list(record.results)
@@ -161,8 +161,10 @@ class ReplayBus(Bus):
         self._closed = True
         self._records.close()
 
-    def _differ(self, asked: Sequence[Transaction], recorded: Sequence[Transaction]) -> None:
-        for index, (now, then) in enumerate(zip_longest(asked, recorded), 1):
+    def _raise_difference(
+        self, requested: Sequence[Transaction], recorded: Sequence[Transaction]
+    ) -> None:
+        for index, (now, then) in enumerate(zip_longest(requested, recorded), 1):
             if now != then:
                 raise ReplayError(
                     f"recording {self._path}, record {self._count}, transaction {index} differs: "

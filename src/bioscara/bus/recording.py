@@ -34,9 +34,9 @@ from bioscara.errors import (
 )
 
 HEADER = b"bioscara-bus 1\n"
+"""First line of every recording; the number is the version of the format."""
 LINE_MAX = 2**16
 """Longest line that is read [bytes]: a bus call of 42 messages takes some kilobytes."""
-"""First line of every recording; the number is the version of the format."""
 
 _ERRORS: dict[str, type[CommunicationError]] = {
     kind.__name__: kind

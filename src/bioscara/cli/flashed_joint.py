@@ -42,12 +42,12 @@ class Flashed:
         A joint that does not answer, or does not support the request, needs its BOOT button.
 
         Raises:
-            FlashError: The board in its bootloader is not this joint.
-            IncorrectStateError: The joint is enabled.
+            FlashError: The joint is enabled, or the board in its bootloader is another one.
+            CommunicationError: The joint did not answer the request, or refused it.
             BusUnavailableError: The bus cannot be opened.
         """
         joint = self._joint
-        waiting = programmer.look() if isinstance(programmer, Dfu) else []
+        in_bootloader = programmer.list_boards() if isinstance(programmer, Dfu) else []
         try:
             joint.init()
         except BusUnavailableError:
@@ -64,11 +64,11 @@ class Flashed:
             )
         if not isinstance(programmer, Dfu):
             return
-        if waiting:
+        if in_bootloader:
+            serials = ", ".join(board.serial for board in in_bootloader)
             raise FlashError(
-                f"{joint.name} answers on the bus, so the board in its bootloader, "
-                f"{', '.join(each.serial for each in waiting)}, is another one: disconnect it, or "
-                "leave out --bus to flash it"
+                f"{joint.name} answers on the bus, so the board in its bootloader, {serials}, is "
+                "another one: disconnect it, or leave out --bus to flash it"
             )
         if joint.version == 1:
             self._output.line("not asked for its bootloader: the original firmware has no request")

@@ -35,17 +35,17 @@ _PATIENCE, _PAUSE = 5.0, 0.1
 """Longest time for a board to appear or disappear, and polling interval [s]."""
 
 
-class Found(NamedTuple):
-    """A device in its bootloader: its serial number and flash size [bytes]."""
+class Board(NamedTuple):
+    """A board in its bootloader: its serial number and flash size [bytes]."""
 
     serial: str
     flash_size: int
 
 
-class Seen(NamedTuple):
-    """Devices in the bootloader: the usable ones, and the error of one that cannot be opened."""
+class Boards(NamedTuple):
+    """Boards in their bootloader: the usable ones, and the error of one that cannot be opened."""
 
-    found: list[Found]
+    found: list[Board]
     closed: FlashError | None
 
 
@@ -63,24 +63,24 @@ class Dfu(Programmer):
         self._clock = clock
         self._serial = ""
 
-    def look(self) -> list[Found]:
+    def list_boards(self) -> list[Board]:
         """Return the devices that are in the bootloader now.
 
         Raises:
             FlashError: There are only devices that may not be used.
         """
-        found, closed = self._see()
+        found, closed = self._scan()
         if closed is not None and not found:
             raise closed
         return found
 
     def wait(self) -> None:
         """Wait until a board appears; :meth:`connect` raises if none did."""
-        self._look_until(present=True)
+        self._wait_until(present=True)
 
     def connect(self, serial: str) -> str:
         """Find the board in its bootloader; as :meth:`Programmer.connect`."""
-        found, closed = self._see()
+        found, closed = self._scan()
         if closed is not None and not found:
             raise closed
         listed = ", ".join(each.serial for each in found)
@@ -115,22 +115,23 @@ class Dfu(Programmer):
     def start(self) -> bool:
         """Leave the bootloader; the board may disconnect before dfu-util gets its answer."""
         run(self.program, *self._board(), "-s", f"{FLASH:#010x}:leave")
-        return self._look_until(present=False)
+        return self._wait_until(present=False)
 
-    def _see(self) -> Seen:
-        ended = run(self.program, *_DEVICE, "-l")
-        ended.require_success("the boards cannot be listed, see 'dfu-util -l'")
+    def _scan(self) -> Boards:
+        result = run(self.program, *_DEVICE, "-l")
+        result.require_success("the boards cannot be listed, see 'dfu-util -l'")
         found = [
-            Found(each["serial"], _flash_size(each["name"])) for each in _FOUND.finditer(ended.text)
+            Board(match["serial"], _flash_size(match["name"]))
+            for match in _FOUND.finditer(result.text)
         ]
-        closed = _CLOSED.search(ended.text)
+        closed = _CLOSED.search(result.text)
         if closed is None:
-            return Seen(found, None)
+            return Boards(found, None)
         if "LIBUSB_ERROR" in closed["rest"] and "ACCESS" not in closed["rest"]:
-            return Seen(
+            return Boards(
                 found, FlashError(f"the board cannot be used: {closed[0]}; disconnect it once")
             )
-        return Seen(found, not_permitted("the board in its bootloader"))
+        return Boards(found, not_permitted("the board in its bootloader"))
 
     def _write(self, folder: Path) -> None:
         words = ("-s", f"{FLASH:#010x}", "-D", WRITTEN)
@@ -145,11 +146,11 @@ class Dfu(Programmer):
     def _board(self) -> tuple[str, ...]:
         return (*_DEVICE, "-S", self._serial, "-a", "0")
 
-    def _look_until(self, *, present: bool) -> bool:
+    def _wait_until(self, *, present: bool) -> bool:
         end = self._clock.now() + _PATIENCE
         while True:
             try:
-                there = bool(self.look())
+                there = bool(self.list_boards())
             except FlashError:
                 # Before udev set the permissions of the new device, or while it disconnects.
                 there = not present

@@ -144,7 +144,7 @@ def prebuilt(joint: int) -> Path:
         joint: Number of the joint.
 
     Raises:
-        ImageError: There is none; the message says where to get one.
+        ImageError: There is none; the message states where to get one.
     """
     built = Path(bioscara.__file__).parents[2] / "firmware" / "build" / f"j{joint}.bin"
     released = Path(f"bioscara-{bioscara.__version__}-j{joint}.bin")  # As `make dist` names it.

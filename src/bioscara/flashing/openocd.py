@@ -7,7 +7,7 @@ from pathlib import Path
 
 from bioscara.errors import FlashError
 from bioscara.flashing.access import not_permitted
-from bioscara.flashing.program import Ended, run
+from bioscara.flashing.program import ProgramResult, run
 from bioscara.flashing.programmer import FLASH, READ_BACK, WRITTEN, Programmer
 from bioscara.flashing.stflash import WIRING, require_chip
 
@@ -28,14 +28,14 @@ class OpenOcd(Programmer):
         if serial and not serial.isalnum():
             raise FlashError(f"{serial!r} is not a serial number of an ST-Link")
         self._serial = serial
-        ended = self._run("init", "reset halt", "flash probe 0", "reset run")
-        if "LIBUSB_ERROR_ACCESS" in ended.text:
+        result = self._run("init", "reset halt", "flash probe 0", "reset run")
+        if "LIBUSB_ERROR_ACCESS" in result.text:
             raise not_permitted("the ST-Link")
-        if "Error: open failed" in ended.text:
+        if "Error: open failed" in result.text:
             raise FlashError(f"there is no ST-Link: connect one by USB and {WIRING}")
-        device = _DEVICE_ID.search(ended.text)
+        device = _DEVICE_ID.search(result.text)
         require_chip(int(device[1], 16) & 0xFFF if device else 0)
-        ended.require_success("the board cannot be used")
+        result.require_success("the board cannot be used")
         return f"board on the ST-Link {serial}".rstrip()
 
     def start(self) -> bool:
@@ -50,7 +50,7 @@ class OpenOcd(Programmer):
             "init", "reset halt", f"dump_image {READ_BACK} {FLASH:#x} {length:#x}", folder=folder
         ).require_success("reading back failed")
 
-    def _run(self, *commands: str, folder: Path | None = None) -> Ended:
+    def _run(self, *commands: str, folder: Path | None = None) -> ProgramResult:
         adapter = ("-c", f"adapter serial {self._serial}") if self._serial else ()
         words = ("-f", "interface/stlink.cfg", *adapter, "-f", "target/stm32f4x.cfg")
         steps = (word for command in (*commands, "shutdown") for word in ("-c", command))

@@ -17,7 +17,7 @@ _ERROR = re.compile(r"error|fail", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True)
-class Ended:
+class ProgramResult:
     """Result of a program.
 
     Attributes:
@@ -40,13 +40,13 @@ class Ended:
             FlashError: The program failed; has the description and the program's error line.
         """
         if self.code != 0:
-            raise FlashError(f"{what}: {self.program} ended with {self.code}: {self.complaint()}")
+            raise FlashError(f"{what}: {self.program} ended with {self.code}: {self.error_line()}")
 
-    def complaint(self) -> str:
+    def error_line(self) -> str:
         """Return the last line about an error, or else the last line."""
         lines = [line.strip() for line in self.text.replace("\r", "\n").split("\n")]
-        said = [line for line in lines if line] or ["it said nothing"]
-        return next((line for line in reversed(said) if _ERROR.search(line)), said[-1])
+        output = [line for line in lines if line] or ["no output"]
+        return next((line for line in reversed(output) if _ERROR.search(line)), output[-1])
 
 
 def is_installed(program: str) -> bool:
@@ -54,20 +54,20 @@ def is_installed(program: str) -> bool:
     return shutil.which(program) is not None
 
 
-def run(program: str, *words: str, folder: Path | None = None) -> Ended:
+def run(program: str, *arguments: str, folder: Path | None = None) -> ProgramResult:
     """Run a program and wait for its end; it is killed if Ctrl-C interrupts the wait.
 
     Args:
         program: Name of the program.
-        words: Its arguments.
+        arguments: Its arguments.
         folder: Its working directory.
 
     Raises:
         FlashError: The program cannot be started, or does not end in time.
     """
     try:
-        with subprocess.Popen(  # noqa: S603 (no shell; the words are ours)
-            (program, *words),
+        with subprocess.Popen(  # noqa: S603 (no shell; the arguments are ours)
+            (program, *arguments),
             cwd=folder,
             stdin=subprocess.DEVNULL,
             stdout=subprocess.PIPE,
@@ -83,10 +83,10 @@ def run(program: str, *words: str, folder: Path | None = None) -> Ended:
     except OSError as error:
         raise FlashError(
             f"{shutil.which(program) or program} cannot be run: {error.strerror or error}; install "
-            "it anew"
+            "it again"
         ) from error
     except subprocess.TimeoutExpired as error:
         raise FlashError(
             f"{program} did not end within {LIMIT:g} s; disconnect the board and try again"
         ) from error
-    return Ended(program, process.returncode, text.decode(errors="replace"))
+    return ProgramResult(program, process.returncode, text.decode(errors="replace"))

@@ -66,12 +66,12 @@ class Programmer(ABC):
                 ) from error
             self._write(folder)
             self._read(folder, len(content))
-            kept = (folder / READ_BACK).read_bytes() if (folder / READ_BACK).exists() else b""
-        if kept == content:
+            read_back = (folder / READ_BACK).read_bytes() if (folder / READ_BACK).exists() else b""
+        if read_back == content:
             return
-        if len(kept) != len(content):
-            raise FlashError(f"{len(kept)} bytes were read back instead of {len(content)}")
-        first = next(i for i, (a, b) in enumerate(zip(kept, content, strict=True)) if a != b)
+        if len(read_back) != len(content):
+            raise FlashError(f"{len(read_back)} bytes were read back instead of {len(content)}")
+        first = next(i for i, (a, b) in enumerate(zip(read_back, content, strict=True)) if a != b)
         raise FlashError(
             f"what was read back differs from the image from {FLASH + first:#010x} on; the flash "
             "may be worn out or write-protected"

@@ -34,11 +34,11 @@ class StFlash(Programmer):
 
     def connect(self, serial: str) -> str:
         """Find the ST-Link and the board; as :meth:`Programmer.connect`."""
-        said = run("st-info", "--probe").text
-        found = dict(zip(_SERIAL.findall(said), _CHIP.findall(said), strict=False))
+        output = run("st-info", "--probe").text
+        found = dict(zip(_SERIAL.findall(output), _CHIP.findall(output), strict=False))
         listed = ", ".join(found)
         if not found:
-            if "access error" in said or "LIBUSB_ERROR_ACCESS" in said:
+            if "access error" in output or "LIBUSB_ERROR_ACCESS" in output:
                 raise not_permitted("the ST-Link")
             raise FlashError(f"there is no ST-Link: connect one by USB and {WIRING}")
         if serial and serial not in found:

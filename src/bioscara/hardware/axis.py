@@ -86,7 +86,7 @@ class Axis:
         """Return why a joint that answers does not move; requests its fault."""
         try:
             self.joint.raise_fault()
-            self.joint.require_ready()
+            self.joint.readiness.require_ready()
         except BioscaraError as error:
             return error
         return JointError(f"{self.name}: the joint stopped and did not say why", self.name)
@@ -167,7 +167,7 @@ class Axis:
             self.position_command.value = math.nan
         else:
             self.position_command.value = measured
-            self.joint.start_from(measured)
+            self.joint.limits.start_from(measured)
 
     def change(self, mode: Mode) -> None:
         """Take up a mode that was checked; the commands are set to the measured state."""

@@ -108,7 +108,7 @@ class GripperHardware(HardwareComponent):
         """
         self._claimed = False
         with suppress(GripperError):
-            self._gripper.disable(keep=False)
+            self._gripper.disable(store=False)
 
     def keep(self, width: float | None = None) -> None:
         """Store a width against a loss of power; waits for the disk, so never within a cycle.
@@ -119,7 +119,7 @@ class GripperHardware(HardwareComponent):
         Raises:
             GripperError: The state file cannot be written; nothing moved.
         """
-        self._gripper.keep(width)
+        self._gripper.store_width(width)
 
     def read(self, time: float, period: float) -> None:
         """Publish the commanded width, and its mean velocity over the last period."""
@@ -138,7 +138,7 @@ class GripperHardware(HardwareComponent):
             return
         command = self._command
         try:
-            self._told = self._gripper.tell_width(command.value)
+            self._told = self._gripper.command_width(command.value)
         except GripperError as error:
             command.value, command.problem = self._told, error
             self.problems.append(error)

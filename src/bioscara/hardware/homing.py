@@ -46,7 +46,7 @@ class Homing:
             )
         # If only the answer is lost, the joint moves.
         self.running = True
-        if self._joint.session.breaking_off:
+        if self._joint.session.may_still_home:
             # A version 1 joint may still be in the previous homing. The cycle does not wait for it.
             self._asked = direction
             return
@@ -61,11 +61,11 @@ class Homing:
             CommunicationError: The joint does not answer.
         """
         if math.isfinite(self._asked):
-            if not self._joint.session.breaking_off:
+            if not self._joint.session.may_still_home:
                 direction, self._asked = self._asked, math.nan
                 self.start(direction)
             return True
-        if self._joint.session.alone:
+        if self._joint.session.paused:
             # A version 1 joint has not taken the command yet. The cycle does not wait for it.
             return True
         if self._joint.keep_alive() & Flags.BUSY:

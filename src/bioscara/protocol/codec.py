@@ -16,13 +16,19 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from bioscara.errors import CorruptFrameError, InvalidArgumentError, LimitError
-from bioscara.protocol.crc import crc8
+from bioscara.protocol.crc import crc8, crc8_of_8
 from bioscara.protocol.enums import Flags, Register
-from bioscara.protocol.registers import REGISTERS
-from bioscara.protocol.rows import Definition, Direction, Field, Kind
+from bioscara.protocol.registers import REGISTERS, VELOCITY_STEP_RPM
+from bioscara.protocol.rows import Access, Definition, Field, Kind
 
 TRAILER = 2
 """Bytes that version 2 adds in each direction: sequence number and CRC-8."""
+
+_BYTE = tuple(bytes((value,)) for value in range(256))
+_SEED = tuple(crc8((byte,)) for byte in range(256))
+"""Check byte of each address byte, with which the check byte of a frame begins."""
+_REFUSED = int(Flags.REFUSED)
+_new = tuple.__new__
 
 _F32_MAX = (2 - 2**-23) * 2.0**127
 _INTEGER_BOUNDS = {
@@ -66,8 +72,8 @@ class Message:
         register: The code.
         definition: The table's row.
         request_size: Bytes of a version 1 request; version 2 adds :data:`TRAILER`.
-        answer_size: Bytes of a version 1 answer, flags included; version 2 adds
-            :data:`TRAILER`.
+        answer_size: Bytes of a version 1 answer, flags included.
+        sealed_answer_size: Bytes of a version 2 answer.
     """
 
     def __init__(
@@ -75,19 +81,23 @@ class Message:
     ) -> None:
         self.definition = definition
         self.register = definition.register
+        self._code = int(definition.register)
         self._fields = tuple(field for field in written if not field.padding)
-        self._bounds = tuple(field_bounds(field) for field in self._fields)
-        padding = len(written) - len(self._fields)
-        codes = "".join(field.kind.value for field in self._fields)
-        self._request = struct.Struct(f"<B{codes}{padding}x")
-        self._answer = struct.Struct("<" + "".join(field.kind.value for field in read) + "B")
-        self._integer = tuple(field.kind is not Kind.F32 for field in self._fields)
-        self._scales = tuple(field.scale for field in self._fields)
-        self._scaled_answer = tuple(
-            (index, field.scale) for index, field in enumerate(read) if field.scale != 1.0
+        # Bounds and value of one step of each field; a float has no steps.
+        self._encodings = tuple(
+            (*field_bounds(field), 0.0 if field.kind is Kind.F32 else field.scale)
+            for field in self._fields
         )
+        padding = len(written) - len(self._fields)
+        request = f"<B{''.join(field.kind.value for field in self._fields)}{padding}x"
+        answer = f"<{''.join(field.kind.value for field in read)}B"
+        self._request, self._sealed_request = struct.Struct(request), struct.Struct(request + "B")
+        self._answer, self._sealed_answer = struct.Struct(answer), struct.Struct(answer + "BB")
+        self._floats = tuple(i for i, field in enumerate(read) if field.kind is Kind.F32)
+        self._scaled = tuple((i, field.scale) for i, field in enumerate(read) if field.scale != 1.0)
         self.request_size = self._request.size
         self.answer_size = self._answer.size
+        self.sealed_answer_size = self._sealed_answer.size
 
     def __repr__(self) -> str:
         return f"<Message {self.register.name} {self.request_size} out, {self.answer_size} back>"
@@ -102,24 +112,7 @@ class Message:
             InvalidArgumentError: Wrong number of values, or one is not finite.
             LimitError: A value is outside the range of the field.
         """
-        count = len(self._fields)
-        if len(values) != count:
-            names = ", ".join(field.name for field in self._fields) or "no values"
-            raise InvalidArgumentError(
-                f"{self.register.name} takes {names}; {len(values)} values were given"
-            )
-        wire: list[float] = []
-        for index in range(count):
-            value = values[index]
-            lower, upper = self._bounds[index]
-            if not lower <= value <= upper:
-                self._refuse(index, value)
-            if self._integer[index]:
-                scale = self._scales[index]
-                wire.append(round(value / scale) if scale != 1.0 else self._whole(index, value))
-            else:
-                wire.append(value)
-        return self._request.pack(self.register, *wire)
+        return self._request.pack(self._code, *self._wire(values))
 
     def encode_v2(self, address: int, sequence: int, values: Sequence[float] = ()) -> bytes:
         """Return the version 2 request to the 7-bit ``address`` with this sequence number.
@@ -127,8 +120,8 @@ class Message:
         Raises:
             InvalidArgumentError: As :meth:`encode_v1`.
         """
-        frame = self.encode_v1(values) + bytes((sequence,))
-        return frame + bytes((crc8(frame, crc8((address << 1,))),))
+        frame = self._sealed_request.pack(self._code, *self._wire(values), sequence)
+        return frame + _BYTE[crc8(frame, _SEED[address << 1])]
 
     def decode_v1(self, answer: bytes) -> Answer:
         """Return a decoded version 1 answer.
@@ -145,7 +138,7 @@ class Message:
             raise CorruptFrameError(
                 f"{self.register.name}: answered flags {answer[-1]:#04x}, bits 4..7 must be zero"
             )
-        return self._unpack(answer)
+        return self._values(self._answer.unpack(answer))
 
     def decode_v2(self, address: int, sequence: int, answer: bytes) -> Answer:
         """Return a decoded version 2 answer; REFUSED in its flags is left to the caller.
@@ -157,15 +150,16 @@ class Message:
             CorruptFrameError: Wrong size, sequence number or check byte, or a value that is
                 not finite.
         """
-        size = self.answer_size + TRAILER
-        if len(answer) != size:
+        if len(answer) != self.sealed_answer_size:
             raise CorruptFrameError(
-                f"{self.register.name}: {len(answer)} bytes answered, {size} expected", address
+                f"{self.register.name}: {len(answer)} bytes answered, "
+                f"{self.sealed_answer_size} expected",
+                address,
             )
-        start = crc8((address << 1 | 1,))
-        if crc8(answer, start) == 0 and answer[-2] == sequence:
-            return self._unpack(answer[:-TRAILER])
-        if crc8(answer[:3], start) == 0 and answer[0] & Flags.REFUSED and answer[1] == sequence:
+        seed = _SEED[address << 1 | 1]
+        if answer[-2] == sequence and crc8(answer, seed) == 0:
+            return self._values(self._sealed_answer.unpack(answer)[:-TRAILER])
+        if answer[1] == sequence and answer[0] & _REFUSED and crc8(answer[:3], seed) == 0:
             return Answer((), answer[0])
         raise CorruptFrameError(
             f"{self.register.name}: answer {answer.hex(' ')} fails its check byte or does not "
@@ -173,14 +167,38 @@ class Message:
             address,
         )
 
-    def _unpack(self, answer: bytes) -> Answer:
-        *values, flags = self._answer.unpack(answer)
-        for index, scale in self._scaled_answer:
-            values[index] *= scale
-        # A NaN or an infinity makes the difference NaN, which no comparison accepts.
-        for value in values:
+    def _wire(self, values: Sequence[float]) -> list[float]:
+        """Return the numbers to pack for these values."""
+        if len(values) != len(self._encodings):
+            names = ", ".join(field.name for field in self._fields) or "no values"
+            raise InvalidArgumentError(
+                f"{self.register.name} takes {names}; {len(values)} values were given"
+            )
+        wire: list[float] = []
+        for value, (lower, upper, step) in zip(values, self._encodings, strict=True):
+            if not lower <= value <= upper:
+                self._refuse(len(wire), value)
+            if step == 0.0:
+                wire.append(value)
+            elif step == 1.0:
+                wire.append(self._whole(len(wire), value))
+            else:
+                wire.append(round(value / step))
+        return wire
+
+    def _values(self, unpacked: tuple[float, ...]) -> Answer:
+        """Return the answer that consists of these numbers; the last one is the flags."""
+        for index in self._floats:
+            value = unpacked[index]
+            # A NaN or an infinity makes the difference NaN, which no comparison accepts.
             if not value - value == 0.0:
                 raise CorruptFrameError(f"{self.register.name}: answered {value}")
+        flags = int(unpacked[-1])
+        if not self._scaled:
+            return Answer(unpacked[:-1], flags)
+        values = list(unpacked[:-1])
+        for index, scale in self._scaled:
+            values[index] *= scale
         return Answer(tuple(values), flags)
 
     def _whole(self, index: int, value: float) -> int:
@@ -196,16 +214,52 @@ class Message:
         name = f"{self.register.name} {field.name}"
         if not math.isfinite(value):
             raise InvalidArgumentError(f"{name}: {value} is not a finite number")
-        raise LimitError(name, value, *self._bounds[index], field.unit)
+        raise LimitError(name, value, *field_bounds(field), field.unit)
+
+
+class _Track(Message):
+    """TRACK, which each joint gets in every cycle: the same frames in a third of the time.
+
+    Values and answers that are not accepted are left to the general methods, which raise.
+    """
+
+    def encode_v2(self, address: int, sequence: int, values: Sequence[float] = ()) -> bytes:
+        """Return the request; as :meth:`Message.encode_v2`."""
+        (lowest, highest, _), (slowest, fastest, step) = self._encodings
+        try:
+            position, velocity = values
+        except ValueError:
+            return super().encode_v2(address, sequence, values)
+        if not (lowest <= position <= highest and slowest <= velocity <= fastest):
+            return super().encode_v2(address, sequence, values)
+        frame: bytes = self._sealed_request.pack(
+            self._code, position, round(velocity / step), sequence
+        )
+        return frame + _BYTE[crc8_of_8(frame, _SEED[address << 1])]
+
+    def decode_v2(self, address: int, sequence: int, answer: bytes) -> Answer:
+        """Return the decoded answer; as :meth:`Message.decode_v2`."""
+        if len(answer) == self.sealed_answer_size:
+            position, velocity, flags, echo, check = self._sealed_answer.unpack(answer)
+            if (
+                check == crc8_of_8(answer, _SEED[address << 1 | 1])
+                and echo == sequence
+                and position - position == 0.0
+            ):
+                # Answer(...) takes twice as long.
+                return _new(Answer, ((position, velocity * VELOCITY_STEP_RPM), flags))
+        return super().decode_v2(address, sequence, answer)
 
 
 READ: dict[Register, Message] = {
     row.register: Message(row, (), row.read)
     for row in REGISTERS
-    if row.direction in (Direction.READ, Direction.READ_WRITE)
+    if row.access in (Access.READ, Access.READ_WRITE)
 }
 WRITE: dict[Register, Message] = {
-    row.register: Message(row, row.written, row.read if row.direction is Direction.EXCHANGE else ())
+    row.register: (_Track if row.register is Register.TRACK else Message)(
+        row, row.written, row.read if row.access is Access.EXCHANGE else ()
+    )
     for row in REGISTERS
-    if row.direction in (Direction.WRITE, Direction.READ_WRITE, Direction.EXCHANGE)
+    if row.access in (Access.WRITE, Access.READ_WRITE, Access.EXCHANGE)
 }

@@ -132,7 +132,7 @@ class Refusal(IntEnum):
     NOT_ARMED = 5
     """The command needs an armed session."""
     TRAILER_REQUIRED = 6
-    """The session is armed: a motion command without trailer is not believed."""
+    """The session is armed: a motion command without trailer is not accepted."""
     NOT_FINITE = 7
     OUT_OF_RANGE = 8
     """A value is outside what the register takes, or a setpoint too far from the last one."""
@@ -162,7 +162,7 @@ class ResetCause(IntEnum):
     PIN = 3
     """The reset pin: the button, a debugger, or a dip of the 3.3 V supply below 2.9 V."""
     SOFTWARE = 4
-    """The firmware itself: an exception of the processor, or the way to the bootloader."""
+    """The firmware itself: an exception of the processor, or the jump to the bootloader."""
     WATCHDOG = 5
     """The control tick did not run for about 100 ms."""
 

@@ -86,7 +86,7 @@ def render_header() -> str:
     for row in REGISTERS:
         flags = ", ".join(str(flag).lower() for flag in (row.blocking, row.motion, row.setpoint))
         lines.append(
-            f"    {{Register::{row.register.name}, Direction::{row.direction.name}, "
+            f"    {{Register::{row.register.name}, Direction::{row.access.name}, "
             f"{_size(row.written)}, {_size(row.read)}, {row.version}, {flags}}},"
         )
     return "\n".join([*lines, "};", "", _HEADER_END])
@@ -114,7 +114,7 @@ def _describe(field: Field) -> str:
 
 def _row(row: Definition) -> str:
     return (
-        f"| 0x{row.register:02X} | {row.register.name} | {row.direction.value} "
+        f"| 0x{row.register:02X} | {row.register.name} | {row.access.value} "
         f"| {_payload(row.written)} | {_payload(row.read)} | {'yes' if row.blocking else ''} "
         f"| {row.version} | {row.support.value} | {row.meaning} |"
     )
@@ -133,9 +133,9 @@ after a repeated start, a read. Numbers are little endian, angles are degrees of
     write [register][payload]      read [payload][flags]
 
 A write is answered with the flags alone, a read with the payload and the flags. Bits 4 to 7 of
-the flags are zero. The flags tell the joint's state, not the fate of the command just sent: a
-command is executed after the transaction. A blocking command shows BUSY at once; the host polls
-until it clears. What the original firmware does beside that, and what it takes of the host, is
+the flags are zero. The flags state the joint's condition, not the result of the command just sent:
+a command is executed after the transaction. A blocking command shows BUSY at once; the host polls
+until it clears. The deviations of the original firmware, and what they require of the host, are in
 [a table of its own](drivers.md#joint-firmware-original-and-ours).
 
 ## Version 2
@@ -143,14 +143,14 @@ until it clears. What the original firmware does beside that, and what it takes 
     write [register][payload][seq][crc]      read [payload][flags][seq][crc]
 
 The trailer is a sequence number and a CRC-8 (polynomial 0x07, start 0) over the address byte of
-that direction and all that follows it. A joint tells the versions apart by length: no version 1
+that direction and all that follows it. A joint distinguishes the versions by length: no version 1
 length of a register equals its version 2 length.
 
 - A frame whose sequence number was the last one executed is answered again from memory. An older
   one (by signed 8-bit difference) is refused. So a host may repeat any frame whose answer it
   lost.
 - A frame that is not executed is answered `[flags][seq][crc]` with REFUSED set, and filler where
-  more bytes are asked for. FAULT tells the reason.
+  more bytes are requested. FAULT states the reason.
 - `HELLO` is accepted with any sequence number. `ARM` with the joint's boot id and a session
   number that is new to this boot opens a session: sequence numbers count from its own, and
   motion commands without trailer are refused until the joint restarts or is disarmed.

@@ -8,7 +8,7 @@ fixed for life: they are what the joints on existing arms answer. Motor units st
 from __future__ import annotations
 
 from bioscara.protocol.enums import Register
-from bioscara.protocol.rows import Definition, Direction, Field, Kind, Support
+from bioscara.protocol.rows import Access, Definition, Field, Kind, Support
 
 _ZERO = Field("zero", Kind.U8, padding=True)
 
@@ -17,7 +17,7 @@ def _percent(name: str) -> Field:
     return Field(name, Kind.U8, "%", 0, 100)
 
 
-_R, _W, _X = Direction.READ, Direction.WRITE, Direction.EXCHANGE
+_R, _W, _X = Access.READ, Access.WRITE, Access.EXCHANGE
 _DEGREES = Field("angle", Kind.F32, "deg")
 _RPM = Field("velocity", Kind.F32, "rpm")
 _DIRECTION = Field("direction", Kind.U8, "", 0, 1)
@@ -36,7 +36,7 @@ MAGIC = 0x4253
 """First two bytes of HELLO's answer, the letters ``SB`` in wire order."""
 
 REGISTERS: tuple[Definition, ...] = (
-    Definition(Register.NONE, Direction.NONE, "Host side only: no blocking command is running."),
+    Definition(Register.NONE, Access.NONE, "Host side only: no blocking command is running."),
     Definition(
         Register.PING,
         _R,
@@ -48,7 +48,7 @@ REGISTERS: tuple[Definition, ...] = (
         _W,
         "Engages the motor with these currents and holds here; clears NOTENABLED and STALL and "
         "switches stall detection off. Takes effect after the orientation check, during which "
-        "BUSY is set; a check that STOP breaks off enables nothing. Refused while BUSY, which "
+        "BUSY is set; a check that STOP interrupts enables nothing. Refused while BUSY, which "
         "after a fault may show for 0.3 s until the field has run down, and in an armed session "
         "while a fault is latched.",
         written=(_percent("drive_current"), _percent("hold_current"), _ZERO, _ZERO),
@@ -180,7 +180,7 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.ENABLECLOSEDLOOP,
         _W,
-        "Switches position correction on: a finished move ends at the encoder angle asked for.",
+        "Switches position correction on: a finished move ends at the requested encoder angle.",
         written=(_ZERO,),
         support=Support.NAMED,
     ),
@@ -251,8 +251,8 @@ REGISTERS: tuple[Definition, ...] = (
     ),
     Definition(
         Register.HOMEOFFSET,
-        Direction.READ_WRITE,
-        "A number of the host's, kept while the joint is powered: the joint position at encoder "
+        Access.READ_WRITE,
+        "A number of the host's, stored while the joint is powered: the joint position at encoder "
         "zero.",
         written=(Field("offset", Kind.F32),),
         read=(Field("offset", Kind.F32),),
@@ -260,7 +260,7 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.HELLO,
         _R,
-        "Who is there. Accepted with any sequence number and does not advance it.",
+        "Identity of the joint. Accepted with any sequence number and does not advance it.",
         read=(
             Field("magic", Kind.U16),
             Field("protocol", Kind.U8),
@@ -334,7 +334,7 @@ REGISTERS: tuple[Definition, ...] = (
     ),
     Definition(
         Register.WATCHDOG,
-        Direction.READ_WRITE,
+        Access.READ_WRITE,
         "Time without a newer setpoint after which a motion is ramped down and latched. Each "
         "newer write also counts as a setpoint: so the host keeps homing and relative moves "
         "alive.",
@@ -365,7 +365,7 @@ REGISTERS: tuple[Definition, ...] = (
     Definition(
         Register.DISARM,
         _W,
-        "Ends the session of a disabled joint at rest: commands without trailer are believed "
+        "Ends the session of a disabled joint at rest: commands without trailer are accepted "
         "again. The first of the two steps to the bootloader.",
         written=(Field("boot_id", Kind.U16),),
         version=2,

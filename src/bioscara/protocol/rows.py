@@ -20,7 +20,7 @@ class Kind(Enum):
     F32 = "f"
 
 
-class Direction(Enum):
+class Access(Enum):
     """How a register is used."""
 
     NONE = "-"
@@ -69,7 +69,7 @@ class Definition:
 
     Attributes:
         register: The code.
-        direction: How it is used.
+        access: How it is used.
         meaning: Its effect, for the generated page and header.
         written: Payload of a write or exchange, in wire order.
         read: Payload of a read or exchange, in wire order, flags not included.
@@ -81,7 +81,7 @@ class Definition:
     """
 
     register: Register
-    direction: Direction
+    access: Access
     meaning: str
     written: tuple[Field, ...] = ()
     read: tuple[Field, ...] = ()

@@ -35,12 +35,14 @@ class FirmwareBus(Bus):
         """
         if self._closed:
             raise BusUnavailableError("the simulated bus is closed")
-        return [
-            result if isinstance(result, bytes) else failure(result, transaction.address)
-            for result, transaction in zip(
-                self.arm.transfer(transactions), transactions, strict=True
-            )
-        ]
+        results: list[bytes | CommunicationError] = []
+        for result in self.arm.transfer(transactions):
+            if isinstance(result, int):
+                address = transactions[len(results)].address
+                results.append(failure(result, address))
+            else:
+                results.append(result)
+        return results
 
     def close(self) -> None:
         """Refuse further transfers; the arm keeps running."""
@@ -50,5 +52,5 @@ class FirmwareBus(Bus):
 def failure(outcome: int, address: int) -> CommunicationError:
     """Return the error for the arm's outcome number."""
     if outcome == _NO_ACKNOWLEDGE:
-        return NoAcknowledgeError(f"nobody acknowledges address {address:#04x}", address)
+        return NoAcknowledgeError(f"no device acknowledges address {address:#04x}", address)
     return BusTimeoutError(f"the transfer to {address:#04x} did not end in time", address)

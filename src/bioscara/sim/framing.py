@@ -176,7 +176,7 @@ def decode_request(body: bytes) -> list[Transaction]:
     Raises:
         BusUnavailableError: It is not one.
     """
-    reader = _Reader(body)
+    reader = _BodyParser(body)
     (count,) = reader.unpack(_COUNT)
     if count > TRANSACTIONS_MAX:
         raise BusUnavailableError(f"{count} transactions at once; at most {TRANSACTIONS_MAX}")
@@ -207,7 +207,7 @@ def decode_reply(body: bytes, count: int) -> list[bytes | int]:
     Raises:
         BusUnavailableError: It is not one.
     """
-    reader = _Reader(body)
+    reader = _BodyParser(body)
     (answered,) = reader.unpack(_COUNT)
     if answered != count:
         raise BusUnavailableError(f"{answered} results for {count} transactions")
@@ -220,7 +220,7 @@ def decode_reply(body: bytes, count: int) -> list[bytes | int]:
     return results
 
 
-class _Reader:
+class _BodyParser:
     """Sequential parser of a frame's body."""
 
     def __init__(self, body: bytes) -> None:
@@ -238,4 +238,4 @@ class _Reader:
 
     def end(self) -> None:
         if self._at < len(self._body):
-            raise BusUnavailableError(f"a frame of {len(self._body)} bytes goes on after its end")
+            raise BusUnavailableError(f"a frame of {len(self._body)} bytes continues after its end")

@@ -164,34 +164,34 @@ class _Server:
         self._arm, self._listener, self._wall = arm, listener, wall
         listener.setblocking(False)
         self._clients: list[_Client] = []
-        self._lead = wall.now() - arm.now()
+        self._offset = wall.now() - arm.now()
 
     def step(self) -> None:
         """Wait briefly for clients, advance the arm, and serve the clients that are ready."""
         waiting = {client.connection: client for client in self._clients if not client.replying}
-        ready, _, _ = select.select([self._listener, *waiting], [], [], self._pause())
+        ready, _, _ = select.select([self._listener, *waiting], [], [], self._select_timeout())
         self._catch_up()
         for socket_ in ready:
             if socket_ is self._listener:
                 self._accept()
             else:
-                self._attempt(waiting[socket_], self._hear)
+                self._serve_client(waiting[socket_], self._receive)
         for client in tuple(self._clients):
-            self._attempt(client, self._go_on)
+            self._serve_client(client, self._send_due_reply)
 
     def close(self) -> None:
         """Disconnect all clients."""
         for client in tuple(self._clients):
             self._drop(client)
 
-    def _pause(self) -> float:
+    def _select_timeout(self) -> float:
         now = self._wall.now()
         return min([_STEP, *(max(c.due - now, 0.0) for c in self._clients if c.replying)])
 
     def _catch_up(self) -> None:
-        lag = self._wall.now() - self._lead - self._arm.now()
+        lag = self._wall.now() - self._offset - self._arm.now()
         if lag > _LAG_MAX:
-            self._lead += lag - _STEP
+            self._offset += lag - _STEP
             lag = _STEP
         if lag > 0.0:
             self._arm.run(lag)
@@ -207,7 +207,7 @@ class _Server:
             client.refuse(f"it has {_CLIENTS_MAX} connections, and no more; end those programs")
             self._drop(client)
 
-    def _attempt(self, client: _Client, step: Callable[[_Client], None]) -> None:
+    def _serve_client(self, client: _Client, step: Callable[[_Client], None]) -> None:
         """Serve one client; disconnect it if it is gone or violates the protocol."""
         try:
             step(client)
@@ -217,11 +217,11 @@ class _Server:
             client.refuse(str(error))
             self._drop(client)
 
-    def _hear(self, client: _Client) -> None:
+    def _receive(self, client: _Client) -> None:
         client.receive()
         self._answer(client)
 
-    def _go_on(self, client: _Client) -> None:
+    def _send_due_reply(self, client: _Client) -> None:
         """Send a reply that is due, and raise if a client exceeds its time."""
         now = self._wall.now()
         if client.replying and client.due <= now:
@@ -241,7 +241,7 @@ class _Server:
             request = decode_request(expect(frame, FrameKind.REQUEST, client.sequence))
             body = encode_reply(self._arm.transfer(request))
             # The transfer took bus time: continuous requests must not make the arm run faster.
-            due = self._arm.now() + self._lead
+            due = self._arm.now() + self._offset
             client.reply(encode_frame(FrameKind.REPLY, client.sequence, body), due)
         client.sequence = (client.sequence + 1) % _SEQUENCES
 

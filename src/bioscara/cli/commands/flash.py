@@ -27,8 +27,9 @@ def run(options: Options) -> int:
 
     Raises:
         ImageError: The image is not for this joint; nothing was written.
-        FlashError: There is no board or no program to flash it with; nothing was written.
-        BioscaraError: The bus cannot be used, or the joint is enabled; nothing was written.
+        FlashError: There is no board or no program to flash it with, or the joint is enabled;
+            nothing was written.
+        BioscaraError: The bus cannot be used; nothing was written.
         OSError: Standard output cannot be written.
     """
     output = Output()

@@ -33,8 +33,7 @@ class Gripper:
 
     The width outlives the process: the kernel keeps the last pulse running after a ``kill -9``, and
     :meth:`enable` continues from that. The state file covers a loss of power and a released servo.
-    :meth:`keep`, :meth:`set_width` and :meth:`disable` write it and wait for the disk; nothing else
-    does.
+    Only :meth:`store_width`, :meth:`set_width` and :meth:`disable` write it and wait for the disk.
 
     Args:
         pwm: The PWM output.
@@ -46,7 +45,7 @@ class Gripper:
         self.parameters = parameters
         self._pwm, self._file = pwm, state_file
         self._enabled = False
-        self._width = self._saved = self._kept()
+        self._width = self._saved = self._stored_width()
 
     @property
     def state(self) -> GripperState:
@@ -74,15 +73,15 @@ class Gripper:
         if running is not None:
             self._width = self._width_of(running)
         elif self._width == self._saved:
-            self._width = self._saved = self._kept()
+            self._width = self._saved = self._stored_width()
         self._pwm.start(1.0 / self.parameters.frequency, self._pulse_of(self._width))
         self._enabled = True
 
-    def disable(self, *, keep: bool = True) -> None:
+    def disable(self, *, store: bool = True) -> None:
         """Store the width and release the servo.
 
         Args:
-            keep: False releases the servo without a file access, as required in a control cycle.
+            store: False releases the servo without a file access, as required in a control cycle.
 
         Raises:
             GripperError: The output or the state file cannot be written; the servo is released in
@@ -92,12 +91,12 @@ class Gripper:
             return
         self._enabled = False
         try:
-            if keep:
+            if store:
                 self._save(self._width)
         finally:
             self._pwm.stop()
 
-    def keep(self, width: float | None = None) -> None:
+    def store_width(self, width: float | None = None) -> None:
         """Write a width to the state file, unless it is the one stored there last.
 
         Waits for the disk, on a memory card up to some 100 ms: never call it within a control
@@ -113,17 +112,17 @@ class Gripper:
             InvalidArgumentError: Not finite.
             GripperError: The state file cannot be written; its content is unchanged.
         """
-        told = self._width
+        commanded = self._width
         if width is not None:
-            told = self._width_of(self._pulse_of(number("gripper width", width)))
-        if told != self._saved:
-            self._save(told)
+            commanded = self._width_of(self._pulse_of(number("gripper width", width)))
+        if commanded != self._saved:
+            self._save(commanded)
 
     def set_width(self, width: float) -> float:
         """Store a width, move the jaws, and return the commanded width.
 
         A width beyond the limits, or beyond what the servo can do, is bounded, as the original
-        driver does. It waits for the disk as :meth:`keep` does, unless this width is already
+        driver does. It waits for the disk as :meth:`store_width` does, unless this width is already
         commanded.
 
         Args:
@@ -135,10 +134,10 @@ class Gripper:
         """
         width = number("gripper width", width)
         self._require_enabled()
-        self.keep(width)
-        return self.tell_width(width)
+        self.store_width(width)
+        return self.command_width(width)
 
-    def tell_width(self, width: float) -> float:
+    def command_width(self, width: float) -> float:
         """As :meth:`set_width`, without storing the width: for a control cycle.
 
         Raises:
@@ -148,11 +147,11 @@ class Gripper:
         width = number("gripper width", width)
         self._require_enabled()
         pulse = self._pulse_of(width)
-        told = self._width_of(pulse)
-        if told != self._width:
+        commanded = self._width_of(pulse)
+        if commanded != self._width:
             self._pwm.set_pulse(pulse)
-            self._width = told
-        return told
+            self._width = commanded
+        return commanded
 
     def set_servo_angle(self, angle_deg: float) -> float:
         """Turn the servo to an angle, for calibration, and return the commanded angle.
@@ -176,7 +175,7 @@ class Gripper:
         write_width(self._file, min(max(width, lower), upper))
         self._saved = width
 
-    def _kept(self) -> float:
+    def _stored_width(self) -> float:
         parameters = self.parameters
         width = read_width(self._file, parameters.lower, parameters.upper, parameters.initial)
         return self._width_of(self._pulse_of(width))

@@ -165,5 +165,5 @@ def _ns(what: str, time: float) -> int:
 
 
 def _refused(path: Path, value: int, error: OSError) -> GripperError:
-    remedy = _REMEDIES.get(error.errno or 0, "the kernel's log (dmesg) may say more")
+    remedy = _REMEDIES.get(error.errno or 0, "see the kernel's log (dmesg)")
     return GripperError(f"{path}: writing {value} failed ({error.strerror}); {remedy}")

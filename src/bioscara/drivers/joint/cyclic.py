@@ -5,17 +5,20 @@ The arithmetic uses plain floats: for a single value, numpy takes longer than th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator
 
 from bioscara.bus import Transaction
-from bioscara.drivers.joint.connection import JointConnection, joint_state
+from bioscara.drivers.joint.feedback import EncoderFeedback
+from bioscara.drivers.joint.readiness import Readiness
 from bioscara.drivers.joint.sample import FLAGS, JointSample, Quality, Setpoint
+from bioscara.drivers.link.session import Session
 from bioscara.errors import (
     BioscaraError,
     CommunicationError,
     CorruptFrameError,
     JointLostError,
 )
+from bioscara.model import JointParameters
 from bioscara.protocol import READ, WRITE, Answer, Flags, Message, Register
 
 LOST_AFTER = 3
@@ -32,44 +35,54 @@ _HALTED = int(Flags.STALL | Flags.NOTENABLED)
 
 Outcome = JointSample | BioscaraError
 """Result of a cycle for one joint."""
-Frame = tuple[Message, tuple[float, ...]]
 Result = bytes | CommunicationError
 
 
-class Cycle:
+class CyclicExchange:
     """Frames of one joint for a cycle, and their outcome.
 
     Args:
-        joint: The joint.
+        session: Session with the joint.
+        feedback: Its measured state.
+        readiness: Preconditions of its motions.
+        parameters: Parameters of the joint.
 
     Attributes:
         bad_cycles: Consecutive cycles without an answer.
         failures: Cycles without an answer since the object was made.
     """
 
-    def __init__(self, joint: JointConnection) -> None:
-        self._joint = joint
-        self._frames: tuple[Frame, ...] = ()
+    __slots__ = (
+        "_feedback", "_message", "_parameters", "_readiness", "_second", "_sent", "_session",
+        "_values", "bad_cycles", "failures",
+    )  # fmt: skip
+
+    def __init__(
+        self,
+        session: Session,
+        feedback: EncoderFeedback,
+        readiness: Readiness,
+        parameters: JointParameters,
+    ) -> None:
+        self._session, self._feedback, self._readiness = session, feedback, readiness
+        self._parameters = parameters
+        self._message = _STATE
+        self._values: tuple[float, ...] = ()
+        self._second: Message | None = None
         self._sent: tuple[Transaction, ...] = ()
         self.bad_cycles = 0
         self.failures = 0
 
     def track(self, setpoint: Setpoint) -> tuple[Transaction, ...]:
         """Return the transactions that send a checked setpoint and request the state."""
-        joint = self._joint
-        transmission = joint.transmission
-        position, velocity = setpoint
-        angle_deg = transmission.position_to_deg(position)
-        if joint.session.version == 2:
-            values = (angle_deg, transmission.velocity_to_rpm(velocity))
-            self._frames = ((_TRACK, values),)
-            self._sent = (joint.session.frame(_TRACK, values),)
-            return self._sent
-        return self._frame((_MOVE, (angle_deg,)), (_ANGLE, ()))
+        values = self._feedback.transmission.to_motor(setpoint)
+        if self._session.version == 2:
+            return self._prepare(_TRACK, values)
+        return self._prepare_pair(_MOVE, values[:1], _ANGLE)
 
     def drive(self, velocity: float) -> tuple[Transaction, ...]:
         """Return the transaction that sends a checked velocity; its answer is only the flags."""
-        return self._frame((_RPM, (self._joint.transmission.velocity_to_rpm(velocity),)))
+        return self._prepare(_RPM, (self._feedback.transmission.velocity_to_rpm(velocity),))
 
     def stop(self) -> tuple[Transaction, ...]:
         """Return the transaction that makes a velocity-driven joint ramp down.
@@ -77,15 +90,15 @@ class Cycle:
         For version 1 that is a velocity of zero: after STOP, a joint with original firmware is
         disabled by its own deadman.
         """
-        if self._joint.session.version == 1:
-            return self._frame((_RPM, (0.0,)))
-        return self._frame((_STOP, (_SOFT,)))
+        if self._session.version == 1:
+            return self._prepare(_RPM, (0.0,))
+        return self._prepare(_STOP, (_SOFT,))
 
     def state(self) -> tuple[Transaction, ...]:
         """Return the transactions that request the state."""
-        if self._joint.session.version == 2:
-            return self._frame((_STATE, ()))
-        return self._frame((_ANGLE, ()), (_SPEED, ()))
+        if self._session.version == 2:
+            return self._prepare(_STATE, ())
+        return self._prepare_pair(_ANGLE, (), _SPEED)
 
     def again(self) -> tuple[Transaction, ...]:
         """Return the same transactions again.
@@ -93,38 +106,41 @@ class Cycle:
         A joint that executed them answers from memory; one that refused them gets a new sequence
         number. Every version 1 frame of a cycle is absolute and may be executed twice.
         """
-        self._joint.session.retries += 1
-        return self._sent or self._frame(*self._frames)
+        self._session.retries += 1
+        return self._sent or self._prepare(self._message, self._values)
 
-    def take(self, results: Sequence[Result], stamp: float, *, again: bool = False) -> Outcome:
+    def take(self, results: Iterator[Result], stamp: float, again: bool) -> Outcome:
         """Return the sample from the joint's answer, or the error.
 
         Args:
-            results: The results of this joint's transactions, in order.
+            results: The results of the bus call; those of this joint's transactions are next.
             stamp: Time of their arrival [s].
             again: Whether the transactions can still be repeated in this cycle. The reason of a
                 refusal that the flags do not explain is then not requested: most likely the frame
                 arrived broken, and the request takes longer than a repetition.
         """
-        session = self._joint.session
+        session, feedback, message = self._session, self._feedback, self._message
         try:
-            if len(results) == 1:
-                message = self._frames[0][0]
-                values, flags = session.take(message, results[0])
+            if self._second is not None:
+                pair = ((message, next(results)), (self._second, next(results)))
+                sample = self._take_pair(pair, stamp)
+            else:
+                values, flags = session.take(message, next(results))
                 if flags & _REFUSED and session.version == 2:
                     self._sent = ()
                     if again and not flags & _REASONS:
                         return CorruptFrameError(
-                            "the joint refused a frame", self._joint.parameters.address
+                            "the joint refused a frame", self._parameters.address
                         )
                     return session.refusal(message)
-                sample = self._sample(values, flags, stamp)
-            else:
-                sample = self._pair(results, stamp)
+                if values:
+                    sample = feedback.sample(values, flags, stamp)
+                else:
+                    sample = feedback.last._replace(flags=FLAGS[flags])
         except BioscaraError as error:
             return error
         self.bad_cycles = 0
-        self._joint.last = sample
+        feedback.last = sample
         return sample
 
     def skip(self) -> JointSample:
@@ -132,10 +148,10 @@ class Cycle:
 
         Nothing was requested, so this does not count as a bad cycle.
         """
-        joint = self._joint
-        if joint.last.quality is Quality.FRESH:
-            joint.last = joint.last._replace(quality=Quality.STALE)
-        return joint.last
+        feedback = self._feedback
+        if feedback.last.quality is Quality.FRESH:
+            feedback.last = feedback.last._replace(quality=Quality.STALE)
+        return feedback.last
 
     def hold_last_sample(self, problem: CommunicationError) -> Outcome:
         """Return the outcome of a bad cycle.
@@ -148,53 +164,43 @@ class Cycle:
         """
         self.bad_cycles += 1
         self.failures += 1
-        joint = self._joint
-        if self.bad_cycles >= LOST_AFTER or joint.session.caution.silent:
+        feedback, name, address = self._feedback, self._parameters.name, self._parameters.address
+        if self.bad_cycles >= LOST_AFTER or self._session.timing.silent:
             plural = "s" * (self.bad_cycles > 1)
             return JointLostError(
-                f"{joint.name} ({joint.parameters.address:#04x}) is lost: {self.bad_cycles} bad "
-                f"cycle{plural} in a row, {self.failures} in all; the last one: {problem}; check "
-                "its power and its wiring",
-                joint.parameters.address,
-                joint.name,
+                f"{name} ({address:#04x}) is lost: {self.bad_cycles} bad cycle{plural} in a row, "
+                f"{self.failures} in all; the last one: {problem}; check its power and its wiring",
+                address,
+                name,
                 self.bad_cycles,
                 problem,
             )
-        if joint.last.quality is Quality.UNKNOWN:
+        if feedback.last.quality is Quality.UNKNOWN:
             return problem
-        joint.last = joint.last._replace(quality=Quality.STALE)
-        return joint.last
+        feedback.last = feedback.last._replace(quality=Quality.STALE)
+        return feedback.last
 
-    def _frame(self, *frames: Frame) -> tuple[Transaction, ...]:
-        session = self._joint.session
-        self._frames = frames
-        self._sent = tuple(session.frame(message, values) for message, values in frames)
-        return self._sent
+    def _prepare(self, message: Message, values: tuple[float, ...]) -> tuple[Transaction, ...]:
+        self._message, self._values, self._second = message, values, None
+        self._sent = sent = (self._session.frame(message, values),)
+        return sent
 
-    def _sample(self, values: tuple[float, ...], flags: int, stamp: float) -> JointSample:
-        joint = self._joint
-        if not values:
-            return joint.last._replace(flags=FLAGS[flags])
-        if len(values) == 2:
-            state, load = None, None
-        else:
-            state, load = joint_state(values[2]), values[3]
-        return JointSample(
-            joint.position_of(values[0], flags),
-            joint.transmission.velocity_from_rpm(values[1]),
-            FLAGS[flags],
-            state,
-            load,
-            Quality.FRESH,
-            stamp,
-        )
+    def _prepare_pair(
+        self, message: Message, values: tuple[float, ...], second: Message
+    ) -> tuple[Transaction, ...]:
+        """Prepare two frames for a version 1 joint, of which no answer carries a whole sample."""
+        frame = self._session.frame
+        self._message, self._values, self._second = message, values, second
+        self._sent = sent = (frame(message, values), frame(second))
+        return sent
 
-    def _pair(self, results: Sequence[Result], stamp: float) -> JointSample:
-        joint, session = self._joint, self._joint.session
+    def _take_pair(self, results: tuple[tuple[Message, Result], ...], stamp: float) -> JointSample:
+        """Return the sample from the two answers of a version 1 joint."""
+        feedback, session = self._feedback, self._session
         before = session.flags
         answers: list[Answer] = []
         problem: CommunicationError | None = None
-        for (message, _), result in zip(self._frames, results, strict=True):
+        for message, result in results:
             try:
                 answers.append(session.take(message, result))
             except CommunicationError as error:
@@ -204,20 +210,24 @@ class Cycle:
             raise problem
         first, second = answers
         flags = second.flags
-        told = 0.0
-        if self._frames[0][0] is _MOVE:
-            position = joint.position_of(second.values[0], flags)
-            velocity = _slope(joint.last, position, stamp)
+        moves = self._message is _MOVE
+        # A velocity computed from the positions shows nothing that they do not show.
+        reported = 0.0
+        if moves:
+            position = feedback.position_of(second.values[0], flags)
+            velocity = _slope(feedback.last, position, stamp)
         else:
-            position = joint.position_of(first.values[0], flags)
-            told = velocity = joint.transmission.velocity_from_rpm(second.values[0])
+            position = feedback.position_of(first.values[0], flags)
+            reported = velocity = feedback.transmission.velocity_from_rpm(second.values[0])
         try:
-            joint.plausibility.judge(joint.last, position, told, (first.flags, flags), stamp)
+            feedback.plausibility.check(
+                feedback.last, position, reported, (first.flags, flags), stamp
+            )
         except CorruptFrameError:
             session.flags = before
             raise
-        if self._frames[0][0] is _MOVE and flags & _HALTED:
-            joint.require_ready()
+        if moves and flags & _HALTED:
+            self._readiness.require_ready()
         return JointSample(position, velocity, FLAGS[flags], None, None, Quality.FRESH, stamp)
 
 

@@ -11,14 +11,16 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bioscara.arguments import items, shown
+from bioscara.arguments import items
 from bioscara.bus import Bus, Transaction
+from bioscara.clock import Clock
 from bioscara.drivers.joint.cyclic import Outcome
 from bioscara.drivers.joint.joint import Joint
-from bioscara.drivers.joint.sample import Setpoint
+from bioscara.drivers.joint.sample import JointSample, Setpoint
 from bioscara.drivers.link.errors import exchange_failed
 from bioscara.errors import (
     BioscaraError,
+    CommunicationError,
     InvalidArgumentError,
     JointError,
     LimitError,
@@ -26,7 +28,7 @@ from bioscara.errors import (
 )
 
 Frames = list[tuple[Transaction, ...]]
-_NOT_YET = BioscaraError("not asked yet")
+_NO_OUTCOME = BioscaraError("no exchange yet")
 
 
 def read_states(joints: Sequence[Joint], *, retry: bool = False) -> list[Outcome]:
@@ -42,7 +44,7 @@ def read_states(joints: Sequence[Joint], *, retry: bool = False) -> list[Outcome
     Raises:
         BusUnavailableError: The bus as a whole cannot be used.
     """
-    outcomes: list[Outcome] = [_NOT_YET] * len(joints)
+    outcomes: list[Outcome] = [_NO_OUTCOME] * len(joints)
     frames: Frames = []
     for index, joint in enumerate(joints):
         try:
@@ -80,21 +82,17 @@ def track(
     setpoints = items("the setpoints", setpoints, "give one for each joint")
     if len(setpoints) != len(joints):
         raise InvalidArgumentError(f"{len(setpoints)} setpoints for {len(joints)} joints")
-    checked = [
-        joint.check_setpoint(*_pair(setpoint))
-        for joint, setpoint in zip(joints, setpoints, strict=True)
-    ]
-    for joint, (position, _) in zip(joints, checked, strict=True):
-        if joint.outside:
-            joint.start_from(position)
-    outcomes: list[Outcome] = [_NOT_YET] * len(joints)
+    checked = [joint.limits.check_setpoint(setpoints[index]) for index, joint in enumerate(joints)]
+    outcomes: list[Outcome] = [_NO_OUTCOME] * len(joints)
     frames: Frames = []
     for index, joint in enumerate(joints):
-        if joint.is_ready():
+        if joint.limits.returning:
+            joint.limits.start_from(checked[index].position)
+        if joint.readiness.is_ready():
             frames.append(joint.cycle.track(checked[index]))
             continue
         try:
-            joint.require_ready()
+            joint.readiness.require_ready()
         except JointError as error:
             outcomes[index] = error
         frames.append(())
@@ -129,17 +127,20 @@ def drive(
     if len(velocities) != len(joints):
         raise InvalidArgumentError(f"{len(velocities)} velocities for {len(joints)} joints")
     velocities = [
-        joint.check_velocity(velocity) for joint, velocity in zip(joints, velocities, strict=True)
+        joint.limits.check_velocity(velocity)
+        for joint, velocity in zip(joints, velocities, strict=True)
     ]
-    outcomes: list[Outcome] = [_NOT_YET] * len(joints)
+    outcomes: list[Outcome] = [_NO_OUTCOME] * len(joints)
     refused: dict[int, LimitError] = {}
     frames: Frames = []
     for index, (joint, velocity) in enumerate(zip(joints, velocities, strict=True)):
         try:
-            if not joint.is_ready():
-                joint.require_ready()
+            if not joint.readiness.is_ready():
+                joint.readiness.require_ready()
             if velocity:
-                joint.require_room(velocity, joint.last, joint.clock.now())
+                joint.limits.check_stopping(
+                    velocity, joint.last, joint.clock.now(), joint.settings.max_acceleration
+                )
         except LimitError as error:
             refused[index] = error
             frames.append(joint.cycle.stop())
@@ -154,60 +155,63 @@ def drive(
     return outcomes
 
 
-def _pair(setpoint: Setpoint) -> Setpoint:
-    if not isinstance(setpoint, tuple) or len(setpoint) != 2:
-        raise InvalidArgumentError(f"{shown(setpoint)} is not a Setpoint(position, velocity)")
-    return setpoint
-
-
 def _exchange(
     joints: Sequence[Joint], frames: Frames, outcomes: list[Outcome], retry: bool
 ) -> list[Outcome]:
     if not joints:
         return []
-    bus = joints[0].bus
+    bus, clock = joints[0].bus, joints[0].clock
     for joint in joints:
         if joint.bus is not bus:
             raise InvalidArgumentError(f"{joint.name} is on another bus than {joints[0].name}")
-    now = joints[0].clock.now()
-    for index, joint in enumerate(joints):
-        # A version 1 joint may need a pause of more than a cycle; the others do not.
-        if frames[index] and joint.session.caution.silent:
-            unheard = NoAcknowledgeError("nobody acknowledged", joint.parameters.address)
-            frames[index], outcomes[index] = (), joint.cycle.hold_last_sample(unheard)
-        elif frames[index] and now < joint.session.caution.alone_until:
-            frames[index], outcomes[index] = (), joint.cycle.skip()
-    waiting = [index for index in range(len(joints)) if frames[index]]
-    _transfer(bus, joints, frames, waiting, outcomes, again=retry)
-    bad = [index for index in waiting if exchange_failed(outcomes[index])]
+    now = clock.now()
+    waiting: list[int] = []
+    requests: list[Transaction] = []
+    for index, sent in enumerate(frames):
+        if not sent:
+            continue
+        joint = joints[index]
+        if joint.session.version == 1:
+            # It may need a pause of more than a cycle.
+            timing = joint.session.timing
+            if timing.silent:
+                missing = NoAcknowledgeError("no device acknowledged", joint.parameters.address)
+                outcomes[index] = joint.cycle.hold_last_sample(missing)
+                continue
+            if now < timing.quiet_until:
+                outcomes[index] = joint.cycle.skip()
+                continue
+        waiting.append(index)
+        requests += sent
+    bad = _transfer(bus, clock, joints, requests, waiting, outcomes, retry)
     if bad and retry:
-        for index in bad:
-            frames[index] = joints[index].cycle.again()
-        _transfer(bus, joints, frames, bad, outcomes, again=False)
-    for index in bad:
-        problem = outcomes[index]
-        if exchange_failed(problem):
-            outcomes[index] = joints[index].cycle.hold_last_sample(problem)
+        again = [index for index, _ in bad]
+        requests = [request for index in again for request in joints[index].cycle.again()]
+        bad = _transfer(bus, clock, joints, requests, again, outcomes, False)
+    for index, problem in bad:
+        outcomes[index] = joints[index].cycle.hold_last_sample(problem)
     return outcomes
 
 
 def _transfer(
     bus: Bus,
+    clock: Clock,
     joints: Sequence[Joint],
-    frames: Frames,
-    chosen: Sequence[int],
+    requests: Sequence[Transaction],
+    waiting: Sequence[int],
     outcomes: list[Outcome],
-    *,
     again: bool,
-) -> None:
-    """Transfer the frames of the chosen joints in one call and record the outcomes."""
-    requests: list[Transaction] = []
-    for index in chosen:
-        requests.extend(frames[index])
-    results = bus.transfer(requests) if requests else []
-    stamp = joints[0].clock.now()
-    start = 0
-    for index in chosen:
-        end = start + len(frames[index])
-        outcomes[index] = joints[index].cycle.take(results[start:end], stamp, again=again)
-        start = end
+) -> list[tuple[int, CommunicationError]]:
+    """Transfer the requests to the waiting joints in one call and record the outcomes.
+
+    Returns:
+        The joints whose exchange failed, each with its error; a repetition may succeed.
+    """
+    bad: list[tuple[int, CommunicationError]] = []
+    results = iter(bus.transfer(requests) if requests else ())
+    stamp = clock.now()
+    for index in waiting:
+        outcomes[index] = outcome = joints[index].cycle.take(results, stamp, again)
+        if type(outcome) is not JointSample and exchange_failed(outcome):
+            bad.append((index, outcome))
+    return bad

@@ -2,37 +2,68 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
 from contextlib import suppress
+from functools import partial
 
+from bioscara.arguments import flag, number, shown, whole
 from bioscara.bus import Bus
 from bioscara.clock import Clock
-from bioscara.drivers.joint.cyclic import Cycle
-from bioscara.drivers.joint.motion import JointMotion
-from bioscara.drivers.joint.polling import Cancel, Progress, check_callbacks, idle
-from bioscara.drivers.joint.sample import FLAGS, JointSample, Quality
+from bioscara.drivers.joint.cyclic import CyclicExchange
+from bioscara.drivers.joint.feedback import EncoderFeedback
+from bioscara.drivers.joint.homing import HomingProcedure
+from bioscara.drivers.joint.limits import SetpointLimits, check_limit
+from bioscara.drivers.joint.monitor import (
+    Cancel,
+    Done,
+    MotionMonitor,
+    Progress,
+    check_callbacks,
+    not_busy,
+)
+from bioscara.drivers.joint.readiness import Readiness
+from bioscara.drivers.joint.sample import FLAGS, JointSample, Setpoint
+from bioscara.drivers.joint.settings import Settings
+from bioscara.drivers.joint.transmission import DEG_PER_MICROSTEP
+from bioscara.drivers.link.errors import fault_error
+from bioscara.drivers.link.messages import FaultReport, Hello
+from bioscara.drivers.link.session import Session
 from bioscara.errors import (
     BioscaraError,
     CommunicationError,
     HomingError,
     IncorrectStateError,
+    InvalidArgumentError,
     JointError,
     JointFaultError,
+    JointResetError,
     LimitError,
+    MotionCancelledError,
+    NotEnabledError,
+    NotSupportedError,
     StalledError,
 )
 from bioscara.model import JointParameters
-from bioscara.protocol import WATCHDOG_MS, Capability, Flags, Register
+from bioscara.protocol import (
+    WATCHDOG_MS,
+    BrakeMode,
+    Capability,
+    Fault,
+    Flags,
+    Register,
+)
 
-HOMING_RPM = (1.0, 250.0)
-"""Motor speeds between which homing is allowed, as in the original driver [rpm]."""
+_ORIENTATION_TIMEOUT = 5.0
+"""Time limit of the orientation check [s]."""
+_ORIENTATION_MAX_DEG = 10.0
+_STOP_HARD, _STOP_SOFT = 0, 1
+_MOVE_MARGIN = 2.0
+"""Time that a move may take beyond twice its expected duration [s]."""
+_STEPS_MAX = 2**31 - 1
 
-_TRAVEL_SHARE = 1.2
-"""Distance covered at the homing speed, as a share of the joint's range."""
-_HOMING_MARGIN = 10.0
-"""Time for backing off, the second touch and the remaining steps [s]."""
 
-
-class Joint(JointMotion):
+class Joint:
     """One joint on a bus, in rad or m and seconds; supports protocol versions 1 and 2.
 
     Life cycle of a joint: ``init``, ``enable``, ``home``, motion, ``disable``, ``deinit``. Nothing
@@ -46,46 +77,324 @@ class Joint(JointMotion):
         parameters: Parameters of the joint.
 
     Attributes:
-        cycle: The joint's part of a control cycle, for :mod:`bioscara.drivers.joint.group`.
+        bus: The bus.
+        clock: The clock.
+        parameters: The parameters.
+        session: Its frames: protocol version, repetition, flags.
+        feedback: Its measured state and homing offset.
+        settings: Its currents, limits, stall detection and brake.
+        limits: Checks of its setpoints.
+        readiness: Preconditions of its motions.
+        cycle: Its part of a control cycle, for :mod:`bioscara.drivers.joint.group`.
+        may_be_energised: Whether the motor was enabled, or found enabled, and was not observed to
+            be disabled since; outlives the session.
     """
 
     def __init__(self, bus: Bus, clock: Clock, parameters: JointParameters) -> None:
-        super().__init__(bus, clock, parameters)
-        self.cycle = Cycle(self)
-        self._homing_velocity = parameters.homing.velocity
+        self.bus, self.clock, self.parameters = bus, clock, parameters
+        self.session = session = Session(
+            bus, clock, parameters.name, parameters.number, parameters.address
+        )
+        self.feedback = EncoderFeedback(session, clock, parameters)
+        self.settings = Settings(session, parameters)
+        self.limits = SetpointLimits(parameters)
+        self.readiness = Readiness(parameters.name, session, self.feedback)
+        self.cycle = CyclicExchange(session, self.feedback, self.readiness, parameters)
+        self.may_be_energised = False
+        self._monitor = MotionMonitor(session, self.feedback, self.settings, clock, parameters)
+        self._homing = HomingProcedure(
+            session, self.feedback, self.settings, self.limits, parameters
+        )
 
-    def track(self, position: float, velocity: float = 0.0) -> JointSample:
-        """Send the setpoint for one interval from now and return the present state.
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__} {self.name} at {self.parameters.address:#04x}>"
 
-        Args:
-            position: Within the joint's limits [rad or m].
-            velocity: Velocity at that position, within the joint's limits [rad/s or m/s].
+    @property
+    def name(self) -> str:
+        """Name of the joint."""
+        return self.parameters.name
+
+    @property
+    def hello(self) -> Hello | None:
+        """The joint's answer to HELLO; None for a version 1 joint or before ``init``."""
+        return self.session.hello
+
+    @property
+    def version(self) -> int:
+        """Version of the protocol that the joint speaks; 0 before ``init``."""
+        return self.session.version
+
+    @property
+    def last(self) -> JointSample:
+        """The newest sample; of quality UNKNOWN before there was one."""
+        return self.feedback.last
+
+    # Identity and session.
+
+    def init(self) -> None:
+        """Identify the joint and open a session; a joint that is still homed stays homed.
+
+        Nothing moves. May be called again at any time, and must be after a
+        :class:`JointResetError`.
 
         Raises:
-            LimitError: Outside the limits; nothing was sent.
-            NotEnabledError, NotHomedError, StalledError, JointFaultError: The joint cannot move.
-            NotSupportedError: A version 1 joint has no TRACK; use ``set_position``.
-            CommunicationError: The exchange failed three times.
+            CommunicationError: The joint does not answer.
+            WrongJointError: Another joint answers.
+            NotSupportedError: The joint speaks a newer protocol.
         """
-        self.session.require_v2("track")
-        self.require_ready()
-        position, velocity = self.check_setpoint(position, velocity)
-        transmission = self.transmission
-        answer = self.session.write(
-            Register.TRACK,
-            transmission.position_to_deg(position),
-            transmission.velocity_to_rpm(velocity),
+        self.readiness.blocking = Register.NONE
+        self.feedback.forget()
+        self.session.open()
+        if not self.session.flags & Flags.NOTENABLED:
+            self.may_be_energised = True
+        if not self.session.flags & Flags.NOTHOMED:
+            try:
+                self.feedback.adopt_offset()
+            except BioscaraError:
+                self.session.close()
+                raise
+
+    def deinit(self) -> None:
+        """Release the joint; nothing is sent, so disable it first."""
+        self.readiness.blocking = Register.NONE
+        self.feedback.forget()
+        self.session.close()
+
+    def check_communication(self) -> None:
+        """Check that the joint answers and is the one found by ``init``.
+
+        Raises:
+            CommunicationError: It does not answer.
+            JointResetError: It restarted.
+        """
+        before = self.session.hello
+        self.session.read(Register.PING)
+        if before is None:
+            return
+        now = Hello.from_answer(self.session.read(Register.HELLO))
+        if now.boot_id != before.boot_id:
+            raise JointResetError(
+                f"{self.name}: the joint restarted (reset cause {now.reset_cause.name})",
+                self.name,
+                "init(), enable() and home() it again",
+            )
+
+    def start_bootloader(self) -> None:
+        """Make the joint leave its firmware for the bootloader, to be flashed; home is lost.
+
+        It stops answering until it is flashed or its power is cycled; then :meth:`init` it.
+
+        Raises:
+            NotInitializedError: ``init`` was not called.
+            NotSupportedError: Its firmware has no such request.
+            IncorrectStateError: It is enabled.
+            CommunicationError: It did not answer, or refused the request.
+        """
+        try:
+            self.session.start_bootloader()
+        finally:
+            if self.session.version == 0:
+                self.deinit()
+
+    # State.
+
+    def get_flags(self) -> Flags:
+        """Request the flags."""
+        return FLAGS[self.session.read(Register.PING).flags]
+
+    def is_homed(self) -> bool:
+        """Request whether the joint knows its position, and its homing offset is known here."""
+        return not self.get_flags() & Flags.NOTHOMED and self.feedback.offset_known
+
+    def is_enabled(self) -> bool:
+        """Request whether the motor is enabled."""
+        return not self.get_flags() & Flags.NOTENABLED
+
+    def is_stalled(self) -> bool:
+        """Request whether the joint detected a stall."""
+        return bool(self.get_flags() & Flags.STALL)
+
+    def is_busy(self) -> bool:
+        """Request whether a blocking command is running."""
+        return bool(self.get_flags() & Flags.BUSY)
+
+    def get_position(self) -> float:
+        """Request the position [rad or m].
+
+        Raises:
+            NotHomedError: The joint does not know its position.
+        """
+        return self.feedback.read_position()
+
+    def get_velocity(self) -> float:
+        """Request the filtered velocity [rad/s or m/s]; it lags the motion by some 60 ms."""
+        return self.feedback.read_velocity()
+
+    def read_state(self) -> JointSample:
+        """Request position, velocity, flags and, from a version 2 joint, state and load."""
+        return self.feedback.read()
+
+    # Faults.
+
+    def get_fault(self) -> FaultReport:
+        """Request the reason of the joint's last autonomous stop, and its counters.
+
+        Raises:
+            NotSupportedError: A version 1 joint does not report it.
+        """
+        self.session.require_v2("get_fault")
+        return FaultReport.from_answer(self.session.read(Register.FAULT))
+
+    def get_bus_errors(self) -> int:
+        """Request the count of bus errors and abandoned transfers since the joint booted.
+
+        Raises:
+            NotSupportedError: A version 1 joint, or firmware without that counter.
+        """
+        self.session.require_v2("get_bus_errors")
+        if self.hello is None or not self.hello.capabilities & Capability.BUS_ERRORS:
+            raise NotSupportedError(
+                f"{self.name}: its firmware does not count errors of the bus; flash firmware/joint "
+                "of this host's version"
+            )
+        return int(self.session.read(Register.BUSERRORS).values[0])
+
+    def clear_fault(self, fault: str | None = None) -> None:
+        """Acknowledge the latched fault; the joint stays disabled and nothing moves.
+
+        Args:
+            fault: Name of the reported fault; None for any latched fault.
+
+        Raises:
+            NotSupportedError: A version 1 joint latches none; ``enable`` clears its stall.
+            RefusedError: Another fault is latched.
+            InvalidArgumentError: No fault has that name.
+        """
+        self.session.require_v2("clear_fault")
+        if fault is None:
+            code = int(self.session.read(Register.FAULT).values[0])
+        elif isinstance(fault, str) and fault in Fault.__members__:
+            code = Fault[fault]
+        else:
+            raise InvalidArgumentError(
+                f"{self.name}: {shown(fault)} is not a fault; known are "
+                f"{', '.join(Fault.__members__)}"
+            )
+        self.session.write(Register.CLEARFAULT, code)
+
+    def raise_fault(self) -> None:
+        """Raise the latched fault, if the joint's last flags show one."""
+        if self.version == 2 and self.session.flags & Flags.FAULT:
+            report = self.get_fault()
+            if report.fault != Fault.NONE.name:
+                raise fault_error(self.name, report)
+
+    # Motor.
+
+    def set_max_acceleration(self, acceleration: float) -> None:
+        """Set the acceleration of the joint; as :meth:`Settings.set_max_acceleration`."""
+        self.settings.set_max_acceleration(acceleration)
+
+    def set_max_velocity(self, velocity: float) -> None:
+        """Set the maximum speed of the joint; as :meth:`Settings.set_max_velocity`."""
+        self.settings.set_max_velocity(velocity)
+
+    def enable(self, drive_percent: int | None = None, hold_percent: int | None = None) -> None:
+        """Enable the motor at its present position, with stall detection and the configured limits.
+
+        Original firmware (version 1) turns and checks nothing here: it compares motor and encoder
+        at power-up, and enables a motor that has no supply. A version 2 joint checks by a movement
+        of at most 3 degrees of the motor that motor and encoder agree: the first time after it
+        booted, and where friction held the rotor opposite to its field.
+
+        Args:
+            drive_percent: Motor current in motion; None for the configured one.
+            hold_percent: Motor current at standstill; None for the configured one.
+
+        Raises:
+            LimitError: A current is not between 1 and 100 %.
+            JointFaultError: A fault is latched, or the check failed.
+            NotEnabledError: The joint did not engage.
+        """
+        parameters, settings = self.parameters, self.settings
+        drive, hold = parameters.drive_current_percent, parameters.hold_current_percent
+        if drive_percent is not None:
+            drive = whole(f"{self.name} drive current", drive_percent)
+        if hold_percent is not None:
+            hold = whole(f"{self.name} hold current", hold_percent)
+        self.readiness.require_idle()
+        for what, percent in (("drive", drive), ("hold", hold)):
+            check_limit(
+                f"{self.name} {what} current", percent, 1, 100, "%", "disable() switches it off"
+            )
+        settings.check_acceleration(parameters.max_acceleration)
+        # If only the answer is lost, the motor is enabled.
+        self.may_be_energised = True
+        self.session.write(Register.SETUP, drive, hold)
+        self._supervise(not_busy, _ORIENTATION_TIMEOUT, "enabling")
+        if self.session.flags & Flags.NOTENABLED:
+            self.raise_fault()
+            raise NotEnabledError(f"{self.name}: the motor did not engage", self.name)
+        if parameters.stall_threshold:
+            settings.enable_stallguard()
+        settings.set_max_acceleration(parameters.max_acceleration)
+        settings.set_max_velocity(parameters.max_velocity)
+
+    def disable(self) -> None:
+        """Ramp down, wait for standstill and switch the motor's power off.
+
+        Every step is tried, even if an earlier one failed.
+
+        Raises:
+            CommunicationError, JointError: The first error of these steps.
+        """
+        self.session.require_open()
+        wait_for_rest = partial(self._monitor.wait_for_rest, "disable")
+        steps: tuple[Callable[[], object], ...] = (
+            self.stop,
+            wait_for_rest,
+            partial(self.settings.set_hold_current, 0),
+            partial(self.settings.set_drive_current, 0),
+            partial(self.settings.set_brake_mode, BrakeMode.FREEWHEEL),
         )
-        self.last = JointSample(
-            self.position_of(answer.values[0], answer.flags),
-            transmission.velocity_from_rpm(answer.values[1]),
-            FLAGS[answer.flags],
-            None,
-            None,
-            Quality.FRESH,
-            self.clock.now(),
-        )
-        return self.last
+        if self.version == 2:
+            # A version 2 joint removes the current once the rotor no longer oscillates.
+            steps += (wait_for_rest,)
+        problem: CommunicationError | JointError | None = None
+        for step in steps:
+            try:
+                step()
+            except (CommunicationError, JointError) as error:
+                problem = problem or error
+        if problem is not None:
+            raise problem
+        self.may_be_energised = False
+
+    def stop(self, *, hard: bool = False) -> None:
+        """Ramp down and hold; ends a blocking command. Never refused because of the joint's state.
+
+        A version 1 joint that has not yet taken a blocking command or a move in steps takes it
+        first: the call then waits for up to 25 ms.
+
+        Args:
+            hard: True for the hardest deceleration instead of the configured one; original
+                firmware (version 1) ignores it and takes the configured one.
+        """
+        if self.readiness.blocking is Register.HOME:
+            # Must never prevent STOP.
+            with suppress(CommunicationError, JointError):
+                self._homing.restore_acceleration()
+        self.readiness.blocking = Register.NONE
+        flag(f"{self.name} hard", hard)
+        self.session.stop(_STOP_HARD if hard else _STOP_SOFT)
+
+    def keep_alive(self) -> Flags:
+        """Feed the watchdog of a joint in an autonomous motion; return its flags."""
+        if self.version == 2:
+            return FLAGS[self.session.write(Register.WATCHDOG, WATCHDOG_MS).flags]
+        return self.get_flags()
+
+    # Homing.
 
     def home(
         self,
@@ -111,7 +420,7 @@ class Joint(JointMotion):
         check_callbacks(progress, cancel)
         self.start_homing(velocity)
         try:
-            self._supervise(idle, self.homing_timeout, "homing", progress, cancel)
+            self._supervise(not_busy, self.homing_timeout, "homing", progress, cancel)
         except (IncorrectStateError, JointFaultError, StalledError) as error:
             raise HomingError(f"{self.name}: homing failed: {error}", self.name) from error
         self.post_homing()
@@ -119,8 +428,7 @@ class Joint(JointMotion):
     @property
     def homing_timeout(self) -> float:
         """Time limit of the homing that was started last [s]."""
-        span = self.parameters.upper - self.parameters.lower
-        return _TRAVEL_SHARE * span / abs(self._homing_velocity) + _HOMING_MARGIN
+        return self._homing.timeout
 
     def start_homing(self, velocity: float | None = None) -> None:
         """Start homing and return; call :meth:`keep_alive` until it ends, then :meth:`post_homing`.
@@ -138,55 +446,22 @@ class Joint(JointMotion):
                 accept the configured homing acceleration.
             IncorrectStateError: A blocking command is running.
         """
-        homing = self.parameters.homing
-        self._require_no_blocking()
-        chosen = homing.velocity if velocity is None else self.check_velocity(velocity)
-        rpm = self.transmission.velocity_to_rpm(chosen)
-        if not HOMING_RPM[0] < abs(rpm) < HOMING_RPM[1]:
-            raise LimitError(f"{self.name} homing speed of the motor", abs(rpm), *HOMING_RPM, "rpm")
-        if not self._homes_itself():
-            self.check_acceleration(homing.acceleration)
+        homing, readiness = self._homing, self.readiness
+        readiness.require_idle()
+        velocity = homing.check(velocity)
         if self.session.flags & (Flags.NOTENABLED | Flags.STALL):
             self.enable()
-        # Invalidates the offset of an earlier home: if this host dies before a new one is written,
-        # the next host must not trust the old one.
-        self._offset_known = False
-        self.session.write(Register.HOMEOFFSET, 0.0)
-        if not self._homes_itself():
-            self.set_max_acceleration(homing.acceleration)
-        self._homing_velocity = chosen
-        self._blocking = Register.HOME
+        homing.prepare(velocity)
+        readiness.blocking = Register.HOME
         try:
-            self.session.write(
-                Register.HOME,
-                int(rpm > 0.0),
-                int(abs(rpm)),
-                homing.threshold,
-                homing.current_percent,
-                # Original firmware would home a second time after it has homed.
-                repeat=False,
-            )
+            homing.start()
         except BioscaraError:
             if self.version == 1:
                 # If only the answer is lost it runs to the end stop, whether it is polled or not.
                 with suppress(CommunicationError, JointError):
                     self.stop()
-            self._blocking = Register.NONE
+            readiness.blocking = Register.NONE
             raise
-
-    def keep_alive(self) -> Flags:
-        """Feed the watchdog of a joint in an autonomous motion; return its flags."""
-        if self.version == 2:
-            return FLAGS[self.session.write(Register.WATCHDOG, WATCHDOG_MS).flags]
-        return self.get_flags()
-
-    def stop(self, *, hard: bool = False) -> None:
-        """Stop as every joint; first restores the higher deceleration if homing is in progress."""
-        if self._blocking is Register.HOME and not self._homes_itself():
-            # At the homing acceleration the ramp would take seconds. Must never prevent STOP.
-            with suppress(CommunicationError, JointError):
-                self.set_max_acceleration(self.parameters.max_acceleration)
-        super().stop(hard=hard)
 
     def post_homing(self) -> None:
         """Complete a homing that has ended: set the joint's offset and restore its limits.
@@ -195,22 +470,177 @@ class Joint(JointMotion):
             HomingError: The joint is not homed; states the reason.
             IncorrectStateError: No homing was started, or it is still running.
         """
-        if self._blocking is not Register.HOME:
+        if self.readiness.blocking is not Register.HOME:
             raise IncorrectStateError(f"{self.name}: no homing was started", self.name)
         flags = self.get_flags()
         if flags & Flags.BUSY:
             raise IncorrectStateError(f"{self.name}: homing is still running", self.name)
-        self._blocking = Register.NONE
+        self.readiness.blocking = Register.NONE
         if flags & Flags.NOTHOMED:
             raise self._homing_error()
-        upwards = self._homing_velocity > 0.0
-        self.set_homing_offset(self.parameters.upper if upwards else self.parameters.lower)
-        self.set_max_acceleration(self.parameters.max_acceleration)
+        self._homing.complete()
 
-    def _homes_itself(self) -> bool:
-        """Return whether the firmware chooses the approach speed, and thereby the acceleration."""
-        hello = self.hello
-        return hello is not None and bool(hello.capabilities & Capability.TWO_TOUCH_HOMING)
+    # Motion.
+
+    def track(self, position: float, velocity: float = 0.0) -> JointSample:
+        """Send the setpoint for one interval from now and return the present state.
+
+        Args:
+            position: Within the joint's limits [rad or m].
+            velocity: Velocity at that position, within the joint's limits [rad/s or m/s].
+
+        Raises:
+            LimitError: Outside the limits; nothing was sent.
+            NotEnabledError, NotHomedError, StalledError, JointFaultError: The joint cannot move.
+            NotSupportedError: A version 1 joint has no TRACK; use ``set_position``.
+            CommunicationError: The exchange failed three times.
+        """
+        self.session.require_v2("track")
+        self.readiness.require_ready()
+        setpoint = self.limits.check_setpoint(Setpoint(position, velocity))
+        motor_setpoint = self.feedback.transmission.to_motor(setpoint)
+        values, flags = self.session.write(Register.TRACK, *motor_setpoint)
+        self.feedback.last = self.feedback.sample(values, flags, self.clock.now())
+        return self.last
+
+    def set_position(self, position: float) -> None:
+        """Start a move to a position with the joint's own speed and acceleration limits.
+
+        A version 2 joint stops when it receives no newer setpoint for 60 ms: repeat it until the
+        joint arrives. Original firmware (version 1) continues to the position, even when the host
+        dies.
+
+        Args:
+            position: Within the joint's limits [rad or m].
+
+        Raises:
+            LimitError: Outside the limits.
+            NotEnabledError, NotHomedError, StalledError: The joint cannot move.
+        """
+        self.readiness.require_ready()
+        position = self.limits.check_position(position)
+        angle_deg = self.feedback.transmission.position_to_deg(position)
+        self.session.write(Register.MOVETOANGLE, angle_deg)
+        self.readiness.require_ready()
+
+    def set_velocity(self, velocity: float) -> None:
+        """Accelerate to a velocity and keep it for as long as it is repeated.
+
+        Without a newer one a version 2 joint stops after 60 ms. Original firmware stops, and
+        disables itself, 50 to 60 ms after the last exchange of any kind: polling alone keeps it
+        moving.
+
+        The joint does not know its position limits, so each call reads its position. Towards a
+        limit, the joint must be able to stop before it if this setpoint were the last.
+
+        Args:
+            velocity: At most the configured velocity in either direction [rad/s or m/s].
+
+        Raises:
+            LimitError: Too fast, or the limit is too near; the joint was then stopped.
+            NotEnabledError, NotHomedError, StalledError: The joint cannot move.
+        """
+        self.readiness.require_ready()
+        velocity = self.limits.check_velocity(velocity)
+        if velocity:
+            self._stop_unless_clear(velocity)
+        rpm = self.feedback.transmission.velocity_to_rpm(velocity)
+        self.session.write(Register.SETRPM, rpm)
+        self.readiness.require_ready()
+
+    def move_steps(
+        self, steps: int, progress: Progress | None = None, cancel: Cancel | None = None
+    ) -> None:
+        """Move by a number of microsteps of the motor (1/256 step) and wait for the end.
+
+        Needs no home; with one, the end is checked against the limits. A version 1 frame is
+        never repeated: if its answer is lost, it may have been executed. Original firmware
+        continues to the target when the host dies; here its encoder decides whether it has arrived.
+
+        Args:
+            steps: Microsteps; their sign is the motor's, not the joint's.
+            progress: Called with each sample.
+            cancel: Called with each sample.
+
+        Raises:
+            InvalidArgumentError: The number is not whole.
+            LimitError: It would end outside the limits.
+            IncorrectStateError: It did not arrive in twice the expected time.
+            MotionCancelledError: ``cancel`` returned True.
+        """
+        feedback, settings = self.feedback, self.settings
+        self.readiness.require_ready(homed=False)
+        what = f"{self.name} steps"
+        steps = whole(what, steps)
+        check_callbacks(progress, cancel)
+        check_limit(what, steps, -_STEPS_MAX, _STEPS_MAX, "microsteps")
+        displacement = feedback.transmission.microsteps_to_displacement(steps)
+        position = feedback.read().position
+        if self.version == 1:
+            # It would move although it stalled or was disabled since its last answer.
+            self.readiness.require_ready(homed=False)
+        if position is not None:
+            self.limits.check_position(position + displacement)
+        target_deg = feedback.encoder_deg + steps * DEG_PER_MICROSTEP
+        duration = ramp_time(abs(displacement), settings.max_velocity, settings.max_acceleration)
+        self.session.write(Register.MOVESTEPS, steps, repeat=False)
+        arrived = self._monitor.arrived(target_deg, duration)
+        self._supervise(arrived, 2.0 * duration + _MOVE_MARGIN, "the move", progress, cancel)
+        self.raise_fault()
+        self.readiness.require_ready(homed=False)
+
+    def check_orientation(self, motor_angle: float = math.radians(1.0)) -> None:
+        """Turn the motor slightly and back, to check that motor and encoder agree.
+
+        Args:
+            motor_angle: Angle by which the motor turns, at most 10 degrees [rad of the motor].
+
+        Raises:
+            LimitError: The angle is too large.
+            JointFaultError: They do not agree (version 2; a version 1 joint corrects it).
+        """
+        what = f"{self.name} orientation check angle"
+        angle_deg = math.degrees(number(what, motor_angle))
+        self.readiness.require_ready(homed=False)
+        check_limit(what, angle_deg, 0.0, _ORIENTATION_MAX_DEG, "deg")
+        self.readiness.blocking = Register.CHECKORIENTATION
+        try:
+            self.session.write(Register.CHECKORIENTATION, angle_deg, repeat=False)
+            self._supervise(not_busy, _ORIENTATION_TIMEOUT, "the orientation check")
+        finally:
+            self.readiness.blocking = Register.NONE
+        self.raise_fault()
+
+    def _stop_unless_clear(self, velocity: float) -> None:
+        """Stop the joint and raise if it could not stop within the limits from ``velocity``."""
+        state = self.feedback.read()
+        if state.position is None:
+            self.raise_fault()
+        elif state.flags & (Flags.STALL | Flags.NOTENABLED):
+            return  # The refusal of the setpoint states the reason.
+        try:
+            self.limits.check_stopping(velocity, state, state.stamp, self.settings.max_acceleration)
+        except LimitError:
+            self.stop()
+            raise
+
+    def _supervise(
+        self,
+        done: Done,
+        timeout: float,
+        what: str,
+        progress: Progress | None = None,
+        cancel: Cancel | None = None,
+    ) -> None:
+        """Wait for the end of a motion; an exception during the wait also ends the motion."""
+        try:
+            self._monitor.wait_for(done, timeout, what, progress, cancel)
+        except BaseException as reason:
+            with suppress(CommunicationError, JointError):
+                self.stop()
+                if isinstance(reason, MotionCancelledError):
+                    self._monitor.wait_for_rest(what)
+            raise
 
     def _homing_error(self) -> HomingError:
         if self.version < 2:
@@ -223,3 +653,10 @@ class Joint(JointMotion):
             report.data,
             "remove the cause, then clear_fault() and home() again",
         )
+
+
+def ramp_time(distance: float, speed: float, acceleration: float) -> float:
+    """Return the duration of a rest-to-rest move at these limits [s]."""
+    if distance < speed**2 / acceleration:
+        return 2.0 * math.sqrt(distance / acceleration)
+    return distance / speed + speed / acceleration

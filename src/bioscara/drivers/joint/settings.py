@@ -1,35 +1,32 @@
-"""Settings of a joint that do not move it, and checks of its setpoints."""
+"""Settings of a joint that do not move it: currents, limits, stall detection, brake."""
 
 from __future__ import annotations
 
-from bioscara.arguments import shown, whole
-from bioscara.bus import Bus
-from bioscara.clock import Clock
-from bioscara.drivers.joint.connection import JointConnection
-from bioscara.drivers.joint.original import ACCELERATION_DEG
-from bioscara.drivers.joint.sample import Setpoint
+from bioscara.arguments import number, shown, whole
+from bioscara.drivers.joint.limits import check_limit
+from bioscara.drivers.joint.transmission import Transmission
+from bioscara.drivers.link.original import ACCELERATION_DEG
+from bioscara.drivers.link.session import Session
 from bioscara.errors import IncorrectStateError, InvalidArgumentError, LimitError
 from bioscara.model import JointParameters
 from bioscara.protocol import BrakeMode, Flags, Register
 
-ROUNDING = 1e-9
-"""Relative tolerance of limits: less than the resolution of the wire."""
 
+class Settings:
+    """Currents, speed and acceleration limits, stall detection and brake of one joint.
 
-class JointSettings(JointConnection):
-    """Currents, limits, stall detection and brake of one joint; checks of its setpoints.
+    Args:
+        session: Session with the joint.
+        parameters: Parameters of the joint.
 
     Attributes:
-        outside: Whether the setpoints are returning from outside the limits.
         max_acceleration: The acceleration that was set last [rad/s^2 or m/s^2].
         max_velocity: The maximum velocity that was set last [rad/s or m/s].
     """
 
-    def __init__(self, bus: Bus, clock: Clock, parameters: JointParameters) -> None:
-        super().__init__(bus, clock, parameters)
-        self._lower, self._upper = parameters.lower, parameters.upper
-        self._fastest = parameters.max_velocity
-        self.outside = False
+    def __init__(self, session: Session, parameters: JointParameters) -> None:
+        self._session, self._parameters = session, parameters
+        self._transmission = Transmission(parameters.reduction)
         self.max_acceleration = parameters.max_acceleration
         self.max_velocity = parameters.max_velocity
 
@@ -42,7 +39,7 @@ class JointSettings(JointConnection):
         Raises:
             LimitError, InvalidArgumentError: It is outside, or not whole.
         """
-        self.session.write(Register.SETCURRENT, self._percent("drive current", percent))
+        self._session.write(Register.SETCURRENT, self._percent("drive current", percent))
 
     def set_hold_current(self, percent: int) -> None:
         """Set the motor current at standstill.
@@ -53,7 +50,7 @@ class JointSettings(JointConnection):
         Raises:
             LimitError, InvalidArgumentError: It is outside, or not whole.
         """
-        self.session.write(Register.SETHOLDCURRENT, self._percent("hold current", percent))
+        self._session.write(Register.SETHOLDCURRENT, self._percent("hold current", percent))
 
     def set_brake_mode(self, mode: BrakeMode) -> None:
         """Set the behaviour of the motor at standstill when its hold current is zero.
@@ -63,9 +60,10 @@ class JointSettings(JointConnection):
         """
         if not isinstance(mode, int) or mode not in list(BrakeMode):
             raise InvalidArgumentError(
-                f"{self.name} brake mode: {shown(mode)} is none of {', '.join(map(str, BrakeMode))}"
+                f"{self._parameters.name} brake mode: {shown(mode)} is none of "
+                f"{', '.join(map(str, BrakeMode))}"
             )
-        self.session.write(Register.SETBRAKEMODE, BrakeMode(mode))
+        self._session.write(Register.SETBRAKEMODE, BrakeMode(mode))
 
     def set_max_acceleration(self, acceleration: float) -> None:
         """Set the acceleration and deceleration that the joint uses.
@@ -78,8 +76,8 @@ class JointSettings(JointConnection):
                 would take another value instead.
         """
         acceleration = self.check_acceleration(acceleration)
-        deg = self.transmission.size_to_deg(acceleration)
-        self.session.write(Register.SETMAXACCELERATION, deg)
+        deg = self._transmission.size_to_deg(acceleration)
+        self._session.write(Register.SETMAXACCELERATION, deg)
         self.max_acceleration = acceleration
 
     def set_max_velocity(self, velocity: float) -> None:
@@ -96,12 +94,12 @@ class JointSettings(JointConnection):
             LimitError, InvalidArgumentError: It is above, or not above zero.
             IncorrectStateError: A version 1 joint that is not in position mode.
         """
-        limit, unit = self.parameters.max_velocity, f"{self.parameters.unit}/s"
-        velocity = self._above_zero("maximum velocity", velocity)
-        self._check_limit("maximum velocity", velocity, 0.0, limit, unit)
-        if self.version == 1:
-            self._require_positioning()
-        self.session.write(Register.SETMAXVELOCITY, self.transmission.size_to_deg(velocity))
+        parameters, what = self._parameters, f"{self._parameters.name} maximum velocity"
+        velocity = _above_zero(what, velocity)
+        check_limit(what, velocity, 0.0, parameters.max_velocity, f"{parameters.unit}/s")
+        if self._session.version == 1:
+            self._require_position_mode()
+        self._session.write(Register.SETMAXVELOCITY, self._transmission.size_to_deg(velocity))
         self.max_velocity = velocity
 
     def enable_stallguard(self, threshold: int | None = None) -> None:
@@ -115,70 +113,19 @@ class JointSettings(JointConnection):
         Raises:
             LimitError, InvalidArgumentError: It is outside, or not whole.
         """
-        value = self.parameters.stall_threshold
+        value, what = self._parameters.stall_threshold, f"{self._parameters.name} stall threshold"
         if threshold is not None:
-            value = whole(f"{self.name} stall threshold", threshold)
+            value = whole(what, threshold)
         # Original firmware would stall at once with a threshold of zero.
-        self._check_limit("stall threshold", value, 1, 255, "")
-        self.session.write(Register.ENABLESTALLGUARD, value)
+        check_limit(what, value, 1, 255, "")
+        self._session.write(Register.ENABLESTALLGUARD, value)
 
     def disable_closed_loop(self) -> None:
         """Switch position correction off, which also disables the joint.
 
         Original firmware cannot switch it on again until its power is cycled.
         """
-        self.session.write(Register.DISABLECLOSEDLOOP)
-
-    def check_setpoint(self, position: float, velocity: float) -> Setpoint:
-        """Return both as floats if they are within the limits; as the two methods below, but fast.
-
-        While returning from outside, a position may be as far outside as the last one.
-
-        Args:
-            position: Of the joint [rad or m].
-            velocity: Velocity at that position [rad/s or m/s].
-
-        Raises:
-            LimitError, InvalidArgumentError: One is outside, or not finite.
-        """
-        position = self._number("position", position)
-        velocity = self._number("velocity", velocity)
-        if not self._lower <= position <= self._upper:
-            self.check_position(position)
-        if not -self._fastest <= velocity <= self._fastest:
-            self.check_velocity(velocity)
-        return Setpoint(position, velocity)
-
-    def start_from(self, position: float) -> None:
-        """Start the setpoints at ``position``; from outside the limits they may only lead back.
-
-        Args:
-            position: Measured position of the joint, or its last setpoint [rad or m].
-        """
-        position = self._number("position", position)
-        lower, upper = self.parameters.lower, self.parameters.upper
-        self._lower, self._upper = min(lower, position), max(upper, position)
-        self.outside = not lower <= position <= upper
-
-    def check_position(self, position: float) -> float:
-        """Return ``position`` [rad or m] as a float if it is within the limits.
-
-        Raises:
-            LimitError, InvalidArgumentError: It is outside, or not finite.
-        """
-        parameters, position = self.parameters, self._number("position", position)
-        self._check_limit("position", position, parameters.lower, parameters.upper, parameters.unit)
-        return position
-
-    def check_velocity(self, velocity: float) -> float:
-        """Return ``velocity`` [rad/s or m/s] as a float if it is within the limits.
-
-        Raises:
-            LimitError, InvalidArgumentError: It is outside, or not finite.
-        """
-        limit, velocity = self.parameters.max_velocity, self._number("velocity", velocity)
-        self._check_limit("velocity", velocity, -limit, limit, f"{self.parameters.unit}/s")
-        return velocity
+        self._session.write(Register.DISABLECLOSEDLOOP)
 
     def check_acceleration(self, acceleration: float) -> float:
         """Return ``acceleration`` [rad/s^2 or m/s^2] as a float if the joint applies it unchanged.
@@ -186,14 +133,15 @@ class JointSettings(JointConnection):
         Raises:
             LimitError, InvalidArgumentError: As :meth:`set_max_acceleration`.
         """
-        limit, unit = self.parameters.max_acceleration, f"{self.parameters.unit}/s^2"
-        acceleration = self._above_zero("acceleration", acceleration)
-        self._check_limit("acceleration", acceleration, 0.0, limit, unit)
-        if self.version == 1:
-            lower, upper = map(self.transmission.size_from_deg, ACCELERATION_DEG)
+        parameters, what = self._parameters, f"{self._parameters.name} acceleration"
+        limit, unit = parameters.max_acceleration, f"{parameters.unit}/s^2"
+        acceleration = _above_zero(what, acceleration)
+        check_limit(what, acceleration, 0.0, limit, unit)
+        if self._session.version == 1:
+            lower, upper = map(self._transmission.size_from_deg, ACCELERATION_DEG)
             if not lower <= acceleration <= upper:
                 raise LimitError(
-                    f"{self.name} acceleration with its original firmware",
+                    f"{what} with its original firmware",
                     acceleration,
                     lower,
                     upper,
@@ -202,35 +150,31 @@ class JointSettings(JointConnection):
                 )
         return acceleration
 
-    def _require_positioning(self) -> None:
+    def _require_position_mode(self) -> None:
         """Raise unless a version 1 joint is in position mode, and stays there for 50 ms.
 
         Its deadman, which leads to velocity mode, also disables it, and counts from the last
         request.
         """
-        session = self.session
-        if session.caution.positioning:
+        session, name = self._session, self._parameters.name
+        if session.timing.in_position_mode:
             session.read(Register.PING)
-        if not session.caution.positioning or session.flags & Flags.NOTENABLED:
+        if not session.timing.in_position_mode or session.flags & Flags.NOTENABLED:
             raise IncorrectStateError(
-                f"{self.name}: a maximum velocity would start a motion: it is not in position mode",
-                self.name,
-                "enable(), or set_position() where it stands, first",
+                f"{name}: a maximum velocity would start a motion: it is not in position mode",
+                name,
+                "enable(), or set_position() at its present position, first",
             )
 
     def _percent(self, what: str, value: int) -> int:
-        percent = whole(f"{self.name} {what}", value)
-        self._check_limit(what, percent, 0, 100, "%")
+        what = f"{self._parameters.name} {what}"
+        percent = whole(what, value)
+        check_limit(what, percent, 0, 100, "%")
         return percent
 
-    def _check_limit(
-        self, what: str, value: float, lower: float, upper: float, unit: str, remedy: str = ""
-    ) -> None:
-        if not lower - ROUNDING <= value <= upper + ROUNDING:
-            raise LimitError(f"{self.name} {what}", value, lower, upper, unit, remedy)
 
-    def _above_zero(self, what: str, value: float) -> float:
-        value = self._number(what, value)
-        if value <= 0.0:
-            raise InvalidArgumentError(f"{self.name} {what}: {value:g} must be above zero")
-        return value
+def _above_zero(what: str, value: float) -> float:
+    value = number(what, value)
+    if value <= 0.0:
+        raise InvalidArgumentError(f"{what}: {value:g} must be above zero")
+    return value

@@ -32,6 +32,15 @@ class Transmission:
         object.__setattr__(self, "_deg", self.reduction * _DEG_PER_RAD)
         object.__setattr__(self, "_rpm", self.reduction * _RPM_PER_RAD_S)
 
+    def to_motor(self, setpoint: tuple[float, float]) -> tuple[float, float]:
+        """Return the encoder angle [deg] and motor speed [rpm] of a joint position and velocity."""
+        position, velocity = setpoint
+        return (position - self.offset) * self._deg, velocity * self._rpm
+
+    def from_motor(self, angle_deg: float, velocity_rpm: float) -> tuple[float, float]:
+        """Return the joint position and velocity of an encoder angle [deg] and speed [rpm]."""
+        return angle_deg / self._deg + self.offset, velocity_rpm / self._rpm
+
     def position_to_deg(self, position: float) -> float:
         """Return the encoder angle [deg] of a joint position."""
         return (position - self.offset) * self._deg
@@ -56,6 +65,6 @@ class Transmission:
         """Return the joint's value of a motor limit [deg, deg/s, deg/s^2]; has no sign."""
         return abs(size_deg / self._deg)
 
-    def microsteps_to_distance(self, steps: float) -> float:
+    def microsteps_to_displacement(self, steps: float) -> float:
         """Return the joint displacement for a number of microsteps of the motor."""
         return steps / MICROSTEPS_PER_RAD / self.reduction

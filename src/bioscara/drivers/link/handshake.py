@@ -2,7 +2,7 @@
 
 A joint of version 1 answers HELLO, which it does not know, with only its flags, and holds the
 clock of the whole bus low when more is read than it answers. So one byte is read first, and the
-rest only from a joint that showed the magic twice: one broken byte may look like it. While it
+rest only from a joint that sent the magic twice: one broken byte may look like it. While it
 starts up it acknowledges but cannot answer, so a frame without a read is sent first: if that one is
 not acknowledged, a joint that acknowledges later is not addressed for a second.
 
@@ -20,14 +20,14 @@ from weakref import WeakKeyDictionary
 from bioscara import __version__
 from bioscara.bus import ADDRESSES, Bus, Transaction
 from bioscara.clock import Clock
-from bioscara.drivers.joint.original import (
+from bioscara.drivers.link.messages import Hello
+from bioscara.drivers.link.original import (
     QUIET,
     START_UP,
     forget_silence,
     note_silence,
     was_silent,
 )
-from bioscara.drivers.link.messages import Hello
 from bioscara.errors import (
     CommunicationError,
     CorruptFrameError,
@@ -35,25 +35,24 @@ from bioscara.errors import (
     NotSupportedError,
     WrongJointError,
 )
-from bioscara.protocol import MAGIC, PROTOCOL, READ, TRAILER, Flags, Register
+from bioscara.protocol import MAGIC, PROTOCOL, READ, Flags, Register
 
-_PLAIN_ANSWERS = 12
+_V1_ANSWERS = 12
 """Answers of version 1 to HELLO, with a PING after each, that identify a joint as version 1. Bits
 that flip in every request make a version 2 joint give such an answer in one of three cases."""
 _NEVER_V1 = 0xF0
 """Bits that version 1 never sets in the flags, its only answer to an unknown register."""
 _MAGIC_FIRST = MAGIC & 0xFF
-_MESSAGE, _PING = READ[Register.HELLO], READ[Register.PING]
-_WHOLE = _MESSAGE.answer_size + TRAILER
+_HELLO, _PING = READ[Register.HELLO], READ[Register.PING]
 _ACKNOWLEDGE = ord("O")
-_SHOWN = 2
+_MAGIC_TIMES = 2
 """Times that a joint not known to speak version 2 must send the magic before more is read."""
 
 _version_2: WeakKeyDictionary[Bus, set[int]] = WeakKeyDictionary()
 """Addresses at which a joint answered as version 2, by bus; for the life of the bus object."""
 
 
-def greet(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> Hello | None:
+def identify(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> Hello | None:
     """Return the identity of the joint at ``address``; None for a joint of version 1.
 
     HELLO is accepted with any sequence number, so no prior state is needed.
@@ -79,11 +78,11 @@ def greet(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> Hello
             if not awake:
                 _wake(bus, clock, address)
                 awake = True
-            first = _instead_of_magic(bus, clock, address, 1 if known else _SHOWN)
+            first = _first_answer(bus, clock, address, 1 if known else _MAGIC_TIMES)
             if first is None:
-                return _whole(bus, address, address)
+                return _read_hello(bus, address, address)
             refused += bool(first & Flags.REFUSED)
-            _require_plain(bus, address, first)
+            _require_v1_flags(bus, address, first)
             clock.sleep_until(clock.now() + QUIET)
             _require_pong(bus, address)
         except CorruptFrameError as error:
@@ -95,19 +94,19 @@ def greet(bus: Bus, clock: Clock, joint: str, address: int, tries: int) -> Hello
                 awake = False
         else:
             plain += 1
-            if plain < _PLAIN_ANSWERS:
+            if plain < _V1_ANSWERS:
                 continue
             if corrupt is None:
                 return None
         failures += 1
         clock.sleep_until(clock.now() + QUIET)
     if refused == tries > 1:
-        _raise_if_foreign(bus, joint, address)
+        _raise_if_misaddressed(bus, joint, address)
     raise corrupt or lost or CorruptFrameError("no answer", address)
 
 
 def await_power_up(
-    bus: Bus, clock: Clock, joints: Mapping[str, int], say: Callable[[str], None]
+    bus: Bus, clock: Clock, joints: Mapping[str, int], report: Callable[[str], None]
 ) -> None:
     """Wait if an acknowledge is missing: the joints may have been switched on just now.
 
@@ -118,7 +117,7 @@ def await_power_up(
         bus: The bus.
         clock: Time of that bus.
         joints: Names of the joints and their addresses.
-        say: Called with a message before the wait.
+        report: Called with a message before the wait.
 
     Raises:
         CommunicationError: The bus does not work: a line is held, or it is not there.
@@ -131,15 +130,15 @@ def await_power_up(
     }
     if not silent:
         return
-    say(
-        f"nobody acknowledges at the address of {', '.join(silent)}; waiting {START_UP:g} s, in "
+    report(
+        f"no device acknowledges at the address of {', '.join(silent)}; waiting {START_UP:g} s, in "
         "case the arm was just switched on"
     )
     clock.sleep_until(clock.now() + START_UP)
-    woken = [address for address in silent.values() if acknowledges(bus, address)]
-    if woken:
+    awake = [address for address in silent.values() if acknowledges(bus, address)]
+    if awake:
         clock.sleep_until(clock.now() + START_UP)
-    for address in woken:
+    for address in awake:
         forget_silence(bus, address)
 
 
@@ -177,7 +176,7 @@ def require_known(hello: Hello, joint: str, number: int, address: int) -> None:
         )
     if hello.joint != number:
         raise WrongJointError(
-            f"{joint}: the joint at {address:#04x} says that it is j{hello.joint}; correct the "
+            f"{joint}: the joint at {address:#04x} reports that it is j{hello.joint}; correct the "
             f"address, or flash it as what it is: bioscara flash --joint {number}",
             joint,
         )
@@ -193,30 +192,30 @@ def _exchange(bus: Bus, transaction: Transaction) -> bytes:
 def _wake(bus: Bus, clock: Clock, address: int) -> None:
     """Wait until a joint that may just have been switched on can be read from."""
     if not acknowledges(bus, address):
-        raise NoAcknowledgeError("nobody acknowledged", address)
+        raise NoAcknowledgeError("no device acknowledged", address)
     if was_silent(bus, address):
         clock.sleep_until(clock.now() + START_UP)
         forget_silence(bus, address)
 
 
 def _hello(address: int, sealed_for: int, read: int) -> Transaction:
-    return Transaction(address, _MESSAGE.encode_v2(sealed_for, 0), read)
+    return Transaction(address, _HELLO.encode_v2(sealed_for, 0), read)
 
 
 def _first_byte(bus: Bus, address: int, sealed_for: int) -> int:
     answer = _exchange(bus, _hello(address, sealed_for, 1))
     if len(answer) != 1:
-        raise _neither(address, answer)
+        raise _unknown_answer(address, answer)
     return answer[0]
 
 
-def _instead_of_magic(bus: Bus, clock: Clock, address: int, times: int) -> int | None:
+def _first_answer(bus: Bus, clock: Clock, address: int, times: int) -> int | None:
     """Return the byte answered to HELLO; None if it is the magic ``times`` times."""
-    for shown in range(times):
+    for seen in range(times):
         first = _first_byte(bus, address, address)
         if first != _MAGIC_FIRST:
-            if shown:
-                raise _neither(address, bytes((_MAGIC_FIRST, first)))
+            if seen:
+                raise _unknown_answer(address, bytes((_MAGIC_FIRST, first)))
             return first
         if times > 1:
             # If it is of version 1 after all, it must have time to drop HELLO.
@@ -224,23 +223,23 @@ def _instead_of_magic(bus: Bus, clock: Clock, address: int, times: int) -> int |
     return None
 
 
-def _whole(bus: Bus, address: int, sealed_for: int) -> Hello:
-    result = _exchange(bus, _hello(address, sealed_for, _WHOLE))
+def _read_hello(bus: Bus, address: int, sealed_for: int) -> Hello:
+    result = _exchange(bus, _hello(address, sealed_for, _HELLO.sealed_answer_size))
     try:
-        answer = _MESSAGE.decode_v2(sealed_for, 0, result)
+        answer = _HELLO.decode_v2(sealed_for, 0, result)
     except CorruptFrameError as error:
-        raise _neither(address, result) from error
+        raise _unknown_answer(address, result) from error
     if sealed_for == address:
         _version_2.setdefault(bus, set()).add(address)
     if not answer.values or answer.values[0] != MAGIC:
         # The request arrived broken and was refused.
-        raise _neither(address, result)
+        raise _unknown_answer(address, result)
     return Hello.from_answer(answer)
 
 
-def _require_plain(bus: Bus, address: int, first: int) -> None:
+def _require_v1_flags(bus: Bus, address: int, first: int) -> None:
     if first & _NEVER_V1:
-        raise _neither(address, bytes((first,)))
+        raise _unknown_answer(address, bytes((first,)))
     if address in _version_2.get(bus, ()):
         raise CorruptFrameError(
             f"answered {first:02x} like a joint of version 1, but answered as version 2 before on "
@@ -259,19 +258,19 @@ def _require_pong(bus: Bus, address: int) -> None:
         )
 
 
-def _neither(address: int, answer: bytes) -> CorruptFrameError:
+def _unknown_answer(address: int, answer: bytes) -> CorruptFrameError:
     return CorruptFrameError(
         f"answered {answer.hex(' ')}, which is neither version's; check the wiring", address
     )
 
 
-def _raise_if_foreign(bus: Bus, joint: str, address: int) -> None:
+def _raise_if_misaddressed(bus: Bus, joint: str, address: int) -> None:
     """Raise if the joint at ``address`` takes a HELLO that is sealed for another address."""
     for other in ADDRESSES:
         try:
             if other == address or _first_byte(bus, address, other) != _MAGIC_FIRST:
                 continue
-            _whole(bus, address, other)
+            _read_hello(bus, address, other)
         except CommunicationError:
             continue
         raise WrongJointError(

@@ -7,10 +7,10 @@ from contextlib import suppress
 
 from bioscara.bus import Bus, Transaction
 from bioscara.clock import Clock
-from bioscara.drivers.joint.original import START_UP, Caution, forget_silence, note_silence
 from bioscara.drivers.link.errors import exchange_failed, named_error, refused_error
-from bioscara.drivers.link.handshake import acknowledges, greet, require_known
+from bioscara.drivers.link.handshake import acknowledges, identify, require_known
 from bioscara.drivers.link.messages import FaultReport, Hello
+from bioscara.drivers.link.original import START_UP, OriginalTiming, forget_silence, note_silence
 from bioscara.errors import (
     BioscaraError,
     CommunicationError,
@@ -26,7 +26,6 @@ from bioscara.errors import (
 )
 from bioscara.protocol import (
     READ,
-    TRAILER,
     WATCHDOG_MS,
     WRITE,
     Answer,
@@ -42,7 +41,8 @@ TRIES = 3
 FIRMWARE = "joint firmware 0.1 or newer (protocol 2)"
 
 # Plain integers: an IntFlag's operators take as long as the rest of decoding.
-_ARMED = int(Flags.ARMED)
+_ARMED, _REFUSED = int(Flags.ARMED), int(Flags.REFUSED)
+_new = tuple.__new__
 _PAUSE = 50e-6
 """Time between two tries of a frame [s]."""
 _TICK_PAUSE = 2e-3
@@ -64,7 +64,7 @@ class Session:
 
     Only registers of the original firmware are requested from a version 1 joint, since it would
     answer others with fewer bytes than are read; after a command taken by its loop, nothing is sent
-    to it for 25 ms (:mod:`bioscara.drivers.joint.original`).
+    to it for 25 ms (:mod:`bioscara.drivers.link.original`).
 
     Args:
         bus: Bus of the joint.
@@ -78,7 +78,7 @@ class Session:
         hello: Answer of a version 2 joint to HELLO.
         flags: The last flags received; before any were received, those after power-up.
         retries: Exchanges that were repeated since this object was made.
-        caution: Timing state of a version 1 joint.
+        timing: Timing state of a version 1 joint.
     """
 
     def __init__(self, bus: Bus, clock: Clock, joint: str, number: int, address: int) -> None:
@@ -88,7 +88,7 @@ class Session:
         self.hello: Hello | None = None
         self.flags: int = int(_POWER_UP)
         self.retries = 0
-        self.caution = Caution()
+        self.timing = OriginalTiming()
         self._sequence = self._unanswered = 0
         self._armed = False
         self._restarted: JointResetError | None = None
@@ -102,9 +102,9 @@ class Session:
             NotSupportedError: The joint speaks a newer protocol.
         """
         self.close()
-        self._clock.sleep_until(self.caution.alone_until)
+        self._clock.sleep_until(self.timing.quiet_until)
         try:
-            self.hello = greet(self._bus, self._clock, self._joint, self._address, TRIES)
+            self.hello = identify(self._bus, self._clock, self._joint, self._address, TRIES)
         except CommunicationError as error:
             raise named_error(self._joint, self._address, Register.HELLO, error, TRIES) from error
         if self.hello is None:
@@ -121,7 +121,7 @@ class Session:
         """Forget the joint; nothing is sent."""
         self.version, self.hello, self._restarted = 0, None, None
         # The end of the joint's pause outlives the session, the rest does not.
-        self.caution.positioning = self.caution.silent = False
+        self.timing.in_position_mode = self.timing.silent = False
         self.flags, self._armed = int(_POWER_UP), False
 
     def require_open(self) -> None:
@@ -203,7 +203,7 @@ class Session:
         transaction: Transaction | None = None
         unanswered = False
         # The time between two tries is too short for a joint to be switched on in between.
-        asleep = self.caution.silent
+        asleep = self.timing.silent
         for remaining in reversed(range(tries)):
             try:
                 if asleep:
@@ -219,7 +219,7 @@ class Session:
                 problem: BioscaraError = error
                 unanswered = True
             else:
-                if not answer.flags & Flags.REFUSED:
+                if not answer.flags & _REFUSED:
                     return answer
                 if unanswered and remaining:
                     # An earlier try may have been executed. Sending the same frame again shows it;
@@ -239,14 +239,18 @@ class Session:
     def frame(self, message: Message, values: Sequence[float] = ()) -> Transaction:
         """Return the next frame, with a sequence number of its own."""
         if self.version == 1:
-            self.caution.sending(message)
+            self.timing.sending(message)
             return Transaction(self._address, message.encode_v1(values), message.answer_size)
         self._sequence = sequence = (self._sequence + 1) & 0xFF
         self._unanswered += 1
-        return Transaction(
-            self._address,
-            message.encode_v2(self._address, sequence, values),
-            message.answer_size + TRAILER,
+        # Transaction(...) takes twice as long.
+        return _new(
+            Transaction,
+            (
+                self._address,
+                message.encode_v2(self._address, sequence, values),
+                message.sealed_answer_size,
+            ),
         )
 
     def take(self, message: Message, result: bytes | CommunicationError) -> Answer:
@@ -256,32 +260,34 @@ class Session:
             CommunicationError: There is none, or it is broken.
             JointResetError: The joint has forgotten the session, so it restarted.
         """
-        if isinstance(result, CommunicationError):
+        if not isinstance(result, bytes):
             if self.version == 1 and isinstance(result, NoAcknowledgeError):
                 # It may have lost its power, and regain it.
-                self.caution.silent = True
+                self.timing.silent = True
                 note_silence(self._bus, self._address)
             raise result
         if self.version == 1:
-            if self.caution.silent:
-                self.caution.silent = False
+            if self.timing.silent:
+                self.timing.silent = False
                 forget_silence(self._bus, self._address)
             answer = message.decode_v1(result)
-            self.caution.answered(message, answer.flags)
+            self.timing.answered(message, answer.flags)
+            self.flags = answer.flags
         else:
             answer = message.decode_v2(self._address, self._sequence, result)
-            if self._armed and not answer.flags & _ARMED:
+            flags = answer[1]
+            if self._armed and not flags & _ARMED:
                 raise self._forgotten()
-            if not answer.flags & Flags.REFUSED:
+            if not flags & _REFUSED:
                 self._unanswered = 0
-        self.flags = answer.flags
+            self.flags = flags
         return answer
 
     def refusal(self, message: Message) -> BioscaraError:
         """Request the reason of the last refusal; return it, or the error of that request."""
         if message is _FAULT:
             # A read is only refused when it arrived broken.
-            return CorruptFrameError("the question arrived broken", self._address)
+            return CorruptFrameError("the request arrived corrupted", self._address)
         try:
             report = FaultReport.from_answer(self.exchange(_FAULT))
         except (CommunicationError, JointError) as error:
@@ -291,14 +297,14 @@ class Session:
         return refused_error(self._joint, self._address, message.register, report)
 
     @property
-    def alone(self) -> bool:
+    def paused(self) -> bool:
         """Whether the joint is in a pause now; an exchange would wait for its end."""
-        return self._clock.now() < self.caution.alone_until
+        return self._clock.now() < self.timing.quiet_until
 
     @property
-    def breaking_off(self) -> bool:
+    def may_still_home(self) -> bool:
         """Whether a stopped homing may not have ended yet; another one would wait."""
-        return self._clock.now() < self.caution.broken_off_from
+        return self._clock.now() < self.timing.deferred_from
 
     def listens(self) -> bool:
         """Return whether an exchange would not wait.
@@ -310,13 +316,13 @@ class Session:
             NoAcknowledgeError: It still does not.
             CommunicationError: The bus does not work.
         """
-        if self.caution.silent:
+        if self.timing.silent:
             if not acknowledges(self._bus, self._address):
-                raise NoAcknowledgeError("nobody acknowledged", self._address)
-            self.caution.silent = False
+                raise NoAcknowledgeError("no device acknowledged", self._address)
+            self.timing.silent = False
             forget_silence(self._bus, self._address)
-            self.caution.alone_until = self._clock.now() + START_UP
-        return not self.alone
+            self.timing.quiet_until = self._clock.now() + START_UP
+        return not self.paused
 
     def stop(self, mode: int) -> None:
         """Write STOP; raises as :meth:`exchange`.
@@ -333,11 +339,11 @@ class Session:
     def _transfer(self, message: Message, transaction: Transaction) -> bytes | CommunicationError:
         if self.version == 2:
             return self._bus.transfer((transaction,))[0]
-        self._clock.sleep_until(self.caution.free_from(message))
+        self._clock.sleep_until(self.timing.free_from(message))
         try:
             return self._bus.transfer((transaction,))[0]
         finally:
-            self.caution.sent(message, self._clock.now())
+            self.timing.sent(message, self._clock.now())
 
     def _open_v1(self) -> None:
         self.version = 1
@@ -372,7 +378,7 @@ class Session:
 
     def _rejoin(self) -> None:
         """Reopen the session with a joint that was unreachable for long and did not restart."""
-        before, now = self.hello, greet(self._bus, self._clock, self._joint, self._address, 1)
+        before, now = self.hello, identify(self._bus, self._clock, self._joint, self._address, 1)
         if before is None or now is None or now.boot_id != before.boot_id:
             raise self._forgotten()
         try:
@@ -385,10 +391,10 @@ class Session:
         """Return why the joint does not know this session; this remains until it is reopened."""
         before, self._armed = self.hello, False
         try:
-            now = greet(self._bus, self._clock, self._joint, self._address, TRIES)
+            now = identify(self._bus, self._clock, self._joint, self._address, TRIES)
         except (CommunicationError, WrongJointError):
             now = None
-        cause = f"reset cause {now.reset_cause.name}" if now else "it does not say why"
+        cause = f"reset cause {now.reset_cause.name}" if now else "no reset cause was reported"
         if now and before and now.boot_id == before.boot_id:
             cause = "its boot id is the same, so another host may have taken it"
         self.flags = int(_POWER_UP)

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from bioscara.bus import Direction, FaultyBus, When
 from bioscara.drivers import Joint, JointSample, Quality, Setpoint, read_states, track
-from bioscara.drivers.link.plausibility import Plausibility
+from bioscara.drivers.joint.plausibility import Plausibility
 from bioscara.errors import (
     CorruptFrameError,
     JointResetError,
@@ -28,7 +28,7 @@ STALL_BIT = 39
 
 
 def still(joint: Joint) -> Setpoint:
-    """Return the setpoint at which the joint stands, inside its limits."""
+    """Return the setpoint at which the joint is, inside its limits."""
     lower, upper = joint.parameters.lower, joint.parameters.upper
     return Setpoint(min(max(joint.get_position(), lower), upper))
 
@@ -60,7 +60,7 @@ def test_stop_and_disable_reach_a_joint_that_missed_many_frames(cycles: int) -> 
 
 
 @pytest.mark.parametrize("cycles", [119, 128, 200, 300])
-def test_cycles_go_on_with_a_joint_that_missed_many(cycles: int) -> None:
+def test_cycles_continue_with_a_joint_that_missed_many_frames(cycles: int) -> None:
     world = World(frequency=None)
     (joint,) = world.ready("j1")
     away = world.bus.off(When(address=ADDRESS))
@@ -92,15 +92,15 @@ def test_a_joint_that_restarted_while_it_missed_many_frames_is_not_armed_again(c
 
 
 @pytest.mark.parametrize("away", range(115, 128))
-def test_no_relative_move_is_executed_under_two_numbers(away: int) -> None:
+def test_a_relative_move_keeps_its_sequence_number_in_repetitions(away: int) -> None:
     world = World(frequency=None)
     joint = world.joints[0]
     joint.init()
     joint.enable()
-    nobody = world.bus.off(When(address=ADDRESS))
+    absent = world.bus.off(When(address=ADDRESS))
     for _ in range(away):
         read_states([joint])
-    nobody.cancel()
+    absent.cancel()
     world.bus.lose(Direction.BACK, When(first=Register.MOVESTEPS, count=2))
     world.tap.calls.clear()
     joint.session.write(Register.MOVESTEPS, 512)
@@ -109,7 +109,7 @@ def test_no_relative_move_is_executed_under_two_numbers(away: int) -> None:
     assert len(set(moves)) == 1
 
 
-def test_a_repetition_that_arrived_broken_is_not_executed_under_another_number() -> None:
+def test_a_corrupted_repetition_keeps_its_sequence_number() -> None:
     world = World(frequency=None)
     joint = world.joints[0]
     joint.init()
@@ -125,21 +125,21 @@ def test_a_repetition_that_arrived_broken_is_not_executed_under_another_number()
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_homing_that_began_unheard_is_not_begun_again(seed: int) -> None:
+def test_homing_whose_answer_was_lost_is_not_started_again(seed: int) -> None:
     world = World(frequency=None)
     joint = world.joints[3]
     joint.init()
-    spoilt = FaultyBus(world.tap, seed)
-    joint = Joint(spoilt, world.arm.clock, joint.parameters)
+    corrupted = FaultyBus(world.tap, seed)
+    joint = Joint(corrupted, world.arm.clock, joint.parameters)
     joint.init()
     joint.enable()
-    spoilt.lose(Direction.BACK, When(first=Register.HOME, count=1))
-    spoilt.flip(Direction.OUT, When(first=Register.HOME, after=1, count=1))
+    corrupted.lose(Direction.BACK, When(first=Register.HOME, count=1))
+    corrupted.flip(Direction.OUT, When(first=Register.HOME, after=1, count=1))
     joint.home()
     assert joint.is_homed()
 
 
-def test_a_frame_that_arrived_broken_costs_one_more_exchange() -> None:
+def test_a_corrupted_frame_costs_one_more_exchange() -> None:
     world = World()
     joints = world.ready()
     setpoints = [still(joint) for joint in joints]
@@ -152,7 +152,7 @@ def test_a_frame_that_arrived_broken_costs_one_more_exchange() -> None:
     assert sent == [(joint.parameters.address, Register.TRACK) for joint in [*joints, joints[0]]]
 
 
-def test_a_frame_that_is_refused_twice_tells_the_reason() -> None:
+def test_a_frame_that_is_refused_twice_raises_the_reason() -> None:
     world = World()
     (joint,) = world.ready("j1")
     [outcome] = track([joint], [Setpoint(0.0)], retry=True)
@@ -161,7 +161,7 @@ def test_a_frame_that_is_refused_twice_tells_the_reason() -> None:
 
 
 @pytest.mark.parametrize("seed", range(20))
-def test_a_version_2_joint_with_broken_answers_is_no_version_1_joint(seed: int) -> None:
+def test_a_version_2_joint_with_corrupted_answers_is_not_taken_for_version_1(seed: int) -> None:
     world = World()
     bus = FaultyBus(world.tap, seed)
     bus.flip(Direction.BACK, When(first=Register.HELLO), bits=1 + seed % 4)
@@ -169,12 +169,12 @@ def test_a_version_2_joint_with_broken_answers_is_no_version_1_joint(seed: int) 
     with pytest.raises(CorruptFrameError, match="neither version's"):
         joint.init()
     assert joint.version == 0
-    asked = {t.write[0] for call in world.tap.calls for t in call}
-    assert asked <= {Register.HELLO, Register.PING}
+    sent = {t.write[0] for call in world.tap.calls for t in call}
+    assert sent <= {Register.HELLO, Register.PING}
 
 
 @pytest.mark.parametrize("address", [0x11, 0x12])
-def test_swapped_joints_are_told(address: int) -> None:
+def test_swapped_joints_are_reported(address: int) -> None:
     world = World()
     world.bus.swap(0x11, 0x12)
     with pytest.raises(WrongJointError, match=f"is the joint of {0x23 - address:#04x}"):
@@ -182,7 +182,7 @@ def test_swapped_joints_are_told(address: int) -> None:
 
 
 @pytest.mark.parametrize("bit", [EXPONENT_BIT, STALL_BIT])
-def test_a_broken_version_1_answer_is_coasted_over(bit: int) -> None:
+def test_a_cycle_with_an_implausible_version_1_answer_keeps_the_last_sample(bit: int) -> None:
     world = World(v1=True)
     joint = ready_away_from_home(world)
     setpoint = still(joint)
@@ -201,18 +201,18 @@ def test_a_broken_version_1_answer_is_coasted_over(bit: int) -> None:
     assert after.position == pytest.approx(before.position, abs=1e-3)
 
 
-def test_a_broken_version_1_answer_is_asked_for_again() -> None:
+def test_an_implausible_version_1_answer_is_requested_again() -> None:
     world = World(v1=True)
     joint = ready_away_from_home(world)
     position = joint.read_state().position
-    for ask in (joint.get_position, lambda: joint.read_state().position):
+    for request in (joint.get_position, lambda: joint.read_state().position):
         world.bus.clear()
         world.bus.flip(Direction.BACK, ANGLE, bit=EXPONENT_BIT)
-        assert ask() == pytest.approx(position, abs=1e-3)
+        assert request() == pytest.approx(position, abs=1e-3)
 
 
 @pytest.mark.parametrize("bit", range(32))
-def test_a_broken_homing_offset_is_not_believed(bit: int) -> None:
+def test_a_corrupted_homing_offset_is_not_used(bit: int) -> None:
     world = World(v1=True)
     (joint,) = world.ready("j1")
     position = joint.get_position()
@@ -222,7 +222,7 @@ def test_a_broken_homing_offset_is_not_believed(bit: int) -> None:
     assert another.get_position() == pytest.approx(position, abs=1e-3)
 
 
-def test_an_offset_that_never_reads_the_same_is_an_error() -> None:
+def test_a_homing_offset_that_differs_at_each_reading_is_an_error() -> None:
     world = World(v1=True)
     world.ready("j1")
     world.bus.flip(Direction.BACK, When(first=Register.HOMEOFFSET))
@@ -241,29 +241,29 @@ def sample(position: float, stamp: float) -> JointSample:
 
 
 @given(inside, st.floats(0.005, 10.0), st.floats(-1.0, 1.0))
-def test_what_the_joint_can_do_is_believed(position: float, time: float, speed: float) -> None:
+def test_a_possible_motion_is_plausible(position: float, time: float, speed: float) -> None:
     moved = min(max(position + speed * J1.max_velocity * time, J1.lower), J1.upper)
-    Plausibility(J1).judge(sample(position, 0.0), moved, speed, (0, 0), time)
+    Plausibility(J1).check(sample(position, 0.0), moved, speed, (0, 0), time)
 
 
 @given(inside, inside, st.floats(0.0, 0.1))
-def test_a_leap_is_doubted_once_and_believed_when_said_again(
+def test_a_jump_is_rejected_once_and_accepted_when_repeated(
     before: float, after: float, time: float
 ) -> None:
-    judge, last = Plausibility(J1), sample(before, 0.0)
+    plausibility, last = Plausibility(J1), sample(before, 0.0)
     if abs(after - before) <= 1.5 * J1.max_velocity * max(time, 0.005) + 1e-9:
         return
     with pytest.raises(CorruptFrameError, match="cannot be"):
-        judge.judge(last, after, 0.0, (0, 0), time)
-    judge.judge(last, after, 0.0, (0, 0), time + 1e-3)
+        plausibility.check(last, after, 0.0, (0, 0), time)
+    plausibility.check(last, after, 0.0, (0, 0), time + 1e-3)
 
 
 @pytest.mark.parametrize("value", [-4.0, 4.0, 1e30, math.nan])
-def test_what_no_joint_can_do_is_never_believed(value: float) -> None:
-    judge, last = Plausibility(J1), sample(0.0, 0.0)
+def test_an_impossible_state_is_never_plausible(value: float) -> None:
+    plausibility, last = Plausibility(J1), sample(0.0, 0.0)
     for stamp in (1.0, 1.01, 100.0):
         with pytest.raises(CorruptFrameError):
-            judge.judge(last, value, 0.0, (0, 0), stamp)
+            plausibility.check(last, value, 0.0, (0, 0), stamp)
         with pytest.raises(CorruptFrameError):
-            judge.judge(last, 0.0, value, (0, 0), stamp)
-    judge.judge(last, value, value, (int(Flags.NOTENABLED),) * 2, 1.0)
+            plausibility.check(last, 0.0, value, (0, 0), stamp)
+    plausibility.check(last, value, value, (int(Flags.NOTENABLED),) * 2, 1.0)

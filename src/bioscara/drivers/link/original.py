@@ -18,7 +18,7 @@ from bioscara.protocol import WRITE, Flags, Message, Register
 QUIET = 25e-3
 """Pause without any frame after a command taken by the joint's loop [s]: the loop's period of 10 ms
 plus its execution time."""
-BREAK_OFF = 0.6
+HOME_PAUSE = 0.6
 """Time after HOME before the next command taken by its loop [s]. The loop waits for half a second
 before it moves and ignores STOP during that time; another blocking command would make it resume
 homing in the previous direction."""
@@ -46,45 +46,45 @@ _silent: WeakKeyDictionary[Bus, set[int]] = WeakKeyDictionary()
 """Addresses that did not acknowledge at their last check, by bus."""
 
 
-class Caution:
+class OriginalTiming:
     """Timing state of one version 1 joint while its session is open.
 
     Attributes:
-        alone_until: Send no frame before this time [s]; always in the past for version 2.
-        broken_off_from: Send no other command for its loop before this time [s]; likewise.
-        positioning: Whether the last mode-changing command put the joint into position mode.
+        quiet_until: Send no frame before this time [s]; always in the past for version 2.
+        deferred_from: Send no other command for its loop before this time [s]; likewise.
+        in_position_mode: Whether the last mode-changing command put the joint into position mode.
         silent: Whether it did not acknowledge its address at the last request.
     """
 
-    __slots__ = ("alone_until", "broken_off_from", "positioning", "silent")
+    __slots__ = ("deferred_from", "in_position_mode", "quiet_until", "silent")
 
     def __init__(self) -> None:
-        self.alone_until = self.broken_off_from = -math.inf
-        self.positioning = False
+        self.quiet_until = self.deferred_from = -math.inf
+        self.in_position_mode = False
         self.silent = False
 
     def sending(self, message: Message) -> None:
         """Record that a frame is about to be sent, whether or not it will arrive."""
         if message in _TO_VELOCITY:
-            self.positioning = False
+            self.in_position_mode = False
 
     def answered(self, message: Message, flags: int) -> None:
         """Record that a frame was executed; a stalled joint ignores MOVETOANGLE."""
         if message in _TO_POSITION and not (message is _MOVE and flags & _STALL):
-            self.positioning = True
+            self.in_position_mode = True
 
     def free_from(self, message: Message) -> float:
         """Return the earliest time at which a frame may be sent [s]."""
         if message in _DEFERRED:
-            return max(self.alone_until, self.broken_off_from)
-        return self.alone_until
+            return max(self.quiet_until, self.deferred_from)
+        return self.quiet_until
 
     def sent(self, message: Message, time: float) -> None:
         """Record that a frame was, or may have been, received until ``time`` [s]."""
         if message in _DEFERRED:
-            self.alone_until = time + QUIET
+            self.quiet_until = time + QUIET
         if message is _HOME:
-            self.broken_off_from = time + BREAK_OFF
+            self.deferred_from = time + HOME_PAUSE
 
 
 def note_silence(bus: Bus, address: int) -> None:

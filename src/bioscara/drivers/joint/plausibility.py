@@ -10,16 +10,16 @@ from bioscara.errors import CorruptFrameError
 from bioscara.model import JointParameters
 from bioscara.protocol import Flags
 
-_LEAP = 1.5
+_JUMP = 1.5
 """Highest plausible mean speed between two samples, as a multiple of the joint's highest speed."""
-_LEAST = 5e-3
+_SHORTEST = 5e-3
 """Minimum time between two samples for the check [s], since the encoder has some noise."""
 _BEYOND = 0.05
 """Distance by which a position may be outside the range, as a share of it."""
 _OVERSPEED = 3.0
 """Largest plausible velocity, as a multiple of the joint's highest speed: its filter overshoots."""
-_TELLING = int(Flags.STALL | Flags.NOTHOMED | Flags.NOTENABLED)
-_RELEASED = int(Flags.NOTENABLED)
+_COMPARED = int(Flags.STALL | Flags.NOTHOMED | Flags.NOTENABLED)
+_DISABLED = int(Flags.NOTENABLED)
 
 
 class Plausibility:
@@ -36,7 +36,7 @@ class Plausibility:
         self._lower, self._upper = parameters.lower - margin, parameters.upper + margin
         self._doubted: tuple[float, float] | None = None
 
-    def judge(
+    def check(
         self,
         last: JointSample,
         position: float | None,
@@ -56,12 +56,12 @@ class Plausibility:
         Raises:
             CorruptFrameError: The flags differ, or position or velocity is impossible.
         """
-        if (flags[0] ^ flags[1]) & _TELLING:
+        if (flags[0] ^ flags[1]) & _COMPARED:
             raise CorruptFrameError(
                 f"{self._name}: two answers in a row disagree, flags {flags[0]:#04x} and "
                 f"{flags[1]:#04x}"
             )
-        if flags[1] & _RELEASED:
+        if flags[1] & _DISABLED:
             # It may be moved by hand anywhere.
             return
         if not abs(velocity) <= _OVERSPEED * self._speed:
@@ -79,7 +79,7 @@ class Plausibility:
             raise self._error("position", position, f" after {before:g} {self._unit}")
 
     def _near(self, position: float, stamp: float, other: tuple[float, float]) -> bool:
-        reach = _LEAP * self._speed * max(stamp - other[1], _LEAST)
+        reach = _JUMP * self._speed * max(stamp - other[1], _SHORTEST)
         return abs(position - other[0]) <= reach
 
     def _error(self, what: str, value: float, rest: str) -> CorruptFrameError:
@@ -91,33 +91,38 @@ class Plausibility:
 _T = TypeVar("_T")
 
 
-def insist(ask: Callable[[], _T], tries: int) -> _T:
-    """Return the first accepted answer.
+def first_plausible(request: Callable[[], _T], tries: int) -> _T:
+    """Return the first plausible answer.
 
     Args:
-        ask: Sends the request and checks the answer.
+        request: Sends the request and checks the answer.
         tries: Maximum number of requests.
 
     Raises:
-        CorruptFrameError: None was accepted.
+        CorruptFrameError: No answer was plausible.
     """
     for _ in range(tries - 1):
         try:
-            return ask()
+            return request()
         except CorruptFrameError:
             continue
-    return ask()
+    return request()
 
 
-def said_twice(ask: Callable[[], float], tries: int, what: str) -> float:
+def read_twice(request: Callable[[], float], tries: int, what: str) -> float:
     """Return a number that was answered twice in a row.
+
+    Args:
+        request: Sends the request and returns the answer.
+        tries: Maximum number of repetitions.
+        what: Name of the number, for messages.
 
     Raises:
         CorruptFrameError: No two answers in a row were the same.
     """
-    answers = [ask()]
+    answers = [request()]
     for _ in range(tries):
-        answers.append(ask())
+        answers.append(request())
         if answers[-1] == answers[-2]:
             return answers[-1]
     raise CorruptFrameError(f"{what} reads differently each time: {answers}")

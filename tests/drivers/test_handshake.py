@@ -55,7 +55,7 @@ def disturb(bus: FaultyBus, chance: random.Random) -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_no_faults_make_a_version_2_joint_one_of_version_1(seed: int) -> None:
+def test_bus_faults_never_make_a_version_2_joint_version_1(seed: int) -> None:
     chance = random.Random(seed)
     for scene in range(10):
         arm = SimulatedArm(seed=seed, frequency=None)
@@ -74,7 +74,7 @@ def test_no_faults_make_a_version_2_joint_one_of_version_1(seed: int) -> None:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_version_1_joint_is_greeted_and_never_taken_for_version_2(seed: int) -> None:
+def test_a_version_1_joint_is_never_taken_for_version_2(seed: int) -> None:
     chance = random.Random(seed)
     arm = SimulatedArm(seed=seed, frequency=None, v1=True)
     bus = FaultyBus(FirmwareBus(arm), seed, arm.clock)
@@ -94,7 +94,7 @@ def test_a_version_1_joint_is_greeted_and_never_taken_for_version_2(seed: int) -
         assert joint.version == 1
 
 
-def test_three_broken_requests_do_not_take_the_check_bytes_away() -> None:
+def test_three_corrupted_requests_do_not_switch_the_check_bytes_off() -> None:
     world = World()
     # Bits of the register: the joint refuses it as unknown, in the words of version 1.
     world.bus.flip(Direction.OUT, When(first=Register.HELLO, count=3), bit=8)
@@ -102,7 +102,7 @@ def test_three_broken_requests_do_not_take_the_check_bytes_away() -> None:
     assert world.joints[0].version == 2
 
 
-def test_a_joint_that_was_of_version_2_stays_so_on_its_bus() -> None:
+def test_an_address_of_version_2_stays_version_2_on_its_bus() -> None:
     world = World()
     world.joints[0].init()
     world.bus.flip(Direction.OUT, When(first=Register.HELLO), bit=8)
@@ -116,7 +116,7 @@ def test_a_joint_that_was_of_version_2_stays_so_on_its_bus() -> None:
     assert again.version == 2
 
 
-def test_another_bus_knows_nothing_of_the_joints_of_this_one() -> None:
+def test_versions_are_remembered_per_bus() -> None:
     World().joints[0].init()
     old = World(v1=True)
     old.joints[0].init()
@@ -147,15 +147,15 @@ def test_never_more_is_read_from_a_version_1_joint_than_it_answers() -> None:
     world.bus.clear()
     for joint in world.joints:
         joint.init()
-    asked = [transaction for call in world.tap.calls for transaction in call]
-    assert {t.read for t in asked if t.write[0] == Register.HELLO} == {1}
-    for transaction in asked:
+    sent = [transaction for call in world.tap.calls for transaction in call]
+    assert {t.read for t in sent if t.write[0] == Register.HELLO} == {1}
+    for transaction in sent:
         if transaction.write[0] != Register.HELLO:
             assert len(transaction.write) == 1, "no version 2 frame"
             assert transaction.read in (0, READ[Register(transaction.write[0])].answer_size)
 
 
-def test_a_version_1_joint_has_time_to_forget_what_it_did_not_know() -> None:
+def test_a_version_1_joint_gets_time_to_drop_an_unknown_register() -> None:
     times: list[tuple[float, int]] = []
 
     class Timed(Tap):
@@ -196,12 +196,12 @@ class Scripted(Tap):
         ([], b"N\x0c", CorruptFrameError, "PING"),
         ([], b"O\x2c", CorruptFrameError, "PING"),
         ([bytes((MAGIC & 0xFF,))] + [bytes(13)] * 9, b"O\x0c", CorruptFrameError, "neither"),
-        ([NoAcknowledgeError("nobody", 0x11)] * 9, b"O\x0c", NoAcknowledgeError, "nobody"),
+        ([NoAcknowledgeError("absent", 0x11)] * 9, b"O\x0c", NoAcknowledgeError, "absent"),
         ([b""] * 9, b"O\x0c", CorruptFrameError, "neither"),
         ([BusUnavailableError("gone")] * 9, b"O\x0c", BusUnavailableError, "gone"),
     ],
 )
-def test_only_clean_answers_of_version_1_make_a_version_1_joint(
+def test_only_intact_version_1_answers_identify_version_1(
     answers: list[bytes | CommunicationError],
     pong: bytes,
     error: type[CommunicationError],
@@ -214,7 +214,7 @@ def test_only_clean_answers_of_version_1_make_a_version_1_joint(
     assert joint.version == 0
 
 
-def test_a_lost_answer_is_no_doubt_about_a_version_1_joint() -> None:
+def test_a_lost_answer_does_not_prevent_identifying_version_1() -> None:
     world = World(v1=True)
     world.bus.lose(Direction.BACK, When(address=0x11, count=2))
     world.joints[0].init()
@@ -228,6 +228,6 @@ def test_swapped_joints_are_found_by_the_address_they_answer_to(address: int) ->
     with pytest.raises(WrongJointError, match=f"is the joint of {0x23 - address:#04x}"):
         world.joints[address - 0x11].init()
     # Refused in one byte each: nothing longer is read before the magic was seen.
-    asked = [t for call in world.tap.calls for t in call]
-    assert [t.read for t in asked if t.read > 1] == [WHOLE.read]
+    sent = [t for call in world.tap.calls for t in call]
+    assert [t.read for t in sent if t.read > 1] == [WHOLE.read]
     assert not world.joints[0].session.flags & Flags.ARMED
