@@ -10,6 +10,7 @@ from benchmarks.control import homed_stack
 from benchmarks.measure import Row
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point
+from bioscara.control.limits.limiter import CommandSource
 from bioscara.kinematics import Scara
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Scene
@@ -34,8 +35,8 @@ def _proven(stack: Stack) -> float:
     for _ in range(5):
         begin = perf_counter()
         for _ in range(_CALLS // 5):
-            stage.foresee(0.01)
-            stage.apply(0.01)
+            stage.prepare(0.01, ())
+            stage.apply(0.01, ())
         best = min(best, (perf_counter() - begin) / (_CALLS // 5))
     return best
 
@@ -49,17 +50,17 @@ def _streamed(stack: Stack, swing: Sequence[float]) -> list[float]:
     begin = 0.0
 
     class Timed:
-        def foresee(self, period: float) -> None:
+        def prepare(self, period: float, unchecked: Sequence[CommandSource]) -> None:
             nonlocal begin
             start = perf_counter()
-            smoothing.foresee(period)
-            clearance.foresee(period)
+            smoothing.prepare(period, unchecked)
+            clearance.prepare(period, unchecked)
             begin = perf_counter() - start
 
-        def apply(self, period: float) -> None:
+        def apply(self, period: float, unchecked: Sequence[CommandSource]) -> None:
             start = perf_counter()
-            clearance.apply(period)
-            smoothing.apply(period)
+            clearance.apply(period, unchecked)
+            smoothing.apply(period, unchecked)
             costs.append(begin + perf_counter() - start)
 
     limiter = stack.manager.limiter

@@ -857,22 +857,22 @@ MUTANTS = (
     Mutant(
         "unproven commands are looked at",
         f"{CONTROL}/limits/collision_guard.py",
-        "if not controller.collision_checked:",
-        "if False:",
+        "        if unchecked:\n            self._checking = True",
+        "        if False:\n            self._checking = True",
         CLEARANCE,
     ),
     Mutant(
         "the way to rest is looked at",
         f"{CONTROL}/limits/collision_guard.py",
-        "guard.within(guard.after(half + more))",
-        "guard.after(0.0)",
+        "joint.within(joint.after(half + more))",
+        "joint.after(0.0)",
         CLEARANCE,
     ),
     Mutant(
         "a path is looked at again when it has changed by as much as there was room",
         f"{CONTROL}/limits/collision_guard.py",
-        "self._spare -= self._strays(path, period)",
-        "self._strays(path, period)",
+        "self._spare -= self._deviation(path, period)",
+        "self._deviation(path, period)",
         CLEARANCE,
     ),
     Mutant(
@@ -885,7 +885,7 @@ MUTANTS = (
     Mutant(
         "a stop ends where joints are let go of",
         f"{CONTROL}/limits/collision_guard.py",
-        "self._commanded() != self._left",
+        "self._commanded() != self._stop_commands",
         "False",
         CLEARANCE,
     ),
@@ -899,8 +899,8 @@ MUTANTS = (
     Mutant(
         "the robot keeps raw setpoints clear",
         "src/bioscara/robot/stack.py",
-        "limiter.stages = (self.tool_speed, self.clearance, self.smoothing)",
-        "limiter.stages = (self.tool_speed, self.smoothing)",
+        "Limiter(limited, (self.tool_speed, self.clearance, self.smoothing))",
+        "Limiter(limited, (self.tool_speed, self.smoothing))",
         ("tests/robot/test_pose_motions.py",),
     ),
     Mutant(
@@ -1214,8 +1214,8 @@ MUTANTS = (
     Mutant(
         "raw commands do not make belts swing",
         "src/bioscara/robot/stack.py",
-        "limiter.stages = (self.tool_speed, self.clearance, self.smoothing)",
-        "limiter.stages = (self.tool_speed, self.clearance)",
+        "Limiter(limited, (self.tool_speed, self.clearance, self.smoothing))",
+        "Limiter(limited, (self.tool_speed, self.clearance))",
         ("tests/system/test_load_speed.py",),
     ),
     Mutant(

@@ -46,7 +46,7 @@ class Watch:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._guards = world.manager.limiter.guards
+        self._guards = world.manager.limiter.joints
         self._last = dict.fromkeys(NAMES, math.nan)
         self._speed = dict.fromkeys(NAMES, math.nan)
         self.step = self.jump = 0.0

@@ -23,7 +23,7 @@ from bioscara.control.controllers.joint_trajectory import (
     Status,
 )
 from bioscara.control.limits.averaging import Smoothing
-from bioscara.control.limits.collision_guard import Clearance
+from bioscara.control.limits.collision_guard import CollisionGuard
 from bioscara.control.limits.tool_speed import ToolSpeedCap
 from bioscara.control.manager.controller_types import TYPES
 from bioscara.planning.collision.scene import Box, Scene
@@ -90,16 +90,18 @@ class Guarded:
         place = None if at is None else dict(zip(NAMES, at, strict=True))
         self.world, self.scene = World(at=place, joints=JOINTS, home=home), scene
         manager = self.world.manager
-        self.guards = tuple(manager.limiter.guards.values())
-        cap = ToolSpeedCap(self.guards, ARM.tool_speed, speed)
-        smoothing = Smoothing(self.guards, manager)
+        self.joints = tuple(manager.limiter.joints.values())
+        cap = ToolSpeedCap(self.joints, ARM.tool_speed, speed)
+        smoothing = Smoothing(self.joints, manager.rate)
         smoothing.windows = windows
-        self.clearance = Clearance(self.guards, manager, lambda: (ARM, self.scene), smoothing)
+        self.clearance = CollisionGuard(
+            self.joints, lambda: (ARM, self.scene), smoothing, manager.warnings
+        )
         manager.limiter.stages = (cap, self.clearance, smoothing) if guarded else (cap,)
 
     @property
     def here(self) -> list[float]:
-        return [guard.here for guard in self.guards]
+        return [joint.here for joint in self.joints]
 
     @property
     def stops(self) -> list[str]:
@@ -385,7 +387,7 @@ def test_a_stop_ends_where_joints_are_let_go_of() -> None:
     arm.world.switch(forward.name)
     arm.run(1)
     # Alone, the quick joint came to rest long before the stop of all would have ended.
-    assert abs(arm.guards[3].speed) < 0.2
+    assert abs(arm.joints[3].speed) < 0.2
 
 
 def test_a_joint_that_was_let_go_of_and_is_taken_again_stays_where_it_is() -> None:

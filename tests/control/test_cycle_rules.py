@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.control.manager.update_rate import Schedule
 from bioscara.errors import (
@@ -85,7 +85,7 @@ def test_rule_60_a_late_cycle_brings_an_update_that_is_nearer_now_than_later() -
 @pytest.mark.parametrize("rate", [-1, 10_001])
 def test_rates_that_no_cycle_has_are_refused(world: World, rate: int) -> None:
     with pytest.raises(ConfigurationError, match=f"rate {rate} Hz is outside 20 .. 10000 Hz"):
-        ControllerManager((world.hardware,), Limiter((world.hardware,)), rate)
+        ControllerManager((world.hardware,), Limiter(joint_limiters((world.hardware,))), rate)
     with pytest.raises(ConfigurationError, match="update_rate"):
         world.manager.load("x", "test/Wild", {"update_rate": rate})
     for period in (0.0, -0.01, math.nan):
@@ -124,7 +124,9 @@ def test_rule_61_62_hardware_that_fails_leaves_other_hardware_alone(
     world = World(home=False)
     box = Box()
     box.error = error
-    manager = ControllerManager((world.hardware, box), Limiter((world.hardware, box)), 100)
+    manager = ControllerManager(
+        (world.hardware, box), Limiter(joint_limiters((world.hardware, box))), 100
+    )
     for name, states, commands in (
         ("on arm", (J1,), ("j1/home",)),
         ("on box", (), ("g/position",)),
@@ -157,7 +159,7 @@ def test_rule_61_62_hardware_that_fails_leaves_other_hardware_alone(
 
 def test_hardware_whose_modes_cannot_be_changed_is_given_up_and_told_of() -> None:
     box = Box()
-    manager = ControllerManager((box,), Limiter((box,)), 100)
+    manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 100)
     manager.load("a", "test/Wild", {"commands": ("g/position",)})
     manager.configure("a")
     box.breaks.add("perform")
@@ -171,7 +173,7 @@ def test_hardware_whose_modes_cannot_be_changed_is_given_up_and_told_of() -> Non
 @pytest.mark.parametrize("step", ["configure", "activate"])
 def test_rule_63_hardware_that_cannot_go_up_stays_where_it_was(step: str) -> None:
     box = Box()
-    manager = ControllerManager((box,), Limiter((box,)), 100)
+    manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 100)
     manager.set_hardware_state("box", State.UNCONFIGURED, 0.0)
     if step == "activate":
         manager.set_hardware_state("box", State.INACTIVE, 0.0)
@@ -231,7 +233,7 @@ def test_rule_64_a_fallback_that_is_active_already_just_goes_on(world: World) ->
 
 def test_rule_64_a_fallback_commands_in_the_cycle_in_which_the_other_failed() -> None:
     box = Box()
-    manager = ControllerManager((box,), Limiter((box,)), 100)
+    manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 100)
     for name, fallbacks in (("a", ("b",)), ("b", ())):
         manager.load(
             name, Wild.TYPE, {"commands": ("g/position",), "fallback_controllers": fallbacks}
@@ -253,7 +255,9 @@ def test_rule_64_a_fallback_whose_hardware_went_down_is_told_of_with_the_first_c
     world: World,
 ) -> None:
     box = Box()
-    manager = ControllerManager((world.hardware, box), Limiter((world.hardware, box)), 100)
+    manager = ControllerManager(
+        (world.hardware, box), Limiter(joint_limiters((world.hardware, box))), 100
+    )
     for name, commands, fallbacks in (("a", (J1,), ("b",)), ("b", ("g/position",), ())):
         manager.load(name, Wild.TYPE, {"commands": commands, "fallback_controllers": fallbacks})
         manager.configure(name)
@@ -327,7 +331,9 @@ def test_rule_65_shutdown_ends_all_controllers_then_all_hardware() -> None:
 def test_rule_65_shutdown_goes_on_whatever_fails(error: type[Exception]) -> None:
     world, box = World(home=False), Box("shutdown")
     box.error = error
-    manager = ControllerManager((box, world.hardware), Limiter((box, world.hardware)), 100)
+    manager = ControllerManager(
+        (box, world.hardware), Limiter(joint_limiters((box, world.hardware))), 100
+    )
     states: list[tuple[State, State]] = []
     for name, values in (
         ("on box", {"commands": ("g/position",)}),

@@ -14,7 +14,7 @@ from bioscara.clock import SimulatedClock
 from bioscara.control.controllers.goals import Status
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.gripper_messages import GripperGoal, GripperGoalHandle
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.drivers import Gripper, Pwm, Quality
 from bioscara.errors import ConfigurationError, GoalRejectedError, SwitchError
@@ -99,7 +99,7 @@ class Bench:
         self.jaws = Jaws(speed, blocked)
         component = hardware or self.jaws
         component.set_state(State.ACTIVE)
-        self.manager = ControllerManager((component,), Limiter((component,)), RATE)
+        self.manager = ControllerManager((component,), Limiter(joint_limiters((component,))), RATE)
         self.time = 0.0
         self.manager.load("gripper", KIND, {"joint": "gripper", **values})
         self.manager.configure("gripper")
@@ -395,7 +395,7 @@ def test_a_gripper_whose_width_nobody_knows_is_not_commanded() -> None:
     ],
 )
 def test_unusable_parameters_are_refused(values: dict[str, object], words: str) -> None:
-    manager = ControllerManager((), Limiter(()), RATE)
+    manager = ControllerManager((), Limiter(joint_limiters(())), RATE)
     with pytest.raises(ConfigurationError, match=words):
         _made(manager, values)
 

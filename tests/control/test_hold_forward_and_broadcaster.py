@@ -13,7 +13,7 @@ from bioscara.control.controllers.joint_state_broadcaster import (
     DynamicJointState,
     JointStateBroadcaster,
 )
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.drivers import Quality
 from bioscara.errors import ConfigurationError, InvalidArgumentError
@@ -140,7 +140,7 @@ def test_hold_brings_all_joints_to_rest_together_on_their_path() -> None:
     assert not hold.ended
     shares: list[float] = []
     while not hold.ended:
-        guards = world.manager.limiter.guards
+        guards = world.manager.limiter.joints
         if abs(guards["j1"].speed) > 1e-3:
             shares.append(guards["j4"].speed / guards["j1"].speed)
         world.run(0.01)
@@ -196,7 +196,9 @@ def test_rule_70_all_joints_are_told_of_extra_joints_at_0_and_nothing_while_inac
 
 def test_rule_70_what_is_unknown_and_what_a_joint_does_not_have_is_nan() -> None:
     world, box = World(home=False), Box()
-    manager = ControllerManager((world.hardware, box), Limiter((world.hardware, box)), 100)
+    manager = ControllerManager(
+        (world.hardware, box), Limiter(joint_limiters((world.hardware, box))), 100
+    )
     manager.load("jsb", BROADCASTER, {"joints": ("j1", "g")})
     manager.configure("jsb")
     manager.switch(world.clock.now(), ("jsb",))
@@ -219,7 +221,7 @@ def test_rule_70_what_is_unknown_and_what_a_joint_does_not_have_is_nan() -> None
 def test_rule_70_a_joint_with_a_single_interface_is_told_of() -> None:
     box = Box()
     del box.states["g/switch"]
-    manager = ControllerManager((box,), Limiter((box,)), 100)
+    manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 100)
     manager.load("jsb", BROADCASTER, {"joints": ("g",)})
     manager.configure("jsb")
     manager.switch(0.0, ("jsb",))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import tracemalloc
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -24,7 +25,7 @@ from bioscara.control.controllers.joint_trajectory import (
 )
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.control.faults.supervisor import FaultState
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.limiter import CommandSource, Limiter, joint_limiters
 from bioscara.control.loop.loop import Loop
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.control.manager.statistics import Histogram
@@ -115,7 +116,7 @@ def test_a_rate_that_makes_no_sense_is_refused_everywhere_in_the_same_words(
     said = []
     for take in (
         lambda: Loop(world.manager, world.supervisor, world.record, world.clock, rate),
-        lambda: ControllerManager(hardware, Limiter(hardware), rate),
+        lambda: ControllerManager(hardware, Limiter(joint_limiters(hardware)), rate),
         lambda: Robot(FirmwareBus(arm), arm.clock, PARAMETERS, "rates", rate=rate),
     ):
         with pytest.raises(ConfigurationError) as caught:
@@ -366,7 +367,7 @@ def test_host4_no_command_steps_after_a_pause_by_more_than_a_period_at_full_spee
     pause: float,
 ) -> None:
     world = moving()
-    guards = world.manager.limiter.guards.values()
+    guards = world.manager.limiter.joints.values()
     world.arm.run(pause)
     for _ in range(10):
         before = [guard.reference for guard in guards]
@@ -381,11 +382,11 @@ def test_what_a_cycle_raises_ends_in_the_stop(monkeypatch: pytest.MonkeyPatch) -
     apply = world.manager.limiter.apply
     calls = [0]
 
-    def once(period: float) -> None:
+    def once(period: float, sources: Sequence[CommandSource]) -> None:
         calls[0] += 1
         if calls[0] == 1:
             raise ZeroDivisionError
-        apply(period)
+        apply(period, sources)
 
     monkeypatch.setattr(world.manager.limiter, "apply", once)
     world.loop.step()
@@ -397,7 +398,7 @@ def test_what_a_cycle_raises_ends_in_the_stop(monkeypatch: pytest.MonkeyPatch) -
 def test_cycles_that_keep_breaking_off_release_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
     world = moving()
 
-    def always(period: float) -> None:
+    def always(period: float, sources: Sequence[CommandSource]) -> None:
         raise ZeroDivisionError
 
     monkeypatch.setattr(world.manager.limiter, "apply", always)

@@ -56,7 +56,7 @@ def test_host6_a_controller_that_breaks_is_off_in_that_cycle_and_hold_ramps_down
     world: World, value: float | None
 ) -> None:
     axis, limits = world.axis("j1"), LIMITS["j1"]
-    last, speed = axis.previous, world.manager.limiter.guards["j1"].speed
+    last, speed = axis.previous, world.manager.limiter.joints["j1"].speed
     mover(world).hooks["update"] = boom() if value is None else lambda: write(world, value)
     world.loop.step()
     assert mover(world).state is State.INACTIVE

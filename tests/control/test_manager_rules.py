@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.control.manager.switch_request import Strictness
 from bioscara.errors import (
@@ -325,7 +325,7 @@ def test_rule_55_components_and_interfaces_are_listed(world: World) -> None:
 
 def test_rule_55_components_differ_in_what_they_are_and_where_they_are_in_their_life() -> None:
     box = Box()
-    manager = ControllerManager((box,), Limiter((box,)), 50)
+    manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 50)
     for state, available in ((State.UNCONFIGURED, False), (State.INACTIVE, True)):
         manager.set_hardware_state("box", state, 0.0)
         [entry] = manager.list_hardware_components()

@@ -21,7 +21,7 @@ from bioscara.control.controllers.joint_trajectory.parameters import (
 )
 from bioscara.control.controllers.joint_trajectory.pid import Gains
 from bioscara.control.controllers.parameters import Section
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.loop.realtime import PRIORITY, realtime
 from bioscara.control.manager.controller_types import TYPES
 from bioscara.control.manager.manager import ControllerManager
@@ -44,7 +44,7 @@ def test_rule_42_a_manager_is_made_with_the_hardware_of_one_description(tmp_path
                 urdf, PARAMETERS.gripper, arm.clock, tmp_path / "width", root=servo.root
             ),
         )
-        manager = ControllerManager(components, Limiter(components), 100)
+        manager = ControllerManager(components, Limiter(joint_limiters(components)), 100)
         listed = manager.list_hardware_interfaces()
     joints = (*NAMES, "gripper")
     assert {each.name.partition("/")[0] for each in listed.state_interfaces} == set(joints)
@@ -56,10 +56,10 @@ def test_rule_42_a_manager_is_made_with_the_hardware_of_one_description(tmp_path
 def test_rule_42_hardware_that_comes_twice_is_refused() -> None:
     box, other = Box(), Box()
     with pytest.raises(SwitchError, match="two hardware components are named box; rename one"):
-        ControllerManager((box, other), Limiter((box,)), 100)
+        ControllerManager((box, other), Limiter(joint_limiters((box,))), 100)
     other.name = "other"
     with pytest.raises(SwitchError, match="g/position belongs to box and to other"):
-        ControllerManager((box, other), Limiter((box,)), 100)
+        ControllerManager((box, other), Limiter(joint_limiters((box,))), 100)
 
 
 def start(arm: SimulatedArm) -> Robot:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from bioscara.control.controllers.controller import Controller
 from bioscara.control.controllers.parameters import Parameters
 from bioscara.control.faults.supervisor import FaultState
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.controller_types import TYPES
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.errors import HardwareError
@@ -122,7 +122,7 @@ class Box(HardwareComponent):
 def boxed(**controllers: dict[str, object]) -> tuple[ControllerManager, Box]:
     """Return a manager of a box alone, and these controllers, configured."""
     box = Box()
-    manager = ControllerManager((box,), Limiter((box,)), 100)
+    manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 100)
     for name, values in controllers.items():
         manager.load(name, Wild.TYPE, values)
         manager.configure(name)

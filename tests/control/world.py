@@ -10,7 +10,7 @@ from bioscara.bus import FaultyBus
 from bioscara.control.controllers.controller import AnyController
 from bioscara.control.faults.flight_recorder import FlightRecord
 from bioscara.control.faults.supervisor import Supervisor
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.loop.loop import Cycle, Loop
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.hardware import ArmHardware
@@ -61,7 +61,9 @@ class World:
         if home:
             for name in PARAMETERS.homing_order:
                 self.joint(name).home()
-        self.manager = ControllerManager((self.hardware,), Limiter((self.hardware,)), self.rate)
+        self.manager = ControllerManager(
+            (self.hardware,), Limiter(joint_limiters((self.hardware,))), self.rate
+        )
         self.record = FlightRecord(self.hardware.axes, self.rate)
         self.commanded = ("position",) if v1 else BOTH
         self.load(

@@ -189,7 +189,7 @@ def test_host5_an_arm_whose_computer_froze_waits_at_rest_for_as_long_as_it_takes
 
 def test_host7_a_controller_that_takes_over_at_speed_makes_no_step(scene: Scene) -> None:
     robot, stack = scene.robot, scene.robot._running()
-    guards = stack.manager.limiter.guards
+    guards = stack.manager.limiter.joints
     last = dict.fromkeys(NAMES, math.nan)
 
     def observe(record: CycleRecord) -> None:

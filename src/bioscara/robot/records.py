@@ -65,7 +65,7 @@ class Recorder:
                 reference = feedback.actual.positions[index] + feedback.error.positions[index]
                 velocity = feedback.actual.velocities[index] + feedback.error.velocities[index]
             else:
-                guard = stack.manager.limiter.guards[axis.name]
+                guard = stack.manager.limiter.joints[axis.name]
                 velocity = guard.speed
                 ahead = cycle.time + stack.loop.period - axis.position.stamp
                 reference = guard.reference - velocity * ahead

@@ -189,7 +189,7 @@ class Robot(Connection, PoseMotions):
         self.plan.here()
         self._ready()
         stack = self._running()
-        guards = stack.manager.limiter.guards
+        guards = stack.manager.limiter.joints
         # Checks the start: a failing switch would report less, after others were deactivated.
         self.plan.jog([guards[name].here for name in self._names])
         stack.jog.prepare = self.plan.jog

@@ -79,14 +79,13 @@ class Controller(ABC, Generic[P]):
         """Whether its commands, begun from rest, are verified to keep the arm clear."""
         return False
 
-    def on_hindered(self, text: str, rest: Mapping[str, float]) -> None:
-        """React to the arm being braked because the commanded motion is not clear.
+    def on_collision_stop(self, reason: str, rest: Mapping[str, float]) -> None:
+        """React to a stop of the arm because the commanded motion is not clear.
 
-        Called on controllers that are not ``collision_checked``, once for each time that the arm is
-        braked.
+        Called on controllers that are not ``collision_checked``, once for each stop.
 
         Args:
-            text: Why, in words.
+            reason: Why, in words.
             rest: Where the joints come to rest, by name [rad or m].
         """
 

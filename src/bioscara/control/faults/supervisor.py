@@ -66,7 +66,7 @@ class Supervisor(Resting):
     ) -> None:
         super().__init__(manager, arm, hold)
         self._log = FaultLog(record, folder, len(arm.axes))
-        self._following = [Following(axis, manager.limiter.guards[axis.name]) for axis in arm.axes]
+        self._following = [Following(axis, manager.limiter.joints[axis.name]) for axis in arm.axes]
         self._since = 0.0
         self.state = FaultState.CLEAR
         self.faults = self._log.faults

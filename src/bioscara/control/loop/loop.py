@@ -133,7 +133,7 @@ class Loop:
         except Exception as error:  # noqa: BLE001  after any failure the arm is brought to rest
             supervisor.crash(error, time)
             self._deadline = clock.now() + self.period
-        timing = Timing(late, *manager.timing)
+        timing = Timing(late, *manager.statistics.timing)
         self._record.append(time, timing)
         self._count(period, timing)
         if good and self._watchdog is not None:

@@ -20,7 +20,7 @@ from bioscara.control.manager.listing import (
     describe_interfaces,
 )
 from bioscara.control.manager.registry import ControllerRegistry
-from bioscara.control.manager.statistics import ManagerStatistics
+from bioscara.control.manager.statistics import READ, UPDATE, WRITE, ManagerStatistics, timed
 from bioscara.control.manager.switch_request import Strictness, Switch, plan, unknown
 from bioscara.control.manager.switching import ControllerSwitcher, Problem
 from bioscara.control.manager.update_rate import require_rate
@@ -37,13 +37,13 @@ class ControllerManager:
         components: The hardware, in the order in which it is read and written.
         limiter: Bounds every command before it is written.
         rate: Cycles per second [Hz].
+        warnings: Shared with the limiter's stages; by default an own one.
 
     Attributes:
         claims: The interfaces and their owners.
         limiter: As given.
         rate: As given.
         lock: Reason why nothing may be activated; empty when activation is allowed.
-        timing: Durations of reading, updating and writing in the last cycle [s].
         switch_time: Duration of the last switch [s].
         statistics: Of the cycles.
         warnings: Messages about controllers and switches that were no reason to refuse them; the
@@ -55,21 +55,24 @@ class ControllerManager:
     """
 
     def __init__(
-        self, components: Sequence[HardwareComponent], limiter: Limiter, rate: int
+        self,
+        components: Sequence[HardwareComponent],
+        limiter: Limiter,
+        rate: int,
+        warnings: deque[str] | None = None,
     ) -> None:
         rate = require_rate(rate)
         self.claims = Claims(components)
         self.limiter, self.rate = limiter, rate
         self._between: list[Failure] = []
-        self.warnings: deque[str] = deque(maxlen=WARNINGS)
+        self.warnings = deque[str](maxlen=WARNINGS) if warnings is None else warnings
         self._registry = ControllerRegistry(rate, self.warnings)
         controllers = self._registry.controllers
         self._switcher = ControllerSwitcher(self.claims, limiter, rate, controllers, self.warnings)
-        self._execution = Execution(controllers, self._switcher)
-        self.lock = ""
-        self.timing = (0.0, 0.0, 0.0)
-        self.switch_time = 0.0
         self.statistics = ManagerStatistics(component.name for component in components)
+        self._execution = Execution(controllers, self._switcher, self.statistics)
+        self.lock = ""
+        self.switch_time = 0.0
 
     @property
     def components(self) -> tuple[HardwareComponent, ...]:
@@ -225,26 +228,32 @@ class ControllerManager:
         if not period > 0.0:
             raise InvalidArgumentError(f"a cycle takes time: its period cannot be {period:g} s")
         self._execution.failures, self._between = self._between, []
-        statistics = self.statistics
-        statistics.periodicity.add(1.0 / period)
-        start = now = perf_counter()
+        self.statistics.periodicity.add(1.0 / period)
+        self.read(time, period)
+        self.update(time, period)
+        self.write(time, period)
+
+    @timed(READ)
+    def read(self, time: float, period: float) -> None:
+        """Read the states of all available components; arguments as :meth:`cycle`."""
         for component in self.components:
             if component.available:
-                self._execution.exchange(component, component.read, time, period)
-                before, now = now, perf_counter()
-                statistics.read[component.name].add(now - before)
+                self._execution.read(component, time, period)
             else:
                 component.problems.clear()
-        measured = now
-        self._execution.update_all(time, period)
-        self.limiter.apply(period)
-        updated = now = perf_counter()
+
+    @timed(UPDATE)
+    def update(self, time: float, period: float) -> None:
+        """Update the controllers that are due, and bound their commands; as :meth:`cycle`."""
+        self._execution.update(time, period)
+        self.limiter.apply(period, self._switcher.driving)
+
+    @timed(WRITE)
+    def write(self, time: float, period: float) -> None:
+        """Write the commands of all active components; arguments as :meth:`cycle`."""
         for component in self.components:
             if component.state is State.ACTIVE:
-                self._execution.exchange(component, component.write, time, period)
-                before, now = now, perf_counter()
-                statistics.write[component.name].add(now - before)
-        self.timing = (measured - start, updated - measured, now - updated)
+                self._execution.write(component, time, period)
 
     def set_hardware_state(self, name: str, state: State, time: float) -> State:
         """Bring a component to a state; before a lower state its controllers are deactivated.

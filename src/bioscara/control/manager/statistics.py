@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
-from typing import NamedTuple
+from collections.abc import Callable, Iterable
+from functools import wraps
+from time import perf_counter
+from typing import NamedTuple, Protocol, TypeVar
 
 _UNIT = 1e-6
 """Durations below this [s] fall into one bin."""
@@ -13,6 +15,8 @@ _OCTAVES = 24
 """From 1 us to 16 s."""
 _LAST = _PER_OCTAVE * _OCTAVES - 1
 _BATCH = 32
+READ, UPDATE, WRITE = range(3)
+"""Steps of a manager's cycle, in this order."""
 
 
 class Histogram:
@@ -100,6 +104,18 @@ class Spread:
         if len(new) == _BATCH:
             self._settle()
 
+    def measure(self, step: Callable[[float, float], None], time: float, period: float) -> None:
+        """Call a step of a cycle and add its duration [s], unless it raises.
+
+        Args:
+            step: The step.
+            time: Begin of the cycle [s].
+            period: Time since the last cycle [s].
+        """
+        start = perf_counter()
+        step(time, period)
+        self.add(perf_counter() - start)
+
     def summary(self) -> Summary:
         """Return a summary of the values; its statistics are NaN without any."""
         if self._new:
@@ -147,15 +163,45 @@ class ManagerStatistics:
         periodicity: How often they came [Hz].
         read: Duration of reading [s], by component.
         write: Duration of writing [s], by component.
+        timing: Durations of the steps of the last cycle [s], at :data:`READ`, :data:`UPDATE` and
+            :data:`WRITE`.
     """
 
-    __slots__ = ("periodicity", "read", "write")
+    __slots__ = ("periodicity", "read", "timing", "write")
 
     def __init__(self, components: Iterable[str]) -> None:
         names = tuple(components)
         self.periodicity = Spread()
         self.read = {name: Spread() for name in names}
         self.write = {name: Spread() for name in names}
+        self.timing = [0.0, 0.0, 0.0]
+
+
+class _Manager(Protocol):
+    statistics: ManagerStatistics
+
+
+_M = TypeVar("_M", bound=_Manager)
+_Step = Callable[[_M, float, float], None]
+
+
+def timed(index: int) -> Callable[[_Step[_M]], _Step[_M]]:
+    """Return a decorator that notes the duration of a step of a manager's cycle.
+
+    Args:
+        index: Of the step in :attr:`ManagerStatistics.timing`.
+    """
+
+    def decorate(step: _Step[_M]) -> _Step[_M]:
+        @wraps(step)
+        def measured(manager: _M, time: float, period: float) -> None:
+            start = perf_counter()
+            step(manager, time, period)
+            manager.statistics.timing[index] = perf_counter() - start
+
+        return measured
+
+    return decorate
 
 
 class Statistics:

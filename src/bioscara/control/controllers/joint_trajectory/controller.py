@@ -103,11 +103,11 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         """Whether the goal that it follows, or followed before it held, was collision-checked."""
         return self._sampler is None or self._sampler.collision_checked
 
-    def on_hindered(self, text: str, rest: Mapping[str, float]) -> None:
+    def on_collision_stop(self, reason: str, rest: Mapping[str, float]) -> None:
         """Abort a running goal, and hold where the arm comes to rest."""
         sampler = self._active()
         if not self.holding:
-            self._end_goal(Status.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED, text)
+            self._end_goal(Status.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED, reason)
         sampler.rest([rest[joint] for joint in self.parameters.joints])
 
     def on_configure(self) -> None:
