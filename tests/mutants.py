@@ -535,8 +535,8 @@ MUTANTS = (
     Mutant(
         "the way of a jog that breaks off",
         f"{CONTROL}/faults/stop.py",
-        "_HALTING = JointTrajectoryController, JogController",
-        "_HALTING = (JointTrajectoryController,)",
+        "_STOPPABLE = JointTrajectoryController, JogController",
+        "_STOPPABLE = (JointTrajectoryController,)",
         ("tests/robot/test_pose_motions.py",),
     ),
     Mutant(

@@ -25,7 +25,7 @@ from bioscara.control.controllers.joint_trajectory import (
 from bioscara.control.limits.averaging import Smoothing
 from bioscara.control.limits.collision_guard import CollisionGuard
 from bioscara.control.limits.tool_speed import ToolSpeedCap
-from bioscara.control.manager.controller_types import TYPES
+from bioscara.control.manager.registry import TYPES
 from bioscara.planning.collision.scene import Box, Scene
 from bioscara.planning.collision.swept import SLACK
 from bioscara.planning.motions.jog import Jog, JointVelocity, ToolVelocity

@@ -435,7 +435,7 @@ def test_an_interrupt_in_any_line_of_a_cycle_leaves_an_arm_that_comes_to_rest(
     finally:
         sys.settrace(None)
     now = world.clock.now()
-    world.run_until(lambda: world.supervisor.at_rest(world.clock.now(), now), 6.0)
+    world.run_until(lambda: world.supervisor.stopper.at_rest(world.clock.now(), now), 6.0)
     assert world.supervisor.faults == []
     world.arm.run(0.5)
     for name in NAMES:

@@ -23,8 +23,8 @@ from bioscara.control.controllers.joint_trajectory.pid import Gains
 from bioscara.control.controllers.parameters import Section
 from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.loop.realtime import PRIORITY, realtime
-from bioscara.control.manager.controller_types import TYPES
 from bioscara.control.manager.manager import ControllerManager
+from bioscara.control.manager.registry import TYPES
 from bioscara.errors import BioscaraError, BusUnavailableError, GripperError, SwitchError
 from bioscara.hardware import ArmHardware, GripperHardware, State
 from bioscara.hardware.urdf_reader import Urdf

@@ -8,8 +8,8 @@ from bioscara.control.controllers.controller import Controller
 from bioscara.control.controllers.parameters import Parameters
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.control.limits.limiter import Limiter, joint_limiters
-from bioscara.control.manager.controller_types import TYPES
 from bioscara.control.manager.manager import ControllerManager
+from bioscara.control.manager.registry import TYPES
 from bioscara.errors import HardwareError
 from bioscara.hardware import POSITION, CommandInterface, HardwareComponent, State, StateInterface
 from bioscara.model import JointParameters

@@ -203,7 +203,7 @@ class Motion:
         supervisor.stop(now)
         while True:
             observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
-            if supervisor.at_rest(self._clock.now(), now):
+            if supervisor.stopper.at_rest(self._clock.now(), now):
                 break
 
     def _interrupted(self, phase: Phase, zero: float) -> str:

@@ -16,11 +16,11 @@ _REST_SHARE = 0.002
 """Share of its highest speed below which a joint counts as standing."""
 _REST_TIME = 5.0
 """Time after which a stop counts as ended regardless of the joints' states [s]."""
-_HALTING = JointTrajectoryController, JogController
+_STOPPABLE = JointTrajectoryController, JogController
 """Controllers that come to rest on their current path."""
 
 
-class Resting:
+class MotionStopper:
     """Takes the joints of an arm from the controllers that move them.
 
     Args:
@@ -57,20 +57,34 @@ class Resting:
             for axis in self._arm.axes
         )
 
-    def _let_halt(self, time: float) -> bool:
-        """Bring all motion to rest on its path; return whether all of it can be."""
+    def stop_on_path(self, time: float) -> bool:
+        """Bring all motion to rest on its path; return False if some of it cannot be.
+
+        Args:
+            time: Now [s].
+        """
         moving = self._moving()
-        halting = [each for each in moving if isinstance(each, _HALTING)]
-        if not halting or len(halting) < len(moving):
+        stoppable = [each for each in moving if isinstance(each, _STOPPABLE)]
+        if not stoppable or len(stoppable) < len(moving):
             return False
-        for controller in halting:
+        for controller in stoppable:
             controller.cancel(time)
         return True
 
-    def _halted(self) -> bool:
-        return all(each.at_rest for each in self._moving() if isinstance(each, _HALTING))
+    @property
+    def stopped_on_path(self) -> bool:
+        """Whether no motion is still coming to rest on its path."""
+        return all(each.at_rest for each in self._moving() if isinstance(each, _STOPPABLE))
 
-    def _let_hold(self, time: float) -> None:
+    def hold(self, time: float) -> None:
+        """Bring all joints to rest and hold them; end a homing run.
+
+        Args:
+            time: Now [s].
+
+        Raises:
+            BioscaraError: A controller could not be switched off.
+        """
         manager, arm = self._manager, self._arm
         if arm.state is not State.ACTIVE:
             return

@@ -19,7 +19,7 @@ from bioscara.control.faults.flight_recorder import FlightRecord
 from bioscara.control.faults.following_error import Following
 from bioscara.control.faults.kinds import Fault, FaultKind, Stop, classify, source_of
 from bioscara.control.faults.log import FaultLog
-from bioscara.control.faults.stop import Resting
+from bioscara.control.faults.stop import MotionStopper
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.errors import BioscaraError, FaultedError, HardwareError, ModeSwitchError
 from bioscara.hardware import ArmHardware, State
@@ -40,7 +40,7 @@ class FaultState(Enum):
     """Acknowledged; the joints still have to be recovered."""
 
 
-class Supervisor(Resting):
+class Supervisor:
     """Watches an arm from cycle to cycle.
 
     Args:
@@ -54,6 +54,7 @@ class Supervisor(Resting):
         state: Stage of fault handling.
         faults: Faults since the arm was clear, first cause first.
         warnings: Messages about conditions that did not stop the arm.
+        stopper: Brings the arm to rest.
     """
 
     def __init__(
@@ -64,7 +65,8 @@ class Supervisor(Resting):
         record: FlightRecord,
         folder: Path,
     ) -> None:
-        super().__init__(manager, arm, hold)
+        self._manager, self._arm = manager, arm
+        self.stopper = MotionStopper(manager, arm, hold)
         self._log = FaultLog(record, folder, len(arm.axes))
         self._following = [Following(axis, manager.limiter.joints[axis.name]) for axis in arm.axes]
         self._since = 0.0
@@ -106,7 +108,7 @@ class Supervisor(Resting):
                 error = following.check(time, period)
                 if error is not None:
                     self.fault(error, error.joint, time)
-        elif self.state is FaultState.STOPPING and self.at_rest(time, self._since):
+        elif self.state is FaultState.STOPPING and self.stopper.at_rest(time, self._since):
             self.state = FaultState.LATCHED
             self._log.freeze()
             if self._log.stop is Stop.DISABLE:
@@ -161,7 +163,7 @@ class Supervisor(Resting):
             time: Now [s].
         """
         try:
-            halting = self.state is FaultState.CLEAR and self._let_halt(time)
+            halting = self.state is FaultState.CLEAR and self.stopper.stop_on_path(time)
         except Exception:  # noqa: BLE001  a controller that cannot be halted is stopped
             halting = False
         if not halting:
@@ -170,7 +172,7 @@ class Supervisor(Resting):
     @property
     def halted(self) -> bool:
         """Whether no motion is still coming to rest on its path."""
-        return self.state is not FaultState.CLEAR or self._halted()
+        return self.state is not FaultState.CLEAR or self.stopper.stopped_on_path
 
     def stop(self, time: float) -> None:
         """Bring all joints to rest and hold them; end a homing run. This raises nothing.
@@ -179,7 +181,7 @@ class Supervisor(Resting):
             time: Now [s].
         """
         try:
-            self._let_hold(time)
+            self.stopper.hold(time)
         except Exception:  # noqa: BLE001  joints that cannot be ramped down are released
             self._release(time)
 

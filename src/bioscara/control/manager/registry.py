@@ -1,4 +1,4 @@
-"""The loaded controllers, and their lifecycles apart from activation."""
+"""The types of controllers, those that are loaded, and their lifecycles apart from activation."""
 
 from __future__ import annotations
 
@@ -6,11 +6,31 @@ from collections.abc import Mapping, MutableSequence
 
 from bioscara.arguments import text
 from bioscara.control.controllers.controller import AnyController
-from bioscara.control.manager.controller_types import TYPES
+from bioscara.control.controllers.forward_command_controller import ForwardCommandController
+from bioscara.control.controllers.gripper_action_controller import GripperActionController
+from bioscara.control.controllers.hold_controller import HoldController
+from bioscara.control.controllers.homing_controller import HomingController
+from bioscara.control.controllers.jog_controller import JogController
+from bioscara.control.controllers.joint_state_broadcaster import JointStateBroadcaster
+from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.manager.switch_request import unknown
 from bioscara.control.manager.update_rate import Schedule
 from bioscara.errors import SwitchError
 from bioscara.hardware import State
+
+TYPES: dict[str, type[AnyController]] = {
+    controller.TYPE: controller
+    for controller in (
+        ForwardCommandController,
+        GripperActionController,
+        HoldController,
+        HomingController,
+        JogController,
+        JointStateBroadcaster,
+        JointTrajectoryController,
+    )
+}
+"""Every controller type by the name that ROS gives it."""
 
 
 class ControllerRegistry:
@@ -68,7 +88,7 @@ class ControllerRegistry:
             if twice:
                 controller.on_cleanup()
                 raise SwitchError(f"{name} names {twice[0]} twice")
-        self._look_at_rate(controller)
+        self._warn_about_rate(controller)
         self._enter(controller, State.INACTIVE)
 
     def cleanup(self, name: str) -> None:
@@ -133,7 +153,7 @@ class ControllerRegistry:
         controller.state = state
         self.changes += 1
 
-    def _look_at_rate(self, controller: AnyController) -> None:
+    def _warn_about_rate(self, controller: AnyController) -> None:
         asked = controller.parameters.update_rate
         got = Schedule(self._rate, asked).rate
         if asked and got != asked:
