@@ -512,6 +512,6 @@ def test_durations_outside_the_bins_are_still_counted() -> None:
     histogram = Histogram()
     for each in (0.0, 1e-9, 1e3):
         histogram.add(each)
-    assert histogram.count == 3
-    assert histogram.percentile(100.0) == 1e3 or histogram.percentile(100.0) <= 1e3
+    assert histogram.percentile(66.0) <= 1.1e-6
+    assert 15.0 < histogram.percentile(67.0) <= 1e3
     assert histogram.maximum == 1e3

@@ -6,6 +6,7 @@ import logging
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from math import isnan
 
 from bioscara.bus import Bus
 from bioscara.clock import Clock
@@ -32,6 +33,8 @@ from bioscara.model.tags import ARM_COMPONENT
 from bioscara.protocol import SILENCE, Flags
 
 _log = logging.getLogger(__name__)
+# A member of an enumeration takes longer to look up than all else that a cycle does with it.
+_NONE, _VELOCITY, _HOME = Mode.NONE, Mode.VELOCITY, Mode.HOME
 
 
 class ArmHardware(HardwareComponent):
@@ -220,18 +223,15 @@ class ArmHardware(HardwareComponent):
         before, self._written = self._clock.now(), time
         following, driven = [], []
         for axis in self.axes:
-            mode = axis.mode
+            mode, homing = axis.mode, axis.homing
             if axis.halted is not None:
-                if axis.homing.running:
-                    axis.homing.stop_lost()
-                continue
-            if mode is Mode.HOME or axis.homing.running:
+                if homing.running:
+                    homing.stop_lost()
+            elif mode is _HOME or homing.running:
                 self._home(axis)
-            elif mode is Mode.NONE:
-                continue
-            elif mode is Mode.VELOCITY:
+            elif mode is _VELOCITY:
                 driven.append(axis)
-            elif axis.position_command.value == axis.position_command.value:
+            elif mode is not _NONE and not isnan(axis.position_command.value):
                 following.append(axis)
         if following:
             self._exchange.follow(following, time, period)
@@ -268,7 +268,7 @@ class ArmHardware(HardwareComponent):
         for axis, mode in plan_modes(self.name, self.axes, start, stop):
             leaving = axis.homing.running or (axis.mode in MOTION and mode not in MOTION)
             failed = axis.home_command.problem
-            if isinstance(failed, HomingError) and axis.joint.session.flags & HALTED:
+            if isinstance(failed, HomingError) and HALTED[axis.joint.session.flags]:
                 # Already reported; while the joint was to home, that did not halt it.
                 axis.halted = failed
             axis.change(mode)

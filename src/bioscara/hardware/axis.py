@@ -19,8 +19,11 @@ from bioscara.hardware.interfaces import (
 )
 from bioscara.protocol import Flags
 
-HALTED = int(Flags.STALL | Flags.NOTENABLED | Flags.FAULT)
-"""Flags of a joint that does not follow its commands."""
+_HALTED = int(Flags.STALL | Flags.NOTENABLED | Flags.FAULT)
+HALTED = tuple(bool(flags & _HALTED) for flags in range(256))
+"""For each flags byte, whether the joint does not follow its commands: an operation on IntFlag
+takes longer than all else that a cycle does with the flags."""
+_TRACK = Mode.TRACK
 
 
 class Axis:
@@ -114,7 +117,7 @@ class Axis:
         """
         if self.halted is not None:
             return self.halted
-        if mode is not Mode.HOME and self.sample.flags & HALTED:
+        if mode is not Mode.HOME and HALTED[self.sample.flags]:
             return f"it is not engaged or stalled (flags {self.sample.flags:#04x}); enable it again"
         return None
 
@@ -193,15 +196,16 @@ class Axis:
             period: Time from cycle to cycle [s].
         """
         position = self.position_command.value
-        if self.mode is Mode.TRACK:
+        if self.mode is _TRACK:
             velocity = self.velocity_command.value
         else:
             before = self.previous
             velocity = 0.0 if before != before else (position - before) / period  # noqa: PLR0124
             velocity = min(max(velocity, -self.velocity_limit), self.velocity_limit)
         self.previous = position
-        if self.lower <= position <= self.upper:
+        lower, upper, arrival = self.lower, self.upper, self.arrival
+        if lower <= position <= upper:
             # A single delay of the host must not carry over: never more than a period.
-            ahead = position + velocity * min(self.arrival, period)
-            return Setpoint(min(max(ahead, self.lower), self.upper), velocity)
+            position += velocity * (arrival if arrival < period else period)
+            position = lower if position < lower else upper if position > upper else position
         return Setpoint(position, velocity)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bioscara.clock import Clock
-from bioscara.drivers import JointSample, drive, read_states, track
+from bioscara.drivers import drive, read_states, track
 from bioscara.drivers.joint.cyclic import Outcome
 from bioscara.errors import BioscaraError
 from bioscara.hardware.axis import HALTED, Axis
@@ -57,17 +57,17 @@ class Exchange:
             if isinstance(outcome, BioscaraError):
                 axis.miss(outcome)
                 self._halt(axis, outcome)
-            else:
-                self._notice(axis, outcome)
+            elif HALTED[outcome.flags]:
+                self._on_halted(axis)
 
     def _take(
         self,
         axes: Sequence[Axis],
         outcomes: Sequence[Outcome],
         start: float,
-        commanded: float | None = None,
+        cycle_start: float | None = None,
     ) -> None:
-        """Take the joints' outcomes; ``commanded`` is the start of their commanding cycle."""
+        """Store the joints' answers; ``cycle_start`` is given if they answer to setpoints."""
         # One bus call carries all frames, one after the other and all of the same length.
         share = (self._clock.now() - start) / len(axes)
         stamp = start
@@ -78,16 +78,16 @@ class Exchange:
                 self._halt(axis, outcome)
                 continue
             axis.take(outcome, stamp)
-            axis.answered = commanded is not None
-            if commanded is not None:
-                axis.arrival = stamp - commanded
-            self._notice(axis, outcome)
+            if cycle_start is None:
+                axis.answered = False
+            else:
+                axis.answered, axis.arrival = True, stamp - cycle_start
+            if HALTED[outcome.flags]:
+                self._on_halted(axis)
 
-    def _notice(self, axis: Axis, sample: JointSample) -> None:
+    def _on_halted(self, axis: Axis) -> None:
         """Halt a joint that does not follow; one that is to home is engaged by homing."""
-        if not sample.flags & HALTED or axis.halted is not None or axis.mode is Mode.HOME:
-            return
-        if self.engaged:
+        if self.engaged and axis.halted is None and axis.mode is not Mode.HOME:
             self._halt(axis, axis.why_halted())
 
     def _halt(self, axis: Axis, reason: BioscaraError) -> None:

@@ -16,7 +16,7 @@ from pathlib import Path
 from bioscara.control.controllers.controller import WARNINGS
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.faults.flight_recorder import FlightRecord
-from bioscara.control.faults.following_error import Following
+from bioscara.control.faults.following_error import FollowingErrorMonitor
 from bioscara.control.faults.kinds import Fault, FaultKind, Stop, classify, source_of
 from bioscara.control.faults.log import FaultLog
 from bioscara.control.faults.stop import MotionStopper
@@ -68,7 +68,9 @@ class Supervisor:
         self._manager, self._arm = manager, arm
         self.stopper = MotionStopper(manager, arm, hold)
         self._log = FaultLog(record, folder, len(arm.axes))
-        self._following = [Following(axis, manager.limiter.joints[axis.name]) for axis in arm.axes]
+        self._following = [
+            FollowingErrorMonitor(axis, manager.limiter.joints[axis.name]) for axis in arm.axes
+        ]
         self._since = 0.0
         self.state = FaultState.CLEAR
         self.faults = self._log.faults

@@ -155,13 +155,15 @@ class Loop:
 
     def _require_timely(self, time: float, period: float) -> None:
         """Latch a fault if the joints must have stopped autonomously, or report that they did."""
-        if not self._driving:
-            return
         now = self._clock.now()
         behind, silence = now - self._deadline, now - time + period
+        if silence <= SILENCE and behind <= SILENCE + self.period:
+            return
+        if not self._driving:
+            return
         if behind > SILENCE + self.period:
             self._overrun(f"a cycle ended {behind:.2f} s after its begin was due", time)
-        elif silence > SILENCE and (behind > self.period or period > SILENCE):
+        elif behind > self.period or period > SILENCE:
             problems = chain.from_iterable(each.problems for each in self._manager.components)
             if any(isinstance(problem, NotEnabledError) for problem in problems):
                 self._overrun(f"joints heard nothing for up to {silence:.2f} s", time)
