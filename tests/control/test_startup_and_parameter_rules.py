@@ -26,8 +26,7 @@ from bioscara.control.loop.realtime import PRIORITY, realtime
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.control.manager.registry import TYPES
 from bioscara.errors import BioscaraError, BusUnavailableError, GripperError, SwitchError
-from bioscara.hardware import ArmHardware, GripperHardware, State
-from bioscara.hardware.urdf_reader import Urdf
+from bioscara.hardware import ArmHardware, GripperHardware, State, Urdf
 from bioscara.model.urdf import URDF
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.errors import JointError, ModeSwitchError
-from bioscara.hardware import GripperHardware, State
-from bioscara.hardware.urdf_reader import Urdf
+from bioscara.hardware import GripperHardware, State, Urdf
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF
 from bioscara.protocol import SILENCE

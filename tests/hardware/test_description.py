@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import ArmHardware
-from bioscara.hardware.ros2_control_tags import read_arm, read_gripper
-from bioscara.hardware.urdf_reader import SIZE_MAX, Urdf
+from bioscara.hardware.ros2_control_tags import SIZE_MAX, Urdf, read_arm, read_gripper
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF
 from bioscara.sim import FirmwareBus, SimulatedArm

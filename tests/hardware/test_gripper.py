@@ -11,7 +11,7 @@ import pytest
 from bioscara.drivers import Quality
 from bioscara.errors import GripperError, ModeSwitchError
 from bioscara.hardware import GripperHardware, State
-from bioscara.hardware.urdf_reader import Urdf
+from bioscara.hardware.ros2_control_tags import Urdf
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF
 from bioscara.sim import SimulatedArm, SimulatedServo

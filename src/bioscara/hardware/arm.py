@@ -15,9 +15,8 @@ from bioscara.errors import BioscaraError, HardwareError, HomingError
 from bioscara.hardware.axis import HALTED, Axis
 from bioscara.hardware.bus_budget import Capacity
 from bioscara.hardware.command_modes import MOTION, Mode
-from bioscara.hardware.component import HardwareComponent
+from bioscara.hardware.component import HardwareComponent, State
 from bioscara.hardware.cyclic_io import Exchange
-from bioscara.hardware.lifecycle import State
 from bioscara.hardware.mode_switching import (
     check_capacity,
     check_homing,
@@ -25,9 +24,8 @@ from bioscara.hardware.mode_switching import (
     doubts,
     plan_modes,
 )
-from bioscara.hardware.ros2_control_tags import read_arm
+from bioscara.hardware.ros2_control_tags import Urdf, read_arm
 from bioscara.hardware.safe_stop import stop_and_disable
-from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import JointParameters
 from bioscara.model.tags import ARM_COMPONENT
 from bioscara.protocol import SILENCE, Flags

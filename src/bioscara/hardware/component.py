@@ -1,15 +1,33 @@
-"""Base class of hardware components: a lifecycle around ``read`` and ``write``."""
+"""Base class of hardware components: a lifecycle around ``read`` and ``write``.
+
+Its states are also those of controllers.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import IntEnum
 
 from bioscara.errors import BioscaraError, LifecycleError, ModeSwitchError
 from bioscara.hardware.interfaces import CommandInterface, StateInterface
-from bioscara.hardware.lifecycle import State
 from bioscara.model import JointParameters
 from bioscara.spelling import did_you_mean
+
+
+class State(IntEnum):
+    """Lifecycle state of a component or controller; the numbers are those of lifecycle_msgs."""
+
+    UNKNOWN = 0
+    UNCONFIGURED = 1
+    INACTIVE = 2
+    ACTIVE = 3
+    FINALIZED = 4
+
+    @property
+    def label(self) -> str:
+        """The name used in ROS messages, in lower case."""
+        return self.name.lower()
 
 
 class HardwareComponent(ABC):

@@ -10,11 +10,9 @@ from bioscara.clock import Clock
 from bioscara.drivers import Gripper, Pwm, Quality
 from bioscara.drivers.gripper.pwm import SYSFS
 from bioscara.errors import GripperError
-from bioscara.hardware.component import HardwareComponent
+from bioscara.hardware.component import HardwareComponent, State
 from bioscara.hardware.interfaces import POSITION, VELOCITY, CommandInterface, StateInterface
-from bioscara.hardware.lifecycle import State
-from bioscara.hardware.ros2_control_tags import read_gripper
-from bioscara.hardware.urdf_reader import Urdf
+from bioscara.hardware.ros2_control_tags import Urdf, read_gripper
 from bioscara.model import GripperParameters, JointParameters
 from bioscara.model.tags import GRIPPER_COMPONENT
 
