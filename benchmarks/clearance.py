@@ -30,7 +30,7 @@ _TO_AND_FRO, _INTO = (0.4, 0.02, 0.4, 0.8), (0.6, 0.02, 0.2, 0.4)
 
 def _proven(stack: Stack) -> float:
     """Return the cost of the stage in a cycle that follows a collision-checked trajectory [s]."""
-    stage = stack.clearance
+    stage = stack.collision_guard
     best = math.inf
     for _ in range(5):
         begin = perf_counter()
@@ -46,7 +46,7 @@ def _streamed(stack: Stack, swing: Sequence[float]) -> list[float]:
     forward = stack.manager.controller("stream")
     if not isinstance(forward, ForwardCommandController):
         raise TypeError(type(forward).__name__)
-    clearance, smoothing, costs = stack.clearance, stack.smoothing, []
+    guard, smoothing, costs = stack.collision_guard, stack.smoothing, []
     begin = 0.0
 
     class Timed:
@@ -54,12 +54,12 @@ def _streamed(stack: Stack, swing: Sequence[float]) -> list[float]:
             nonlocal begin
             start = perf_counter()
             smoothing.prepare(period, unchecked)
-            clearance.prepare(period, unchecked)
+            guard.prepare(period, unchecked)
             begin = perf_counter() - start
 
         def apply(self, period: float, unchecked: Sequence[CommandSource]) -> None:
             start = perf_counter()
-            clearance.apply(period, unchecked)
+            guard.apply(period, unchecked)
             smoothing.apply(period, unchecked)
             costs.append(begin + perf_counter() - start)
 
@@ -93,9 +93,9 @@ def rows() -> list[Row]:
     stack.manager.switch(clock.now(), ("stream",), (TRAJECTORY,))
     free = _streamed(stack, _TO_AND_FRO)
     surroundings.append((surroundings[0][0], Scene(_ZONES, 0.0)))
-    interventions = stack.clearance.interventions
+    interventions = stack.collision_guard.interventions
     near = _streamed(stack, _INTO)
-    braked = stack.clearance.interventions - interventions
+    braked = stack.collision_guard.interventions - interventions
     return [
         Row(
             "keeping clear, a trajectory that was swept",

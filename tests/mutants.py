@@ -899,7 +899,7 @@ MUTANTS = (
     Mutant(
         "the robot keeps raw setpoints clear",
         "src/bioscara/robot/stack.py",
-        "Limiter(limited, (self.tool_speed, self.clearance, self.smoothing))",
+        "Limiter(limited, (self.tool_speed, self.collision_guard, self.smoothing))",
         "Limiter(limited, (self.tool_speed, self.smoothing))",
         ("tests/robot/test_pose_motions.py",),
     ),
@@ -1172,7 +1172,7 @@ MUTANTS = (
     Mutant(
         "an original joint that was lost while homing is stopped",
         "src/bioscara/hardware/arm.py",
-        "                    axis.homing.stop_lost()\n",
+        "                    homing.stop_lost()\n",
         "                    pass\n",
         ("tests/control/test_homing_controller.py",),
     ),
@@ -1214,8 +1214,8 @@ MUTANTS = (
     Mutant(
         "raw commands do not make belts swing",
         "src/bioscara/robot/stack.py",
-        "Limiter(limited, (self.tool_speed, self.clearance, self.smoothing))",
-        "Limiter(limited, (self.tool_speed, self.clearance))",
+        "Limiter(limited, (self.tool_speed, self.collision_guard, self.smoothing))",
+        "Limiter(limited, (self.tool_speed, self.collision_guard))",
         ("tests/system/test_load_speed.py",),
     ),
     Mutant(

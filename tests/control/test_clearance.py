@@ -17,10 +17,10 @@ from bioscara.control.controllers.jog_controller import JogController
 from bioscara.control.controllers.joint_trajectory import (
     ErrorCode,
     Goal,
+    GoalStatus,
     JointTrajectory,
     JointTrajectoryController,
     Point,
-    Status,
 )
 from bioscara.control.limits.averaging import Smoothing
 from bioscara.control.limits.collision_guard import CollisionGuard
@@ -265,7 +265,7 @@ def test_a_trajectory_that_nobody_swept_ends_in_front_of_a_zone() -> None:
     controller, goal = arm.follow(BEYOND, 4.0, collision_checked=False)
     rows = arm.run(400)
     assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     assert goal.error_code is ErrorCode.PATH_TOLERANCE_VIOLATED
     assert goal.text == ("jtc was stopped: jaws would come nearer to wall than the margin of 5 mm")
     assert arm.stops == [goal.text]
@@ -274,7 +274,7 @@ def test_a_trajectory_that_nobody_swept_ends_in_front_of_a_zone() -> None:
     assert WALL.clearance(ARM, [arm.measured()])[0] < 0.05
     back = controller.send_goal(arm.goal(START, 3.0, collision_checked=False), arm.now)
     arm.run(320)
-    assert back.status is Status.SUCCEEDED
+    assert back.status is GoalStatus.SUCCEEDED
 
 
 def test_a_trajectory_that_was_swept_is_not_looked_at() -> None:
@@ -284,7 +284,7 @@ def test_a_trajectory_that_was_swept_is_not_looked_at() -> None:
         arm = Guarded(WALL, guarded=guarded)
         _, goal = arm.follow(BEYOND, 4.0, collision_checked=True)
         runs.append(arm.run(450))
-        assert goal.status is Status.SUCCEEDED
+        assert goal.status is GoalStatus.SUCCEEDED
         assert arm.clearance.interventions == 0
     assert np.array_equal(*runs)
 

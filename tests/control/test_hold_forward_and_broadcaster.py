@@ -17,7 +17,7 @@ from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.drivers import Quality
 from bioscara.errors import ConfigurationError, InvalidArgumentError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from control.wild import Box
 from control.world import LIMITS, NAMES, World
 from drivers.world import home_error
@@ -214,8 +214,8 @@ def test_rule_70_what_is_unknown_and_what_a_joint_does_not_have_is_nan() -> None
     dynamic = controller.dynamic_states
     assert dynamic[0].values[2] == 0.0
     assert dynamic[1].interfaces == ("position", "switch")
-    manager.set_hardware_state("box", State.UNCONFIGURED, world.clock.now())
-    assert controller.state is State.INACTIVE
+    manager.set_hardware_state("box", LifecycleState.UNCONFIGURED, world.clock.now())
+    assert controller.state is LifecycleState.INACTIVE
 
 
 def test_rule_70_a_joint_with_a_single_interface_is_told_of() -> None:

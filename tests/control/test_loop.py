@@ -30,7 +30,7 @@ from bioscara.control.loop.loop import Loop
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import ConfigurationError, OverrunError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from bioscara.hardware.command_modes import Mode
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
@@ -359,7 +359,7 @@ def test_host4_joints_of_version_1_that_heard_nothing_are_no_loss_of_power(
     kinds = [fault.kind for fault in world.supervisor.faults]
     assert not kinds or kinds[0] is FaultKind.OVERRUN
     assert FaultKind.POWER_LOST not in kinds
-    assert world.hardware.state is State.ACTIVE
+    assert world.hardware.state is LifecycleState.ACTIVE
 
 
 @pytest.mark.parametrize("pause", [0.1, 0.3, 2.5])
@@ -392,7 +392,7 @@ def test_what_a_cycle_raises_ends_in_the_stop(monkeypatch: pytest.MonkeyPatch) -
     world.loop.step()
     assert world.supervisor.faults[0].kind is FaultKind.LOOP_FAILED
     come_to_rest(world)
-    assert world.hardware.state is State.INACTIVE
+    assert world.hardware.state is LifecycleState.INACTIVE
 
 
 def test_cycles_that_keep_breaking_off_release_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -403,7 +403,7 @@ def test_cycles_that_keep_breaking_off_release_the_arm(monkeypatch: pytest.Monke
 
     monkeypatch.setattr(world.manager.limiter, "apply", always)
     world.run(0.03)
-    assert world.hardware.state is State.INACTIVE
+    assert world.hardware.state is LifecycleState.INACTIVE
     for name in NAMES:
         assert not world.arm.has_torque(name) or name == "j2"
 
@@ -458,7 +458,7 @@ def test_a_cycle_that_was_interrupted_is_no_fault_and_the_arm_stays_engaged() ->
     assert world.loop.step().time == pytest.approx(begin + world.loop.period)
     world.run(1.0)
     assert world.supervisor.faults == []
-    assert world.hardware.state is State.ACTIVE
+    assert world.hardware.state is LifecycleState.ACTIVE
 
 
 @pytest.fixture

@@ -21,9 +21,9 @@ from bioscara.control.manager.diagnostics import (
 )
 from bioscara.control.manager.introspection import introspect
 from bioscara.control.manager.manager import ControllerManager
-from bioscara.control.manager.statistics import READ, Spread, Summary
+from bioscara.control.manager.statistics import READ, Spread, SpreadSummary
 from bioscara.errors import SwitchError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from control.wild import Box, Wild, boom, wild
 from control.world import NAMES, World
 
@@ -59,7 +59,7 @@ def test_rule_66_every_change_of_a_controller_or_of_hardware_is_an_activity() ->
     differs(lambda: manager.configure("a"))
     differs(lambda: manager.switch(0.0, ("a",)))
     differs(lambda: manager.switch(0.0, ("a",), ("a",)))
-    for state in (State.INACTIVE, State.UNCONFIGURED, State.ACTIVE):
+    for state in (LifecycleState.INACTIVE, LifecycleState.UNCONFIGURED, LifecycleState.ACTIVE):
         differs(lambda state=state: manager.set_hardware_state("box", state, 0.0))
     differs(box.deactivate)
     differs(box.activate)
@@ -70,10 +70,10 @@ def test_rule_66_every_change_of_a_controller_or_of_hardware_is_an_activity() ->
     seen = manager.activity
     controller.hooks["update"] = boom()
     differs(lambda: manager.cycle(0.01, 0.01))
-    assert controller.state is State.INACTIVE
+    assert controller.state is LifecycleState.INACTIVE
     box.breaks.add("read")
     differs(lambda: manager.cycle(0.02, 0.01))
-    assert box.state is State.UNCONFIGURED
+    assert box.state is LifecycleState.UNCONFIGURED
     differs(lambda: manager.shutdown(0.03))
 
 
@@ -90,7 +90,7 @@ def test_rule_66_what_changes_nothing_is_no_activity() -> None:
             refused("a")
     with pytest.raises(SwitchError):
         manager.load("a", Wild.TYPE)
-    manager.set_hardware_state("box", State.ACTIVE, 0.0)
+    manager.set_hardware_state("box", LifecycleState.ACTIVE, 0.0)
     for _ in range(10):
         manager.cycle(0.0, 0.01)
     assert manager.activity == before
@@ -186,7 +186,7 @@ def test_rule_67_thresholds(thresholds: object, expected: float, scale: float) -
         (0.0, 1.1 * deviation[1], Level.ERROR),
         (math.nan, math.nan, Level.OK),
     ):
-        summary = Summary(expected + scale * average, 0.0, 0.0, scale * spread, 9, 0.0)
+        summary = SpreadSummary(expected + scale * average, 0.0, 0.0, scale * spread, 9, 0.0)
         assert thresholds.judge(summary, expected) is level  # type: ignore[attr-defined]
     assert [int(level) for level in Level] == [0, 1, 2]
     assert Threshold(1.0, 2.0).judge(2.0) is Level.WARN

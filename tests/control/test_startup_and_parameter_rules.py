@@ -20,13 +20,13 @@ from bioscara.control.controllers.joint_trajectory.parameters import (
     SpeedScaling,
 )
 from bioscara.control.controllers.joint_trajectory.pid import Gains
-from bioscara.control.controllers.parameters import Section
+from bioscara.control.controllers.parameters import ParameterGroup
 from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.loop.realtime import PRIORITY, realtime
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.control.manager.registry import TYPES
 from bioscara.errors import BioscaraError, BusUnavailableError, GripperError, SwitchError
-from bioscara.hardware import ArmHardware, GripperHardware, State, Urdf
+from bioscara.hardware import ArmHardware, GripperHardware, LifecycleState, Urdf
 from bioscara.model.urdf import URDF
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
@@ -71,7 +71,7 @@ def test_rule_58_a_start_greets_the_joints_and_energises_and_moves_nothing(v1: b
     before = [arm.position(name) for name in NAMES]
     with start(arm) as robot:
         assert [each.state for each in robot._running().manager.components] == [
-            State.INACTIVE, State.UNCONFIGURED
+            LifecycleState.INACTIVE, LifecycleState.UNCONFIGURED
         ]  # fmt: skip
         arm.run(1.0)
         assert not any(arm.has_torque(name) for name in NAMES)
@@ -87,7 +87,7 @@ def test_rule_58_one_joint_that_does_not_answer_lets_all_go_and_closes_the_bus(
     robot = start(arm)
     with pytest.raises(BioscaraError, match=absent), robot:
         pass
-    assert robot._arm.state is State.UNCONFIGURED
+    assert robot._arm.state is LifecycleState.UNCONFIGURED
     assert [joint.session.version for joint in robot.joints] == [0] * 4
     assert not any(arm.has_torque(name) for name in NAMES)
     with pytest.raises(BusUnavailableError, match="closed"):
@@ -100,7 +100,7 @@ def test_rule_58_one_joint_that_does_not_engage_leaves_none_engaged() -> None:
         arm.set_power("j4", on=False)
         with pytest.raises(BioscaraError, match="j4"):
             robot.enable()
-        assert robot._running().arm.state is State.INACTIVE
+        assert robot._running().arm.state is LifecycleState.INACTIVE
         assert not any(arm.has_torque(name) for name in NAMES)
         arm.set_power("j4", on=True)
 
@@ -111,7 +111,7 @@ def test_rule_58_a_gripper_without_output_is_its_own_matter() -> None:
         with pytest.raises(GripperError):
             robot.gripper.enable()
         states = [each.state for each in robot._running().manager.components]
-        assert states == [State.INACTIVE, State.UNCONFIGURED]
+        assert states == [LifecycleState.INACTIVE, LifecycleState.UNCONFIGURED]
         robot.enable()
         assert all(arm.has_torque(name) for name in NAMES)
 
@@ -167,7 +167,7 @@ def test_rule_69_missed_cycles_are_skipped_and_warned_about() -> None:
     assert any("LATE" in warning for warning in world.supervisor.warnings)
 
 
-def sections(kind: type[Section]) -> set[type[Section]]:
+def sections(kind: type[ParameterGroup]) -> set[type[ParameterGroup]]:
     return {kind}.union(*map(sections, kind.__subclasses__()))
 
 
@@ -176,9 +176,9 @@ def test_no_number_of_any_parameter_is_infinite_but_where_that_means_unbounded(
     infinite: float,
 ) -> None:
     made = {controller.PARAMETERS for controller in TYPES.values()}
-    assert {*made, Gains, SpeedScaling, Constraints, JointConstraints} <= sections(Section)
+    assert {*made, Gains, SpeedScaling, Constraints, JointConstraints} <= sections(ParameterGroup)
     unbounded = {f"{side}_clamp_{end}" for side in "ui" for end in ("max", "min")}
-    for section in sections(Section):
+    for section in sections(ParameterGroup):
         for name in {*section.model_fields} - unbounded:
             for value in (infinite, (infinite,), (0.0, infinite)):
                 with pytest.raises(ValidationError) as caught:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.errors import JointError, ModeSwitchError
-from bioscara.hardware import GripperHardware, State, Urdf
+from bioscara.hardware import GripperHardware, LifecycleState, Urdf
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF
 from bioscara.protocol import SILENCE
@@ -60,7 +60,7 @@ def test_rule_53_a_switch_is_done_when_it_returns_long_before_a_joint_misses_a_s
         costs.append(world.clock.now() - begin)
 
     switch("hold", off=("mover",))
-    assert (hold.state, mover.state) == (State.ACTIVE, State.INACTIVE)
+    assert (hold.state, mover.state) == (LifecycleState.ACTIVE, LifecycleState.INACTIVE)
     assert world.manager.claims.commands["j1/position"].owner == "hold"
     assert world.loop.statistics.cycles == cycles, "it took a cycle"
     before = world.axis("j1").position_command.value
@@ -125,7 +125,7 @@ def test_rule_51_letting_go_what_nobody_claimed_is_warned_about_and_harmless(v1:
     hardware.deactivate()
     hardware.activate()
     world.switch(off=("a",))
-    assert homing.state is State.INACTIVE
+    assert homing.state is LifecycleState.INACTIVE
     assert list(world.manager.warnings) == ["j1/home is let go, but nobody had claimed it"]
 
 
@@ -135,7 +135,7 @@ def test_rule_51_the_gripper_says_so_too(tmp_path: Path) -> None:
         gripper = GripperHardware.from_description(
             Urdf.load(URDF), servo, SimulatedArm().clock, tmp_path / "width", root=made.root
         )
-        gripper.set_state(State.ACTIVE)
+        gripper.set_state(LifecycleState.ACTIVE)
         name = "gripper/position"
         [said] = gripper.prepare_command_mode_switch((), (name,))
         assert said == f"{name} is let go, but nobody had claimed it"

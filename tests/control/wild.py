@@ -11,7 +11,13 @@ from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.control.manager.registry import TYPES
 from bioscara.errors import HardwareError
-from bioscara.hardware import POSITION, CommandInterface, HardwareComponent, State, StateInterface
+from bioscara.hardware import (
+    POSITION,
+    CommandInterface,
+    HardwareComponent,
+    LifecycleState,
+    StateInterface,
+)
 from bioscara.model import JointParameters
 from control.world import World
 
@@ -97,10 +103,10 @@ class Box(HardwareComponent):
     def on_cleanup(self) -> None:
         self._step("cleanup")
 
-    def on_shutdown(self, before: State) -> None:
+    def on_shutdown(self, before: LifecycleState) -> None:
         self._step("shutdown")
 
-    def on_error(self, before: State) -> None:
+    def on_error(self, before: LifecycleState) -> None:
         self._step("error")
 
     def read(self, time: float, period: float) -> None:

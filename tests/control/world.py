@@ -11,7 +11,7 @@ from bioscara.control.controllers.controller import AnyController
 from bioscara.control.faults.flight_recorder import FlightRecord
 from bioscara.control.faults.supervisor import Supervisor
 from bioscara.control.limits.limiter import Limiter, joint_limiters
-from bioscara.control.loop.loop import Cycle, Loop
+from bioscara.control.loop.loop import CycleReport, Loop
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.hardware import ArmHardware
 from bioscara.model import JointParameters, load_parameters
@@ -97,7 +97,7 @@ class World:
         """Switch controllers, strictly."""
         self.manager.switch(self.clock.now(), activate, off)
 
-    def run(self, seconds: float) -> list[Cycle]:
+    def run(self, seconds: float) -> list[CycleReport]:
         """Run the loop for some arm time."""
         return [self.loop.step() for _ in range(round(seconds * self.rate))]
 

@@ -13,7 +13,7 @@ from bioscara.errors import (
     InvalidArgumentError,
     ModeSwitchError,
 )
-from bioscara.hardware import ArmHardware, Mode, State
+from bioscara.hardware import ArmHardware, LifecycleState, Mode
 from bioscara.protocol import Register
 from control.world import NAMES, PARAMETERS
 from drivers.world import World
@@ -25,7 +25,7 @@ PERIOD = 0.02
 def active(*, v1: bool = False) -> tuple[World, ArmHardware]:
     world = World(v1=v1)
     arm = ArmHardware("arm", world.bus, world.arm.clock, PARAMETERS.joints)
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.ACTIVE)
     return world, arm
 
 

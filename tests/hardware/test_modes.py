@@ -16,7 +16,7 @@ from bioscara.errors import (
     StalledError,
     SwitchError,
 )
-from bioscara.hardware import ArmHardware, Mode, State
+from bioscara.hardware import ArmHardware, LifecycleState, Mode
 from bioscara.protocol import Register
 from control.world import NAMES, PARAMETERS
 from control.world import World as Stack
@@ -32,7 +32,7 @@ def ready(*, v1: bool = False, home: bool = True) -> tuple[World, ArmHardware]:
     if home:
         world.ready()
     arm = ArmHardware("arm", world.bus, world.arm.clock, PARAMETERS.joints)
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.ACTIVE)
     return world, arm
 
 
@@ -75,8 +75,8 @@ def test_rule_51_a_veto_for_one_joint_leaves_all_as_they_were() -> None:
     joint = world.joint(PARAMETERS.joints[0])
     joint.init()
     joint.home()
-    arm.set_state(State.UNCONFIGURED)
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.UNCONFIGURED)
+    arm.set_state(LifecycleState.ACTIVE)
     with pytest.raises(ModeSwitchError, match="j2 is not homed"):
         switch(arm, "j1/position", "j2/position")
     assert [axis.mode for axis in arm.axes] == [Mode.NONE] * 4
@@ -316,7 +316,7 @@ def test_the_manager_switches_all_or_nothing_over_the_hardware_veto() -> None:
     world = Stack(home=False)
     with pytest.raises(ModeSwitchError, match="is not homed"):
         world.switch("hold")
-    assert world.manager.controller("hold").state is State.INACTIVE
+    assert world.manager.controller("hold").state is LifecycleState.INACTIVE
     assert all(command.owner is None for command in world.hardware.commands.values())
 
 

@@ -352,7 +352,7 @@ def test_raw_setpoints_keep_clear_of_the_scene_that_is_planned_with(robot: Robot
         assert "wall" in stack.manager.warnings[-1]
         # From where it was stopped a planned motion leads away.
         robot.move_joints((0.3, 0.2, 0.8, -0.5))
-        assert stack.clearance.interventions > 10
+        assert stack.collision_guard.interventions > 10
     finally:
         robot.plan.scene = scene
     stack.manager.cleanup("raw")

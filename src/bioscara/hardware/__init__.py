@@ -9,7 +9,7 @@ cycle, ``safe_stop`` brings them to rest despite any failure. ``ros2_control_tag
 from bioscara.hardware.arm import ArmHardware as ArmHardware
 from bioscara.hardware.command_modes import Mode as Mode
 from bioscara.hardware.component import HardwareComponent as HardwareComponent
-from bioscara.hardware.component import State as State
+from bioscara.hardware.component import LifecycleState as LifecycleState
 from bioscara.hardware.gripper import GripperHardware as GripperHardware
 from bioscara.hardware.interfaces import HOME as HOME
 from bioscara.hardware.interfaces import POSITION as POSITION

@@ -15,8 +15,8 @@ from bioscara.errors import BioscaraError, HardwareError, HomingError
 from bioscara.hardware.axis import HALTED, Axis
 from bioscara.hardware.bus_budget import Capacity
 from bioscara.hardware.command_modes import MOTION, Mode
-from bioscara.hardware.component import HardwareComponent, State
-from bioscara.hardware.cyclic_io import Exchange
+from bioscara.hardware.component import HardwareComponent, LifecycleState
+from bioscara.hardware.cyclic_io import CyclicExchange
 from bioscara.hardware.mode_switching import (
     check_capacity,
     check_homing,
@@ -66,7 +66,7 @@ class ArmHardware(HardwareComponent):
             for command in (axis.position_command, axis.velocity_command, axis.home_command):
                 self.commands[command.name] = command
         self.bus_time = 0.0
-        self._exchange = Exchange(clock, self.problems)
+        self._exchange = CyclicExchange(clock, self.problems)
         self.capacity: Capacity | None = None
         self._late: list[BioscaraError] = []
         self._written = -math.inf
@@ -151,22 +151,22 @@ class ArmHardware(HardwareComponent):
             axis.joint.deinit()
             axis.forget()
 
-    def on_shutdown(self, before: State) -> None:
+    def on_shutdown(self, before: LifecycleState) -> None:
         """Release and deinitialise every joint."""
         try:
-            if before is State.ACTIVE:
+            if before is LifecycleState.ACTIVE:
                 self.on_deactivate()
         finally:
             self.on_cleanup()
 
-    def on_error(self, before: State) -> None:
+    def on_error(self, before: LifecycleState) -> None:
         """Release and deinitialise every joint, in any state.
 
         A joint that cannot be reached stops autonomously and is identified again before it moves,
         so the component can be configured again. The error that led here is already known.
         """
         try:
-            if before is State.ACTIVE:
+            if before is LifecycleState.ACTIVE:
                 with suppress(HardwareError):
                     self.on_deactivate()
         finally:

@@ -12,7 +12,7 @@ from bioscara.hardware.axis import HALTED, Axis
 from bioscara.hardware.command_modes import Mode
 
 
-class Exchange:
+class CyclicExchange:
     """Requests and commands to joints of one bus, each for several joints in one bus call.
 
     A joint that cannot continue is halted and reported; the others are not affected.

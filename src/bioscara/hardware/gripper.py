@@ -10,7 +10,7 @@ from bioscara.clock import Clock
 from bioscara.drivers import Gripper, Pwm, Quality
 from bioscara.drivers.gripper.pwm import SYSFS
 from bioscara.errors import GripperError
-from bioscara.hardware.component import HardwareComponent, State
+from bioscara.hardware.component import HardwareComponent, LifecycleState
 from bioscara.hardware.interfaces import POSITION, VELOCITY, CommandInterface, StateInterface
 from bioscara.hardware.ros2_control_tags import Urdf, read_gripper
 from bioscara.model import GripperParameters, JointParameters
@@ -93,12 +93,12 @@ class GripperHardware(HardwareComponent):
     def on_cleanup(self) -> None:
         """Do nothing: there is nothing to release."""
 
-    def on_shutdown(self, before: State) -> None:
+    def on_shutdown(self, before: LifecycleState) -> None:
         """Store the width and release the servo."""
         self._claimed = False
         self._gripper.disable()
 
-    def on_error(self, before: State) -> None:
+    def on_error(self, before: LifecycleState) -> None:
         """Release the servo; its width is not stored, since this may run within a cycle.
 
         The error that led here is already known; a servo that is still driven is detected at the
@@ -122,7 +122,7 @@ class GripperHardware(HardwareComponent):
     def read(self, time: float, period: float) -> None:
         """Publish the commanded width, and its mean velocity over the last period."""
         self.problems.clear()
-        if self.state is State.ACTIVE:
+        if self.state is LifecycleState.ACTIVE:
             self._publish((self._told - self._before) / period if period > 0.0 else 0.0)
             self._before = self._told
 

@@ -27,7 +27,7 @@ from bioscara.control.loop.loop import Loop
 from bioscara.control.loop.realtime import sharpen_timers
 from bioscara.control.loop.systemd import Watchdog
 from bioscara.control.manager.manager import ControllerManager
-from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, Mode, State
+from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, LifecycleState, Mode
 from bioscara.hardware.bus_budget import Capacity, highest_rate
 from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters, JointParameters
@@ -71,7 +71,7 @@ class Stack:
         gripper: Moves the jaws.
         jog: Moves the joints by streamed velocities.
         tool_speed: Keeps the tool at or below a speed.
-        clearance: Keeps the arm clear of its surroundings.
+        collision_guard: Keeps the arm clear of its surroundings.
         smoothing: Averages unplanned setpoints.
 
     Raises:
@@ -104,8 +104,8 @@ class Stack:
         joints = [limited[axis.name] for axis in arm.axes]
         self.tool_speed = ToolSpeedCap(joints, surroundings()[0].tool_speed, COMMANDED_SPEED)
         self.smoothing = Smoothing(joints, hertz)
-        self.clearance = CollisionGuard(joints, surroundings, self.smoothing, warnings)
-        limiter = Limiter(limited, (self.tool_speed, self.clearance, self.smoothing))
+        self.collision_guard = CollisionGuard(joints, surroundings, self.smoothing, warnings)
+        limiter = Limiter(limited, (self.tool_speed, self.collision_guard, self.smoothing))
         self.manager = ControllerManager((arm, gripper), limiter, hertz, warnings)
         for name, kind, values in _controllers(parameters, version):
             self.manager.load(name, kind, values)
@@ -131,12 +131,14 @@ class Stack:
         Raises:
             SwitchError, ModeSwitchError: The switch is not possible; nothing changed.
         """
-        if self.manager.controller(name).state is State.ACTIVE:
+        if self.manager.controller(name).state is LifecycleState.ACTIVE:
             return
         leaving = [
             other.name
             for other in self.manager.controllers
-            if other.state is State.ACTIVE and other.command_interfaces and other.name != GRIPPER
+            if other.state is LifecycleState.ACTIVE
+            and other.command_interfaces
+            and other.name != GRIPPER
         ]
         self.manager.switch(time, (name,), leaving)
 
@@ -146,7 +148,7 @@ class Stack:
         Args:
             time: Now [s].
         """
-        if self.broadcaster.state is not State.ACTIVE:
+        if self.broadcaster.state is not LifecycleState.ACTIVE:
             self.manager.switch(time, (BROADCASTER,))
 
     def _get(self, name: str, kind: type[C]) -> C:

@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from bioscara.control.controllers.joint_trajectory import Gains, Point, Status
+from bioscara.control.controllers.joint_trajectory import Gains, GoalStatus, Point
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.pid import Pid
 from bioscara.errors import ConfigurationError, GoalRejectedError, LimitError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from control.joint_trajectory.follower import NOTHING, TYPE, Follower, alone
 from control.world import BOTH, NAMES
 
@@ -35,7 +35,7 @@ def test_rule_36_legal_interfaces_move_the_arm(
             at + way for at, way in zip(arm.measured, (0.1, 0.005, 0.1, 0.1), strict=True)
         )
     )
-    assert arm.finish(arm.send(goal)).status is Status.SUCCEEDED
+    assert arm.finish(arm.send(goal)).status is GoalStatus.SUCCEEDED
     arm.run(0.5)
     assert arm.measured == pytest.approx(goal.positions, abs=3e-3)
     assert (handle.owner == "jtc") == ("position" in kinds)
@@ -101,7 +101,7 @@ def test_rule_36_and_so_is_its_configuration(arm: Follower) -> None:
     manager.load("bad", TYPE, {"joints": ()})
     with pytest.raises(ConfigurationError, match="bad: parameter joints must name at least one"):
         manager.configure("bad")
-    assert manager.controller("bad").state is State.UNCONFIGURED
+    assert manager.controller("bad").state is LifecycleState.UNCONFIGURED
     manager.unload("bad")
 
 

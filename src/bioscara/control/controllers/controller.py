@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 from bioscara.control.controllers.parameters import Parameters
 from bioscara.control.manager.statistics import UpdateStatistics
 from bioscara.errors import ControllerError
-from bioscara.hardware import CommandInterface, State, StateInterface
+from bioscara.hardware import CommandInterface, LifecycleState, StateInterface
 from bioscara.model import JointParameters
 
 WARNINGS = 100
@@ -53,7 +53,7 @@ class Controller(ABC, Generic[P]):
 
     def __init__(self, name: str, parameters: P) -> None:
         self.name, self.parameters = name, parameters
-        self.state = State.UNCONFIGURED
+        self.state = LifecycleState.UNCONFIGURED
         self.nominal_period = 0.0
         self.commanded_speeds: dict[str, float] = {}
         self.limits: Mapping[str, JointParameters] = {}

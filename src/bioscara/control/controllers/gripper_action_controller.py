@@ -9,7 +9,7 @@ from pydantic import Field
 
 from bioscara.arguments import numbers, shown
 from bioscara.control.controllers.controller import Controller, interfaces
-from bioscara.control.controllers.goals import Status
+from bioscara.control.controllers.goals import GoalStatus
 from bioscara.control.controllers.gripper_messages import (
     GripperFeedback,
     GripperGoal,
@@ -18,7 +18,7 @@ from bioscara.control.controllers.gripper_messages import (
 )
 from bioscara.control.controllers.parameters import Parameters, Positive
 from bioscara.errors import ConfigurationError, ControllerError, GoalRejectedError
-from bioscara.hardware import POSITION, VELOCITY, State
+from bioscara.hardware import POSITION, VELOCITY, LifecycleState
 
 
 class GripperActionParameters(Parameters):
@@ -117,7 +117,7 @@ class GripperActionController(Controller[GripperActionParameters]):
 
     def on_deactivate(self, time: float) -> None:
         """End the goal; the servo stays at its last command."""
-        self._end(Status.ABORTED, "the gripper controller was deactivated")
+        self._end(GoalStatus.ABORTED, "the gripper controller was deactivated")
 
     def send_goal(self, goal: GripperGoal) -> GripperGoalHandle:
         """Move the gripper; a goal that still runs is cancelled.
@@ -132,10 +132,10 @@ class GripperActionController(Controller[GripperActionParameters]):
             GoalRejectedError: The controller is not active, there is not exactly one position,
                 a value is not finite or outside its limits. Nothing moves.
         """
-        if self.state is not State.ACTIVE:
+        if self.state is not LifecycleState.ACTIVE:
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         goal = self.check(goal)
-        self._end(Status.CANCELED, "a newer goal took its place")
+        self._end(GoalStatus.CANCELED, "a newer goal took its place")
         self._give(goal.position[0])
         self._still = 0.0
         self._extras = self._extras_of(goal.velocity, goal.effort)
@@ -147,7 +147,7 @@ class GripperActionController(Controller[GripperActionParameters]):
         if self.goal is not None and not self.goal.done:
             self._give(self.position)
             self._extras = self._extras_of((), ())
-            self._end(Status.CANCELED, "the goal was cancelled")
+            self._end(GoalStatus.CANCELED, "the goal was cancelled")
 
     def update(self, time: float, period: float) -> None:
         """Evaluate the position of the gripper, and command.
@@ -158,7 +158,7 @@ class GripperActionController(Controller[GripperActionParameters]):
         measured, velocity = self.state_handles
         problem = self.command_handles[0].problem
         if problem is not None:
-            self._end(Status.ABORTED, str(problem))
+            self._end(GoalStatus.ABORTED, str(problem))
             self._give(measured.value)
         reach = self.parameters.velocity_limit * period
         moved = min(max(measured.value - self.position, -reach), reach)
@@ -183,19 +183,19 @@ class GripperActionController(Controller[GripperActionParameters]):
     def _judge(self) -> None:
         parameters = self.parameters
         if abs(self._command - self.position) < parameters.goal_tolerance:
-            self._end(Status.SUCCEEDED, reached=True)
+            self._end(GoalStatus.SUCCEEDED, reached=True)
         elif self._still > parameters.stall_timeout:
             text = (
                 f"{parameters.joint} does not move at {self.position:.4g} m, before its goal of "
                 f"{self._command:.4g} m"
             )
             if parameters.allow_stalling:
-                self._end(Status.SUCCEEDED, text, stalled=True)
+                self._end(GoalStatus.SUCCEEDED, text, stalled=True)
             else:
-                self._end(Status.ABORTED, f"{text}; look what holds it up", stalled=True)
+                self._end(GoalStatus.ABORTED, f"{text}; look what holds it up", stalled=True)
 
     def _end(
-        self, status: Status, text: str = "", *, reached: bool = False, stalled: bool = False
+        self, status: GoalStatus, text: str = "", *, reached: bool = False, stalled: bool = False
     ) -> None:
         goal = self.goal
         if goal is None or goal.done:

@@ -71,7 +71,7 @@ class FaultKind(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class ArmFault:
     """One fault.
 
     Attributes:

@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from bioscara.control.faults.flight_recorder import Evidence, FlightRecord
-from bioscara.control.faults.kinds import Fault, FaultKind, Stop, says_power_is_gone
+from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, says_power_is_gone
 from bioscara.errors import BioscaraError, NotEnabledError
 
 _AT_ONCE = 0.1
@@ -30,14 +30,14 @@ class FaultLog:
     def __init__(self, record: FlightRecord, folder: Path, joints: int) -> None:
         self._record, self._folder, self._joints = record, folder, joints
         self._groups: list[tuple[int, Evidence]] = []
-        self.faults: list[Fault] = []
+        self.faults: list[ArmFault] = []
 
     @property
     def stop(self) -> Stop:
         """The strongest stop that any of the faults requires; there is at least one."""
         return min((fault.kind.stop for fault in self.faults), key=_STRONGEST_FIRST.index)
 
-    def add(self, fault: Fault) -> bool:
+    def add(self, fault: ArmFault) -> bool:
         """Add a fault; return whether it is the first of its kind from its source."""
         if any((old.kind, old.source) == (fault.kind, fault.source) for old in self.faults):
             return False

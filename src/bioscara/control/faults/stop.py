@@ -10,7 +10,7 @@ from bioscara.control.controllers.jog_controller import JogController
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.errors import ModeSwitchError
-from bioscara.hardware import HOME, ArmHardware, State
+from bioscara.hardware import HOME, ArmHardware, LifecycleState
 
 _REST_SHARE = 0.002
 """Share of its highest speed below which a joint counts as standing."""
@@ -43,10 +43,14 @@ class MotionStopper:
         """
         if time <= since:
             return False
-        if self._arm.state is not State.ACTIVE or time - since > _REST_TIME:
+        if self._arm.state is not LifecycleState.ACTIVE or time - since > _REST_TIME:
             return True
         hold = self._manager.controller(self._hold)
-        if isinstance(hold, HoldController) and hold.state is State.ACTIVE and not hold.ended:
+        if (
+            isinstance(hold, HoldController)
+            and hold.state is LifecycleState.ACTIVE
+            and not hold.ended
+        ):
             return False
         return all(
             axis.halted is not None
@@ -86,7 +90,7 @@ class MotionStopper:
             BioscaraError: A controller could not be switched off.
         """
         manager, arm = self._manager, self._arm
-        if arm.state is not State.ACTIVE:
+        if arm.state is not LifecycleState.ACTIVE:
             return
         for command in arm.commands.values():
             if command.kind == HOME:
@@ -94,10 +98,14 @@ class MotionStopper:
         leaving, moving = [], False
         for controller in manager.controllers:
             claimed = arm.commands.keys() & controller.command_interfaces
-            if claimed and controller.state is State.ACTIVE and controller.name != self._hold:
+            if (
+                claimed
+                and controller.state is LifecycleState.ACTIVE
+                and controller.name != self._hold
+            ):
                 leaving.append(controller.name)
                 moving = moving or any(arm.commands[name].kind != HOME for name in claimed)
-        if moving and manager.controller(self._hold).state is not State.ACTIVE:
+        if moving and manager.controller(self._hold).state is not LifecycleState.ACTIVE:
             # Where a moving joint cannot be held, each comes to rest on its own.
             with suppress(ModeSwitchError):
                 manager.take_over(self._hold, leaving, time)
@@ -110,5 +118,5 @@ class MotionStopper:
         return [
             each
             for each in self._manager.controllers
-            if each.state is State.ACTIVE and own & each.command_interfaces
+            if each.state is LifecycleState.ACTIVE and own & each.command_interfaces
         ]

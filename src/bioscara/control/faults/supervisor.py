@@ -17,12 +17,12 @@ from bioscara.control.controllers.controller import WARNINGS
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.faults.flight_recorder import FlightRecord
 from bioscara.control.faults.following_error import FollowingErrorMonitor
-from bioscara.control.faults.kinds import Fault, FaultKind, Stop, classify, source_of
+from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, classify, source_of
 from bioscara.control.faults.log import FaultLog
 from bioscara.control.faults.stop import MotionStopper
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.errors import BioscaraError, FaultedError, HardwareError, ModeSwitchError
-from bioscara.hardware import ArmHardware, State
+from bioscara.hardware import ArmHardware, LifecycleState
 from bioscara.hardware.safe_stop import stop_and_disable
 
 _SLOW = 0.5
@@ -129,7 +129,7 @@ class Supervisor:
             time: Now [s].
             kind: Its kind; by default derived from the cause.
         """
-        fault = Fault(kind or classify(cause), source_of(cause, source), cause, time)
+        fault = ArmFault(kind or classify(cause), source_of(cause, source), cause, time)
         if fault.kind.stop is Stop.SLOW:
             self.warnings.append(str(fault))
             self._pace(_SLOW)
@@ -187,7 +187,7 @@ class Supervisor:
         except Exception:  # noqa: BLE001  joints that cannot be ramped down are released
             self._release(time)
 
-    def _take(self, fault: Fault) -> bool:
+    def _take(self, fault: ArmFault) -> bool:
         """Latch a fault; return whether it is new."""
         if not self._log.add(fault):
             return False
@@ -198,7 +198,7 @@ class Supervisor:
             self.state, self._since = FaultState.STOPPING, fault.time
         return True
 
-    def acknowledge(self) -> Sequence[Fault]:
+    def acknowledge(self) -> Sequence[ArmFault]:
         """Acknowledge the faults and write their evidence; nothing moves or is switched.
 
         Returns:
@@ -247,7 +247,7 @@ class Supervisor:
         if arm.available:
             # Joints that cannot be released now are released below, once greeted again.
             with suppress(BioscaraError):
-                manager.set_hardware_state(arm.name, State.UNCONFIGURED, time)
+                manager.set_hardware_state(arm.name, LifecycleState.UNCONFIGURED, time)
         arm.configure()
         arm.clear_faults()
         problems = stop_and_disable(arm.joints)
@@ -260,10 +260,10 @@ class Supervisor:
         """Release the joints, even if they refuse or fail; this raises nothing."""
         name = self._arm.name
         try:
-            if self._arm.state is State.ACTIVE:
-                self._manager.set_hardware_state(name, State.INACTIVE, time)
+            if self._arm.state is LifecycleState.ACTIVE:
+                self._manager.set_hardware_state(name, LifecycleState.INACTIVE, time)
         except Exception as error:  # noqa: BLE001  motors may still be energised: report it
-            self._take(Fault(FaultKind.HARDWARE_FAILED, source_of(error, name), error, time))
+            self._take(ArmFault(FaultKind.HARDWARE_FAILED, source_of(error, name), error, time))
 
     def _pace(self, share: float) -> None:
         """Let trajectories continue at a share of the speed that was chosen for them."""

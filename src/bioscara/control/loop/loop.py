@@ -14,10 +14,10 @@ from bioscara.control.faults.supervisor import Supervisor
 from bioscara.control.loop.realtime import conditions
 from bioscara.control.loop.systemd import Watchdog
 from bioscara.control.manager.manager import ControllerManager
-from bioscara.control.manager.statistics import Statistics
+from bioscara.control.manager.statistics import LoopStatistics
 from bioscara.control.manager.update_rate import require_rate
 from bioscara.errors import ConfigurationError, NotEnabledError, OverrunError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from bioscara.hardware.bus_budget import highest_rate
 from bioscara.protocol import SILENCE
 
@@ -27,7 +27,7 @@ _SLOW_SHARE, _STOP_SHARE = 0.05, 0.2
 """Shares of missed deadlines in the last second at which the arm is slowed down, and stopped."""
 
 
-class Cycle(NamedTuple):
+class CycleReport(NamedTuple):
     """One cycle of the loop.
 
     Attributes:
@@ -87,7 +87,7 @@ class Loop:
         self._manager, self._supervisor, self._record = manager, supervisor, record
         self._clock, self._watchdog = clock, watchdog
         self.rate, self.period = rate, 1.0 / rate
-        self.statistics = Statistics()
+        self.statistics = LoopStatistics()
         self._deadline = self._last = math.nan
         self._window: deque[bool] = deque([False] * rate, rate)
         self._missed = self._in_a_row = 0
@@ -99,7 +99,7 @@ class Loop:
         self._window.extend([False] * self.rate)
         self._missed = self._in_a_row = 0
 
-    def step(self) -> Cycle:
+    def step(self) -> CycleReport:
         """Wait for the next deadline and run one cycle."""
         try:
             return self._step()
@@ -109,7 +109,7 @@ class Loop:
             self._supervisor.halt(now)
             raise
 
-    def _step(self) -> Cycle:
+    def _step(self) -> CycleReport:
         clock, manager, supervisor = self._clock, self._manager, self._supervisor
         if math.isnan(self._deadline):
             self._deadline = clock.now()
@@ -138,11 +138,13 @@ class Loop:
         self._count(period, timing)
         if good and self._watchdog is not None:
             self._watchdog.feed(time)
-        return Cycle(time, period, timing)
+        return CycleReport(time, period, timing)
 
     @property
     def _driving(self) -> bool:
-        return any(component.state is State.ACTIVE for component in self._manager.components)
+        return any(
+            component.state is LifecycleState.ACTIVE for component in self._manager.components
+        )
 
     def _count(self, period: float, timing: Timing) -> None:
         statistics = self.statistics

@@ -11,7 +11,7 @@ from bioscara.hardware import (
     VELOCITY,
     CommandInterface,
     HardwareComponent,
-    State,
+    LifecycleState,
     StateInterface,
 )
 from bioscara.spelling import did_you_mean
@@ -88,7 +88,7 @@ class Claims:
                 self._require(controller, name, self.states)
             for name in controller.command_interfaces:
                 self._require(controller, name, self.commands)
-                if self._home[name].state is not State.ACTIVE:
+                if self._home[name].state is not LifecycleState.ACTIVE:
                     raise SwitchError(
                         f"{controller.name} cannot command {name}: {self._home[name].name} is "
                         f"{self._home[name].state.label}; activate it first"

@@ -12,7 +12,7 @@ from bioscara.control.manager.switch_request import Switch
 from bioscara.control.manager.switching import ControllerSwitcher, Problem
 from bioscara.control.manager.update_rate import Schedule
 from bioscara.errors import BioscaraError, ControllerError
-from bioscara.hardware import HardwareComponent, State
+from bioscara.hardware import HardwareComponent, LifecycleState
 
 
 class Failure(NamedTuple):
@@ -98,7 +98,7 @@ class Execution:
     def _update_if_due(
         self, controller: AnyController, schedule: Schedule, time: float, period: float
     ) -> None:
-        if controller.state is not State.ACTIVE:
+        if controller.state is not LifecycleState.ACTIVE:
             return
         elapsed = schedule.due(period)
         if not elapsed:
@@ -124,7 +124,7 @@ class Execution:
         fallbacks = [
             fallback
             for fallback in map(self._controllers.get, controller.parameters.fallback_controllers)
-            if fallback is not None and fallback.state is State.INACTIVE
+            if fallback is not None and fallback.state is LifecycleState.INACTIVE
         ]
         wanted = {name for fallback in fallbacks for name in fallback.command_interfaces}
         leaving = [
@@ -148,7 +148,9 @@ class Execution:
                 controller.name,
                 cause,
                 tuple(other.name for other in switch.deactivate),
-                tuple(other.name for other in switch.activate if other.state is State.ACTIVE),
+                tuple(
+                    other.name for other in switch.activate if other.state is LifecycleState.ACTIVE
+                ),
             )
         )
         self.failures += [Failure(time, *problem) for problem in problems]

@@ -25,7 +25,7 @@ from bioscara.control.manager.switch_request import Strictness, Switch, plan, un
 from bioscara.control.manager.switching import ControllerSwitcher, Problem
 from bioscara.control.manager.update_rate import require_rate
 from bioscara.errors import ConfigurationError, InvalidArgumentError, SwitchError
-from bioscara.hardware import HardwareComponent, State
+from bioscara.hardware import HardwareComponent, LifecycleState
 
 
 class ControllerManager:
@@ -252,10 +252,10 @@ class ControllerManager:
     def write(self, time: float, period: float) -> None:
         """Write the commands of all active components; arguments as :meth:`cycle`."""
         for component in self.components:
-            if component.state is State.ACTIVE:
+            if component.state is LifecycleState.ACTIVE:
                 self._execution.write(component, time, period)
 
-    def set_hardware_state(self, name: str, state: State, time: float) -> State:
+    def set_hardware_state(self, name: str, state: LifecycleState, time: float) -> LifecycleState:
         """Bring a component to a state; before a lower state its controllers are deactivated.
 
         Raises:
@@ -266,9 +266,9 @@ class ControllerManager:
         if text("the name of a component", name) not in known:
             raise SwitchError(unknown(name, known, "hardware component"))
         component = known[name]
-        if state < component.state or state is State.FINALIZED:
+        if state < component.state or state is LifecycleState.FINALIZED:
             problems: list[Problem] = []
-            only_commanding = state is State.INACTIVE
+            only_commanding = state is LifecycleState.INACTIVE
             self._switcher.release(component, time, problems, inactive_too=not only_commanding)
             self._keep(problems, time)
         return component.set_state(state)

@@ -16,7 +16,7 @@ from bioscara.control.controllers.joint_trajectory import JointTrajectoryControl
 from bioscara.control.manager.switch_request import unknown
 from bioscara.control.manager.update_rate import Schedule
 from bioscara.errors import SwitchError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 
 TYPES: dict[str, type[AnyController]] = {
     controller.TYPE: controller
@@ -78,9 +78,9 @@ class ControllerRegistry:
     def configure(self, name: str) -> None:
         """Make it INACTIVE, from INACTIVE too; errors as ``ControllerManager.configure``."""
         controller = self.get(name)
-        if controller.state is State.INACTIVE:
+        if controller.state is LifecycleState.INACTIVE:
             self.cleanup(name)
-        if controller.state is not State.UNCONFIGURED:
+        if controller.state is not LifecycleState.UNCONFIGURED:
             raise SwitchError(f"{name} is {controller.state.label}: it cannot be configured")
         controller.on_configure()
         for names in (controller.command_interfaces, controller.state_interfaces):
@@ -89,32 +89,32 @@ class ControllerRegistry:
                 controller.on_cleanup()
                 raise SwitchError(f"{name} names {twice[0]} twice")
         self._warn_about_rate(controller)
-        self._enter(controller, State.INACTIVE)
+        self._enter(controller, LifecycleState.INACTIVE)
 
     def cleanup(self, name: str) -> None:
         """Make it UNCONFIGURED; errors as ``ControllerManager.cleanup``."""
         controller = self.get(name)
-        if controller.state is State.UNCONFIGURED:
+        if controller.state is LifecycleState.UNCONFIGURED:
             return
-        if controller.state is not State.INACTIVE:
+        if controller.state is not LifecycleState.INACTIVE:
             raise SwitchError(f"{name} is {controller.state.label}: deactivate it first")
         for other in self.controllers.values():
-            if other.state is State.ACTIVE and name in self.fallbacks(other):
+            if other.state is LifecycleState.ACTIVE and name in self.fallbacks(other):
                 raise SwitchError(
                     f"{name} is what {other.name} falls back on: deactivate {other.name} first"
                 )
         controller.on_cleanup()
-        self._enter(controller, State.UNCONFIGURED)
+        self._enter(controller, LifecycleState.UNCONFIGURED)
 
     def unload(self, name: str) -> None:
         """Forget it; errors as ``ControllerManager.unload``."""
         self.cleanup(name)
-        self._enter(self.controllers.pop(name), State.FINALIZED)
+        self._enter(self.controllers.pop(name), LifecycleState.FINALIZED)
 
     def finalize(self) -> None:
         """Make all controllers FINALIZED: none can be used again."""
         for controller in self.controllers.values():
-            self._enter(controller, State.FINALIZED)
+            self._enter(controller, LifecycleState.FINALIZED)
 
     def fallbacks(self, controller: AnyController) -> list[str]:
         """Return the names of all fallbacks of a controller, and theirs, nearest first."""
@@ -142,14 +142,14 @@ class ControllerRegistry:
                 raise SwitchError(f"{refused}fallback: {unknown(name, self.controllers)}")
             if name == controller.name or name in self.fallbacks(fallback):
                 raise SwitchError(f"{refused}its fallbacks lead back to {name}")
-            if fallback.state not in (State.INACTIVE, State.ACTIVE):
+            if fallback.state not in (LifecycleState.INACTIVE, LifecycleState.ACTIVE):
                 raise SwitchError(
                     f"{refused}its fallback {name} is {fallback.state.label}; configure it first"
                 )
             ready.append(fallback)
         return ready
 
-    def _enter(self, controller: AnyController, state: State) -> None:
+    def _enter(self, controller: AnyController, state: LifecycleState) -> None:
         controller.state = state
         self.changes += 1
 

@@ -71,7 +71,7 @@ class Histogram:
         return f"p50/p99/p99.9 {'/'.join(shares)} us, at most {1e6 * self.maximum:.0f} us"
 
 
-class Summary(NamedTuple):
+class SpreadSummary(NamedTuple):
     """Summary of a quantity; the names are those of ROS.
 
     Attributes:
@@ -122,13 +122,15 @@ class Spread:
         step(time, period)
         self.add(perf_counter() - start)
 
-    def summary(self) -> Summary:
+    def summary(self) -> SpreadSummary:
         """Return a summary of the values; its statistics are NaN without any."""
         if self._new:
             self._settle()
         deviation = math.sqrt(self._squares / self._count) if self._count else math.nan
         average = self._average if self._count else math.nan
-        return Summary(average, self._minimum, self._maximum, deviation, self._count, self._last)
+        return SpreadSummary(
+            average, self._minimum, self._maximum, deviation, self._count, self._last
+        )
 
     def _settle(self) -> None:
         new = self._new
@@ -210,7 +212,7 @@ def timed(index: int) -> Callable[[_Step[_M]], _Step[_M]]:
     return decorate
 
 
-class Statistics:
+class LoopStatistics:
     """Statistics of a loop's cycles since it was created.
 
     Attributes:

@@ -13,7 +13,7 @@ from bioscara.control.manager.statistics import UpdateStatistics
 from bioscara.control.manager.switch_request import Strictness, Switch
 from bioscara.control.manager.update_rate import Schedule
 from bioscara.errors import BioscaraError, ModeSwitchError, SwitchError
-from bioscara.hardware import POSITION, VELOCITY, HardwareComponent, State
+from bioscara.hardware import POSITION, VELOCITY, HardwareComponent, LifecycleState
 from bioscara.model import JointParameters
 
 
@@ -205,7 +205,7 @@ class ControllerSwitcher:
         limits: dict[str, JointParameters] = {}
         for name in controller.command_interfaces:
             component = self._claims.component(name)
-            if component.state is not State.ACTIVE:
+            if component.state is not LifecycleState.ACTIVE:
                 raise SwitchError(f"{component.name} is {component.state.label}")
             limits.update(component.limits)
         schedule = Schedule(self._rate, controller.parameters.update_rate)
@@ -223,7 +223,7 @@ class ControllerSwitcher:
             raise
         for handle in controller.command_handles:
             handle.owner = controller.name
-        controller.state = State.ACTIVE
+        controller.state = LifecycleState.ACTIVE
         self.switched += 1
         schedules = {each.name: (each, when) for each, when in self.active}
         schedules[controller.name] = (controller, schedule)
@@ -237,7 +237,7 @@ class ControllerSwitcher:
         for handle in controller.command_handles:
             handle.owner = None
         controller.unbind()
-        controller.state = State.INACTIVE
+        controller.state = LifecycleState.INACTIVE
         self.switched += 1
         self._set_active([entry for entry in self.active if entry[0] is not controller])
 
@@ -254,7 +254,7 @@ class ControllerSwitcher:
     ) -> None:
         """Release command modes that were taken for controllers that are not active."""
         for component, start, stop in self.changes((), controllers):
-            if component.state is State.ACTIVE:
+            if component.state is LifecycleState.ACTIVE:
                 try:
                     component.perform_command_mode_switch(start, stop)
                 except Exception as error:  # noqa: BLE001  as in carry_out

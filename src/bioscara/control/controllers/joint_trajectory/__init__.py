@@ -8,7 +8,7 @@ from one to the next (``splicing``, ``braking``), ``tolerances`` holds the permi
 holds those of all joints, ``controller`` combines them.
 """
 
-from bioscara.control.controllers.goals import Status as Status
+from bioscara.control.controllers.goals import GoalStatus as GoalStatus
 from bioscara.control.controllers.joint_trajectory.controller import (
     JointTrajectoryController as JointTrajectoryController,
 )

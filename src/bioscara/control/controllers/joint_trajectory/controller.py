@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from bioscara.arguments import number
 from bioscara.control.controllers.controller import WARNINGS, Controller, interfaces
-from bioscara.control.controllers.goals import Status
+from bioscara.control.controllers.goals import GoalStatus
 from bioscara.control.controllers.joint_trajectory.interfaces import Handles
 from bioscara.control.controllers.joint_trajectory.messages import (
     ControllerState,
@@ -107,7 +107,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         """Abort a running goal, and hold where the arm comes to rest."""
         sampler = self._active()
         if not self.holding:
-            self._end_goal(Status.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED, reason)
+            self._end_goal(GoalStatus.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED, reason)
         sampler.rest([rest[joint] for joint in self.parameters.joints])
 
     def on_configure(self) -> None:
@@ -146,7 +146,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
     def on_deactivate(self, time: float) -> None:
         """Abort a running goal; positions stay as commanded, velocities become 0."""
         self._end_goal(
-            Status.ABORTED,
+            GoalStatus.ABORTED,
             ErrorCode.INVALID_GOAL,
             "Current goal cancelled during deactivate transition.",
         )
@@ -202,7 +202,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         request = accept(goal.trajectory, self.parameters, self._handles, self.limits, time)
         sampler.waiting = request._replace(collision_checked=goal.collision_checked)
         self._end_goal(
-            Status.ABORTED,
+            GoalStatus.ABORTED,
             ErrorCode.INVALID_GOAL,
             "Current goal preempted by new incoming action.",
         )
@@ -235,7 +235,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
 
     def cancel(self, time: float) -> None:
         """End the followed trajectory and come to rest; a running goal ends CANCELED."""
-        self._end_goal(Status.CANCELED)
+        self._end_goal(GoalStatus.CANCELED)
         if not self.holding:
             self._stop(self._active(), time)
 
@@ -282,10 +282,10 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             verdict = self._judge.at_the_end(error, overtime)
         if verdict is None:
             return
-        if verdict.status is Status.ABORTED and self._running is None:
+        if verdict.status is GoalStatus.ABORTED and self._running is None:
             self.warnings.append(f"{self.name}: {verdict.text}")
         self._end_goal(*verdict)
-        if verdict.status is Status.SUCCEEDED:
+        if verdict.status is GoalStatus.SUCCEEDED:
             sampler.hold(sampler.course.end, time)
         else:
             self._stop(sampler, time)
@@ -307,7 +307,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             sampler.hold(self._handles.measured().positions, time)
 
     def _end_goal(
-        self, status: Status, code: ErrorCode = ErrorCode.SUCCESSFUL, text: str = ""
+        self, status: GoalStatus, code: ErrorCode = ErrorCode.SUCCESSFUL, text: str = ""
     ) -> None:
         running = self._running
         if running is not None:

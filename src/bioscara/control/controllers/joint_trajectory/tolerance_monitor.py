@@ -5,9 +5,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from bioscara.control.controllers.goals import Status
+from bioscara.control.controllers.goals import GoalStatus
 from bioscara.control.controllers.joint_trajectory.messages import ErrorCode, JointValues
-from bioscara.control.controllers.joint_trajectory.tolerances import Tolerances, Violation, violated
+from bioscara.control.controllers.joint_trajectory.tolerances import (
+    JointTolerances,
+    Violation,
+    violated,
+)
 
 
 class Verdict(NamedTuple):
@@ -19,7 +23,7 @@ class Verdict(NamedTuple):
         text: The result in words.
     """
 
-    status: Status
+    status: GoalStatus
     code: ErrorCode
     text: str
 
@@ -40,7 +44,7 @@ class ToleranceMonitor:
     __slots__ = ("_joints", "_timeout", "_velocity", "tolerances")
 
     def __init__(
-        self, joints: Sequence[str], tolerances: Tolerances, timeout: float, *, velocity: bool
+        self, joints: Sequence[str], tolerances: JointTolerances, timeout: float, *, velocity: bool
     ) -> None:
         self._joints, self._timeout, self._velocity = tuple(joints), timeout, velocity
         self.tolerances = tolerances
@@ -56,7 +60,7 @@ class ToleranceMonitor:
         if violation is None:
             return None
         return Verdict(
-            Status.ABORTED,
+            GoalStatus.ABORTED,
             ErrorCode.PATH_TOLERANCE_VIOLATED,
             f"Aborted due to path tolerance violation: {self._words(violation)}, "
             f"{time:.3f} s into the trajectory",
@@ -72,7 +76,7 @@ class ToleranceMonitor:
         goal_time = self.tolerances.goal_time
         violation = violated(self.tolerances.goal, error, velocity=self._velocity)
         if violation is None:
-            return Verdict(Status.SUCCEEDED, ErrorCode.SUCCESSFUL, "Goal successfully reached!")
+            return Verdict(GoalStatus.SUCCEEDED, ErrorCode.SUCCESSFUL, "Goal successfully reached!")
         if 0.0 < goal_time < overtime:
             why = f"Aborted due to goal_time_tolerance exceeding by {overtime - goal_time:.3f} s"
         elif 0.0 < self._timeout < overtime:
@@ -80,7 +84,7 @@ class ToleranceMonitor:
         else:
             return None
         return Verdict(
-            Status.ABORTED,
+            GoalStatus.ABORTED,
             ErrorCode.GOAL_TOLERANCE_VIOLATED,
             f"{why}: {self._words(violation)}",
         )

@@ -11,7 +11,7 @@ from bioscara.control.controllers.joint_trajectory.parameters import Constraints
 ERASE = -1.0
 
 
-class Tolerances(NamedTuple):
+class JointTolerances(NamedTuple):
     """Limits of each joint in the controller's order; 0 is unchecked.
 
     Attributes:
@@ -41,18 +41,20 @@ class Violation(NamedTuple):
     limit: float
 
 
-def defaults(joints: Sequence[str], constraints: Constraints) -> Tolerances:
+def defaults(joints: Sequence[str], constraints: Constraints) -> JointTolerances:
     """Return the tolerances of the parameters."""
     of = [constraints.of(joint) for joint in joints]
     stopped = constraints.stopped_velocity_tolerance
-    return Tolerances(
+    return JointTolerances(
         tuple((each.trajectory, 0.0, 0.0) for each in of),
         tuple((each.goal, stopped, 0.0) for each in of),
         constraints.goal_time,
     )
 
 
-def choose(goal: Goal, joints: Sequence[str], default: Tolerances) -> tuple[Tolerances, str]:
+def choose(
+    goal: Goal, joints: Sequence[str], default: JointTolerances
+) -> tuple[JointTolerances, str]:
     """Return the tolerances of a goal, and why the defaults were kept; empty if they were not.
 
     One invalid value discards the whole set, as in ROS; the goal still runs.
@@ -63,7 +65,7 @@ def choose(goal: Goal, joints: Sequence[str], default: Tolerances) -> tuple[Tole
     if wrong:
         return default, f"{wrong} makes no sense: the default tolerances are used"
     return (
-        Tolerances(
+        JointTolerances(
             _replaced(default.path, goal.path_tolerance, joints),
             _replaced(default.goal, goal.goal_tolerance, joints),
             _value(default.goal_time, goal.goal_time_tolerance),
