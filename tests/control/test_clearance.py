@@ -378,7 +378,7 @@ def test_a_stream_that_comes_back_takes_the_arm_along() -> None:
     assert np.allclose(arm.run(500)[-1], START)
 
 
-def test_a_stop_ends_where_joints_are_let_go_of() -> None:
+def test_a_stop_ends_where_joints_are_released() -> None:
     arm = Guarded(WALL)
     forward = arm.stream("velocity", (1.0, 0.0, 0.0, 2.0))
     arm.world.run_until(lambda: arm.clearance.interventions > 0)
@@ -390,7 +390,7 @@ def test_a_stop_ends_where_joints_are_let_go_of() -> None:
     assert abs(arm.joints[3].speed) < 0.2
 
 
-def test_a_joint_that_was_let_go_of_and_is_taken_again_stays_where_it_is() -> None:
+def test_a_joint_that_was_released_and_is_claimed_again_stays_where_it_is() -> None:
     arm = Guarded(Scene(), windows=(0.23, 0.107))
     # This one stays active: the setpoints are an average all the time.
     arm.world.switch(arm.forward("position", NAMES[:1]).name)

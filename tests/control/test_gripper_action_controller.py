@@ -181,7 +181,7 @@ def test_rule_71_a_gripper_that_is_held_up_aborts_after_the_stall_timeout() -> N
     assert (handle.result.reached_goal, handle.result.stalled) == (False, True)
     assert handle.result.position == pytest.approx(0.06)
     assert handle.text == (
-        "gripper does not move at 0.06 m, before its goal of 0.04 m; look what holds it up"
+        "gripper does not move at 0.06 m, before its goal of 0.04 m; check what blocks it"
     )
     bench.run(0.1)
     assert bench.jaws.command.value == 0.04  # It keeps pressing.

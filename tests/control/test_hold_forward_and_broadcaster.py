@@ -60,7 +60,7 @@ def test_forward_changes_nothing_until_it_is_told_and_then_goes_there(v1: bool) 
 @pytest.mark.parametrize(
     ("kind", "v1"), [(kind, v1) for kind in ("position", "velocity") for v1 in (False, True)]
 )
-def test_forward_brings_a_joint_that_moves_to_rest_until_it_is_told(kind: str, v1: bool) -> None:
+def test_forward_brings_a_moving_joint_to_rest_until_it_gets_a_command(kind: str, v1: bool) -> None:
     world = World(at={"j1": -2.0}, v1=v1)
     moving = forward(world, "moving", "velocity", "j1")
     world.switch("moving")

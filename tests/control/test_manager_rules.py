@@ -87,7 +87,7 @@ def test_rule_46_what_an_active_controller_falls_back_on_stays_configured(world:
     wild(world, "c", J1)
     world.switch("a")
     for name in ("b", "c"):
-        with pytest.raises(SwitchError, match=f"{name} is what a falls back on: deactivate a fir"):
+        with pytest.raises(SwitchError, match=f"{name} is a fallback of a: deactivate a fir"):
             world.manager.cleanup(name)
     world.switch(off=("a",))
     world.manager.cleanup("b")
@@ -380,7 +380,7 @@ def test_rule_56_and_57_hardware_that_goes_down_loses_its_controllers_first(
         manager.set_hardware_state("bioscara_arms", LifecycleState.ACTIVE, now())
 
 
-def test_a_controller_that_fails_to_let_go_lets_go_all_the_same_and_is_told_of(
+def test_a_controller_that_fails_to_deactivate_is_inactive_and_the_failure_is_reported(
     world: World,
 ) -> None:
     a = wild(world, "a", J1)

@@ -187,12 +187,12 @@ def test_rule_67_thresholds(thresholds: object, expected: float, scale: float) -
         (math.nan, math.nan, Level.OK),
     ):
         summary = SpreadSummary(expected + scale * average, 0.0, 0.0, scale * spread, 9, 0.0)
-        assert thresholds.judge(summary, expected) is level  # type: ignore[attr-defined]
+        assert thresholds.rate(summary, expected) is level  # type: ignore[attr-defined]
     assert [int(level) for level in Level] == [0, 1, 2]
-    assert Threshold(1.0, 2.0).judge(2.0) is Level.WARN
+    assert Threshold(1.0, 2.0).rate(2.0) is Level.WARN
 
 
-def test_rule_67_diagnostics_tell_and_judge() -> None:
+def test_rule_67_diagnostics_are_rated_and_worded() -> None:
     manager, box = boxed()
     controllers, hardware, cycles = diagnose(manager)
     assert (controllers.name, controllers.level) == ("Controllers Activity", Level.WARN)

@@ -251,7 +251,7 @@ def test_power_that_goes_after_another_fault_is_named_and_releases_the_arm() -> 
     assert world.hardware.state is not LifecycleState.ACTIVE
 
 
-def test_a_joint_that_nobody_commands_and_is_lost_does_not_let_the_others_fall() -> None:
+def test_a_lost_joint_without_commands_does_not_let_the_others_fall() -> None:
     world = World(at=NEAR)
     forward = world.load("one", FORWARD, joints=("j1",), interface_name="position")
     world.switch("one")

@@ -85,7 +85,7 @@ def test_rule_51_letting_a_velocity_go_that_is_not_0_is_warned_about() -> None:
     said = list(world.manager.warnings)
     assert [each.split(" ")[0] for each in said] == list(VELOCITIES)
     assert said[1] == (
-        f"j2/velocity is let go while it commands {speed:g} m/s: j2 is brought to rest; command "
+        f"j2/velocity is released while it commands {speed:g} m/s: j2 is brought to rest; command "
         "0 first"
     )
     assert "rad/s" in said[0]
@@ -117,7 +117,7 @@ def test_rule_51_letting_go_what_nobody_claimed_is_warned_about_and_harmless(v1:
     world = World(home=False, v1=v1)
     hardware = world.hardware
     [said] = hardware.prepare_command_mode_switch((), ("j3/velocity",))
-    assert said == "j3/velocity is let go, but nobody had claimed it"
+    assert said == "j3/velocity is released, but was not claimed"
     hardware.perform_command_mode_switch((), ("j3/velocity",))
     # Hardware that was taken down behind the manager's back has forgotten all claims.
     homing = wild(world, "a", "j1/home")
@@ -126,7 +126,7 @@ def test_rule_51_letting_go_what_nobody_claimed_is_warned_about_and_harmless(v1:
     hardware.activate()
     world.switch(off=("a",))
     assert homing.state is LifecycleState.INACTIVE
-    assert list(world.manager.warnings) == ["j1/home is let go, but nobody had claimed it"]
+    assert list(world.manager.warnings) == ["j1/home is released, but was not claimed"]
 
 
 def test_rule_51_the_gripper_says_so_too(tmp_path: Path) -> None:
@@ -138,7 +138,7 @@ def test_rule_51_the_gripper_says_so_too(tmp_path: Path) -> None:
         gripper.set_state(LifecycleState.ACTIVE)
         name = "gripper/position"
         [said] = gripper.prepare_command_mode_switch((), (name,))
-        assert said == f"{name} is let go, but nobody had claimed it"
+        assert said == f"{name} is released, but was not claimed"
         gripper.perform_command_mode_switch((name,), ())
         assert not gripper.prepare_command_mode_switch((), (name,))
         gripper.shutdown()

@@ -97,7 +97,7 @@ WRONG = [
      "did you mean command_interface?"),
     ('<command_interface name="home"/>',
      '<command_interface name="home"><param name="min">0</param></command_interface>',
-     "has tags inside"),
+     "has nested tags"),
     ('    <joint name="j1">', '    <joint name="j5">', "j5 is not a joint of the arm"),
     ('    <joint name="j2">', '    <joint name="j1">', "joint j1 is there twice"),
     ('<joint name="j1" type="revolute">', '<joint name="j1" type="continuous">',

@@ -108,11 +108,11 @@ def test_rule_51_a_joint_that_went_off_while_it_was_there_to_home_may_home_but_n
     arm.joints[2].disable()
     arm.read(world.arm.now(), PERIOD)
     assert arm.axes[2].halted is None
-    with pytest.raises(ModeSwitchError, match="j3 cannot be commanded: it is not engaged"):
+    with pytest.raises(ModeSwitchError, match="j3 cannot be commanded: it is disabled"):
         arm.prepare_command_mode_switch(["j3/position"], ["j3/home"])
 
 
-def test_rule_51_whatever_happened_to_a_joint_it_can_be_let_go() -> None:
+def test_rule_51_a_joint_can_be_released_in_any_state() -> None:
     world, arm = ready()
     switch(arm, "j3/position")
     world.arm.overheat("j3")
@@ -124,7 +124,7 @@ def test_rule_51_whatever_happened_to_a_joint_it_can_be_let_go() -> None:
 
 
 @BOTH
-def test_rule_51_a_joint_that_stopped_by_itself_is_let_go_without_a_word(v1: bool) -> None:
+def test_rule_51_releasing_a_joint_that_stopped_autonomously_sends_it_nothing(v1: bool) -> None:
     world, arm = ready(v1=v1)
     switch(arm, "j3/position", "j4/position")
     world.arm.reset("j3")

@@ -21,8 +21,8 @@ from bioscara.hardware.mode_switching import (
     check_capacity,
     check_homing,
     check_modes,
-    doubts,
     plan_modes,
+    release_warnings,
 )
 from bioscara.hardware.ros2_control_tags import Urdf, read_arm
 from bioscara.hardware.safe_stop import stop_and_disable
@@ -120,30 +120,30 @@ class ArmHardware(HardwareComponent):
             raise
 
     def on_activate(self) -> None:
-        """Engage every joint at its present position; if one fails, all are released."""
+        """Enable every joint at its present position; if one fails, all are released."""
         try:
             for axis in self.axes:
                 axis.joint.enable()
                 axis.halted, axis.mode = None, Mode.NONE
-            self._exchange.engaged = True
-            self._exchange.ask(self.axes)
+            self._exchange.enabled = True
+            self._exchange.request_states(self.axes)
             for axis in self.axes:
                 if axis.halted is not None:
                     raise axis.halted
                 axis.publish()
                 axis.rest_here()
         except BaseException:
-            self._exchange.engaged = False
+            self._exchange.enabled = False
             stop_and_disable(self.joints)
             raise
 
     def on_deactivate(self) -> None:
-        """Stop and release every joint."""
-        self._exchange.engaged = False
-        problems = stop_and_disable(self.joints)
-        self._end_modes()
-        if problems:
-            raise HardwareError("; ".join(problems), self.name)
+        """Stop and disable every joint."""
+        self._exchange.enabled = False
+        try:
+            self.disable()
+        finally:
+            self._end_modes()
 
     def on_cleanup(self) -> None:
         """Deinitialise every joint; nothing is sent."""
@@ -171,6 +171,16 @@ class ArmHardware(HardwareComponent):
                     self.on_deactivate()
         finally:
             self.on_cleanup()
+
+    def disable(self) -> None:
+        """Stop and disable every joint, in any state of the component and despite any failure.
+
+        Raises:
+            HardwareError: Some may still be energised; names them.
+        """
+        problems = stop_and_disable(self.joints)
+        if problems:
+            raise HardwareError("; ".join(problems), self.name)
 
     def latched(self, flags: Flags) -> list[BioscaraError]:
         """Return the errors of joints that stopped, restarted or fell silent while not supervised.
@@ -203,15 +213,17 @@ class ArmHardware(HardwareComponent):
         self.bus_time = 0.0
         # A joint that received nothing for so long may have stopped autonomously.
         old = time - self._written > min(2.0 * period, SILENCE)
-        asked = [axis for axis in self.axes if (old or not axis.answered) and not axis.gone]
-        if asked:
+        unanswered = [
+            axis for axis in self.axes if (old or not axis.answered) and not axis.unreachable
+        ]
+        if unanswered:
             before = self._clock.now()
-            self._exchange.ask(asked)
+            self._exchange.request_states(unanswered)
             self.bus_time += self._clock.now() - before
         for axis in self.axes:
             axis.answered = False
             axis.publish()
-        if all(axis.gone for axis in self.axes):
+        if all(axis.unreachable for axis in self.axes):
             raise HardwareError(
                 f"{self.name}: no joint can be reached; first: {self.axes[0].halted}", self.name
             )
@@ -232,9 +244,9 @@ class ArmHardware(HardwareComponent):
             elif mode is not _NONE and not isnan(axis.position_command.value):
                 following.append(axis)
         if following:
-            self._exchange.follow(following, time, period)
+            self._exchange.send_positions(following, time, period)
         if driven:
-            self._exchange.drive(driven)
+            self._exchange.send_velocities(driven)
         self.bus_time += self._clock.now() - before
 
     def prepare_command_mode_switch(
@@ -253,7 +265,7 @@ class ArmHardware(HardwareComponent):
         check_modes(self.name, self.axes, plan)
         if self.capacity is not None:
             check_capacity(self.name, self.axes, plan, self.capacity)
-        return doubts(self.axes, stop, plan)
+        return release_warnings(self.axes, stop, plan)
 
     def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
         """Change the modes; a joint that is no longer commanded ramps down.
@@ -278,7 +290,7 @@ class ArmHardware(HardwareComponent):
                     if axis.homing.running:
                         self._late.append(error)
                     else:
-                        axis.miss(error)
+                        axis.mark_missed(error)
                         if axis.halt(error):
                             self._late.append(error)
 

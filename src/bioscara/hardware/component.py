@@ -164,7 +164,7 @@ class HardwareComponent(ABC):
             return self.state
         if self.state is LifecycleState.FINALIZED:
             raise LifecycleError(
-                f"{self.name} is finalized: it cannot become {target.label}; make it anew",
+                f"{self.name} is finalized: it cannot become {target.label}; create it again",
                 self.name,
             )
         up = {LifecycleState.UNCONFIGURED: self.configure, LifecycleState.INACTIVE: self.activate}
@@ -179,7 +179,7 @@ class HardwareComponent(ABC):
 
     @abstractmethod
     def on_activate(self) -> None:
-        """Engage; nothing moves."""
+        """Enable; nothing moves."""
 
     @abstractmethod
     def on_deactivate(self) -> None:

@@ -22,20 +22,20 @@ class CyclicExchange:
         problems: List to which the joints' errors are added.
 
     Attributes:
-        engaged: Whether the joints should be engaged: one that is not has a problem.
+        enabled: Whether the joints should be enabled: one that is not has a problem.
     """
 
     def __init__(self, clock: Clock, problems: list[BioscaraError]) -> None:
         self._clock, self._problems = clock, problems
-        self.engaged = False
+        self.enabled = False
 
-    def ask(self, axes: Sequence[Axis]) -> None:
+    def request_states(self, axes: Sequence[Axis]) -> None:
         """Request the state of joints."""
         start = self._clock.now()
         outcomes = read_states([axis.joint for axis in axes], retry=True)
-        self._take(axes, outcomes, start)
+        self._store(axes, outcomes, start)
 
-    def follow(self, axes: Sequence[Axis], time: float, period: float) -> None:
+    def send_positions(self, axes: Sequence[Axis], time: float, period: float) -> None:
         """Send joints their positions; they answer with their state.
 
         Args:
@@ -47,20 +47,20 @@ class CyclicExchange:
         outcomes = track(
             [axis.joint for axis in axes], [axis.setpoint(period) for axis in axes], retry=True
         )
-        self._take(axes, outcomes, start, time)
+        self._store(axes, outcomes, start, time)
 
-    def drive(self, axes: Sequence[Axis]) -> None:
+    def send_velocities(self, axes: Sequence[Axis]) -> None:
         """Send joints their velocities; they answer only with their flags."""
         velocities = [axis.velocity_command.value for axis in axes]
         outcomes = drive([axis.joint for axis in axes], velocities, retry=True)
         for axis, outcome in zip(axes, outcomes, strict=True):
             if isinstance(outcome, BioscaraError):
-                axis.miss(outcome)
+                axis.mark_missed(outcome)
                 self._halt(axis, outcome)
             elif HALTED[outcome.flags]:
                 self._on_halted(axis)
 
-    def _take(
+    def _store(
         self,
         axes: Sequence[Axis],
         outcomes: Sequence[Outcome],
@@ -74,10 +74,10 @@ class CyclicExchange:
         for axis, outcome in zip(axes, outcomes, strict=True):
             stamp += share
             if isinstance(outcome, BioscaraError):
-                axis.miss(outcome)
+                axis.mark_missed(outcome)
                 self._halt(axis, outcome)
                 continue
-            axis.take(outcome, stamp)
+            axis.store(outcome, stamp)
             if cycle_start is None:
                 axis.answered = False
             else:
@@ -86,8 +86,8 @@ class CyclicExchange:
                 self._on_halted(axis)
 
     def _on_halted(self, axis: Axis) -> None:
-        """Halt a joint that does not follow; one that is to home is engaged by homing."""
-        if self.engaged and axis.halted is None and axis.mode is not Mode.HOME:
+        """Halt a joint that does not follow; one that is to home is enabled by homing."""
+        if self.enabled and axis.halted is None and axis.mode is not Mode.HOME:
             self._halt(axis, axis.why_halted())
 
     def _halt(self, axis: Axis, reason: BioscaraError) -> None:

@@ -36,7 +36,7 @@ class GripperHardware(HardwareComponent):
         self._position = StateInterface(joint, POSITION)
         self._velocity = StateInterface(joint, VELOCITY)
         self._command = CommandInterface(joint, POSITION)
-        self._told = self._before = gripper.state.width
+        self._sent = self._before = gripper.state.width
         self._claimed = False
         self.states = {state.name: state for state in (self._position, self._velocity)}
         self.commands = {self._command.name: self._command}
@@ -65,9 +65,11 @@ class GripperHardware(HardwareComponent):
         Raises:
             ConfigurationError: The description cannot be used.
         """
-        said = read_gripper(urdf, servo, name)
-        pwm = Pwm(said.parameters.outputs, clock, root)
-        return cls(said.name, said.joint, Gripper(pwm, said.parameters, state_file), clock)
+        described = read_gripper(urdf, servo, name)
+        pwm = Pwm(described.parameters.outputs, clock, root)
+        return cls(
+            described.name, described.joint, Gripper(pwm, described.parameters, state_file), clock
+        )
 
     @property
     def limits(self) -> Mapping[str, JointParameters]:
@@ -81,7 +83,7 @@ class GripperHardware(HardwareComponent):
     def on_activate(self) -> None:
         """Drive the servo at its present width, which becomes the command."""
         self._gripper.enable()
-        self._told = self._before = self._command.value = self._gripper.state.width
+        self._sent = self._before = self._command.value = self._gripper.state.width
         self._publish(0.0)
 
     def on_deactivate(self) -> None:
@@ -123,8 +125,8 @@ class GripperHardware(HardwareComponent):
         """Publish the commanded width, and its mean velocity over the last period."""
         self.problems.clear()
         if self.state is LifecycleState.ACTIVE:
-            self._publish((self._told - self._before) / period if period > 0.0 else 0.0)
-            self._before = self._told
+            self._publish((self._sent - self._before) / period if period > 0.0 else 0.0)
+            self._before = self._sent
 
     def write(self, time: float, period: float) -> None:
         """Send the servo a new width; an unchanged width is not sent again.
@@ -136,9 +138,9 @@ class GripperHardware(HardwareComponent):
             return
         command = self._command
         try:
-            self._told = self._gripper.tell_width(command.value)
+            self._sent = self._gripper.tell_width(command.value)
         except GripperError as error:
-            command.value, command.problem = self._told, error
+            command.value, command.problem = self._sent, error
             self.problems.append(error)
 
     def prepare_command_mode_switch(
@@ -147,16 +149,16 @@ class GripperHardware(HardwareComponent):
         """Check the names; the servo has one mode."""
         self.require_commands((*start, *stop))
         unclaimed = () if self._claimed else stop
-        return [f"{name} is let go, but nobody had claimed it" for name in unclaimed]
+        return [f"{name} is released, but was not claimed" for name in unclaimed]
 
     def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
         """Claim or release the width; the command becomes the width commanded last."""
         self.require_commands((*start, *stop))
         self._claimed = bool(start) or (self._claimed and not stop)
-        self._command.value = self._told
+        self._command.value = self._sent
 
     def _publish(self, velocity: float) -> None:
         stamp = self._clock.now()
-        self._position.value, self._velocity.value = self._told, velocity
+        self._position.value, self._velocity.value = self._sent, velocity
         for state in (self._position, self._velocity):
             state.quality, state.stamp = Quality.ASSUMED, stamp

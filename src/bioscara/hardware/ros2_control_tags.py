@@ -287,7 +287,7 @@ def _check_parts(
                 part, f"{name}: <{part.tag}> is not known here; {_hint(part.tag, _PARTS)}"
             )
         if len(part):
-            raise urdf.error(part, f"{name}: <{part.tag}> has tags inside, which nobody reads")
+            raise urdf.error(part, f"{name}: <{part.tag}> has nested tags, which are not read")
     for tag, wanted in (("command_interface", commands), ("state_interface", states)):
         _check_names(urdf, element, tag, wanted)
     names = [urdf.attribute(part, "name") for part in element.findall("param")]

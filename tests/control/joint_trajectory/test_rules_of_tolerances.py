@@ -16,12 +16,10 @@ from bioscara.control.controllers.joint_trajectory import (
 )
 from bioscara.control.controllers.joint_trajectory.messages import JointValues
 from bioscara.control.controllers.joint_trajectory.parameters import Constraints
-from bioscara.control.controllers.joint_trajectory.tolerance_monitor import (
-    ToleranceMonitor,
-    Verdict,
-)
 from bioscara.control.controllers.joint_trajectory.tolerances import (
     JointTolerances,
+    ToleranceMonitor,
+    Verdict,
     Violation,
     choose,
     defaults,
@@ -50,9 +48,9 @@ def test_rule_29_what_is_0_is_not_checked_and_a_joint_that_moves_has_not_arrived
 
     def at_end(speed: float) -> Verdict | None:
         error = JointValues((9.0, -9.0), (0.0, speed), (9.0, 9.0))
-        judge = ToleranceMonitor(JOINTS, default, 0.0, velocity=True)
-        assert judge.on_the_way(error, 1.0) is None
-        return judge.at_the_end(error, 5.0)
+        monitor = ToleranceMonitor(JOINTS, default, 0.0, velocity=True)
+        assert monitor.before_the_end(error, 1.0) is None
+        return monitor.after_the_end(error, 5.0)
 
     for speed in (0.011, -0.011):
         assert at_end(speed) is None

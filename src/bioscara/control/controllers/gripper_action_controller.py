@@ -111,7 +111,7 @@ class GripperActionController(Controller[GripperActionParameters]):
                 self.name,
             )
         self.position = measured.value
-        self._give(measured.value)
+        self._set_command(measured.value)
         self._extras = self._extras_of((), ())
         self._still = 0.0
 
@@ -136,7 +136,7 @@ class GripperActionController(Controller[GripperActionParameters]):
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         goal = self.check(goal)
         self._end(GoalStatus.CANCELED, "a newer goal took its place")
-        self._give(goal.position[0])
+        self._set_command(goal.position[0])
         self._still = 0.0
         self._extras = self._extras_of(goal.velocity, goal.effort)
         self.goal = GripperGoalHandle(goal)
@@ -145,7 +145,7 @@ class GripperActionController(Controller[GripperActionParameters]):
     def cancel(self) -> None:
         """Hold the current width and end the goal; nothing happens if there is none."""
         if self.goal is not None and not self.goal.done:
-            self._give(self.position)
+            self._set_command(self.position)
             self._extras = self._extras_of((), ())
             self._end(GoalStatus.CANCELED, "the goal was cancelled")
 
@@ -159,7 +159,7 @@ class GripperActionController(Controller[GripperActionParameters]):
         problem = self.command_handles[0].problem
         if problem is not None:
             self._end(GoalStatus.ABORTED, str(problem))
-            self._give(measured.value)
+            self._set_command(measured.value)
         reach = self.parameters.velocity_limit * period
         moved = min(max(measured.value - self.position, -reach), reach)
         self.position += moved
@@ -175,12 +175,12 @@ class GripperActionController(Controller[GripperActionParameters]):
         written = goal.feedback is not None
         goal.feedback = GripperFeedback(time, self.position, velocity.value, measured.quality)
         if written:
-            self._judge()
+            self._evaluate()
 
-    def _give(self, width: float) -> None:
+    def _set_command(self, width: float) -> None:
         self._command, self.command_handles[0].problem = width, None
 
-    def _judge(self) -> None:
+    def _evaluate(self) -> None:
         parameters = self.parameters
         if abs(self._command - self.position) < parameters.goal_tolerance:
             self._end(GoalStatus.SUCCEEDED, reached=True)
@@ -192,7 +192,7 @@ class GripperActionController(Controller[GripperActionParameters]):
             if parameters.allow_stalling:
                 self._end(GoalStatus.SUCCEEDED, text, stalled=True)
             else:
-                self._end(GoalStatus.ABORTED, f"{text}; look what holds it up", stalled=True)
+                self._end(GoalStatus.ABORTED, f"{text}; check what blocks it", stalled=True)
 
     def _end(
         self, status: GoalStatus, text: str = "", *, reached: bool = False, stalled: bool = False

@@ -80,7 +80,7 @@ class HomingGoal(AcceptedGoal):
 class HomingController(Controller[HomingControllerParameters]):
     """Commands ``home``: the sign is the direction, 0 stops; the hardware resets it at the end.
 
-    One joint homes at a time: while one is engaged, the bus is not free for another.
+    One joint homes at a time: while one is homing, the bus is not free for another.
 
     Attributes:
         goal: The goal that runs or ended last, a sequence or a single joint; None before the
@@ -200,7 +200,7 @@ class HomingController(Controller[HomingControllerParameters]):
         elif goal.current is None:
             self._next(goal, time)
         else:
-            self._watch(goal, goal.current, time, period)
+            self._monitor(goal, goal.current, time, period)
 
     def _next(self, goal: HomingGoal, time: float) -> None:
         if len(goal.done_joints) == len(goal.joints):
@@ -212,7 +212,7 @@ class HomingController(Controller[HomingControllerParameters]):
         handle = self.command_handles[self._index]
         handle.problem, handle.value = None, math.copysign(1.0, goal.directions[joint])
 
-    def _watch(self, goal: HomingGoal, joint: str, time: float, period: float) -> None:
+    def _monitor(self, goal: HomingGoal, joint: str, time: float, period: float) -> None:
         handle, home = self.command_handles[self._index], self.state_handles[self._index]
         elapsed = time - self._since
         speed = self.state_handles[len(self.parameters.joints) + self._index].value
@@ -222,7 +222,7 @@ class HomingController(Controller[HomingControllerParameters]):
         if handle.problem is not None:
             self._stop(GoalStatus.ABORTED, str(handle.problem))
         elif handle.value:
-            self._bound(joint, elapsed)
+            self._enforce_bounds(joint, elapsed)
         elif home.quality is not Quality.FRESH:
             return  # The joint ended; its next answer carries the result.
         elif home.value > 0.0:
@@ -233,10 +233,10 @@ class HomingController(Controller[HomingControllerParameters]):
                 GoalStatus.ABORTED, f"{joint} was stopped before it was homed; home it again"
             )
 
-    def _bound(self, joint: str, elapsed: float) -> None:
+    def _enforce_bounds(self, joint: str, elapsed: float) -> None:
         """Stop a joint that takes too long or travels too far."""
         parameters = self.parameters
-        remedy = "it was stopped; look whether it moves freely and has its end stop, then home it"
+        remedy = "it was stopped; check that it moves freely and has its end stop, then home it"
         if elapsed > parameters.timeout:
             self._stop(
                 GoalStatus.ABORTED,

@@ -141,5 +141,5 @@ class JointStateBroadcaster(Controller[JointStateParameters]):
         self._updated = math.nan
 
     def update(self, time: float, period: float) -> None:
-        """Note the time of the measured states."""
+        """Record the time of the measured states."""
         self._updated = time

@@ -49,7 +49,7 @@ class FollowingErrorMonitor:
 
     def __init__(self, axis: Axis, limiter: JointLimiter) -> None:
         self._axis, self._limiter = axis, limiter
-        limits = axis.joint.parameters
+        limits = axis.parameters
         self._floor = FLOOR_SHARE * (limits.upper - limits.lower)
         self._peak = 0.0
 
@@ -73,14 +73,14 @@ class FollowingErrorMonitor:
         error = abs(then - measured.value)
         if error <= self._floor + LAG * peak:
             return None
-        limit = allowed(axis.joint.parameters, axis.joint.version, peak)
+        limit = allowed(axis.parameters, axis.version, peak)
         # Not written as error > limit: an unknown position is no reason to complain here.
         if not error > limit:
             return None
-        unit = axis.joint.parameters.unit
+        unit = axis.parameters.unit
         return FollowingError(
-            f"{axis.name}: it is {error:.4g} {unit} from where it was told to be; at its speed "
-            f"{limit:.4g} {unit} is the limit",
+            f"{axis.name}: it is {error:.4g} {unit} from its commanded position; the limit "
+            f"at its speed is {limit:.4g} {unit}",
             axis.name,
             error,
             limit,

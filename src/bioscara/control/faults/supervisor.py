@@ -2,7 +2,7 @@
 
 The order is always the same: a fault stops the arm in the cycle that detects it, its evidence is
 written once the arm is at rest, ``acknowledge`` acknowledges it, ``recover`` clears the faults that
-the joints latched, and ``enable`` engages them again. None of these causes motion.
+the joints latched, and ``enable`` enables them again. None of these causes motion.
 """
 
 from __future__ import annotations
@@ -21,9 +21,8 @@ from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, classify, s
 from bioscara.control.faults.log import FaultLog
 from bioscara.control.faults.stop import MotionStopper
 from bioscara.control.manager.manager import ControllerManager
-from bioscara.errors import BioscaraError, FaultedError, HardwareError, ModeSwitchError
+from bioscara.errors import BioscaraError, FaultedError, ModeSwitchError
 from bioscara.hardware import ArmHardware, LifecycleState
-from bioscara.hardware.safe_stop import stop_and_disable
 
 _SLOW = 0.5
 """Share of the chosen speed at which motion continues when the loop is late."""
@@ -132,9 +131,9 @@ class Supervisor:
         fault = ArmFault(kind or classify(cause), source_of(cause, source), cause, time)
         if fault.kind.stop is Stop.SLOW:
             self.warnings.append(str(fault))
-            self._pace(_SLOW)
+            self._set_pace(_SLOW)
             return
-        if self._take(fault):
+        if self._latch(fault):
             (self._release if self._log.stop is Stop.POWERLESS else self.stop)(time)
 
     def crash(self, cause: Exception, time: float) -> None:
@@ -153,7 +152,7 @@ class Supervisor:
 
     def full_speed(self) -> None:
         """Undo a slow-down: trajectories continue at the speed chosen for them."""
-        self._pace(1.0)
+        self._set_pace(1.0)
 
     def halt(self, time: float) -> None:
         """Bring motion that is not wanted any more to rest; this raises nothing.
@@ -187,7 +186,7 @@ class Supervisor:
         except Exception:  # noqa: BLE001  joints that cannot be ramped down are released
             self._release(time)
 
-    def _take(self, fault: ArmFault) -> bool:
+    def _latch(self, fault: ArmFault) -> bool:
         """Latch a fault; return whether it is new."""
         if not self._log.add(fault):
             return False
@@ -245,14 +244,12 @@ class Supervisor:
             raise FaultedError(f"not acknowledged yet: {self.faults[-1]}; then acknowledge()")
         manager, arm = self._manager, self._arm
         if arm.available:
-            # Joints that cannot be released now are released below, once greeted again.
+            # Joints that cannot be released now are released below, once they are identified again.
             with suppress(BioscaraError):
                 manager.set_hardware_state(arm.name, LifecycleState.UNCONFIGURED, time)
         arm.configure()
         arm.clear_faults()
-        problems = stop_and_disable(arm.joints)
-        if problems:
-            raise HardwareError("; ".join(problems), arm.name)
+        arm.disable()
         self._log.clear()
         self.state, manager.lock = FaultState.CLEAR, ""
 
@@ -263,9 +260,9 @@ class Supervisor:
             if self._arm.state is LifecycleState.ACTIVE:
                 self._manager.set_hardware_state(name, LifecycleState.INACTIVE, time)
         except Exception as error:  # noqa: BLE001  motors may still be energised: report it
-            self._take(ArmFault(FaultKind.HARDWARE_FAILED, source_of(error, name), error, time))
+            self._latch(ArmFault(FaultKind.HARDWARE_FAILED, source_of(error, name), error, time))
 
-    def _pace(self, share: float) -> None:
+    def _set_pace(self, share: float) -> None:
         """Let trajectories continue at a share of the speed that was chosen for them."""
         for controller in self._manager.controllers:
             if isinstance(controller, JointTrajectoryController):

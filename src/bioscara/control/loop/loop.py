@@ -123,12 +123,12 @@ class Loop:
         good = False
         try:
             if held_up and self._driving:
-                self._overrun(f"nothing ran for {period:.2f} s", time)
+                self._overrun(f"no cycle ran for {period:.2f} s", time)
             # The displacement missed while the joints stopped autonomously is not made up for.
             manager.cycle(time, self.period if held_up else period)
             self._require_timely(time, period)
             supervisor.check(time, self.period)
-            self._judge(time)
+            self._set_deadline(time)
             good = not manager.failures
         except Exception as error:  # noqa: BLE001  after any failure the arm is brought to rest
             supervisor.crash(error, time)
@@ -168,9 +168,9 @@ class Loop:
         elif behind > self.period or period > SILENCE:
             problems = chain.from_iterable(each.problems for each in self._manager.components)
             if any(isinstance(problem, NotEnabledError) for problem in problems):
-                self._overrun(f"joints heard nothing for up to {silence:.2f} s", time)
+                self._overrun(f"joints received nothing for up to {silence:.2f} s", time)
 
-    def _judge(self, time: float) -> None:
+    def _set_deadline(self, time: float) -> None:
         """Set the next deadline, and react if it has passed already."""
         behind = self._clock.now() - self._deadline
         periods = int(behind / self.period)
@@ -186,7 +186,7 @@ class Loop:
             return
         self.statistics.overruns += 1
         if not self._driving:
-            # Releasing or greeting joints takes time, and the delay does no harm.
+            # Releasing or identifying joints takes time, and the delay does no harm.
             return
         self._in_a_row += 1
         share = self._missed / self.rate

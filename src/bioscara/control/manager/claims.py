@@ -107,7 +107,7 @@ class Claims:
                 self._check_mover(controller.name, name, movers)
 
     def _check_mover(self, controller: str, name: str, movers: dict[str, tuple[str, str]]) -> None:
-        """Note that ``controller`` moves the joint of an interface; raise if another one does."""
+        """Record that ``controller`` moves the joint of an interface; raise if another one does."""
         handle = self.commands[name]
         if handle.kind not in _MOTION:
             return

@@ -101,7 +101,7 @@ class ControllerRegistry:
         for other in self.controllers.values():
             if other.state is LifecycleState.ACTIVE and name in self.fallbacks(other):
                 raise SwitchError(
-                    f"{name} is what {other.name} falls back on: deactivate {other.name} first"
+                    f"{name} is a fallback of {other.name}: deactivate {other.name} first"
                 )
         controller.on_cleanup()
         self._enter(controller, LifecycleState.UNCONFIGURED)

@@ -194,7 +194,7 @@ _Step = Callable[[_M, float, float], None]
 
 
 def timed(index: int) -> Callable[[_Step[_M]], _Step[_M]]:
-    """Return a decorator that notes the duration of a step of a manager's cycle.
+    """Return a decorator that records the duration of a step of a manager's cycle.
 
     Args:
         index: Of the step in :attr:`ManagerStatistics.timing`.

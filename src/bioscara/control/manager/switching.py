@@ -101,15 +101,15 @@ class ControllerSwitcher:
         """
         self._claims.check(switch.activate, switch.deactivate)
         changes = self.changes(switch.activate, switch.deactivate)
-        said: list[str] = []
+        warnings: list[str] = []
         for component, start, stop in changes:
             try:
-                said += component.prepare_command_mode_switch(start, stop)
+                warnings += component.prepare_command_mode_switch(start, stop)
             except ModeSwitchError as error:
                 raise ModeSwitchError(
                     f"prepare command mode switch was rejected: {error}", component.name
                 ) from error
-        self._warnings.extend(said)
+        self._warnings.extend(warnings)
         return changes
 
     def carry_out(self, switch: Switch, changes: Sequence[Change], time: float) -> list[Problem]:

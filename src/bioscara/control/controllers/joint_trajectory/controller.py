@@ -22,8 +22,11 @@ from bioscara.control.controllers.joint_trajectory.parameters import JointTrajec
 from bioscara.control.controllers.joint_trajectory.pid import Gains, Pid
 from bioscara.control.controllers.joint_trajectory.requests import accept
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
-from bioscara.control.controllers.joint_trajectory.tolerance_monitor import ToleranceMonitor
-from bioscara.control.controllers.joint_trajectory.tolerances import choose, defaults
+from bioscara.control.controllers.joint_trajectory.tolerances import (
+    ToleranceMonitor,
+    choose,
+    defaults,
+)
 from bioscara.control.controllers.joint_trajectory.upsampling import timed
 from bioscara.control.controllers.joint_trajectory.validation import plain, plain_goal
 from bioscara.errors import ConfigurationError, GoalRejectedError
@@ -83,17 +86,17 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
     @property
     def controller_state(self) -> ControllerState | None:
         """State of its last cycle; None while it is inactive."""
-        told = self.feedback
-        if told is None:
+        feedback = self.feedback
+        if feedback is None:
             return None
         measured = len(self.parameters.state_interfaces)
         return ControllerState(
-            told.time,
+            feedback.time,
             self.parameters.joints,
-            told.trajectory_time,
-            told.desired,
-            told.actual.first(measured),
-            told.error.first(measured),
+            feedback.trajectory_time,
+            feedback.desired,
+            feedback.actual.first(measured),
+            feedback.error.first(measured),
             {handle.name: handle.value for handle in self._handles.commands},
             self.scaling,
         )
@@ -128,7 +131,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             )
             timeout = 0.0
         velocity = VELOCITY in kinds and VELOCITY in parameters.state_interfaces
-        self._judge = ToleranceMonitor(joints, self._defaults, timeout, velocity=velocity)
+        self._monitor = ToleranceMonitor(joints, self._defaults, timeout, velocity=velocity)
 
     def on_activate(self, time: float) -> None:
         """Hold the last commands where they are known, else the measured positions."""
@@ -206,7 +209,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             ErrorCode.INVALID_GOAL,
             "Current goal preempted by new incoming action.",
         )
-        self._judge.tolerances, warning = choose(goal, self.parameters.joints, self._defaults)
+        self._monitor.tolerances, warning = choose(goal, self.parameters.joints, self._defaults)
         if warning:
             self.warnings.append(f"{self.name}: {warning}")
         self.goal = GoalHandle(goal)
@@ -231,7 +234,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             trajectory, parameters, self._handles, self.limits, time, smooth=upsampling.enable
         )
         if self._running is None:
-            self._judge.tolerances = self._defaults
+            self._monitor.tolerances = self._defaults
 
     def cancel(self, time: float) -> None:
         """End the followed trajectory and come to rest; a running goal ends CANCELED."""
@@ -265,21 +268,21 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         if running is not None:
             running.feedback = self.feedback
         if not sampler.holding:
-            self._end_if_judged(sampler, error, time)
+            self._end_if_decided(sampler, error, time)
         ahead = sampler.ahead()
         if self._velocity_only:
             handles.write_velocities(ahead, error, self._pids, sampler.pace, period)
         else:
             handles.write(ahead, sampler.pace)
 
-    def _end_if_judged(self, sampler: TrajectorySampler, error: JointValues, time: float) -> None:
+    def _end_if_decided(self, sampler: TrajectorySampler, error: JointValues, time: float) -> None:
         """End the trajectory once it is reached or failed, and hold or come to rest."""
         overtime = sampler.time - sampler.course.duration
         # With a waiting request, path tolerances apply beyond the end too.
         if overtime < 0.0 or sampler.waiting is not None:
-            verdict = self._judge.on_the_way(error, sampler.time)
+            verdict = self._monitor.before_the_end(error, sampler.time)
         else:
-            verdict = self._judge.at_the_end(error, overtime)
+            verdict = self._monitor.after_the_end(error, overtime)
         if verdict is None:
             return
         if verdict.status is GoalStatus.ABORTED and self._running is None:
