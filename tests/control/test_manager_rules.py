@@ -174,7 +174,7 @@ def test_rule_50_claim_conflicts_are_refused_in_both_modes(
     d = wild(world, "d", states=("j1/temperature",))
     manager, now = world.manager, world.clock.now()
     for names, text in (
-        (("a", "b"), "b and a both want j1/position"),
+        (("a", "b"), "b and a both claim j1/position"),
         (("c",), "c needs j9/position, which no hardware has; did you mean j"),
         (("d",), "d needs j1/temperature"),
     ):

@@ -16,7 +16,7 @@ from bioscara.hardware.axis import HALTED, Axis
 from bioscara.hardware.bus_budget import Capacity
 from bioscara.hardware.command_modes import MOTION, Mode
 from bioscara.hardware.component import HardwareComponent, LifecycleState
-from bioscara.hardware.cyclic_io import CyclicExchange
+from bioscara.hardware.cyclic_io import ArmExchange
 from bioscara.hardware.mode_switching import (
     check_capacity,
     check_homing,
@@ -66,7 +66,7 @@ class ArmHardware(HardwareComponent):
             for command in (axis.position_command, axis.velocity_command, axis.home_command):
                 self.commands[command.name] = command
         self.bus_time = 0.0
-        self._exchange = CyclicExchange(clock, self.problems)
+        self._exchange = ArmExchange(clock, self.problems)
         self.capacity: Capacity | None = None
         self._late: list[BioscaraError] = []
         self._written = -math.inf

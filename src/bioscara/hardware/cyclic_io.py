@@ -12,8 +12,8 @@ from bioscara.hardware.axis import HALTED, Axis
 from bioscara.hardware.command_modes import Mode
 
 
-class CyclicExchange:
-    """Requests and commands to joints of one bus, each for several joints in one bus call.
+class ArmExchange:
+    """Requests and commands of an arm to its joints, each for several of them in one bus call.
 
     A joint that cannot continue is halted and reported; the others are not affected.
 

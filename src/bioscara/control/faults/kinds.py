@@ -29,13 +29,13 @@ from bioscara.protocol import Fault as JointFault
 class Stop(Enum):
     """How the arm is brought to rest; the names in brackets are those of IEC 60204-1."""
 
-    POWERLESS = "motor power is gone"
+    POWERLESS = "motor power was removed"
     """Power was removed by hardware (category 0): targets are dropped."""
     DISABLE = "ramp down, then release the motors"
     """Category 1."""
     HOLD = "ramp down and hold"
     """Category 2."""
-    SLOW = "go on at half speed"
+    SLOW = "continue at half speed"
     """A warning: motion continues."""
 
 

@@ -64,7 +64,7 @@ class ControllerManager:
         rate = require_rate(rate)
         self.claims = Claims(components)
         self.limiter, self.rate = limiter, rate
-        self._between: list[Failure] = []
+        self._between_cycles: list[Failure] = []
         self.warnings = deque[str](maxlen=WARNINGS) if warnings is None else warnings
         self._registry = ControllerRegistry(rate, self.warnings)
         controllers = self._registry.controllers
@@ -159,7 +159,7 @@ class ControllerManager:
         self._registry.cleanup(name)
 
     def unload(self, name: str) -> None:
-        """Forget a controller.
+        """Remove a controller.
 
         Raises:
             SwitchError: As :meth:`cleanup`.
@@ -227,7 +227,7 @@ class ControllerManager:
         time, period = number("the time of a cycle", time), number("the period", period)
         if not period > 0.0:
             raise InvalidArgumentError(f"a cycle takes time: its period cannot be {period:g} s")
-        self._execution.failures, self._between = self._between, []
+        self._execution.failures, self._between_cycles = self._between_cycles, []
         self.statistics.periodicity.add(1.0 / period)
         self.read(time, period)
         self.update(time, period)
@@ -268,9 +268,10 @@ class ControllerManager:
         component = known[name]
         if state < component.state or state is LifecycleState.FINALIZED:
             problems: list[Problem] = []
-            only_commanding = state is LifecycleState.INACTIVE
-            self._switcher.release(component, time, problems, inactive_too=not only_commanding)
-            self._keep(problems, time)
+            # An INACTIVE component is still read.
+            including_readers = state is not LifecycleState.INACTIVE
+            self._switcher.release(component, time, problems, including_readers=including_readers)
+            self._report_later(problems, time)
         return component.set_state(state)
 
     def shutdown(self, time: float) -> list[Exception]:
@@ -298,13 +299,13 @@ class ControllerManager:
         leaving = {controller.name for controller in switch.deactivate}
         hardware = {component.name for component in self.components}
         # A failed activation is reported to the caller alone.
-        self._keep([each for each in problems if each.source in leaving | hardware], time)
+        self._report_later([each for each in problems if each.source in leaving | hardware], time)
         for source, cause in problems:
             if source not in leaving:
                 raise SwitchError(
                     f"Failed switching controllers.... {source}: {cause}. {switch.lists()}"
                 ) from cause
 
-    def _keep(self, problems: Sequence[Problem], time: float) -> None:
-        """Keep problems between cycles for the report of the next cycle."""
-        self._between += [Failure(time, source, cause) for source, cause in problems]
+    def _report_later(self, problems: Sequence[Problem], time: float) -> None:
+        """Report problems that occur between cycles among the failures of the next cycle."""
+        self._between_cycles += [Failure(time, source, cause) for source, cause in problems]

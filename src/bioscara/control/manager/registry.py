@@ -42,7 +42,7 @@ class ControllerRegistry:
 
     Attributes:
         controllers: All of them.
-        changes: How often one was loaded, configured, cleaned up or forgotten.
+        changes: How often one was loaded, configured, cleaned up or removed.
     """
 
     def __init__(self, rate: int, warnings: MutableSequence[str]) -> None:
@@ -107,7 +107,7 @@ class ControllerRegistry:
         self._enter(controller, LifecycleState.UNCONFIGURED)
 
     def unload(self, name: str) -> None:
-        """Forget it; errors as ``ControllerManager.unload``."""
+        """Remove it; errors as ``ControllerManager.unload``."""
         self.cleanup(name)
         self._enter(self.controllers.pop(name), LifecycleState.FINALIZED)
 

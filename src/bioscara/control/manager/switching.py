@@ -144,7 +144,7 @@ class ControllerSwitcher:
         self, component: HardwareComponent, time: float, problems: list[Problem]
     ) -> tuple[str, ...]:
         """Deactivate all controllers that use a component and fail it; return their names."""
-        leaving = self.release(component, time, problems, inactive_too=True)
+        leaving = self.release(component, time, problems, including_readers=True)
         try:
             component.fail()
         except Exception as error:  # noqa: BLE001  it is finalized, and the cause is kept
@@ -157,7 +157,7 @@ class ControllerSwitcher:
         time: float,
         problems: list[Problem],
         *,
-        inactive_too: bool,
+        including_readers: bool,
     ) -> tuple[str, ...]:
         """Deactivate the controllers that command a component; return their names.
 
@@ -165,13 +165,13 @@ class ControllerSwitcher:
             component: The component.
             time: Now [s].
             problems: Takes the problems that occur.
-            inactive_too: Whether also those that only read it.
+            including_readers: Whether also those that only read it.
         """
         leaving = [
             controller
             for controller, _ in self.active
             if self._claims.commands_of(controller, component)
-            or (inactive_too and self._claims.uses(controller, component))
+            or (including_readers and self._claims.uses(controller, component))
         ]
         for controller in leaving:
             self._deactivate(controller, time, problems)
