@@ -277,7 +277,7 @@ def test_a_trajectory_that_nobody_swept_ends_in_front_of_a_zone() -> None:
     assert back.status is GoalStatus.SUCCEEDED
 
 
-def test_a_trajectory_that_was_swept_is_not_looked_at() -> None:
+def test_a_swept_trajectory_is_not_checked_again() -> None:
     runs = []
     for guarded in (True, False):
         # Through the zone: a trajectory marked as collision-checked is not checked again.
@@ -289,7 +289,7 @@ def test_a_trajectory_that_was_swept_is_not_looked_at() -> None:
     assert np.array_equal(*runs)
 
 
-def test_cancelled_beside_a_wall_the_ramp_is_not_hindered() -> None:
+def test_a_ramp_after_a_cancel_beside_a_wall_is_not_braked() -> None:
     runs = []
     for guarded in (True, False):
         arm = Guarded(WALL, guarded=guarded)
@@ -314,7 +314,7 @@ def slide(arm: Guarded, velocities: Callable[[int], ToolVelocity], cycles: int) 
     return np.array(rows)
 
 
-def test_a_jog_along_a_wall_and_the_hold_after_it_are_not_hindered() -> None:
+def test_a_jog_along_a_wall_and_the_hold_after_it_are_not_braked() -> None:
     arm = Guarded(WALL)
     rows = slide(arm, lambda cycle: ToolVelocity(y=0.2 if cycle < 150 else 0.0, x=-0.1), 260)
     assert WALL.clearance(ARM, rows).min() < WALL.margin + 1e-3
@@ -323,7 +323,7 @@ def test_a_jog_along_a_wall_and_the_hold_after_it_are_not_hindered() -> None:
     assert arm.clearance.interventions == 0
 
 
-def test_hold_takes_over_from_a_stream_where_that_had_room_to_stop() -> None:
+def test_hold_takes_over_from_a_stream_that_had_room_to_stop() -> None:
     for cycles in range(20, 160, 10):
         arm = Guarded(WALL, speed=0.5)
         arm.stream("position", BEYOND)
@@ -336,7 +336,7 @@ def test_hold_takes_over_from_a_stream_where_that_had_room_to_stop() -> None:
 
 
 @pytest.mark.parametrize("windows", [(0.23, 0.107), (0.025,)])
-def test_a_stream_that_goes_on_before_the_hold_after_it_rests(windows: tuple[float, ...]) -> None:
+def test_a_stream_may_continue_before_the_hold_has_ended(windows: tuple[float, ...]) -> None:
     # Its average goes on for half the windows: begun in motion, it ended inside the margin.
     for cycles, held in itertools.product(range(30, 150, 20), (1, 4, 12)):
         arm = Guarded(WALL, windows=windows)
@@ -352,7 +352,7 @@ def test_a_stream_that_goes_on_before_the_hold_after_it_rests(windows: tuple[flo
         assert np.allclose(arm.run(400)[-1], START)
 
 
-def test_jog_takes_over_from_a_stream_that_runs_at_a_wall() -> None:
+def test_jog_takes_over_from_a_stream_towards_a_wall() -> None:
     arm = Guarded(WALL)
     arm.stream("position", BEYOND)
     arm.run(60)
@@ -365,7 +365,7 @@ def test_jog_takes_over_from_a_stream_that_runs_at_a_wall() -> None:
     assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin
 
 
-def test_a_stream_that_comes_back_takes_the_arm_along() -> None:
+def test_a_stream_that_returns_moves_the_arm_again() -> None:
     arm = Guarded(WALL, speed=0.25)
     forward = arm.stream("position", START)
     for cycle in range(600):
@@ -422,7 +422,7 @@ def test_what_pushes_on_is_told_once() -> None:
     assert len(arm.stops) == 2
 
 
-def test_from_home_a_stream_unfolds_the_arm_and_does_not_bring_it_against_itself() -> None:
+def test_from_home_a_stream_unfolds_the_arm_without_self_collision() -> None:
     arm = Guarded(Scene(), at=None)
     j1, j2, j3, j4 = home = arm.measured()
     assert Scene().clearance(ARM, [home])[0] > Scene().margin
@@ -457,7 +457,7 @@ def test_where_a_joint_is_unknown_nothing_moves() -> None:
     ]
 
 
-def test_a_zone_that_is_put_in_the_way_counts_at_once() -> None:
+def test_a_zone_that_is_added_counts_at_once() -> None:
     arm = Guarded(Scene(), speed=0.2)
     arm.stream("position", BEYOND)
     arm.run(60)

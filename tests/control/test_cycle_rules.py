@@ -93,7 +93,7 @@ def test_rates_that_no_cycle_has_are_refused(world: World, rate: int) -> None:
             world.manager.cycle(world.clock.now(), period)
 
 
-def test_rule_61_an_arm_that_cannot_be_reached_takes_all_its_controllers_along() -> None:
+def test_rule_61_an_arm_that_cannot_be_reached_deactivates_all_its_controllers() -> None:
     world = World(at={"j1": 0.0})
     commander, reader = wild(world, "a", J1), wild(world, "reader", states=(J1,))
     world.switch("a", "reader")
@@ -157,7 +157,7 @@ def test_rule_61_62_hardware_that_fails_leaves_other_hardware_alone(
     assert box.state is after
 
 
-def test_hardware_whose_modes_cannot_be_changed_is_given_up_and_told_of() -> None:
+def test_hardware_whose_modes_cannot_be_changed_is_given_up_and_reported() -> None:
     box = Box()
     manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 100)
     manager.load("a", "test/Wild", {"commands": ("g/position",)})
@@ -174,7 +174,7 @@ def test_hardware_whose_modes_cannot_be_changed_is_given_up_and_told_of() -> Non
 
 
 @pytest.mark.parametrize("step", ["configure", "activate"])
-def test_rule_63_hardware_that_cannot_go_up_stays_where_it_was(step: str) -> None:
+def test_rule_63_hardware_that_cannot_be_activated_stays_in_its_state(step: str) -> None:
     box = Box()
     manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 100)
     manager.set_hardware_state("box", LifecycleState.UNCONFIGURED, 0.0)

@@ -154,7 +154,7 @@ def test_rule_71_succeeds_as_soon_as_the_position_is_within_tolerance(
 
 
 @given(width=st.floats(LOWER, UPPER))
-def test_a_servo_that_only_repeats_what_it_was_told_takes_the_time_it_needs(width: float) -> None:
+def test_a_servo_without_feedback_takes_the_time_that_it_needs(width: float) -> None:
     bench = Bench(math.inf)
     handle = bench.go(width)
     took = bench.finish(handle)
@@ -346,7 +346,7 @@ def test_rule_71_speed_and_effort_go_only_where_interfaces_are_named() -> None:
     assert [handle.value for handle in bench.jaws.extras] == [0.1, 10.0]
 
 
-def test_feedback_tells_where_the_gripper_is_while_the_goal_runs() -> None:
+def test_feedback_reports_the_position_while_the_goal_runs() -> None:
     bench = Bench(0.1)
     handle = bench.go(0.12)
     assert handle.feedback is None
@@ -376,7 +376,7 @@ def test_activation_moves_nothing_and_forgets_the_goal_of_before() -> None:
     assert bench.jaws.width == 0.07
 
 
-def test_a_gripper_whose_width_nobody_knows_is_not_commanded() -> None:
+def test_a_gripper_of_unknown_width_is_not_commanded() -> None:
     bench = Bench()
     bench.manager.switch(bench.time, (), ("gripper",))
     bench.jaws.position.forget()
@@ -451,7 +451,7 @@ def test_a_goal_that_the_servo_cannot_quite_reach_is_reached_within_its_toleranc
     assert "gripper does not move at 0.112 m, before its goal of 0.12 m" in refused.text
 
 
-def test_cancel_stops_the_servo_on_its_way(servo: SimulatedServo, tmp_path: Path) -> None:
+def test_cancel_stops_the_moving_servo(servo: SimulatedServo, tmp_path: Path) -> None:
     bench = on(servo, tmp_path, velocity_limit=0.1)
     handle = bench.go(0.11)
     bench.run(0.1)

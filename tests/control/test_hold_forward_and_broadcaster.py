@@ -40,7 +40,7 @@ def broadcaster(world: World, **values: object) -> JointStateBroadcaster:
 
 
 @pytest.mark.parametrize("v1", [False, True])
-def test_forward_changes_nothing_until_it_is_told_and_then_goes_there(v1: bool) -> None:
+def test_forward_changes_nothing_until_it_gets_a_command_and_then_follows_it(v1: bool) -> None:
     world = World(at={"j1": 0.0}, v1=v1)
     controller = forward(world, "fwd", "position", "j1")
     world.switch("fwd")

@@ -108,7 +108,7 @@ def test_trigger_zero_stops_the_joint_unhomed_and_it_can_be_homed_again(
 @given(
     seconds=st.floats(0.0, 11.5), v1=st.booleans(), pause=st.integers(0, 3), forward=st.booleans()
 )
-def test_a_sequence_cancelled_at_any_time_leaves_the_arm_at_rest_and_can_start_anew(
+def test_a_sequence_cancelled_at_any_time_leaves_the_arm_at_rest_and_can_be_repeated(
     seconds: float, v1: bool, pause: int, forward: bool
 ) -> None:
     world = World(v1=v1, home=False)
@@ -142,7 +142,7 @@ def test_a_sequence_cancelled_at_any_time_leaves_the_arm_at_rest_and_can_start_a
     assert world.supervisor.faults == []
 
 
-def test_progress_tells_joint_time_and_travel() -> None:
+def test_progress_reports_joint_time_and_travel() -> None:
     world = World(home=False, near={"j3": 1.6})
     goal = start(world).trigger("j3", 1.0)
     assert goal is not None
@@ -181,7 +181,7 @@ def test_a_joint_without_an_end_stop_is_stopped_at_the_travel_limit(v1: bool) ->
     assert abs(world.arm.velocity("j4")) < 1e-3
 
 
-def test_mec5_without_an_end_stop_the_joint_says_why_it_gave_up() -> None:
+def test_mec5_without_an_end_stop_the_joint_reports_why_it_ended() -> None:
     world = World(home=False)
     world.arm.remove_stops("j4")
     goal = finish(world, start(world).send_goal({"j4": 1.0, "j3": 1.0}))
@@ -194,7 +194,7 @@ def test_mec5_without_an_end_stop_the_joint_says_why_it_gave_up() -> None:
     assert not world.hardware.axes[2].homing.running
 
 
-def test_mec4_an_obstacle_in_the_way_is_no_home_to_a_joint_that_knows_better() -> None:
+def test_mec4_an_obstacle_is_not_taken_for_the_end_stop() -> None:
     world = World(home=False, near={"j4": 2.9})
     homing = start(world)
     finish(world, homing.send_goal({"j4": 1.0}))
@@ -249,7 +249,7 @@ def test_a_joint_that_restarts_while_homing_ends_the_goal_with_the_cause(v1: boo
 
 @pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 @pytest.mark.parametrize("lost", [5, 9, 16, 17, 18, 19, 30])
-def test_a_joint_that_goes_unheard_for_a_while_is_stopped_all_the_same(v1: bool, lost: int) -> None:
+def test_a_joint_that_is_silent_for_a_while_is_stopped_all_the_same(v1: bool, lost: int) -> None:
     world = World(v1=v1, home=False, near={"j3": 1.0})
     goal = start(world).trigger("j3", 1.0)
     assert goal is not None
@@ -262,7 +262,7 @@ def test_a_joint_that_goes_unheard_for_a_while_is_stopped_all_the_same(v1: bool,
     assert (abs(world.arm.velocity("j3")) < 1e-4) == goal.done
 
 
-def test_a_joint_that_no_longer_tells_its_state_ends_the_goal_with_the_cause() -> None:
+def test_a_joint_that_no_longer_reports_its_state_ends_the_goal_with_the_cause() -> None:
     world = World(home=False, near={"j3": 1.0})
     goal = start(world).trigger("j3", 1.0)
     assert goal is not None
@@ -342,7 +342,7 @@ def test_a_fault_ends_the_homing_at_any_time_and_no_other_begins_while_it_is_lat
 
 
 @pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
-def test_a_joint_that_missed_the_stop_of_a_fault_is_told_until_it_heard(v1: bool) -> None:
+def test_a_joint_that_missed_the_stop_of_a_fault_is_sent_it_until_it_answers(v1: bool) -> None:
     world = World(v1=v1, home=False)
     start(world).send_goal({"j3": -1.0})
     world.run(1.0)
@@ -370,7 +370,7 @@ def test_switching_is_refused_while_homing_and_changes_nothing() -> None:
     world.switch(off=("homing",))
 
 
-def test_hardware_that_goes_down_takes_the_homing_with_it() -> None:
+def test_hardware_that_is_deactivated_ends_the_homing() -> None:
     world = World(home=False)
     homing = start(world)
     goal = homing.send_goal(DIRECTIONS)
@@ -434,7 +434,7 @@ def test_unusable_goals_are_refused() -> None:
         homing.trigger("j1", 1.0)
 
 
-def test_a_refused_start_is_told_with_its_cause() -> None:
+def test_a_refused_start_is_reported_with_its_cause() -> None:
     world = World(home=False)
     homing = start(world, joints=("j4",))
     other = world.load("other", KIND, joints=("j1",))

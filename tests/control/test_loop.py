@@ -107,9 +107,7 @@ def late(world: World) -> LateClock:
         *((rate, "give a number") for rate in (True, "50")),
     ],
 )
-def test_a_rate_that_makes_no_sense_is_refused_everywhere_in_the_same_words(
-    rate: Any, why: str
-) -> None:
+def test_an_invalid_rate_is_refused_everywhere_with_the_same_text(rate: Any, why: str) -> None:
     world = World(home=False)
     hardware = (world.hardware,)
     arm = SimulatedArm()
@@ -312,7 +310,7 @@ def test_host4_a_controller_that_is_stuck_leaves_joints_at_rest_and_a_named_faul
 
 @pytest.mark.parametrize("v1", [False, True])
 @pytest.mark.parametrize("pause", [0.3, 1.0, 2.5])
-def test_host4_the_way_of_a_pause_is_not_made_up_for_by_joints_that_stood(
+def test_host4_the_displacement_missed_in_a_pause_is_not_made_up_for(
     pause: float, *, v1: bool
 ) -> None:
     world = World(v1=v1, at=AT)
@@ -377,7 +375,7 @@ def test_host4_no_command_steps_after_a_pause_by_more_than_a_period_at_full_spee
             assert abs(guard.reference - last) <= way * 1.01
 
 
-def test_what_a_cycle_raises_ends_in_the_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_exception_of_a_cycle_ends_in_the_stop(monkeypatch: pytest.MonkeyPatch) -> None:
     world = moving()
     apply = world.manager.limiter.apply
     calls = [0]
@@ -395,7 +393,7 @@ def test_what_a_cycle_raises_ends_in_the_stop(monkeypatch: pytest.MonkeyPatch) -
     assert world.hardware.state is LifecycleState.INACTIVE
 
 
-def test_cycles_that_keep_breaking_off_release_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cycles_that_keep_failing_release_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
     world = moving()
 
     def always(period: float, sources: Sequence[CommandSource]) -> None:
@@ -443,7 +441,7 @@ def test_an_interrupt_in_any_line_of_a_cycle_leaves_an_arm_that_comes_to_rest(
     assert world.arm.position("j1") < AWAY[0] - 0.3, "it went on to its target"
 
 
-def test_a_cycle_that_was_interrupted_is_no_fault_and_the_arm_stays_engaged() -> None:
+def test_an_interrupted_cycle_is_no_fault_and_the_arm_stays_enabled() -> None:
     world = moving()
     transfer = world.bus.transfer
 

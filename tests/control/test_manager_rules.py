@@ -81,7 +81,7 @@ def test_rule_46_cleanup_and_unload(world: World) -> None:
         manager.controller("a")
 
 
-def test_rule_46_what_an_active_controller_falls_back_on_stays_configured(world: World) -> None:
+def test_rule_46_the_fallback_of_an_active_controller_stays_configured(world: World) -> None:
     wild(world, "a", J1, fallback_controllers=("b",))
     wild(world, "b", J1, fallback_controllers=("c",))
     wild(world, "c", J1)
@@ -272,7 +272,7 @@ def test_rule_52_a_controller_that_does_not_become_active(
     world.switch("bad")
 
 
-def test_rule_52_what_is_said_of_a_success(world: World) -> None:
+def test_rule_52_the_text_of_a_success(world: World) -> None:
     wild(world, "a", J1)
     now, done = world.clock.now(), "Successfully switched controllers!"
     assert world.manager.switch(now, ("a",)).text == done
@@ -330,7 +330,7 @@ def test_rule_55_components_and_interfaces_are_listed(world: World) -> None:
     assert sorted(arm.state_interfaces) == list(states)
 
 
-def test_rule_55_components_differ_in_what_they_are_and_where_they_are_in_their_life() -> None:
+def test_rule_55_components_differ_in_kind_and_lifecycle_state() -> None:
     box = Box()
     manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 50)
     for state, available in ((LifecycleState.UNCONFIGURED, False), (LifecycleState.INACTIVE, True)):
@@ -394,7 +394,7 @@ def test_a_controller_that_fails_to_deactivate_is_inactive_and_the_failure_is_re
     release(world)
 
 
-def test_a_lock_refuses_whoever_commands_but_not_whoever_reads(world: World) -> None:
+def test_a_lock_refuses_controllers_that_command_but_not_those_that_read(world: World) -> None:
     wild(world, "a", J1)
     wild(world, "reader", states=(J1,))
     world.manager.lock = "because"

@@ -66,7 +66,7 @@ def start(arm: SimulatedArm) -> Robot:
 
 
 @pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
-def test_rule_58_a_start_greets_the_joints_and_energises_and_moves_nothing(v1: bool) -> None:
+def test_rule_58_a_start_identifies_the_joints_and_energises_and_moves_nothing(v1: bool) -> None:
     arm = SimulatedArm(seed=1, v1=v1, positions=NEAR)
     before = [arm.position(name) for name in NAMES]
     with start(arm) as robot:
@@ -79,7 +79,7 @@ def test_rule_58_a_start_greets_the_joints_and_energises_and_moves_nothing(v1: b
 
 
 @pytest.mark.parametrize("absent", NAMES)
-def test_rule_58_one_joint_that_does_not_answer_lets_all_go_and_closes_the_bus(
+def test_rule_58_one_joint_that_does_not_answer_releases_all_and_closes_the_bus(
     absent: str,
 ) -> None:
     arm = SimulatedArm(seed=1, positions=NEAR)
@@ -94,7 +94,7 @@ def test_rule_58_one_joint_that_does_not_answer_lets_all_go_and_closes_the_bus(
         robot.bus.transfer([Transaction(0x11, b"\x00", 1)])
 
 
-def test_rule_58_one_joint_that_does_not_engage_leaves_none_engaged() -> None:
+def test_rule_58_one_joint_that_cannot_be_enabled_leaves_none_enabled() -> None:
     arm = SimulatedArm(seed=1, positions=NEAR)
     with start(arm) as robot:
         arm.set_power("j4", on=False)

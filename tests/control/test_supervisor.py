@@ -39,7 +39,7 @@ def faulted(folder: Path) -> World:
 
 
 @pytest.mark.parametrize("kind", list(FaultKind))
-def test_every_kind_says_what_to_do(kind: FaultKind) -> None:
+def test_every_kind_has_an_action(kind: FaultKind) -> None:
     assert kind.action
     assert kind.action in str(ArmFault(kind, "j1", HardwareError("x"), 0.0))
 
@@ -58,7 +58,7 @@ def test_every_kind_says_what_to_do(kind: FaultKind) -> None:
         (ZeroDivisionError(), FaultKind.CONTROLLER_FAILED),
     ],
 )
-def test_causes_are_told_apart(cause: BaseException, kind: FaultKind) -> None:
+def test_causes_are_distinguished(cause: BaseException, kind: FaultKind) -> None:
     assert classify(cause) is kind
 
 
@@ -103,7 +103,7 @@ def test_a_joint_that_refuses_a_setpoint_is_named_and_not_the_bus() -> None:
     assert "OUT_OF_RANGE" in str(fault)
 
 
-def test_nothing_to_acknowledge_is_said() -> None:
+def test_acknowledging_without_a_fault_is_refused() -> None:
     with pytest.raises(FaultedError, match="no fault"):
         World(home=False).supervisor.acknowledge()
 
@@ -118,7 +118,7 @@ def test_evidence_that_cannot_be_written_keeps_the_fault(tmp_path: Path) -> None
     assert world.supervisor.state is FaultState.LATCHED
 
 
-def test_evidence_shows_the_time_before_the_fault_however_late_somebody_looks(
+def test_evidence_shows_the_time_before_the_fault_however_late_it_is_written(
     tmp_path: Path,
 ) -> None:
     world = faulted(tmp_path)
@@ -157,7 +157,7 @@ def test_a_fault_after_the_acknowledgement_has_to_be_acknowledged_too(tmp_path: 
     assert "j1 stalled" in second.evidence.read_text()
 
 
-def test_a_fault_that_stays_is_told_once(tmp_path: Path) -> None:
+def test_a_persistent_fault_is_reported_once(tmp_path: Path) -> None:
     world = moving(tmp_path)
     for name in NAMES:
         world.arm.set_power(name, on=False)
@@ -239,7 +239,7 @@ def test_a_joint_that_overheats_after_another_fault_releases_the_arm() -> None:
     assert not any(world.arm.has_torque(name) for name in NAMES)
 
 
-def test_power_that_goes_after_another_fault_is_named_and_releases_the_arm() -> None:
+def test_a_power_loss_after_another_fault_is_named_and_releases_the_arm() -> None:
     world = moving()
     world.supervisor.fault(ControllerError("it broke", "any"), "any", world.clock.now())
     world.run(2.0)
@@ -265,7 +265,7 @@ def test_a_lost_joint_without_commands_does_not_let_the_others_fall() -> None:
     assert world.arm.has_torque("j2")
 
 
-def test_a_homing_controller_that_homes_nothing_does_not_let_the_joints_fall() -> None:
+def test_an_idle_homing_controller_does_not_let_the_joints_fall() -> None:
     world = World(at=NEAR)
     world.load("homing", "single_trigger_controller/SingleTriggerController", joints=("j4",))
     forward = world.load("one", FORWARD, joints=("j1",), interface_name="position")
@@ -292,7 +292,7 @@ def test_a_fault_stops_joints_that_are_driven_by_velocity(v1: bool) -> None:
     assert world.arm.has_torque("j1")
 
 
-def test_joints_that_could_not_be_released_are_told_of_and_released_on_recovery(
+def test_joints_that_could_not_be_released_are_reported_and_released_on_recovery(
     tmp_path: Path,
 ) -> None:
     world = moving(tmp_path)

@@ -76,7 +76,7 @@ def test_rule_53_a_switch_is_done_when_it_returns_long_before_a_joint_misses_a_s
     assert not world.supervisor.faults
 
 
-def test_rule_51_letting_a_velocity_go_that_is_not_0_is_warned_about() -> None:
+def test_rule_51_releasing_a_velocity_that_is_not_0_is_warned_about() -> None:
     world = World(at=MIDDLE)
     moving(world)
     speed = world.axis("j2").velocity_command.value
@@ -113,7 +113,7 @@ def test_rule_51_no_warning_where_motion_goes_on_or_has_ended() -> None:
 
 
 @pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
-def test_rule_51_letting_go_what_nobody_claimed_is_warned_about_and_harmless(v1: bool) -> None:
+def test_rule_51_releasing_an_unclaimed_interface_is_warned_about_and_harmless(v1: bool) -> None:
     world = World(home=False, v1=v1)
     hardware = world.hardware
     [said] = hardware.prepare_command_mode_switch((), ("j3/velocity",))
@@ -129,7 +129,7 @@ def test_rule_51_letting_go_what_nobody_claimed_is_warned_about_and_harmless(v1:
     assert list(world.manager.warnings) == ["j1/home is released, but was not claimed"]
 
 
-def test_rule_51_the_gripper_says_so_too(tmp_path: Path) -> None:
+def test_rule_51_the_gripper_warns_too(tmp_path: Path) -> None:
     servo = load_parameters().gripper
     with SimulatedServo(servo.outputs[0]) as made:
         gripper = GripperHardware.from_description(

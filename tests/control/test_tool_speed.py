@@ -47,7 +47,7 @@ def tool_speeds(
 
 
 @pytest.mark.parametrize("limit", [0.05, 0.25])
-def test_a_step_of_positions_is_gone_at_the_speed_of_the_tool(limit: float) -> None:
+def test_a_step_of_positions_is_covered_at_the_speed_of_the_tool(limit: float) -> None:
     world, cap = capped(limit)
     speeds = tool_speeds(world, "position", FAR, 2500)
     assert max(speeds) <= limit * 1.01
@@ -77,7 +77,7 @@ def test_full_speed_is_not_touched() -> None:
 
 
 @pytest.mark.parametrize("interface", ["position", "velocity"])
-def test_nothing_passes_while_the_speed_of_the_tool_is_not_known(interface: str) -> None:
+def test_nothing_passes_while_the_speed_of_the_tool_is_unknown(interface: str) -> None:
     world, cap = capped(0.25)
     tool_speeds(world, interface, FAR if interface == "position" else (0.5, 0.01, 0.5, 0.5), 30)
     guards, commands = world.manager.limiter.joints, world.hardware.commands

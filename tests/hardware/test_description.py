@@ -133,7 +133,7 @@ def test_a_missing_joint_is_named() -> None:
         read(TEXT[:begin] + TEXT[end:])
 
 
-def test_a_robot_without_any_hardware_is_told_so() -> None:
+def test_a_description_without_hardware_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="named bioscara_arm; known here: none"):
         read('<robot name="bioscara"/>')
 

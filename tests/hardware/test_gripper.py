@@ -96,7 +96,7 @@ def test_a_width_is_bounded_and_sent_only_when_it_changed(
     assert written.stat().st_mtime_ns == before
 
 
-def test_an_error_lets_the_servo_go(gripper: GripperHardware, servo: SimulatedServo) -> None:
+def test_an_error_releases_the_servo(gripper: GripperHardware, servo: SimulatedServo) -> None:
     gripper.set_state(LifecycleState.ACTIVE)
     gripper.fail()
     assert servo.pulse() is None
@@ -107,7 +107,7 @@ def test_an_error_lets_the_servo_go(gripper: GripperHardware, servo: SimulatedSe
     assert gripper.state is LifecycleState.FINALIZED
 
 
-def test_an_error_lets_the_servo_go_and_is_no_end_where_its_width_cannot_be_kept(
+def test_an_error_releases_the_servo_also_where_its_width_cannot_be_stored(
     gripper: GripperHardware, servo: SimulatedServo, tmp_path: Path
 ) -> None:
     gripper.set_state(LifecycleState.ACTIVE)
@@ -122,7 +122,7 @@ def test_an_error_lets_the_servo_go_and_is_no_end_where_its_width_cannot_be_kept
     assert gripper.state is LifecycleState.FINALIZED
 
 
-def test_a_width_that_cannot_be_told_is_given_up_and_named(
+def test_a_width_that_cannot_be_sent_is_abandoned_and_reported(
     gripper: GripperHardware, servo: SimulatedServo
 ) -> None:
     gripper.set_state(LifecycleState.ACTIVE)
@@ -144,7 +144,7 @@ def test_a_width_that_cannot_be_told_is_given_up_and_named(
     assert gripper.problems == []
 
 
-def test_a_cycle_tells_a_width_and_keeps_none(
+def test_a_cycle_sends_a_width_and_stores_none(
     gripper: GripperHardware, servo: SimulatedServo, tmp_path: Path
 ) -> None:
     gripper.set_state(LifecycleState.ACTIVE)
@@ -163,7 +163,7 @@ def test_a_cycle_tells_a_width_and_keeps_none(
     assert cycle(gripper)[0] == pytest.approx(0.06)
 
 
-def test_after_an_error_it_goes_on_from_the_width_that_it_was_told_last(
+def test_after_an_error_it_continues_from_the_width_sent_last(
     gripper: GripperHardware, servo: SimulatedServo
 ) -> None:
     gripper.set_state(LifecycleState.ACTIVE)

@@ -98,7 +98,7 @@ def test_rule_57_interfaces_are_available_from_configured_on() -> None:
     assert not arm.available
 
 
-def test_rule_57_hardware_on_its_way_down_takes_its_controllers_with_it() -> None:
+def test_rule_57_hardware_deactivates_its_controllers_before_a_lower_state() -> None:
     world = Stack()
     world.switch("hold")
     world.manager.set_hardware_state("bioscara_arm", LifecycleState.INACTIVE, world.clock.now())
@@ -157,7 +157,7 @@ class Heater(Tap):
         return super().transfer(transactions)
 
 
-def test_rule_63_a_joint_that_drops_out_while_others_are_engaged_fails_the_activation() -> None:
+def test_rule_63_a_joint_that_drops_out_while_others_are_enabled_fails_the_activation() -> None:
     # Version 2 only: an original joint checks neither its temperature nor its supply.
     world = World()
     arm = ArmHardware("arm", Heater(world), world.arm.clock, PARAMETERS.joints)
@@ -238,7 +238,7 @@ def test_activate_sets_stall_guard_acceleration_and_velocity_on_joints_that_run_
 
 
 @BOTH
-def test_activation_reads_once_and_the_commands_are_what_was_measured(v1: bool) -> None:
+def test_activation_reads_once_and_the_commands_are_the_measured_states(v1: bool) -> None:
     world, arm = bare(v1)
     world.ready()
     arm.set_state(LifecycleState.ACTIVE)
@@ -271,7 +271,7 @@ def test_a_cycle_of_reading_is_one_bus_call_and_an_unclaimed_arm_is_sent_nothing
     assert [[t.write[0] for t in call] for call in world.tap.calls] == [[Register.STATE] * 4]
 
 
-def test_a_joint_that_failed_alone_is_left_out_and_told_of() -> None:
+def test_a_joint_that_failed_alone_is_left_out_and_reported() -> None:
     world = Stack()
     world.switch("hold")
     world.arm.set_power("j3", False)

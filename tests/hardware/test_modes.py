@@ -269,7 +269,7 @@ def test_a_velocity_that_cannot_be_reaches_no_joint(value: float) -> None:
     assert world.tap.count(Register.SETRPM) == 0
 
 
-def test_a_joint_that_cannot_be_told_to_stop_stops_by_itself_and_is_told_of() -> None:
+def test_a_joint_that_misses_the_stop_stops_autonomously_and_is_reported() -> None:
     world, arm = ready()
     switch(arm, "j3/velocity", "j4/velocity")
     for name in ("j3", "j4"):

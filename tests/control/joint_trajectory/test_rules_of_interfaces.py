@@ -315,7 +315,7 @@ def test_rule_40_parameters_are_read_only(name: str) -> None:
         setattr(made, name, getattr(made, name))
 
 
-def test_rule_41_the_state_is_told_in_every_cycle_also_while_holding(arm: Follower) -> None:
+def test_rule_41_the_state_is_reported_in_every_cycle_also_while_holding(arm: Follower) -> None:
     for holding in (True, False):
         if not holding:
             arm.send(arm.move(0.1, 1.0))
@@ -343,7 +343,7 @@ def test_rule_41_the_state_is_told_in_every_cycle_also_while_holding(arm: Follow
     assert arm.jtc.controller_state is None
 
 
-def test_rule_41_velocities_are_told_only_where_they_are_measured(
+def test_rule_41_velocities_are_reported_only_where_they_are_measured(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower(command_interfaces=("position",), state_interfaces=("position",))

@@ -141,7 +141,7 @@ def test_rule_15_the_arm_goes_from_point_to_point(follower: Callable[..., Follow
     assert arm.measured == pytest.approx(goal.positions, abs=2e-3)
 
 
-def test_rule_16_what_is_commanded_is_one_cycle_ahead_of_what_is_judged(arm: Follower) -> None:
+def test_rule_16_the_command_is_one_cycle_ahead_of_the_desired_state(arm: Follower) -> None:
     arm.send(arm.move(0.1, 1.0))
     arm.run(0.3)
     for _ in range(20):

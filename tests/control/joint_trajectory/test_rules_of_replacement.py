@@ -165,7 +165,7 @@ def test_rule_21_a_new_goal_aborts_the_one_that_runs(arm: Follower) -> None:
     assert arm.finish(second).status is GoalStatus.SUCCEEDED
 
 
-def test_rule_22_a_trajectory_during_a_goal_is_what_the_goal_is_judged_on(arm: Follower) -> None:
+def test_rule_22_a_goal_is_evaluated_on_a_trajectory_sent_during_it(arm: Follower) -> None:
     goal = arm.send(arm.move(0.1, 1.0))
     arm.run(0.3)
     new = arm.move(-0.05, 2.0)

@@ -263,7 +263,7 @@ def test_pln1_the_limit_itself_is_within_whatever_rounding_makes_of_it() -> None
             assert within(point) == (point,)
 
 
-def test_pln1_what_is_integrated_is_judged_too() -> None:
+def test_pln1_integrated_points_are_checked_too() -> None:
     fast = Point(10.0, (), (J1.max_velocity, 0.0))
     with pytest.raises(GoalRejectedError, match="point 0: positions of j1 is"):
         within(fast, allow_integration_in_goal_trajectories=True)
@@ -284,7 +284,7 @@ def test_pln1_from_beyond_a_limit_a_goal_leads_back_but_no_farther(known: str) -
 
 
 @pytest.mark.parametrize("kinds", [("position",), BOTH, ("velocity",)])
-def test_pln1_every_goal_is_judged_and_a_running_one_goes_on(
+def test_pln1_every_goal_is_checked_and_a_running_one_continues(
     follower: Callable[..., Follower], kinds: tuple[str, ...]
 ) -> None:
     gains = {name: {"p": 2.0, "ff_velocity_scale": 1.0} for name in NAMES}
