@@ -17,8 +17,8 @@ from bioscara.control.controllers.joint_trajectory import (
 from bioscara.control.controllers.joint_trajectory.messages import JointValues
 from bioscara.control.controllers.joint_trajectory.parameters import Constraints
 from bioscara.control.controllers.joint_trajectory.tolerances import (
-    JointTolerances,
     ToleranceMonitor,
+    TrajectoryTolerances,
     Verdict,
     Violation,
     choose,
@@ -34,11 +34,11 @@ FAR = 1e-9
 
 
 def test_rule_29_defaults_check_nothing_but_standstill() -> None:
-    assert defaults(JOINTS, Constraints()) == JointTolerances(
+    assert defaults(JOINTS, Constraints()) == TrajectoryTolerances(
         ((0.0, 0.0, 0.0),) * 2, ((0.0, 0.01, 0.0),) * 2, 0.0
     )
     given = Constraints.model_validate({"b": {"trajectory": 0.1, "goal": 0.2}, "goal_time": 3.0})
-    assert defaults(JOINTS, given) == JointTolerances(
+    assert defaults(JOINTS, given) == TrajectoryTolerances(
         ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0)), ((0.0, 0.01, 0.0), (0.2, 0.01, 0.0)), 3.0
     )
 
@@ -61,7 +61,7 @@ def test_rule_29_what_is_0_is_not_checked_and_a_joint_that_moves_has_not_arrived
 
 
 def test_rule_30_values_of_the_goal_replace_keep_or_erase() -> None:
-    default = JointTolerances(((0.1, 0.0, 0.0),) * 2, ((0.2, 0.01, 0.0),) * 2, 3.0)
+    default = TrajectoryTolerances(((0.1, 0.0, 0.0),) * 2, ((0.2, 0.01, 0.0),) * 2, 3.0)
     goal = Goal(
         EMPTY,
         (Tolerance("b", 0.5), Tolerance("a", -1.0)),
@@ -69,7 +69,7 @@ def test_rule_30_values_of_the_goal_replace_keep_or_erase() -> None:
         -1.0,
     )
     chosen, warning = choose(goal, JOINTS, default)
-    assert chosen == JointTolerances(
+    assert chosen == TrajectoryTolerances(
         ((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), ((0.2, 0.0, 4.0), (0.2, 0.01, 0.0)), 0.0
     )
     assert warning == ""

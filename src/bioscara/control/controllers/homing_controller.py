@@ -15,7 +15,7 @@ from bioscara.hardware import HOME, VELOCITY, LifecycleState
 from bioscara.hardware.interfaces import Quality
 
 
-class HomingControllerParameters(Parameters):
+class HomingSequenceParameters(Parameters):
     """Parameters of the homing controller.
 
     Attributes:
@@ -77,7 +77,7 @@ class HomingGoal(AcceptedGoal):
         self.status, self.text, self.current = status, text, None
 
 
-class HomingController(Controller[HomingControllerParameters]):
+class HomingController(Controller[HomingSequenceParameters]):
     """Commands ``home``: the sign is the direction, 0 stops; the hardware resets it at the end.
 
     One joint homes at a time: while one is homing, the bus is not free for another.
@@ -88,9 +88,9 @@ class HomingController(Controller[HomingControllerParameters]):
     """
 
     TYPE = "single_trigger_controller/SingleTriggerController"
-    PARAMETERS = HomingControllerParameters
+    PARAMETERS = HomingSequenceParameters
 
-    def __init__(self, name: str, parameters: HomingControllerParameters) -> None:
+    def __init__(self, name: str, parameters: HomingSequenceParameters) -> None:
         super().__init__(name, parameters)
         self.goal: HomingGoal | None = None
         self._index = 0

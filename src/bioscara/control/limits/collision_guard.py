@@ -267,7 +267,7 @@ class _Stop:
 
     Args:
         joints: The joints.
-        places: Their positions [rad or m].
+        positions: Their positions [rad or m].
         speeds: Their velocities [rad/s or m/s].
 
     Attributes:
@@ -275,24 +275,24 @@ class _Stop:
     """
 
     def __init__(
-        self, joints: Sequence[JointLimiter], places: Sequence[float], speeds: Sequence[float]
+        self, joints: Sequence[JointLimiter], positions: Sequence[float], speeds: Sequence[float]
     ) -> None:
         self._duration, self._elapsed = _braking_time(joints, speeds), 0.0
         self.rest: dict[str, float] = {}
         self._ramps = []
-        for joint, place, speed in zip(joints, places, speeds, strict=True):
-            self.rest[joint.name] = rest = joint.within(place + speed * self._duration / 2.0)
-            duration = 2.0 * (rest - place) / speed if speed else 0.0
-            self._ramps.append((joint, place, speed, duration))
+        for joint, position, speed in zip(joints, positions, speeds, strict=True):
+            self.rest[joint.name] = rest = joint.within(position + speed * self._duration / 2.0)
+            duration = 2.0 * (rest - position) / speed if speed else 0.0
+            self._ramps.append((joint, position, speed, duration))
 
     def step(self, period: float) -> bool:
         """Command one more cycle; return whether it is the last: one in which the arm stands."""
         before, self._elapsed = self._elapsed, self._elapsed + period
-        for joint, place, speed, duration in self._ramps:
+        for joint, position, speed, duration in self._ramps:
             start, end = _ramp(before, duration), _ramp(self._elapsed, duration)
             left = max(1.0 - self._elapsed / duration, 0.0) if duration else 0.0
             mean = speed * (end - start) / period
-            joint.replace_command(place + speed * end, mean, speed * left, period)
+            joint.replace_command(position + speed * end, mean, speed * left, period)
         return before >= self._duration
 
 

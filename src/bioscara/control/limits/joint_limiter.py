@@ -16,7 +16,7 @@ from bioscara.protocol import SILENCE
 
 _ROUNDING = 1e-6
 """Share by which a command may exceed its bound: it is a difference of samples."""
-_NOTHING = 1e-12
+_RESIDUE = 1e-12
 """Rounding residue of a completed displacement [rad or m]."""
 _REACTION = 2.0 * SILENCE
 """Time that a joint under velocity control may continue before it brakes [s]: it stops
@@ -109,15 +109,15 @@ class JointLimiter:
             return self._lower <= self.reference + self.speed * time <= self._upper
         return not self._velocity_command.owner
 
-    def within(self, place: float) -> float:
-        """Return the position nearest to ``place`` that the joint may move to [rad or m].
+    def within(self, position: float) -> float:
+        """Return the position nearest to ``position`` that the joint may move to [rad or m].
 
         Beyond a limit, where a joint can only have been pushed, it may stay.
         """
-        if self._lower <= place <= self._upper:
-            return place
+        if self._lower <= position <= self._upper:
+            return position
         here = self.here
-        return min(max(place, min(self._lower, here)), max(self._upper, here))
+        return min(max(position, min(self._lower, here)), max(self._upper, here))
 
     @property
     def displacement(self) -> float:
@@ -191,18 +191,18 @@ class JointLimiter:
         elif self._velocity_command.owner:
             self._velocity_command.value = speed
 
-    def replace_command(self, place: float, mean: float, velocity: float, period: float) -> None:
+    def replace_command(self, position: float, mean: float, velocity: float, period: float) -> None:
         """Replace the request by another command in this cycle.
 
         Args:
-            place: Position to move to [rad or m].
+            position: Position to move to [rad or m].
             mean: Velocity that leads there from the last position [rad/s or m/s].
             velocity: At that position [rad/s or m/s].
             period: Time since the last cycle [s].
         """
         if self._position_command.owner:
-            self.reference, self.speed = place, mean
-            self._position_command.value = place
+            self.reference, self.speed = position, mean
+            self._position_command.value = position
         elif self._velocity_command.owner:
             velocity = self._in_reserve(velocity, period)
             # Its position follows from the measured one.
@@ -216,11 +216,11 @@ class JointLimiter:
         command = self._position_command
         if not (command.owner or self._velocity_command.owner):
             return
-        place, speed = self._bounded
+        position, speed = self._bounded
         if command.owner and command.value == self.reference:
             # No new command: the previous request still applies.
-            command.value = place
-        self.reference, self.speed = place, speed
+            command.value = position
+        self.reference, self.speed = position, speed
 
     def continue_from_sent(self) -> None:
         """Continue from the sent command and drop the lag behind the bounded one."""
@@ -234,17 +234,17 @@ class JointLimiter:
             speed: Of this cycle [rad/s or m/s].
             period: Time since the last cycle [s].
         """
-        place, velocity = self._position_command, self._velocity_command
-        if not (place.owner or velocity.owner) or not isfinite(self.reference):
+        position, velocity = self._position_command, self._velocity_command
+        if not (position.owner or velocity.owner) or not isfinite(self.reference):
             return
         self._bounded = self.reference, self.speed
         lag = self.lag + (self.speed - speed) * period
-        if not speed and abs(lag) < _NOTHING:
+        if not speed and abs(lag) < _RESIDUE:
             lag = 0.0
         self.lag, self.speed = lag, speed
-        if place.owner:
+        if position.owner:
             self.reference -= lag
-            place.value = self.reference
+            position.value = self.reference
         if velocity.owner:
             velocity.value = speed
 

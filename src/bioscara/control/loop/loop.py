@@ -14,7 +14,7 @@ from bioscara.control.faults.supervisor import Supervisor
 from bioscara.control.loop.realtime import conditions
 from bioscara.control.loop.systemd import Watchdog
 from bioscara.control.manager.manager import ControllerManager
-from bioscara.control.manager.statistics import LoopStatistics
+from bioscara.control.manager.statistics import CycleStatistics
 from bioscara.control.manager.update_rate import require_rate
 from bioscara.errors import ConfigurationError, NotEnabledError, OverrunError
 from bioscara.hardware import LifecycleState
@@ -87,7 +87,7 @@ class Loop:
         self._manager, self._supervisor, self._record = manager, supervisor, record
         self._clock, self._watchdog = clock, watchdog
         self.rate, self.period = rate, 1.0 / rate
-        self.statistics = LoopStatistics()
+        self.statistics = CycleStatistics()
         self._deadline = self._last = math.nan
         self._window: deque[bool] = deque([False] * rate, rate)
         self._missed = self._in_a_row = 0

@@ -212,7 +212,7 @@ def timed(index: int) -> Callable[[_Step[_M]], _Step[_M]]:
     return decorate
 
 
-class LoopStatistics:
+class CycleStatistics:
     """Statistics of a loop's cycles since it was created.
 
     Attributes:

@@ -17,7 +17,7 @@ from bioscara.control.controllers.joint_trajectory.parameters import Constraints
 ERASE = -1.0
 
 
-class JointTolerances(NamedTuple):
+class TrajectoryTolerances(NamedTuple):
     """Limits of each joint in the controller's order; 0 is unchecked.
 
     Attributes:
@@ -77,7 +77,12 @@ class ToleranceMonitor:
     __slots__ = ("_joints", "_timeout", "_velocity", "tolerances")
 
     def __init__(
-        self, joints: Sequence[str], tolerances: JointTolerances, timeout: float, *, velocity: bool
+        self,
+        joints: Sequence[str],
+        tolerances: TrajectoryTolerances,
+        timeout: float,
+        *,
+        velocity: bool,
     ) -> None:
         self._joints, self._timeout, self._velocity = tuple(joints), timeout, velocity
         self.tolerances = tolerances
@@ -129,11 +134,11 @@ class ToleranceMonitor:
         )
 
 
-def defaults(joints: Sequence[str], constraints: Constraints) -> JointTolerances:
+def defaults(joints: Sequence[str], constraints: Constraints) -> TrajectoryTolerances:
     """Return the tolerances of the parameters."""
     of = [constraints.of(joint) for joint in joints]
     stopped = constraints.stopped_velocity_tolerance
-    return JointTolerances(
+    return TrajectoryTolerances(
         tuple((each.trajectory, 0.0, 0.0) for each in of),
         tuple((each.goal, stopped, 0.0) for each in of),
         constraints.goal_time,
@@ -141,8 +146,8 @@ def defaults(joints: Sequence[str], constraints: Constraints) -> JointTolerances
 
 
 def choose(
-    goal: Goal, joints: Sequence[str], default: JointTolerances
-) -> tuple[JointTolerances, str]:
+    goal: Goal, joints: Sequence[str], default: TrajectoryTolerances
+) -> tuple[TrajectoryTolerances, str]:
     """Return the tolerances of a goal, and why the defaults were kept; empty if they were not.
 
     One invalid value discards the whole set, as in ROS; the goal still runs.
@@ -153,7 +158,7 @@ def choose(
     if wrong:
         return default, f"{wrong} makes no sense: the default tolerances are used"
     return (
-        JointTolerances(
+        TrajectoryTolerances(
             _replaced(default.path, goal.path_tolerance, joints),
             _replaced(default.goal, goal.goal_tolerance, joints),
             _value(default.goal_time, goal.goal_time_tolerance),
