@@ -165,6 +165,6 @@ class JointTrajectoryParameters(Parameters):
             for joint in named:
                 if joint not in joints:
                     raise ConfigurationError(
-                        f"{controller}: {what}.{joint} names no joint of it; it has "
+                        f"{controller}: {what}.{joint} is for no joint of it; it has "
                         + ", ".join(joints)
                     )
