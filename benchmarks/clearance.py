@@ -10,6 +10,7 @@ from benchmarks.control import homed_stack
 from benchmarks.measure import Row
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point
+from bioscara.control.limits.limiter import CommandSource
 from bioscara.kinematics import Scara
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Scene
@@ -29,13 +30,13 @@ _TO_AND_FRO, _INTO = (0.4, 0.02, 0.4, 0.8), (0.6, 0.02, 0.2, 0.4)
 
 def _proven(stack: Stack) -> float:
     """Return the cost of the stage in a cycle that follows a collision-checked trajectory [s]."""
-    stage = stack.clearance
+    stage = stack.collision_guard
     best = math.inf
     for _ in range(5):
         begin = perf_counter()
         for _ in range(_CALLS // 5):
-            stage.foresee(0.01)
-            stage.apply(0.01)
+            stage.prepare(0.01, ())
+            stage.apply(0.01, ())
         best = min(best, (perf_counter() - begin) / (_CALLS // 5))
     return best
 
@@ -45,21 +46,21 @@ def _streamed(stack: Stack, swing: Sequence[float]) -> list[float]:
     forward = stack.manager.controller("stream")
     if not isinstance(forward, ForwardCommandController):
         raise TypeError(type(forward).__name__)
-    clearance, smoothing, costs = stack.clearance, stack.smoothing, []
+    guard, smoothing, costs = stack.collision_guard, stack.smoothing, []
     begin = 0.0
 
     class Timed:
-        def foresee(self, period: float) -> None:
+        def prepare(self, period: float, unchecked: Sequence[CommandSource]) -> None:
             nonlocal begin
             start = perf_counter()
-            smoothing.foresee(period)
-            clearance.foresee(period)
+            smoothing.prepare(period, unchecked)
+            guard.prepare(period, unchecked)
             begin = perf_counter() - start
 
-        def apply(self, period: float) -> None:
+        def apply(self, period: float, unchecked: Sequence[CommandSource]) -> None:
             start = perf_counter()
-            clearance.apply(period)
-            smoothing.apply(period)
+            guard.apply(period, unchecked)
+            smoothing.apply(period, unchecked)
             costs.append(begin + perf_counter() - start)
 
     limiter = stack.manager.limiter
@@ -92,9 +93,9 @@ def rows() -> list[Row]:
     stack.manager.switch(clock.now(), ("stream",), (TRAJECTORY,))
     free = _streamed(stack, _TO_AND_FRO)
     surroundings.append((surroundings[0][0], Scene(_ZONES, 0.0)))
-    interventions = stack.clearance.interventions
+    interventions = stack.collision_guard.interventions
     near = _streamed(stack, _INTO)
-    braked = stack.clearance.interventions - interventions
+    braked = stack.collision_guard.interventions - interventions
     return [
         Row(
             "keeping clear, a trajectory that was swept",

@@ -11,7 +11,7 @@ from benchmarks.measure import Row, timings
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController, Point
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
 from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory
-from bioscara.hardware import CommandInterface, State, StateInterface
+from bioscara.hardware import CommandInterface, LifecycleState, StateInterface
 
 NAMES = ("j1", "j2", "j3", "j4")
 COUNT = 100
@@ -82,7 +82,7 @@ def _update() -> float:
         handle.value = 0.0
     controller.bind({h.name: h for h in commands}, {h.name: h for h in states})
     controller.on_activate(0.0)
-    controller.state = State.ACTIVE
+    controller.state = LifecycleState.ACTIVE
     controller.send_trajectory(JointTrajectory(NAMES, tuple(_points())), 0.0)
     now = 0.0
 

@@ -556,8 +556,8 @@ MUTANTS = (
     Mutant(
         "the way of a jog that breaks off",
         f"{CONTROL}/faults/stop.py",
-        "_HALTING = JointTrajectoryController, JogController",
-        "_HALTING = (JointTrajectoryController,)",
+        "_STOPPABLE = JointTrajectoryController, JogController",
+        "_STOPPABLE = (JointTrajectoryController,)",
         ("tests/robot/test_pose_motions.py",),
     ),
     Mutant(
@@ -876,24 +876,24 @@ MUTANTS = (
         LIFECYCLE,
     ),
     Mutant(
-        "unproven commands are looked at",
+        "unverified commands are checked",
         f"{CONTROL}/limits/collision_guard.py",
-        "if not controller.collision_checked:",
-        "if False:",
+        "        if unchecked:\n            self._checking = True",
+        "        if False:\n            self._checking = True",
         CLEARANCE,
     ),
     Mutant(
-        "the way to rest is looked at",
+        "the path to rest is checked",
         f"{CONTROL}/limits/collision_guard.py",
-        "guard.within(guard.after(half + more))",
-        "guard.after(0.0)",
+        "joint.within(joint.after(half + more))",
+        "joint.after(0.0)",
         CLEARANCE,
     ),
     Mutant(
-        "a path is looked at again when it has changed by as much as there was room",
+        "a path is checked again when it has changed by the spare clearance",
         f"{CONTROL}/limits/collision_guard.py",
-        "self._spare -= self._strays(path, period)",
-        "self._strays(path, period)",
+        "self._spare -= self._deviation(path, period)",
+        "self._deviation(path, period)",
         CLEARANCE,
     ),
     Mutant(
@@ -904,14 +904,14 @@ MUTANTS = (
         (*CLEARANCE, "tests/control/test_limiting_laws.py"),
     ),
     Mutant(
-        "a stop ends where joints are let go of",
+        "a stop ends where joints are released",
         f"{CONTROL}/limits/collision_guard.py",
-        "self._commanded() != self._left",
+        "self._commanded() != self._stop_commands",
         "False",
         CLEARANCE,
     ),
     Mutant(
-        "a goal that nobody swept is unproven",
+        "a goal that was not swept is unverified",
         f"{CONTROL}/controllers/joint_trajectory/messages.py",
         "collision_checked: bool = False",
         "collision_checked: bool = True",
@@ -920,8 +920,8 @@ MUTANTS = (
     Mutant(
         "the robot keeps raw setpoints clear",
         "src/bioscara/robot/stack.py",
-        "limiter.stages = (self.tool_speed, self.clearance, self.smoothing)",
-        "limiter.stages = (self.tool_speed, self.smoothing)",
+        "Limiter(limited, (self.tool_speed, self.collision_guard, self.smoothing))",
+        "Limiter(limited, (self.tool_speed, self.smoothing))",
         ("tests/robot/test_pose_motions.py",),
     ),
     Mutant(
@@ -1193,7 +1193,7 @@ MUTANTS = (
     Mutant(
         "an original joint that was lost while homing is stopped",
         "src/bioscara/hardware/arm.py",
-        "                    axis.homing.stop_lost()\n",
+        "                    homing.stop_lost()\n",
         "                    pass\n",
         ("tests/control/test_homing_controller.py",),
     ),
@@ -1235,8 +1235,8 @@ MUTANTS = (
     Mutant(
         "raw commands do not make belts swing",
         "src/bioscara/robot/stack.py",
-        "limiter.stages = (self.tool_speed, self.clearance, self.smoothing)",
-        "limiter.stages = (self.tool_speed, self.clearance)",
+        "Limiter(limited, (self.tool_speed, self.collision_guard, self.smoothing))",
+        "Limiter(limited, (self.tool_speed, self.collision_guard))",
         ("tests/system/test_load_speed.py",),
     ),
     Mutant(

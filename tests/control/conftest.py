@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from control.wild import release
 from control.world import World
 
@@ -18,7 +18,9 @@ def homed() -> World:
 def world(homed: World) -> Iterator[World]:
     """The homed arm without controllers but the hold; a test leaves its hardware ACTIVE."""
     yield homed
-    active = [each.name for each in homed.manager.controllers if each.state is State.ACTIVE]
+    active = [
+        each.name for each in homed.manager.controllers if each.state is LifecycleState.ACTIVE
+    ]
     release(homed)
     homed.switch(off=tuple(active))
     for _ in range(2):

@@ -13,7 +13,7 @@ from bioscara.control.controllers.joint_trajectory import (
     JointTrajectoryController,
     Point,
 )
-from bioscara.hardware import Mode, State
+from bioscara.hardware import LifecycleState, Mode
 from control.world import BOTH, NAMES, PARAMETERS, World
 
 _FORWARD = "forward_command_controller/ForwardCommandController"
@@ -46,7 +46,7 @@ class Watch:
 
     def __init__(self, world: World) -> None:
         self._world = world
-        self._guards = world.manager.limiter.guards
+        self._guards = world.manager.limiter.joints
         self._last = dict.fromkeys(NAMES, math.nan)
         self._speed = dict.fromkeys(NAMES, math.nan)
         self.step = self.jump = 0.0
@@ -128,6 +128,6 @@ def _command(world: World, name: str, dice: random.Random, now: float) -> None:
         if dice.random() < 0.8:
             chosen.command(goal)
     elif isinstance(chosen, JointTrajectoryController) and dice.random() < 0.8:
-        assert chosen.state is State.ACTIVE
+        assert chosen.state is LifecycleState.ACTIVE
         points = (Point(dice.uniform(0.02, 3.0), tuple(goal)),)
         chosen.send_trajectory(JointTrajectory(NAMES, points), now)

@@ -17,15 +17,15 @@ from bioscara.control.controllers.jog_controller import JogController
 from bioscara.control.controllers.joint_trajectory import (
     ErrorCode,
     Goal,
+    GoalStatus,
     JointTrajectory,
     JointTrajectoryController,
     Point,
-    Status,
 )
 from bioscara.control.limits.averaging import Smoothing
-from bioscara.control.limits.collision_guard import Clearance
+from bioscara.control.limits.collision_guard import CollisionGuard
 from bioscara.control.limits.tool_speed import ToolSpeedCap
-from bioscara.control.manager.controller_types import TYPES
+from bioscara.control.manager.registry import TYPES
 from bioscara.planning.collision.scene import Box, Scene
 from bioscara.planning.collision.swept import SLACK
 from bioscara.planning.motions.jog import Jog, JointVelocity, ToolVelocity
@@ -90,16 +90,18 @@ class Guarded:
         place = None if at is None else dict(zip(NAMES, at, strict=True))
         self.world, self.scene = World(at=place, joints=JOINTS, home=home), scene
         manager = self.world.manager
-        self.guards = tuple(manager.limiter.guards.values())
-        cap = ToolSpeedCap(self.guards, ARM.tool_speed, speed)
-        smoothing = Smoothing(self.guards, manager)
+        self.joints = tuple(manager.limiter.joints.values())
+        cap = ToolSpeedCap(self.joints, ARM.tool_speed, speed)
+        smoothing = Smoothing(self.joints, manager.rate)
         smoothing.windows = windows
-        self.clearance = Clearance(self.guards, manager, lambda: (ARM, self.scene), smoothing)
+        self.clearance = CollisionGuard(
+            self.joints, lambda: (ARM, self.scene), smoothing, manager.warnings
+        )
         manager.limiter.stages = (cap, self.clearance, smoothing) if guarded else (cap,)
 
     @property
     def here(self) -> list[float]:
-        return [guard.here for guard in self.guards]
+        return [joint.here for joint in self.joints]
 
     @property
     def stops(self) -> list[str]:
@@ -263,7 +265,7 @@ def test_a_trajectory_that_nobody_swept_ends_in_front_of_a_zone() -> None:
     controller, goal = arm.follow(BEYOND, 4.0, collision_checked=False)
     rows = arm.run(400)
     assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     assert goal.error_code is ErrorCode.PATH_TOLERANCE_VIOLATED
     assert goal.text == ("jtc was stopped: jaws would come nearer to wall than the margin of 5 mm")
     assert arm.stops == [goal.text]
@@ -272,22 +274,22 @@ def test_a_trajectory_that_nobody_swept_ends_in_front_of_a_zone() -> None:
     assert WALL.clearance(ARM, [arm.measured()])[0] < 0.05
     back = controller.send_goal(arm.goal(START, 3.0, collision_checked=False), arm.now)
     arm.run(320)
-    assert back.status is Status.SUCCEEDED
+    assert back.status is GoalStatus.SUCCEEDED
 
 
-def test_a_trajectory_that_was_swept_is_not_looked_at() -> None:
+def test_a_swept_trajectory_is_not_checked_again() -> None:
     runs = []
     for guarded in (True, False):
         # Through the zone: a trajectory marked as collision-checked is not checked again.
         arm = Guarded(WALL, guarded=guarded)
         _, goal = arm.follow(BEYOND, 4.0, collision_checked=True)
         runs.append(arm.run(450))
-        assert goal.status is Status.SUCCEEDED
+        assert goal.status is GoalStatus.SUCCEEDED
         assert arm.clearance.interventions == 0
     assert np.array_equal(*runs)
 
 
-def test_cancelled_beside_a_wall_the_ramp_is_not_hindered() -> None:
+def test_a_ramp_after_a_cancel_beside_a_wall_is_not_braked() -> None:
     runs = []
     for guarded in (True, False):
         arm = Guarded(WALL, guarded=guarded)
@@ -312,7 +314,7 @@ def slide(arm: Guarded, velocities: Callable[[int], ToolVelocity], cycles: int) 
     return np.array(rows)
 
 
-def test_a_jog_along_a_wall_and_the_hold_after_it_are_not_hindered() -> None:
+def test_a_jog_along_a_wall_and_the_hold_after_it_are_not_braked() -> None:
     arm = Guarded(WALL)
     rows = slide(arm, lambda cycle: ToolVelocity(y=0.2 if cycle < 150 else 0.0, x=-0.1), 260)
     assert WALL.clearance(ARM, rows).min() < WALL.margin + 1e-3
@@ -321,7 +323,7 @@ def test_a_jog_along_a_wall_and_the_hold_after_it_are_not_hindered() -> None:
     assert arm.clearance.interventions == 0
 
 
-def test_hold_takes_over_from_a_stream_where_that_had_room_to_stop() -> None:
+def test_hold_takes_over_from_a_stream_that_had_room_to_stop() -> None:
     for cycles in range(20, 160, 10):
         arm = Guarded(WALL, speed=0.5)
         arm.stream("position", BEYOND)
@@ -334,7 +336,7 @@ def test_hold_takes_over_from_a_stream_where_that_had_room_to_stop() -> None:
 
 
 @pytest.mark.parametrize("windows", [(0.23, 0.107), (0.025,)])
-def test_a_stream_that_goes_on_before_the_hold_after_it_rests(windows: tuple[float, ...]) -> None:
+def test_a_stream_may_continue_before_the_hold_has_ended(windows: tuple[float, ...]) -> None:
     # Its average goes on for half the windows: begun in motion, it ended inside the margin.
     for cycles, held in itertools.product(range(30, 150, 20), (1, 4, 12)):
         arm = Guarded(WALL, windows=windows)
@@ -350,7 +352,7 @@ def test_a_stream_that_goes_on_before_the_hold_after_it_rests(windows: tuple[flo
         assert np.allclose(arm.run(400)[-1], START)
 
 
-def test_jog_takes_over_from_a_stream_that_runs_at_a_wall() -> None:
+def test_jog_takes_over_from_a_stream_towards_a_wall() -> None:
     arm = Guarded(WALL)
     arm.stream("position", BEYOND)
     arm.run(60)
@@ -363,7 +365,7 @@ def test_jog_takes_over_from_a_stream_that_runs_at_a_wall() -> None:
     assert WALL.clearance(ARM, dense(rows)).min() >= WALL.margin
 
 
-def test_a_stream_that_comes_back_takes_the_arm_along() -> None:
+def test_a_stream_that_returns_moves_the_arm_again() -> None:
     arm = Guarded(WALL, speed=0.25)
     forward = arm.stream("position", START)
     for cycle in range(600):
@@ -376,7 +378,7 @@ def test_a_stream_that_comes_back_takes_the_arm_along() -> None:
     assert np.allclose(arm.run(500)[-1], START)
 
 
-def test_a_stop_ends_where_joints_are_let_go_of() -> None:
+def test_a_stop_ends_where_joints_are_released() -> None:
     arm = Guarded(WALL)
     forward = arm.stream("velocity", (1.0, 0.0, 0.0, 2.0))
     arm.world.run_until(lambda: arm.clearance.interventions > 0)
@@ -385,10 +387,10 @@ def test_a_stop_ends_where_joints_are_let_go_of() -> None:
     arm.world.switch(forward.name)
     arm.run(1)
     # Alone, the quick joint came to rest long before the stop of all would have ended.
-    assert abs(arm.guards[3].speed) < 0.2
+    assert abs(arm.joints[3].speed) < 0.2
 
 
-def test_a_joint_that_was_let_go_of_and_is_taken_again_stays_where_it_is() -> None:
+def test_a_joint_that_was_released_and_is_claimed_again_stays_where_it_is() -> None:
     arm = Guarded(Scene(), windows=(0.23, 0.107))
     # This one stays active: the setpoints are an average all the time.
     arm.world.switch(arm.forward("position", NAMES[:1]).name)
@@ -420,7 +422,7 @@ def test_what_pushes_on_is_told_once() -> None:
     assert len(arm.stops) == 2
 
 
-def test_from_home_a_stream_unfolds_the_arm_and_does_not_bring_it_against_itself() -> None:
+def test_from_home_a_stream_unfolds_the_arm_without_self_collision() -> None:
     arm = Guarded(Scene(), at=None)
     j1, j2, j3, j4 = home = arm.measured()
     assert Scene().clearance(ARM, [home])[0] > Scene().margin
@@ -455,7 +457,7 @@ def test_where_a_joint_is_unknown_nothing_moves() -> None:
     ]
 
 
-def test_a_zone_that_is_put_in_the_way_counts_at_once() -> None:
+def test_a_zone_that_is_added_counts_at_once() -> None:
     arm = Guarded(Scene(), speed=0.2)
     arm.stream("position", BEYOND)
     arm.run(60)

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.control.manager.update_rate import Schedule
 from bioscara.errors import (
@@ -15,7 +15,7 @@ from bioscara.errors import (
     InvalidArgumentError,
     SwitchError,
 )
-from bioscara.hardware import Mode, State
+from bioscara.hardware import LifecycleState, Mode
 from control.wild import Box, Wild, boom, boxed, release, wild
 from control.world import NAMES, World
 
@@ -49,9 +49,9 @@ def test_rule_59_active_hardware_alone_is_written_and_unconfigured_is_not_even_r
     controller.hooks["update"] = lambda: box.steps.append("update")
     manager.switch(0.0, ("a",))
     for state, steps in (
-        (State.ACTIVE, ["read", "update", "write"]),
-        (State.INACTIVE, ["read"]),
-        (State.UNCONFIGURED, []),
+        (LifecycleState.ACTIVE, ["read", "update", "write"]),
+        (LifecycleState.INACTIVE, ["read"]),
+        (LifecycleState.UNCONFIGURED, []),
     ):
         manager.set_hardware_state("box", state, 0.0)
         box.steps.clear()
@@ -85,7 +85,7 @@ def test_rule_60_a_late_cycle_brings_an_update_that_is_nearer_now_than_later() -
 @pytest.mark.parametrize("rate", [-1, 10_001])
 def test_rates_that_no_cycle_has_are_refused(world: World, rate: int) -> None:
     with pytest.raises(ConfigurationError, match=f"rate {rate} Hz is outside 20 .. 10000 Hz"):
-        ControllerManager((world.hardware,), Limiter((world.hardware,)), rate)
+        ControllerManager((world.hardware,), Limiter(joint_limiters((world.hardware,))), rate)
     with pytest.raises(ConfigurationError, match="update_rate"):
         world.manager.load("x", "test/Wild", {"update_rate": rate})
     for period in (0.0, -0.01, math.nan):
@@ -93,7 +93,7 @@ def test_rates_that_no_cycle_has_are_refused(world: World, rate: int) -> None:
             world.manager.cycle(world.clock.now(), period)
 
 
-def test_rule_61_an_arm_that_cannot_be_reached_takes_all_its_controllers_along() -> None:
+def test_rule_61_an_arm_that_cannot_be_reached_deactivates_all_its_controllers() -> None:
     world = World(at={"j1": 0.0})
     commander, reader = wild(world, "a", J1), wild(world, "reader", states=(J1,))
     world.switch("a", "reader")
@@ -108,7 +108,7 @@ def test_rule_61_an_arm_that_cannot_be_reached_takes_all_its_controllers_along()
     failure = manager.failures[0]
     assert (failure.source, failure.deactivated) == ("bioscara_arm", ("a", "reader"))
     assert "no joint can be reached" in str(failure.cause)
-    assert (commander.state, reader.state) == (State.INACTIVE, State.INACTIVE)
+    assert (commander.state, reader.state) == (LifecycleState.INACTIVE, LifecycleState.INACTIVE)
     assert not world.hardware.available
     assert all(each.owner is None for each in manager.claims.commands.values())
 
@@ -116,15 +116,17 @@ def test_rule_61_an_arm_that_cannot_be_reached_takes_all_its_controllers_along()
 @pytest.mark.parametrize("step", ["read", "write"])
 @pytest.mark.parametrize("error", [HardwareError, ZeroDivisionError])
 @pytest.mark.parametrize(
-    ("more", "after"), [((), State.UNCONFIGURED), (("error",), State.FINALIZED)]
+    ("more", "after"), [((), LifecycleState.UNCONFIGURED), (("error",), LifecycleState.FINALIZED)]
 )
 def test_rule_61_62_hardware_that_fails_leaves_other_hardware_alone(
-    step: str, error: type[Exception], more: tuple[str, ...], after: State
+    step: str, error: type[Exception], more: tuple[str, ...], after: LifecycleState
 ) -> None:
     world = World(home=False)
     box = Box()
     box.error = error
-    manager = ControllerManager((world.hardware, box), Limiter((world.hardware, box)), 100)
+    manager = ControllerManager(
+        (world.hardware, box), Limiter(joint_limiters((world.hardware, box))), 100
+    )
     for name, states, commands in (
         ("on arm", (J1,), ("j1/home",)),
         ("on box", (), ("g/position",)),
@@ -148,39 +150,44 @@ def test_rule_61_62_hardware_that_fails_leaves_other_hardware_alone(
     _, gone = manager.list_hardware_components()
     assert not any(each.is_available for each in gone.state_interfaces)
     assert math.isnan(box.states["g/position"].value)
-    assert manager.controller("on arm").state is State.ACTIVE
+    assert manager.controller("on arm").state is LifecycleState.ACTIVE
     world.clock.sleep_until(world.clock.now() + 0.01)
     manager.cycle(world.clock.now(), 0.01)
     assert not manager.failures
     assert box.state is after
 
 
-def test_hardware_whose_modes_cannot_be_changed_is_given_up_and_told_of() -> None:
+def test_hardware_whose_modes_cannot_be_changed_is_given_up_and_reported() -> None:
     box = Box()
-    manager = ControllerManager((box,), Limiter((box,)), 100)
+    manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 100)
     manager.load("a", "test/Wild", {"commands": ("g/position",)})
     manager.configure("a")
     box.breaks.add("perform")
     with pytest.raises(SwitchError, match="box: perform failed"):
         manager.switch(0.0, ("a",))
-    assert (box.state, manager.controller("a").state) == (State.UNCONFIGURED, State.INACTIVE)
+    assert (box.state, manager.controller("a").state) == (
+        LifecycleState.UNCONFIGURED,
+        LifecycleState.INACTIVE,
+    )
     manager.cycle(0.01, 0.01)
     assert [each.source for each in manager.failures] == ["box"]
 
 
 @pytest.mark.parametrize("step", ["configure", "activate"])
-def test_rule_63_hardware_that_cannot_go_up_stays_where_it_was(step: str) -> None:
+def test_rule_63_hardware_that_cannot_be_activated_stays_in_its_state(step: str) -> None:
     box = Box()
-    manager = ControllerManager((box,), Limiter((box,)), 100)
-    manager.set_hardware_state("box", State.UNCONFIGURED, 0.0)
+    manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 100)
+    manager.set_hardware_state("box", LifecycleState.UNCONFIGURED, 0.0)
     if step == "activate":
-        manager.set_hardware_state("box", State.INACTIVE, 0.0)
+        manager.set_hardware_state("box", LifecycleState.INACTIVE, 0.0)
         manager.cycle(0.01, 0.01)
         assert box.states["g/position"].value == 0.25
     box.breaks.add(step)
     with pytest.raises(HardwareError, match=f"{step} failed"):
-        manager.set_hardware_state("box", State.ACTIVE, 0.0)
-    assert box.state is (State.UNCONFIGURED if step == "configure" else State.INACTIVE)
+        manager.set_hardware_state("box", LifecycleState.ACTIVE, 0.0)
+    assert box.state is (
+        LifecycleState.UNCONFIGURED if step == "configure" else LifecycleState.INACTIVE
+    )
     assert math.isnan(box.states["g/position"].value)
 
 
@@ -198,7 +205,7 @@ def test_rule_64_a_controller_that_raises_is_replaced_by_its_fallback_in_the_sam
     )  # fmt: skip
     assert isinstance(failure.cause, ValueError)
     assert failure.time == cycle.time
-    assert (a.state, b.state) == (State.INACTIVE, State.INACTIVE)
+    assert (a.state, b.state) == (LifecycleState.INACTIVE, LifecycleState.INACTIVE)
     assert b.periods == []  # It was due next, but is deactivated.
     assert world.manager.claims.commands[J1].owner == "hold"
     release(world)
@@ -225,13 +232,13 @@ def test_rule_64_a_fallback_that_is_active_already_just_goes_on(world: World) ->
     world.loop.step()
     [failure] = world.manager.failures
     assert (failure.source, failure.deactivated, failure.activated) == ("a", ("a",), ())
-    assert (a.state, len(b.periods)) == (State.INACTIVE, updates + 1)
+    assert (a.state, len(b.periods)) == (LifecycleState.INACTIVE, updates + 1)
     release(world)
 
 
 def test_rule_64_a_fallback_commands_in_the_cycle_in_which_the_other_failed() -> None:
     box = Box()
-    manager = ControllerManager((box,), Limiter((box,)), 100)
+    manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 100)
     for name, fallbacks in (("a", ("b",)), ("b", ())):
         manager.load(
             name, Wild.TYPE, {"commands": ("g/position",), "fallback_controllers": fallbacks}
@@ -253,12 +260,14 @@ def test_rule_64_a_fallback_whose_hardware_went_down_is_told_of_with_the_first_c
     world: World,
 ) -> None:
     box = Box()
-    manager = ControllerManager((world.hardware, box), Limiter((world.hardware, box)), 100)
+    manager = ControllerManager(
+        (world.hardware, box), Limiter(joint_limiters((world.hardware, box))), 100
+    )
     for name, commands, fallbacks in (("a", (J1,), ("b",)), ("b", ("g/position",), ())):
         manager.load(name, Wild.TYPE, {"commands": commands, "fallback_controllers": fallbacks})
         manager.configure(name)
     manager.switch(world.clock.now(), ("a",))
-    manager.set_hardware_state("box", State.INACTIVE, world.clock.now())
+    manager.set_hardware_state("box", LifecycleState.INACTIVE, world.clock.now())
     manager.controller("a").hooks["update"] = boom()
     world.clock.sleep_until(world.clock.now() + 0.01)
     manager.cycle(world.clock.now(), 0.01)
@@ -310,13 +319,13 @@ def test_rule_65_shutdown_ends_all_controllers_then_all_hardware() -> None:
     world = World(home=False)
     a = wild(world, "a", "j1/home")
     wild(world, "reader", states=(J1,))
-    seen: list[State] = []
+    seen: list[LifecycleState] = []
     a.hooks["deactivate"] = lambda: seen.append(world.hardware.state)
     world.switch("a", "reader")
     assert world.manager.shutdown(world.clock.now()) == []
-    assert seen == [State.ACTIVE]
-    assert {each.state for each in world.manager.controllers} == {State.FINALIZED}
-    assert world.hardware.state is State.FINALIZED
+    assert seen == [LifecycleState.ACTIVE]
+    assert {each.state for each in world.manager.controllers} == {LifecycleState.FINALIZED}
+    assert world.hardware.state is LifecycleState.FINALIZED
     world.arm.run(1.0)
     assert not any(world.arm.has_torque(name) for name in NAMES)
     with pytest.raises(SwitchError, match="finalized"):
@@ -327,8 +336,10 @@ def test_rule_65_shutdown_ends_all_controllers_then_all_hardware() -> None:
 def test_rule_65_shutdown_goes_on_whatever_fails(error: type[Exception]) -> None:
     world, box = World(home=False), Box("shutdown")
     box.error = error
-    manager = ControllerManager((box, world.hardware), Limiter((box, world.hardware)), 100)
-    states: list[tuple[State, State]] = []
+    manager = ControllerManager(
+        (box, world.hardware), Limiter(joint_limiters((box, world.hardware))), 100
+    )
+    states: list[tuple[LifecycleState, LifecycleState]] = []
     for name, values in (
         ("on box", {"commands": ("g/position",)}),
         ("on arm", {"commands": ("j1/home",)}),
@@ -345,7 +356,7 @@ def test_rule_65_shutdown_goes_on_whatever_fails(error: type[Exception]) -> None
     assert [str(cause) for cause in manager.shutdown(world.clock.now())] == [
         "sticky", "shutdown failed"
     ]  # fmt: skip
-    assert states == [(State.ACTIVE, State.ACTIVE)] * 3
-    assert {each.state for each in manager.controllers} == {State.FINALIZED}
-    assert (box.state, world.hardware.state) == (State.FINALIZED, State.FINALIZED)
+    assert states == [(LifecycleState.ACTIVE, LifecycleState.ACTIVE)] * 3
+    assert {each.state for each in manager.controllers} == {LifecycleState.FINALIZED}
+    assert (box.state, world.hardware.state) == (LifecycleState.FINALIZED, LifecycleState.FINALIZED)
     assert all(each.owner is None for each in manager.claims.commands.values())

@@ -54,7 +54,9 @@ def test_a_name_that_is_taken_gets_a_number(tmp_path: Path) -> None:
     assert sorted(tmp_path.iterdir()) == sorted(paths)
 
 
-def test_programs_that_want_the_same_name_at_once_each_keep_what_they_saw(tmp_path: Path) -> None:
+def test_programs_that_request_the_same_file_name_at_once_keep_their_own_evidence(
+    tmp_path: Path,
+) -> None:
     world = World(home=False)
     world.run(0.3)
     frozen = world.record.freeze()

@@ -11,14 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.clock import SimulatedClock
-from bioscara.control.controllers.goals import Status
+from bioscara.control.controllers.goals import GoalStatus
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.gripper_messages import GripperGoal, GripperGoalHandle
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.drivers import Gripper, Pwm, Quality
 from bioscara.errors import ConfigurationError, GoalRejectedError, SwitchError
-from bioscara.hardware import CommandInterface, HardwareComponent, State, StateInterface
+from bioscara.hardware import CommandInterface, HardwareComponent, LifecycleState, StateInterface
 from bioscara.hardware.gripper import GripperHardware
 from bioscara.model import JointParameters, load_parameters
 from bioscara.sim.servo import SimulatedServo
@@ -62,14 +62,14 @@ class Jaws(HardwareComponent):
     def on_cleanup(self) -> None:
         """Nothing to do."""
 
-    def on_shutdown(self, before: State) -> None:
+    def on_shutdown(self, before: LifecycleState) -> None:
         """Nothing to do."""
 
-    def on_error(self, before: State) -> None:
+    def on_error(self, before: LifecycleState) -> None:
         """Nothing to do."""
 
     def read(self, time: float, period: float) -> None:
-        if self.state is not State.ACTIVE:
+        if self.state is not LifecycleState.ACTIVE:
             return
         before = self.width
         reach = self.speed * period
@@ -98,8 +98,8 @@ class Bench:
     ) -> None:
         self.jaws = Jaws(speed, blocked)
         component = hardware or self.jaws
-        component.set_state(State.ACTIVE)
-        self.manager = ControllerManager((component,), Limiter((component,)), RATE)
+        component.set_state(LifecycleState.ACTIVE)
+        self.manager = ControllerManager((component,), Limiter(joint_limiters((component,))), RATE)
         self.time = 0.0
         self.manager.load("gripper", KIND, {"joint": "gripper", **values})
         self.manager.configure("gripper")
@@ -145,7 +145,7 @@ def test_rule_71_succeeds_as_soon_as_the_position_is_within_tolerance(
     took = bench.finish(bench.go(width))
     assert bench.controller.goal is not None
     result = bench.controller.goal.result
-    assert bench.controller.goal.status is Status.SUCCEEDED
+    assert bench.controller.goal.status is GoalStatus.SUCCEEDED
     assert result is not None
     assert (result.reached_goal, result.stalled) == (True, False)
     assert abs(result.position - width) < 0.01
@@ -154,11 +154,11 @@ def test_rule_71_succeeds_as_soon_as_the_position_is_within_tolerance(
 
 
 @given(width=st.floats(LOWER, UPPER))
-def test_a_servo_that_only_repeats_what_it_was_told_takes_the_time_it_needs(width: float) -> None:
+def test_a_servo_without_feedback_takes_the_time_that_it_needs(width: float) -> None:
     bench = Bench(math.inf)
     handle = bench.go(width)
     took = bench.finish(handle)
-    assert handle.status is Status.SUCCEEDED
+    assert handle.status is GoalStatus.SUCCEEDED
     assert took >= (abs(width - 0.08) - 0.01) / 1.0
     assert took < 0.1
 
@@ -167,7 +167,7 @@ def test_the_speed_that_a_told_position_is_believed_at_is_a_parameter() -> None:
     bench = Bench(math.inf, velocity_limit=0.02)
     handle = bench.go(0.12)
     took = bench.finish(handle)
-    assert handle.status is Status.SUCCEEDED
+    assert handle.status is GoalStatus.SUCCEEDED
     assert took == pytest.approx(0.03 / 0.02, abs=0.05)
 
 
@@ -175,13 +175,13 @@ def test_rule_71_a_gripper_that_is_held_up_aborts_after_the_stall_timeout() -> N
     bench = Bench(0.1, blocked=0.06)
     handle = bench.go(0.04)
     took = bench.finish(handle)
-    assert handle.status is Status.ABORTED
+    assert handle.status is GoalStatus.ABORTED
     assert took == pytest.approx(0.2 + 1.0, abs=0.05)
     assert handle.result is not None
     assert (handle.result.reached_goal, handle.result.stalled) == (False, True)
     assert handle.result.position == pytest.approx(0.06)
     assert handle.text == (
-        "gripper does not move at 0.06 m, before its goal of 0.04 m; look what holds it up"
+        "gripper does not move at 0.06 m, before its goal of 0.04 m; check what blocks it"
     )
     bench.run(0.1)
     assert bench.jaws.command.value == 0.04  # It keeps pressing.
@@ -191,14 +191,16 @@ def test_rule_71_a_gripper_that_may_stall_has_gripped() -> None:
     bench = Bench(0.1, blocked=0.06, allow_stalling=True, stall_timeout=0.3)
     handle = bench.go(0.04)
     took = bench.finish(handle)
-    assert handle.status is Status.SUCCEEDED
+    assert handle.status is GoalStatus.SUCCEEDED
     assert took == pytest.approx(0.5, abs=0.05)
     assert handle.result is not None
     assert (handle.result.reached_goal, handle.result.stalled) == (False, True)
 
 
-@pytest.mark.parametrize(("speed", "ends"), [(0.0009, Status.ABORTED), (0.0011, Status.EXECUTING)])
-def test_rule_71_below_the_velocity_threshold_is_no_motion(speed: float, ends: Status) -> None:
+@pytest.mark.parametrize(
+    ("speed", "ends"), [(0.0009, GoalStatus.ABORTED), (0.0011, GoalStatus.EXECUTING)]
+)
+def test_rule_71_below_the_velocity_threshold_is_no_motion(speed: float, ends: GoalStatus) -> None:
     bench = Bench(speed)
     handle = bench.go(0.12)
     bench.run(2.0)
@@ -211,14 +213,14 @@ def test_rule_71_what_moves_without_getting_anywhere_is_not_stalled(tremble: flo
     bench.jaws.tremble = tremble
     handle = bench.go(0.04)
     bench.run(3.0)
-    assert handle.status is Status.EXECUTING
+    assert handle.status is GoalStatus.EXECUTING
 
 
 def test_rule_71_jaws_that_come_to_where_they_were_told_at_once_are_not_stalled() -> None:
     bench = Bench(math.inf, velocity_limit=0.02)
     handle = bench.go(0.12)
     assert bench.finish(handle) > 1.1
-    assert handle.status is Status.SUCCEEDED
+    assert handle.status is GoalStatus.SUCCEEDED
 
 
 def test_rule_71_motion_starts_the_stall_timeout_anew() -> None:
@@ -230,7 +232,7 @@ def test_rule_71_motion_starts_the_stall_timeout_anew() -> None:
         bench.jaws.blocked -= 0.002
         bench.run(0.1)
     bench.run(1.2)
-    assert handle.status is Status.ABORTED
+    assert handle.status is GoalStatus.ABORTED
 
 
 def test_rule_71_a_new_goal_cancels_the_old_one() -> None:
@@ -238,13 +240,13 @@ def test_rule_71_a_new_goal_cancels_the_old_one() -> None:
     first = bench.go(0.12)
     bench.run(0.1)
     second = bench.go(0.04)
-    assert first.status is Status.CANCELED
+    assert first.status is GoalStatus.CANCELED
     assert first.text == "a newer goal took its place"
     assert first.result is not None
     assert first.result.reached_goal is False
     assert first.result.position == pytest.approx(0.09, abs=0.002)
     bench.finish(second)
-    assert second.status is Status.SUCCEEDED
+    assert second.status is GoalStatus.SUCCEEDED
     assert bench.jaws.width < 0.051
 
 
@@ -254,7 +256,7 @@ def test_rule_71_the_stall_timeout_of_a_new_goal_starts_anew() -> None:
     bench.run(0.9)
     second = bench.go(0.05)
     assert bench.finish(second) == pytest.approx(1.0, abs=0.05)
-    assert second.status is Status.ABORTED
+    assert second.status is GoalStatus.ABORTED
 
 
 def test_rule_71_a_refused_goal_leaves_the_old_one_alone() -> None:
@@ -264,7 +266,7 @@ def test_rule_71_a_refused_goal_leaves_the_old_one_alone() -> None:
     with pytest.raises(GoalRejectedError):
         bench.go(math.nan)
     bench.finish(first)
-    assert first.status is Status.SUCCEEDED
+    assert first.status is GoalStatus.SUCCEEDED
 
 
 @pytest.mark.parametrize("speed", [0.1, math.inf])
@@ -275,12 +277,12 @@ def test_rule_71_cancel_holds_where_the_gripper_is(speed: float) -> None:
     here = bench.controller.position
     assert here == pytest.approx(0.1, abs=0.003)
     bench.controller.cancel()
-    assert handle.status is Status.CANCELED
+    assert handle.status is GoalStatus.CANCELED
     bench.run(1.0)
     assert bench.jaws.target == here
     assert bench.controller.position == pytest.approx(here, abs=0.002)
     bench.controller.cancel()
-    assert handle.status is Status.CANCELED
+    assert handle.status is GoalStatus.CANCELED
 
 
 @pytest.mark.parametrize("positions", [(), (0.05, 0.06)])
@@ -344,7 +346,7 @@ def test_rule_71_speed_and_effort_go_only_where_interfaces_are_named() -> None:
     assert [handle.value for handle in bench.jaws.extras] == [0.1, 10.0]
 
 
-def test_feedback_tells_where_the_gripper_is_while_the_goal_runs() -> None:
+def test_feedback_reports_the_position_while_the_goal_runs() -> None:
     bench = Bench(0.1)
     handle = bench.go(0.12)
     assert handle.feedback is None
@@ -363,7 +365,7 @@ def test_activation_moves_nothing_and_forgets_the_goal_of_before() -> None:
     handle = bench.go(0.12)
     bench.run(0.1)
     bench.manager.switch(bench.time, (), ("gripper",))
-    assert handle.status is Status.ABORTED
+    assert handle.status is GoalStatus.ABORTED
     assert handle.text == "the gripper controller was deactivated"
     with pytest.raises(GoalRejectedError, match="gripper is inactive: activate it first"):
         bench.go(0.05)
@@ -374,7 +376,7 @@ def test_activation_moves_nothing_and_forgets_the_goal_of_before() -> None:
     assert bench.jaws.width == 0.07
 
 
-def test_a_gripper_whose_width_nobody_knows_is_not_commanded() -> None:
+def test_a_gripper_of_unknown_width_is_not_commanded() -> None:
     bench = Bench()
     bench.manager.switch(bench.time, (), ("gripper",))
     bench.jaws.position.forget()
@@ -395,7 +397,7 @@ def test_a_gripper_whose_width_nobody_knows_is_not_commanded() -> None:
     ],
 )
 def test_unusable_parameters_are_refused(values: dict[str, object], words: str) -> None:
-    manager = ControllerManager((), Limiter(()), RATE)
+    manager = ControllerManager((), Limiter(joint_limiters(())), RATE)
     with pytest.raises(ConfigurationError, match=words):
         _made(manager, values)
 
@@ -429,7 +431,7 @@ def test_the_servo_is_told_the_goal_at_once_and_the_goal_ends_when_the_jaws_can_
     assert servo.pulse() == pytest.approx(0.0015 + 3333.3 * (0.04 - 0.058) * 0.0005 / 90, abs=2e-9)
     took = PERIOD + bench.finish(handle)
     assert took == pytest.approx((0.08 - 0.04 - 0.01) / 1.0, abs=3.0 * PERIOD)
-    assert handle.status is Status.SUCCEEDED
+    assert handle.status is GoalStatus.SUCCEEDED
     assert handle.result is not None
     assert handle.result.quality is Quality.ASSUMED
 
@@ -440,22 +442,22 @@ def test_a_goal_that_the_servo_cannot_quite_reach_is_reached_within_its_toleranc
     bench = on(servo, tmp_path)
     handle = bench.go(0.12)
     bench.finish(handle)
-    assert handle.status is Status.SUCCEEDED
+    assert handle.status is GoalStatus.SUCCEEDED
     assert servo.pulse() == pytest.approx(0.0025)
     strict = on(servo, tmp_path, goal_tolerance=0.001)
     refused = strict.go(0.12)
     strict.finish(refused)
-    assert refused.status is Status.ABORTED
+    assert refused.status is GoalStatus.ABORTED
     assert "gripper does not move at 0.112 m, before its goal of 0.12 m" in refused.text
 
 
-def test_cancel_stops_the_servo_on_its_way(servo: SimulatedServo, tmp_path: Path) -> None:
+def test_cancel_stops_the_moving_servo(servo: SimulatedServo, tmp_path: Path) -> None:
     bench = on(servo, tmp_path, velocity_limit=0.1)
     handle = bench.go(0.11)
     bench.run(0.1)
     bench.controller.cancel()
     bench.run(0.1)
-    assert handle.status is Status.CANCELED
+    assert handle.status is GoalStatus.CANCELED
     assert bench.controller.position == pytest.approx(0.089, abs=0.003)
     width = 0.058 + (servo.pulse() - 0.0015) * 90 / 0.0005 / 3333.3
     assert width == pytest.approx(bench.controller.position, abs=1e-5)

@@ -13,11 +13,11 @@ from bioscara.control.controllers.joint_state_broadcaster import (
     DynamicJointState,
     JointStateBroadcaster,
 )
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.drivers import Quality
 from bioscara.errors import ConfigurationError, InvalidArgumentError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from control.wild import Box
 from control.world import LIMITS, NAMES, World
 from drivers.world import home_error
@@ -40,7 +40,7 @@ def broadcaster(world: World, **values: object) -> JointStateBroadcaster:
 
 
 @pytest.mark.parametrize("v1", [False, True])
-def test_forward_changes_nothing_until_it_is_told_and_then_goes_there(v1: bool) -> None:
+def test_forward_changes_nothing_until_it_gets_a_command_and_then_follows_it(v1: bool) -> None:
     world = World(at={"j1": 0.0}, v1=v1)
     controller = forward(world, "fwd", "position", "j1")
     world.switch("fwd")
@@ -60,7 +60,7 @@ def test_forward_changes_nothing_until_it_is_told_and_then_goes_there(v1: bool) 
 @pytest.mark.parametrize(
     ("kind", "v1"), [(kind, v1) for kind in ("position", "velocity") for v1 in (False, True)]
 )
-def test_forward_brings_a_joint_that_moves_to_rest_until_it_is_told(kind: str, v1: bool) -> None:
+def test_forward_brings_a_moving_joint_to_rest_until_it_gets_a_command(kind: str, v1: bool) -> None:
     world = World(at={"j1": -2.0}, v1=v1)
     moving = forward(world, "moving", "velocity", "j1")
     world.switch("moving")
@@ -140,7 +140,7 @@ def test_hold_brings_all_joints_to_rest_together_on_their_path() -> None:
     assert not hold.ended
     shares: list[float] = []
     while not hold.ended:
-        guards = world.manager.limiter.guards
+        guards = world.manager.limiter.joints
         if abs(guards["j1"].speed) > 1e-3:
             shares.append(guards["j4"].speed / guards["j1"].speed)
         world.run(0.01)
@@ -196,7 +196,9 @@ def test_rule_70_all_joints_are_told_of_extra_joints_at_0_and_nothing_while_inac
 
 def test_rule_70_what_is_unknown_and_what_a_joint_does_not_have_is_nan() -> None:
     world, box = World(home=False), Box()
-    manager = ControllerManager((world.hardware, box), Limiter((world.hardware, box)), 100)
+    manager = ControllerManager(
+        (world.hardware, box), Limiter(joint_limiters((world.hardware, box))), 100
+    )
     manager.load("jsb", BROADCASTER, {"joints": ("j1", "g")})
     manager.configure("jsb")
     manager.switch(world.clock.now(), ("jsb",))
@@ -212,14 +214,14 @@ def test_rule_70_what_is_unknown_and_what_a_joint_does_not_have_is_nan() -> None
     dynamic = controller.dynamic_states
     assert dynamic[0].values[2] == 0.0
     assert dynamic[1].interfaces == ("position", "switch")
-    manager.set_hardware_state("box", State.UNCONFIGURED, world.clock.now())
-    assert controller.state is State.INACTIVE
+    manager.set_hardware_state("box", LifecycleState.UNCONFIGURED, world.clock.now())
+    assert controller.state is LifecycleState.INACTIVE
 
 
 def test_rule_70_a_joint_with_a_single_interface_is_told_of() -> None:
     box = Box()
     del box.states["g/switch"]
-    manager = ControllerManager((box,), Limiter((box,)), 100)
+    manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 100)
     manager.load("jsb", BROADCASTER, {"joints": ("g",)})
     manager.configure("jsb")
     manager.switch(0.0, ("jsb",))

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bioscara.bus.injection import Direction, When
-from bioscara.control.controllers.goals import Status
+from bioscara.control.controllers.goals import GoalStatus
 from bioscara.control.controllers.homing_controller import HomingController, HomingGoal
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.control.faults.supervisor import FaultState
@@ -21,7 +21,7 @@ from bioscara.errors import (
     ModeSwitchError,
     SwitchError,
 )
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from bioscara.protocol import Register
 from control.world import LIMITS, NAMES, PARAMETERS, World
 
@@ -58,7 +58,7 @@ def test_the_sequence_homes_the_lift_first_and_one_joint_at_a_time(v1: bool) -> 
         seen += [name for name in running if name not in seen]
         if goal.done:
             break
-    assert (goal.status, goal.text, goal.current) == (Status.SUCCEEDED, "", None)
+    assert (goal.status, goal.text, goal.current) == (GoalStatus.SUCCEEDED, "", None)
     assert tuple(seen) == tuple(goal.done_joints) == ("j2", "j1", "j4", "j3")
     for joint in PARAMETERS.joints:
         assert world.axis(joint.name).position.value == pytest.approx(joint.home_position, abs=0.02)
@@ -77,7 +77,7 @@ def test_the_sign_of_a_trigger_is_the_direction_and_its_size_says_nothing(
     goal = start(world).trigger("j4", command)
     assert goal is not None
     finish(world, goal)
-    assert goal.status is Status.SUCCEEDED
+    assert goal.status is GoalStatus.SUCCEEDED
     assert world.axis("j4").position.value == pytest.approx(stop, abs=0.02)
     assert [axis.name for axis in world.hardware.axes if axis.homed] == ["j4"]
 
@@ -94,21 +94,21 @@ def test_trigger_zero_stops_the_joint_unhomed_and_it_can_be_homed_again(
     world.run(1.0)
     assert goal.current == name
     homing.trigger(name, 0.0)
-    assert goal.status is Status.CANCELED
+    assert goal.status is GoalStatus.CANCELED
     world.run(1.0)
     assert abs(world.arm.velocity(name)) < 1e-3 * LIMITS[name].max_velocity
     assert not world.axis(name).homed
     assert world.supervisor.faults == []
     again = homing.trigger(name, DIRECTIONS[name])
     assert again is not None
-    assert finish(world, again).status is Status.SUCCEEDED
+    assert finish(world, again).status is GoalStatus.SUCCEEDED
 
 
 @settings(max_examples=12, deadline=None)
 @given(
     seconds=st.floats(0.0, 11.5), v1=st.booleans(), pause=st.integers(0, 3), forward=st.booleans()
 )
-def test_a_sequence_cancelled_at_any_time_leaves_the_arm_at_rest_and_can_start_anew(
+def test_a_sequence_cancelled_at_any_time_leaves_the_arm_at_rest_and_can_be_repeated(
     seconds: float, v1: bool, pause: int, forward: bool
 ) -> None:
     world = World(v1=v1, home=False)
@@ -117,7 +117,7 @@ def test_a_sequence_cancelled_at_any_time_leaves_the_arm_at_rest_and_can_start_a
     world.run(seconds)
     done = list(goal.done_joints)
     homing.cancel()
-    assert goal.status is Status.CANCELED
+    assert goal.status is GoalStatus.CANCELED
     assert goal.text == "homing was cancelled"
     for _ in range(pause):
         world.loop.step()
@@ -135,14 +135,14 @@ def test_a_sequence_cancelled_at_any_time_leaves_the_arm_at_rest_and_can_start_a
     assert forward or (world.arm.position(joint) - before) * sign > 0.0
     homing.cancel()
     world.run(1.0)
-    assert other.status is Status.CANCELED
+    assert other.status is GoalStatus.CANCELED
     for axis in world.hardware.axes:
         assert abs(world.arm.velocity(axis.name)) < 1e-3 * axis.velocity_limit
         assert axis.homed == (axis.name in done and axis.name != joint)
     assert world.supervisor.faults == []
 
 
-def test_progress_tells_joint_time_and_travel() -> None:
+def test_progress_reports_joint_time_and_travel() -> None:
     world = World(home=False, near={"j3": 1.6})
     goal = start(world).trigger("j3", 1.0)
     assert goal is not None
@@ -172,7 +172,7 @@ def test_a_joint_without_an_end_stop_is_stopped_at_the_travel_limit(v1: bool) ->
     begin = world.arm.position("j4")
     homing = start(world, joints=("j4",), max_travel=(0.5,))
     goal = finish(world, homing.send_goal({"j4": 1.0}))
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     for word in ("j4 went 0.5", "max_travel is 0.5", "end stop"):
         assert word in goal.text
     world.run(1.0)
@@ -181,11 +181,11 @@ def test_a_joint_without_an_end_stop_is_stopped_at_the_travel_limit(v1: bool) ->
     assert abs(world.arm.velocity("j4")) < 1e-3
 
 
-def test_mec5_without_an_end_stop_the_joint_says_why_it_gave_up() -> None:
+def test_mec5_without_an_end_stop_the_joint_reports_why_it_ended() -> None:
     world = World(home=False)
     world.arm.remove_stops("j4")
     goal = finish(world, start(world).send_goal({"j4": 1.0, "j3": 1.0}))
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     assert "HOMING_TRAVEL" in goal.text
     assert goal.done_joints == []
     assert [fault.kind for fault in world.supervisor.faults] == [FaultKind.HOMING_FAILED]
@@ -194,7 +194,7 @@ def test_mec5_without_an_end_stop_the_joint_says_why_it_gave_up() -> None:
     assert not world.hardware.axes[2].homing.running
 
 
-def test_mec4_an_obstacle_in_the_way_is_no_home_to_a_joint_that_knows_better() -> None:
+def test_mec4_an_obstacle_is_not_taken_for_the_end_stop() -> None:
     world = World(home=False, near={"j4": 2.9})
     homing = start(world)
     finish(world, homing.send_goal({"j4": 1.0}))
@@ -202,7 +202,7 @@ def test_mec4_an_obstacle_in_the_way_is_no_home_to_a_joint_that_knows_better() -
     world.loop.restart()
     world.arm.add_obstacle("j4", 2.7)
     goal = finish(world, homing.send_goal({"j4": 1.0}))
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     assert "HOMING" in goal.text
     assert not world.axis("j4").homed
     assert world.supervisor.faults[0].kind is FaultKind.HOMING_FAILED
@@ -211,7 +211,7 @@ def test_mec4_an_obstacle_in_the_way_is_no_home_to_a_joint_that_knows_better() -
 def test_a_timeout_stops_the_joint_and_the_sequence() -> None:
     world = World(home=False)
     goal = finish(world, start(world, timeout=2.0).send_goal(DIRECTIONS))
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     assert goal.text.startswith("j2 was not homed within the timeout of 2 s")
     world.run(1.0)
     assert all(not axis.homed and not axis.homing.running for axis in world.hardware.axes)
@@ -224,7 +224,7 @@ def test_a_joint_that_is_lost_while_homing_ends_the_goal_with_the_cause() -> Non
     world.run(1.0)
     world.arm.set_power("j2", False)
     finish(world, goal)
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     assert "j2" in goal.text
     assert "acknowledge" in goal.text or "lost" in goal.text
     assert world.supervisor.faults
@@ -237,7 +237,7 @@ def test_a_joint_that_restarts_while_homing_ends_the_goal_with_the_cause(v1: boo
     world.run(1.0)
     world.arm.reset("j2")
     finish(world, goal)
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     assert goal.text.startswith("j2")
     assert world.hardware.commands["j2/home"].value == 0.0
     # A joint with its original firmware could be seeking its end stop still: it is stopped, after
@@ -249,7 +249,7 @@ def test_a_joint_that_restarts_while_homing_ends_the_goal_with_the_cause(v1: boo
 
 @pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 @pytest.mark.parametrize("lost", [5, 9, 16, 17, 18, 19, 30])
-def test_a_joint_that_goes_unheard_for_a_while_is_stopped_all_the_same(v1: bool, lost: int) -> None:
+def test_a_joint_that_is_silent_for_a_while_is_stopped_all_the_same(v1: bool, lost: int) -> None:
     world = World(v1=v1, home=False, near={"j3": 1.0})
     goal = start(world).trigger("j3", 1.0)
     assert goal is not None
@@ -262,14 +262,14 @@ def test_a_joint_that_goes_unheard_for_a_while_is_stopped_all_the_same(v1: bool,
     assert (abs(world.arm.velocity("j3")) < 1e-4) == goal.done
 
 
-def test_a_joint_that_no_longer_tells_its_state_ends_the_goal_with_the_cause() -> None:
+def test_a_joint_that_no_longer_reports_its_state_ends_the_goal_with_the_cause() -> None:
     world = World(home=False, near={"j3": 1.0})
     goal = start(world).trigger("j3", 1.0)
     assert goal is not None
     world.run(1.0)
     world.bus.off(When(address=LIMITS["j3"].address, first=Register.STATE))
     finish(world, goal)
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     assert goal.text.startswith("j3 (0x13) is lost: 3 bad cycles in a row")
     world.run(0.5)
     assert abs(world.arm.velocity("j3")) < 1e-4
@@ -287,7 +287,7 @@ def test_a_joint_whose_answer_to_the_start_is_lost_is_stopped_all_the_same(v1: b
         assert not world.axis("j3").homing.running
         assert abs(world.arm.velocity("j3")) < 1e-4
     else:
-        assert finish(world, goal).status is Status.SUCCEEDED
+        assert finish(world, goal).status is GoalStatus.SUCCEEDED
 
 
 def test_a_controller_that_fails_while_homing_leaves_the_joint_stopped() -> None:
@@ -297,8 +297,8 @@ def test_a_controller_that_fails_while_homing_leaves_the_joint_stopped() -> None
     world.run(1.0)
     world.hardware.commands["j2/home"].value = math.nan
     world.loop.step()
-    assert homing.state is State.INACTIVE
-    assert goal.status is Status.ABORTED
+    assert homing.state is LifecycleState.INACTIVE
+    assert goal.status is GoalStatus.ABORTED
     assert not world.axis("j2").homing.running
     assert world.supervisor.faults[0].kind is FaultKind.CONTROLLER_FAILED
 
@@ -309,7 +309,7 @@ def test_a_fault_of_another_joint_ends_the_homing() -> None:
     world.run(1.0)
     world.arm.set_power("j4", False)
     finish(world, goal)
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     assert goal.text == "the homing controller was deactivated"
     assert not world.axis("j2").homing.running
     world.run(1.0)
@@ -328,7 +328,7 @@ def test_a_fault_ends_the_homing_at_any_time_and_no_other_begins_while_it_is_lat
     for _ in range(cycles):
         world.loop.step()
     world.supervisor.fault(ControllerError("broken", "any"), "any", world.clock.now())
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     world.run(0.5)
     assert world.supervisor.state is FaultState.LATCHED
     assert cycles > 1 or world.arm.position("j2") == pytest.approx(before, abs=1e-4)
@@ -342,7 +342,7 @@ def test_a_fault_ends_the_homing_at_any_time_and_no_other_begins_while_it_is_lat
 
 
 @pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
-def test_a_joint_that_missed_the_stop_of_a_fault_is_told_until_it_heard(v1: bool) -> None:
+def test_a_joint_that_missed_the_stop_of_a_fault_is_sent_it_until_it_answers(v1: bool) -> None:
     world = World(v1=v1, home=False)
     start(world).send_goal({"j3": -1.0})
     world.run(1.0)
@@ -365,19 +365,19 @@ def test_switching_is_refused_while_homing_and_changes_nothing() -> None:
     world.load("other", KIND, joints=ORDER)
     with pytest.raises(SwitchError, match="homing has it"):
         world.switch("other")
-    assert homing.state is State.ACTIVE
-    assert finish(world, goal).status is Status.SUCCEEDED
+    assert homing.state is LifecycleState.ACTIVE
+    assert finish(world, goal).status is GoalStatus.SUCCEEDED
     world.switch(off=("homing",))
 
 
-def test_hardware_that_goes_down_takes_the_homing_with_it() -> None:
+def test_hardware_that_is_deactivated_ends_the_homing() -> None:
     world = World(home=False)
     homing = start(world)
     goal = homing.send_goal(DIRECTIONS)
     world.run(1.0)
-    world.manager.set_hardware_state("bioscara_arm", State.INACTIVE, world.clock.now())
-    assert homing.state is State.INACTIVE
-    assert goal.status is Status.ABORTED
+    world.manager.set_hardware_state("bioscara_arm", LifecycleState.INACTIVE, world.clock.now())
+    assert homing.state is LifecycleState.INACTIVE
+    assert goal.status is GoalStatus.ABORTED
     assert goal.text == "the homing controller was deactivated"
     assert abs(world.arm.velocity("j2")) < 1e-4
 
@@ -392,7 +392,7 @@ def test_a_second_goal_and_a_trigger_are_refused_while_a_joint_homes() -> None:
         world.run(0.5)
         assert goal.current == "j2"
     homing.trigger("j4", 0.0)
-    assert goal.status is Status.CANCELED
+    assert goal.status is GoalStatus.CANCELED
 
 
 def test_zero_for_a_joint_that_does_not_home_changes_nothing() -> None:
@@ -405,7 +405,7 @@ def test_zero_for_a_joint_that_does_not_home_changes_nothing() -> None:
     assert goal.current == "j4"
     homing.cancel()
     homing.cancel()
-    assert goal.status is Status.CANCELED
+    assert goal.status is GoalStatus.CANCELED
 
 
 @pytest.mark.parametrize("command", [math.nan, math.inf, -math.inf])
@@ -434,7 +434,7 @@ def test_unusable_goals_are_refused() -> None:
         homing.trigger("j1", 1.0)
 
 
-def test_a_refused_start_is_told_with_its_cause() -> None:
+def test_a_refused_start_is_reported_with_its_cause() -> None:
     world = World(home=False)
     homing = start(world, joints=("j4",))
     other = world.load("other", KIND, joints=("j1",))
@@ -445,13 +445,13 @@ def test_a_refused_start_is_told_with_its_cause() -> None:
     goal = homing.trigger("j4", 1.0)
     assert goal is not None
     world.run(0.1)
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     assert "j4 cannot start homing while j1 is homing" in goal.text
     assert running is not None
-    assert finish(world, running).status is Status.SUCCEEDED
+    assert finish(world, running).status is GoalStatus.SUCCEEDED
     again = homing.trigger("j4", 1.0)
     assert again is not None
-    assert finish(world, again).status is Status.SUCCEEDED
+    assert finish(world, again).status is GoalStatus.SUCCEEDED
 
 
 def test_one_broken_answer_at_the_end_of_a_homing_does_not_fail_it() -> None:
@@ -467,7 +467,7 @@ def test_one_broken_answer_at_the_end_of_a_homing_does_not_fail_it() -> None:
     assert world.axis("j4").home.quality is Quality.STALE
     assert not goal.done
     finish(world, goal)
-    assert goal.status is Status.SUCCEEDED
+    assert goal.status is GoalStatus.SUCCEEDED
 
 
 @pytest.mark.parametrize(

@@ -221,7 +221,7 @@ def test_what_is_no_number_leaves_the_joint_on_its_way(wanted: float) -> None:
     assert bench.position.value == 0.5
 
 
-def test_a_joint_found_outside_its_limits_is_held_there_and_only_let_back() -> None:
+def test_a_joint_found_outside_its_limits_is_held_there_and_may_only_return() -> None:
     pushed = JOINT.upper + 0.01
     bench = Bench(pushed, "position")
     assert bench.send(pushed) == pushed

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 import tracemalloc
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -24,12 +25,12 @@ from bioscara.control.controllers.joint_trajectory import (
 )
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.control.faults.supervisor import FaultState
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.limiter import CommandSource, Limiter, joint_limiters
 from bioscara.control.loop.loop import Loop
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import ConfigurationError, OverrunError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from bioscara.hardware.command_modes import Mode
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
@@ -106,16 +107,14 @@ def late(world: World) -> LateClock:
         *((rate, "give a number") for rate in (True, "50")),
     ],
 )
-def test_a_rate_that_makes_no_sense_is_refused_everywhere_in_the_same_words(
-    rate: Any, why: str
-) -> None:
+def test_an_invalid_rate_is_refused_everywhere_with_the_same_text(rate: Any, why: str) -> None:
     world = World(home=False)
     hardware = (world.hardware,)
     arm = SimulatedArm()
     said = []
     for take in (
         lambda: Loop(world.manager, world.supervisor, world.record, world.clock, rate),
-        lambda: ControllerManager(hardware, Limiter(hardware), rate),
+        lambda: ControllerManager(hardware, Limiter(joint_limiters(hardware)), rate),
         lambda: Robot(FirmwareBus(arm), arm.clock, PARAMETERS, "rates", rate=rate),
     ):
         with pytest.raises(ConfigurationError) as caught:
@@ -311,7 +310,7 @@ def test_host4_a_controller_that_is_stuck_leaves_joints_at_rest_and_a_named_faul
 
 @pytest.mark.parametrize("v1", [False, True])
 @pytest.mark.parametrize("pause", [0.3, 1.0, 2.5])
-def test_host4_the_way_of_a_pause_is_not_made_up_for_by_joints_that_stood(
+def test_host4_the_displacement_missed_in_a_pause_is_not_made_up_for(
     pause: float, *, v1: bool
 ) -> None:
     world = World(v1=v1, at=AT)
@@ -358,7 +357,7 @@ def test_host4_joints_of_version_1_that_heard_nothing_are_no_loss_of_power(
     kinds = [fault.kind for fault in world.supervisor.faults]
     assert not kinds or kinds[0] is FaultKind.OVERRUN
     assert FaultKind.POWER_LOST not in kinds
-    assert world.hardware.state is State.ACTIVE
+    assert world.hardware.state is LifecycleState.ACTIVE
 
 
 @pytest.mark.parametrize("pause", [0.1, 0.3, 2.5])
@@ -366,7 +365,7 @@ def test_host4_no_command_steps_after_a_pause_by_more_than_a_period_at_full_spee
     pause: float,
 ) -> None:
     world = moving()
-    guards = world.manager.limiter.guards.values()
+    guards = world.manager.limiter.joints.values()
     world.arm.run(pause)
     for _ in range(10):
         before = [guard.reference for guard in guards]
@@ -376,33 +375,33 @@ def test_host4_no_command_steps_after_a_pause_by_more_than_a_period_at_full_spee
             assert abs(guard.reference - last) <= way * 1.01
 
 
-def test_what_a_cycle_raises_ends_in_the_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_exception_of_a_cycle_ends_in_the_stop(monkeypatch: pytest.MonkeyPatch) -> None:
     world = moving()
     apply = world.manager.limiter.apply
     calls = [0]
 
-    def once(period: float) -> None:
+    def once(period: float, sources: Sequence[CommandSource]) -> None:
         calls[0] += 1
         if calls[0] == 1:
             raise ZeroDivisionError
-        apply(period)
+        apply(period, sources)
 
     monkeypatch.setattr(world.manager.limiter, "apply", once)
     world.loop.step()
     assert world.supervisor.faults[0].kind is FaultKind.LOOP_FAILED
     come_to_rest(world)
-    assert world.hardware.state is State.INACTIVE
+    assert world.hardware.state is LifecycleState.INACTIVE
 
 
-def test_cycles_that_keep_breaking_off_release_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_cycles_that_keep_failing_release_the_arm(monkeypatch: pytest.MonkeyPatch) -> None:
     world = moving()
 
-    def always(period: float) -> None:
+    def always(period: float, sources: Sequence[CommandSource]) -> None:
         raise ZeroDivisionError
 
     monkeypatch.setattr(world.manager.limiter, "apply", always)
     world.run(0.03)
-    assert world.hardware.state is State.INACTIVE
+    assert world.hardware.state is LifecycleState.INACTIVE
     for name in NAMES:
         assert not world.arm.has_torque(name) or name == "j2"
 
@@ -434,7 +433,7 @@ def test_an_interrupt_in_any_line_of_a_cycle_leaves_an_arm_that_comes_to_rest(
     finally:
         sys.settrace(None)
     now = world.clock.now()
-    world.run_until(lambda: world.supervisor.at_rest(world.clock.now(), now), 6.0)
+    world.run_until(lambda: world.supervisor.stopper.at_rest(world.clock.now(), now), 6.0)
     assert world.supervisor.faults == []
     world.arm.run(0.5)
     for name in NAMES:
@@ -442,7 +441,7 @@ def test_an_interrupt_in_any_line_of_a_cycle_leaves_an_arm_that_comes_to_rest(
     assert world.arm.position("j1") < AWAY[0] - 0.3, "it went on to its target"
 
 
-def test_a_cycle_that_was_interrupted_is_no_fault_and_the_arm_stays_engaged() -> None:
+def test_an_interrupted_cycle_is_no_fault_and_the_arm_stays_enabled() -> None:
     world = moving()
     transfer = world.bus.transfer
 
@@ -457,7 +456,7 @@ def test_a_cycle_that_was_interrupted_is_no_fault_and_the_arm_stays_engaged() ->
     assert world.loop.step().time == pytest.approx(begin + world.loop.period)
     world.run(1.0)
     assert world.supervisor.faults == []
-    assert world.hardware.state is State.ACTIVE
+    assert world.hardware.state is LifecycleState.ACTIVE
 
 
 @pytest.fixture
@@ -511,6 +510,6 @@ def test_durations_outside_the_bins_are_still_counted() -> None:
     histogram = Histogram()
     for each in (0.0, 1e-9, 1e3):
         histogram.add(each)
-    assert histogram.count == 3
-    assert histogram.percentile(100.0) == 1e3 or histogram.percentile(100.0) <= 1e3
+    assert histogram.percentile(66.0) <= 1.1e-6
+    assert 15.0 < histogram.percentile(67.0) <= 1e3
     assert histogram.maximum == 1e3

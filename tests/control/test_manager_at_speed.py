@@ -12,7 +12,7 @@ import pytest
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import FaultedError, SwitchError
-from bioscara.hardware import Mode, State
+from bioscara.hardware import LifecycleState, Mode
 from control.switching_at_speed import switch_at_random
 from control.wild import Wild, boom, wild
 from control.world import BOTH, LIMITS, World
@@ -56,11 +56,11 @@ def test_host6_a_controller_that_breaks_is_off_in_that_cycle_and_hold_ramps_down
     world: World, value: float | None
 ) -> None:
     axis, limits = world.axis("j1"), LIMITS["j1"]
-    last, speed = axis.previous, world.manager.limiter.guards["j1"].speed
+    last, speed = axis.previous, world.manager.limiter.joints["j1"].speed
     mover(world).hooks["update"] = boom() if value is None else lambda: write(world, value)
     world.loop.step()
-    assert mover(world).state is State.INACTIVE
-    assert world.manager.controller("hold").state is State.ACTIVE
+    assert mover(world).state is LifecycleState.INACTIVE
+    assert world.manager.controller("hold").state is LifecycleState.ACTIVE
     assert world.supervisor.faults[0].kind is FaultKind.CONTROLLER_FAILED
     assert world.supervisor.faults[0].source == "mover"
     with pytest.raises(FaultedError):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.control.manager.switch_request import Strictness
 from bioscara.errors import (
@@ -13,7 +13,7 @@ from bioscara.errors import (
     ModeSwitchError,
     SwitchError,
 )
-from bioscara.hardware import Mode, State
+from bioscara.hardware import LifecycleState, Mode
 from control.wild import Box, boom, boxed, release, wild
 from control.world import NAMES, World
 
@@ -25,7 +25,7 @@ def test_rule_44_load_refuses_a_taken_name_an_unknown_type_and_itself_as_fallbac
 ) -> None:
     manager = world.manager
     manager.load("a", "test/Wild")
-    assert manager.controller("a").state is State.UNCONFIGURED
+    assert manager.controller("a").state is LifecycleState.UNCONFIGURED
     with pytest.raises(SwitchError, match="a controller named a is loaded already"):
         manager.load("a", "test/Wild")
     with pytest.raises(SwitchError, match="did you mean test/Wild"):
@@ -46,7 +46,7 @@ def test_rule_45_configure_also_from_inactive_but_not_while_active(world: World)
         controller.hooks[step] = lambda step=step: calls.append(step)
     world.manager.configure("a")
     assert calls == ["cleanup", "configure"]
-    assert controller.state is State.INACTIVE
+    assert controller.state is LifecycleState.INACTIVE
     world.switch("a")
     with pytest.raises(SwitchError, match="a is active: it cannot be configured"):
         world.manager.configure("a")
@@ -56,7 +56,7 @@ def test_rule_45_configure_also_from_inactive_but_not_while_active(world: World)
         twice.hooks["cleanup"] = lambda: calls.append("cleanup")
         with pytest.raises(SwitchError, match=f"{kind} names j1/position twice"):
             world.manager.configure(kind)
-        assert (twice.state, calls) == (State.UNCONFIGURED, ["cleanup"])
+        assert (twice.state, calls) == (LifecycleState.UNCONFIGURED, ["cleanup"])
 
 
 def test_rule_46_cleanup_and_unload(world: World) -> None:
@@ -66,7 +66,7 @@ def test_rule_46_cleanup_and_unload(world: World) -> None:
     manager.cleanup("a")
     manager.cleanup("a")
     assert calls == ["cleanup"]
-    assert controller.state is State.UNCONFIGURED
+    assert controller.state is LifecycleState.UNCONFIGURED
     manager.configure("a")
     world.switch("a")
     for refused in (manager.cleanup, manager.unload):
@@ -76,22 +76,22 @@ def test_rule_46_cleanup_and_unload(world: World) -> None:
             refused("nobody")
     world.switch(off=("a",))
     manager.unload("a")
-    assert controller.state is State.FINALIZED
+    assert controller.state is LifecycleState.FINALIZED
     with pytest.raises(SwitchError):
         manager.controller("a")
 
 
-def test_rule_46_what_an_active_controller_falls_back_on_stays_configured(world: World) -> None:
+def test_rule_46_the_fallback_of_an_active_controller_stays_configured(world: World) -> None:
     wild(world, "a", J1, fallback_controllers=("b",))
     wild(world, "b", J1, fallback_controllers=("c",))
     wild(world, "c", J1)
     world.switch("a")
     for name in ("b", "c"):
-        with pytest.raises(SwitchError, match=f"{name} is what a falls back on: deactivate a fir"):
+        with pytest.raises(SwitchError, match=f"{name} is a fallback of a: deactivate a fir"):
             world.manager.cleanup(name)
     world.switch(off=("a",))
     world.manager.cleanup("b")
-    assert world.manager.controller("b").state is State.UNCONFIGURED
+    assert world.manager.controller("b").state is LifecycleState.UNCONFIGURED
 
 
 @pytest.mark.parametrize(("number", "strictness"), [(0, 2), (1, 1), (2, 2), (3, 1), (4, 1)])
@@ -114,15 +114,15 @@ def test_rule_48_strict_changes_nothing_when_one_entry_is_wrong(world: World) ->
     ):
         with pytest.raises(SwitchError, match=text):
             world.switch(*activate, off=deactivate)
-        assert a.state is State.INACTIVE
-        assert b.state is State.ACTIVE
+        assert a.state is LifecycleState.INACTIVE
+        assert b.state is LifecycleState.ACTIVE
 
 
 def test_rule_48_best_effort_leaves_wrong_entries_out(world: World) -> None:
     a = wild(world, "a", J1)
     manager, now, best = world.manager, world.clock.now(), Strictness.BEST_EFFORT
     switch = manager.switch(now, ("a", "nobody"), ("hold",), best)
-    assert a.state is State.ACTIVE
+    assert a.state is LifecycleState.ACTIVE
     assert switch.text == "Successfully switched controllers! Activated: [a]; deactivated: []"
     assert manager.switch(now, ("a",), (), best).text == (
         "After checking the controllers, no controllers need to be activated or deactivated."
@@ -130,7 +130,7 @@ def test_rule_48_best_effort_leaves_wrong_entries_out(world: World) -> None:
     for activate, deactivate in ((("nobody",), ("a",)), (("a",), ("nobody",))):
         with pytest.raises(SwitchError, match="nobody"):
             manager.switch(now, activate, deactivate, best)
-        assert a.state is State.ACTIVE
+        assert a.state is LifecycleState.ACTIVE
 
 
 def test_rule_48_a_name_that_is_there_twice_counts_once(world: World) -> None:
@@ -163,7 +163,7 @@ def test_rule_49_what_was_not_active_is_not_restarted(world: World) -> None:
         world.switch("new", off=("new",))
     switch = world.manager.switch(now, both, both, Strictness.BEST_EFFORT)
     assert (switch.activate, switch.deactivate) == ((), ())
-    assert new.state is State.UNCONFIGURED
+    assert new.state is LifecycleState.UNCONFIGURED
 
 
 @pytest.mark.parametrize("strictness", list(Strictness))
@@ -174,7 +174,7 @@ def test_rule_50_claim_conflicts_are_refused_in_both_modes(
     d = wild(world, "d", states=("j1/temperature",))
     manager, now = world.manager, world.clock.now()
     for names, text in (
-        (("a", "b"), "b and a both want j1/position"),
+        (("a", "b"), "b and a both claim j1/position"),
         (("c",), "c needs j9/position, which no hardware has; did you mean j"),
         (("d",), "d needs j1/temperature"),
     ):
@@ -183,7 +183,9 @@ def test_rule_50_claim_conflicts_are_refused_in_both_modes(
     world.switch("a")
     with pytest.raises(SwitchError, match="b cannot claim j1/position: a has it; deactivate a"):
         manager.switch(now, ("b",), (), strictness)
-    assert [each.state for each in (a, b, c, d)] == [State.ACTIVE] + [State.INACTIVE] * 3
+    assert [each.state for each in (a, b, c, d)] == [LifecycleState.ACTIVE] + [
+        LifecycleState.INACTIVE
+    ] * 3
 
 
 @pytest.mark.parametrize("strictness", list(Strictness))
@@ -197,10 +199,10 @@ def test_rule_50_one_controller_moves_a_joint(world: World, strictness: Strictne
         world.switch(first.name)
         with pytest.raises(SwitchError, match=f"{second.name} cannot claim .* {first.name} has"):
             manager.switch(now, (second.name,), (), strictness)
-        assert (first.state, second.state) == (State.ACTIVE, State.INACTIVE)
+        assert (first.state, second.state) == (LifecycleState.ACTIVE, LifecycleState.INACTIVE)
         world.switch(second.name, off=(first.name,))
         world.switch("both", off=(second.name,))
-        assert both.state is State.ACTIVE
+        assert both.state is LifecycleState.ACTIVE
         world.switch(off=("both",))
 
 
@@ -209,7 +211,7 @@ def test_rule_50_interfaces_of_unconfigured_hardware_are_not_there(
     strictness: Strictness,
 ) -> None:
     manager, box = boxed(a={"commands": ("g/position",)}, reader={"states": ("g/switch",)})
-    manager.set_hardware_state("box", State.UNCONFIGURED, 0.0)
+    manager.set_hardware_state("box", LifecycleState.UNCONFIGURED, 0.0)
     for name, interface in (("a", "g/position"), ("reader", "g/switch")):
         with pytest.raises(SwitchError, match=f"{name} needs {interface}: box is unconfigured"):
             manager.switch(0.0, (name,), (), strictness)
@@ -227,7 +229,7 @@ def test_rule_51_hardware_may_veto_and_nothing_changes(unhomed: World) -> None:
     unhomed.switch("other")
     with pytest.raises(ModeSwitchError, match=r"prepare command mode switch was rejected: j1 is n"):
         unhomed.switch("a", off=("other",))
-    assert (a.state, other.state) == (State.INACTIVE, State.ACTIVE)
+    assert (a.state, other.state) == (LifecycleState.INACTIVE, LifecycleState.ACTIVE)
     assert unhomed.manager.claims.commands["j2/home"].owner == "other"
     assert unhomed.axis("j2").mode is Mode.HOME
 
@@ -235,7 +237,7 @@ def test_rule_51_hardware_may_veto_and_nothing_changes(unhomed: World) -> None:
 def test_rule_51_command_interfaces_of_inactive_hardware_are_refused(unhomed: World) -> None:
     wild(unhomed, "a", "j1/home")
     wild(unhomed, "reader", states=("j1/home",))
-    unhomed.manager.set_hardware_state("bioscara_arm", State.INACTIVE, unhomed.clock.now())
+    unhomed.manager.set_hardware_state("bioscara_arm", LifecycleState.INACTIVE, unhomed.clock.now())
     with pytest.raises(SwitchError, match="bioscara_arm is inactive; activate it first"):
         unhomed.switch("a")
     unhomed.switch("reader")
@@ -257,9 +259,9 @@ def test_rule_52_a_controller_that_does_not_become_active(
         "Failed switching controllers.... bad: not today. "
         f"Activated: [{now_active}]; deactivated: [gone]"
     )
-    kept = State.INACTIVE if strict else State.ACTIVE
+    kept = LifecycleState.INACTIVE if strict else LifecycleState.ACTIVE
     assert [each.state for each in (a, bad, last, gone)] == [
-        kept, State.INACTIVE, kept, State.INACTIVE
+        kept, LifecycleState.INACTIVE, kept, LifecycleState.INACTIVE
     ]  # fmt: skip
     owners = world.manager.claims.commands
     assert (owners[J1].owner, owners[J2].owner) == (None if strict else "a", None)
@@ -270,7 +272,7 @@ def test_rule_52_a_controller_that_does_not_become_active(
     world.switch("bad")
 
 
-def test_rule_52_what_is_said_of_a_success(world: World) -> None:
+def test_rule_52_the_text_of_a_success(world: World) -> None:
     wild(world, "a", J1)
     now, done = world.clock.now(), "Successfully switched controllers!"
     assert world.manager.switch(now, ("a",)).text == done
@@ -286,10 +288,15 @@ def test_rule_54_controllers_are_listed_in_the_order_of_their_updates(world: Wor
         calls.append(name)
     world.manager.load("new", "test/Wild", {"commands": (J1,), "states": (J1,)})
     hold, a, _, new = world.manager.list_controllers()
-    assert (a.name, a.kind, a.state, a.update_rate) == ("a", "test/Wild", State.INACTIVE, 50.0)
+    assert (a.name, a.kind, a.state, a.update_rate) == (
+        "a",
+        "test/Wild",
+        LifecycleState.INACTIVE,
+        50.0,
+    )
     assert (a.claimed_interfaces, a.required_command_interfaces) == ((), (J1,))
     assert a.required_state_interfaces == (J1,)
-    assert (new.state, new.required_command_interfaces) == (State.UNCONFIGURED, ())
+    assert (new.state, new.required_command_interfaces) == (LifecycleState.UNCONFIGURED, ())
     assert new.required_state_interfaces == ()
     assert (hold.update_rate, hold.required_command_interfaces[0]) == (100.0, J1)
     world.switch("b")
@@ -307,7 +314,7 @@ def test_rule_55_components_and_interfaces_are_listed(world: World) -> None:
     world.switch("a")
     [arm] = world.manager.list_hardware_components()
     assert (arm.name, arm.kind, arm.state, arm.rw_rate) == (
-        "bioscara_arm", "system", State.ACTIVE, 100
+        "bioscara_arm", "system", LifecycleState.ACTIVE, 100
     )  # fmt: skip
     assert arm.plugin_name == "bioscara.hardware.arm.ArmHardware"
     commands, states = world.manager.list_hardware_interfaces()
@@ -323,10 +330,10 @@ def test_rule_55_components_and_interfaces_are_listed(world: World) -> None:
     assert sorted(arm.state_interfaces) == list(states)
 
 
-def test_rule_55_components_differ_in_what_they_are_and_where_they_are_in_their_life() -> None:
+def test_rule_55_components_differ_in_kind_and_lifecycle_state() -> None:
     box = Box()
-    manager = ControllerManager((box,), Limiter((box,)), 50)
-    for state, available in ((State.UNCONFIGURED, False), (State.INACTIVE, True)):
+    manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 50)
+    for state, available in ((LifecycleState.UNCONFIGURED, False), (LifecycleState.INACTIVE, True)):
         manager.set_hardware_state("box", state, 0.0)
         [entry] = manager.list_hardware_components()
         assert (entry.kind, entry.state, entry.rw_rate) == ("actuator", state, 50)
@@ -343,45 +350,51 @@ def test_rule_56_and_57_hardware_that_goes_down_loses_its_controllers_first(
 ) -> None:
     manager, now = unhomed.manager, unhomed.clock.now
     a, reader = wild(unhomed, "a", "j1/home"), wild(unhomed, "reader", states=(J1,))
-    order: list[State] = []
+    order: list[LifecycleState] = []
     for each in (a, reader):
         each.hooks["deactivate"] = lambda: order.append(unhomed.hardware.state)
     unhomed.switch("a", "reader")
-    assert manager.set_hardware_state("bioscara_arm", State.INACTIVE, now()) is State.INACTIVE
-    assert (a.state, reader.state) == (State.INACTIVE, State.ACTIVE)
-    manager.set_hardware_state("bioscara_arm", State.UNCONFIGURED, now())
-    assert reader.state is State.INACTIVE
-    assert order == [State.ACTIVE, State.INACTIVE]
+    assert (
+        manager.set_hardware_state("bioscara_arm", LifecycleState.INACTIVE, now())
+        is LifecycleState.INACTIVE
+    )
+    assert (a.state, reader.state) == (LifecycleState.INACTIVE, LifecycleState.ACTIVE)
+    manager.set_hardware_state("bioscara_arm", LifecycleState.UNCONFIGURED, now())
+    assert reader.state is LifecycleState.INACTIVE
+    assert order == [LifecycleState.ACTIVE, LifecycleState.INACTIVE]
     assert not any(each.is_available for each in manager.list_hardware_interfaces()[1])
     with pytest.raises(SwitchError, match="reader needs j1/position: bioscara_arm is unconfigure"):
         unhomed.switch("reader")
-    assert manager.set_hardware_state("bioscara_arm", State.ACTIVE, now()) is State.ACTIVE
+    assert (
+        manager.set_hardware_state("bioscara_arm", LifecycleState.ACTIVE, now())
+        is LifecycleState.ACTIVE
+    )
     unhomed.switch("a", "reader")
     order.clear()
-    manager.set_hardware_state("bioscara_arm", State.FINALIZED, now())
-    assert (a.state, reader.state) == (State.INACTIVE, State.INACTIVE)
-    assert order == [State.ACTIVE, State.ACTIVE]
+    manager.set_hardware_state("bioscara_arm", LifecycleState.FINALIZED, now())
+    assert (a.state, reader.state) == (LifecycleState.INACTIVE, LifecycleState.INACTIVE)
+    assert order == [LifecycleState.ACTIVE, LifecycleState.ACTIVE]
     with pytest.raises(LifecycleError, match="finalized"):
-        manager.set_hardware_state("bioscara_arm", State.ACTIVE, now())
+        manager.set_hardware_state("bioscara_arm", LifecycleState.ACTIVE, now())
     with pytest.raises(SwitchError, match="did you mean bioscara_arm"):
-        manager.set_hardware_state("bioscara_arms", State.ACTIVE, now())
+        manager.set_hardware_state("bioscara_arms", LifecycleState.ACTIVE, now())
 
 
-def test_a_controller_that_fails_to_let_go_lets_go_all_the_same_and_is_told_of(
+def test_a_controller_that_fails_to_deactivate_is_inactive_and_the_failure_is_reported(
     world: World,
 ) -> None:
     a = wild(world, "a", J1)
     world.switch("a")
     a.hooks["deactivate"] = boom("sticky")
     world.switch(off=("a",))
-    assert a.state is State.INACTIVE
+    assert a.state is LifecycleState.INACTIVE
     assert world.manager.claims.commands[J1].owner is None
     world.loop.step()
     assert [str(each.cause) for each in world.manager.failures] == ["sticky"]
     release(world)
 
 
-def test_a_lock_refuses_whoever_commands_but_not_whoever_reads(world: World) -> None:
+def test_a_lock_refuses_controllers_that_command_but_not_those_that_read(world: World) -> None:
     wild(world, "a", J1)
     wild(world, "reader", states=(J1,))
     world.manager.lock = "because"

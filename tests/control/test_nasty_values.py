@@ -9,7 +9,7 @@ import numpy as np
 
 from bioscara.control.controllers.gripper_messages import GripperGoal
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point, Tolerance
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from bioscara.robot import Robot
 from bioscara.robot.stack import GRIPPER
 from control.world import NAMES, World
@@ -81,7 +81,7 @@ def test_controllers_take_a_value_or_refuse_it_and_no_cycle_fails(world: World) 
                 assert after(False) == ""
         for what, (call, base) in calls.items():
             complaints += judge(f"{name}.{what}", call, base, after)
-            active = manager.controller(name).state is State.ACTIVE
+            active = manager.controller(name).state is LifecycleState.ACTIVE
             assert active, f"{name} failed in {what}: {complaints}"
         if name == "homing":
             homing.cancel()
@@ -113,7 +113,7 @@ def test_the_gripper_controller_too(tmp_path: Any) -> None:
                 {"value": (0.06,)},
                 after,
             )
-        assert jaws.state is State.ACTIVE
+        assert jaws.state is LifecycleState.ACTIVE
     assert complaints == [], "\n" + "\n".join(complaints)
 
 
@@ -140,7 +140,7 @@ def test_the_manager_too(world: World) -> None:
         "take_over": (manager.take_over, {"name": "other", "leaving": (), "time": now}),
         "set_hardware_state": (
             manager.set_hardware_state,
-            {"name": "other", "state": State.INACTIVE, "time": now},
+            {"name": "other", "state": LifecycleState.INACTIVE, "time": now},
         ),
         "cycle": (manager.cycle, {"time": now, "period": 0.01}),
     }

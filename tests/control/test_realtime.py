@@ -99,7 +99,7 @@ def test_what_slows_a_raspberry_pi_down_is_put_in_words(
     assert conditions(path) == told
 
 
-def test_a_computer_that_does_not_tell_is_not_blamed(tmp_path: Path) -> None:
+def test_a_computer_that_reports_no_condition_is_not_blamed(tmp_path: Path) -> None:
     assert conditions(tmp_path / "missing") == ""
 
 

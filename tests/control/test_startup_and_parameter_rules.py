@@ -20,14 +20,13 @@ from bioscara.control.controllers.joint_trajectory.parameters import (
     SpeedScaling,
 )
 from bioscara.control.controllers.joint_trajectory.pid import Gains
-from bioscara.control.controllers.parameters import Section
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.controllers.parameters import ParameterGroup
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.loop.realtime import PRIORITY, realtime
-from bioscara.control.manager.controller_types import TYPES
 from bioscara.control.manager.manager import ControllerManager
+from bioscara.control.manager.registry import TYPES
 from bioscara.errors import BioscaraError, BusUnavailableError, GripperError, SwitchError
-from bioscara.hardware import ArmHardware, GripperHardware, State
-from bioscara.hardware.urdf_reader import Urdf
+from bioscara.hardware import ArmHardware, GripperHardware, LifecycleState, Urdf
 from bioscara.model.urdf import URDF
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
@@ -44,7 +43,7 @@ def test_rule_42_a_manager_is_made_with_the_hardware_of_one_description(tmp_path
                 urdf, PARAMETERS.gripper, arm.clock, tmp_path / "width", root=servo.root
             ),
         )
-        manager = ControllerManager(components, Limiter(components), 100)
+        manager = ControllerManager(components, Limiter(joint_limiters(components)), 100)
         listed = manager.list_hardware_interfaces()
     joints = (*NAMES, "gripper")
     assert {each.name.partition("/")[0] for each in listed.state_interfaces} == set(joints)
@@ -56,10 +55,10 @@ def test_rule_42_a_manager_is_made_with_the_hardware_of_one_description(tmp_path
 def test_rule_42_hardware_that_comes_twice_is_refused() -> None:
     box, other = Box(), Box()
     with pytest.raises(SwitchError, match="two hardware components are named box; rename one"):
-        ControllerManager((box, other), Limiter((box,)), 100)
+        ControllerManager((box, other), Limiter(joint_limiters((box,))), 100)
     other.name = "other"
     with pytest.raises(SwitchError, match="g/position belongs to box and to other"):
-        ControllerManager((box, other), Limiter((box,)), 100)
+        ControllerManager((box, other), Limiter(joint_limiters((box,))), 100)
 
 
 def start(arm: SimulatedArm) -> Robot:
@@ -67,12 +66,12 @@ def start(arm: SimulatedArm) -> Robot:
 
 
 @pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
-def test_rule_58_a_start_greets_the_joints_and_energises_and_moves_nothing(v1: bool) -> None:
+def test_rule_58_a_start_identifies_the_joints_and_energises_and_moves_nothing(v1: bool) -> None:
     arm = SimulatedArm(seed=1, v1=v1, positions=NEAR)
     before = [arm.position(name) for name in NAMES]
     with start(arm) as robot:
         assert [each.state for each in robot._running().manager.components] == [
-            State.INACTIVE, State.UNCONFIGURED
+            LifecycleState.INACTIVE, LifecycleState.UNCONFIGURED
         ]  # fmt: skip
         arm.run(1.0)
         assert not any(arm.has_torque(name) for name in NAMES)
@@ -80,7 +79,7 @@ def test_rule_58_a_start_greets_the_joints_and_energises_and_moves_nothing(v1: b
 
 
 @pytest.mark.parametrize("absent", NAMES)
-def test_rule_58_one_joint_that_does_not_answer_lets_all_go_and_closes_the_bus(
+def test_rule_58_one_joint_that_does_not_answer_releases_all_and_closes_the_bus(
     absent: str,
 ) -> None:
     arm = SimulatedArm(seed=1, positions=NEAR)
@@ -88,20 +87,20 @@ def test_rule_58_one_joint_that_does_not_answer_lets_all_go_and_closes_the_bus(
     robot = start(arm)
     with pytest.raises(BioscaraError, match=absent), robot:
         pass
-    assert robot._arm.state is State.UNCONFIGURED
+    assert robot._arm.state is LifecycleState.UNCONFIGURED
     assert [joint.session.version for joint in robot.joints] == [0] * 4
     assert not any(arm.has_torque(name) for name in NAMES)
     with pytest.raises(BusUnavailableError, match="closed"):
         robot.bus.transfer([Transaction(0x11, b"\x00", 1)])
 
 
-def test_rule_58_one_joint_that_does_not_engage_leaves_none_engaged() -> None:
+def test_rule_58_one_joint_that_cannot_be_enabled_leaves_none_enabled() -> None:
     arm = SimulatedArm(seed=1, positions=NEAR)
     with start(arm) as robot:
         arm.set_power("j4", on=False)
         with pytest.raises(BioscaraError, match="j4"):
             robot.enable()
-        assert robot._running().arm.state is State.INACTIVE
+        assert robot._running().arm.state is LifecycleState.INACTIVE
         assert not any(arm.has_torque(name) for name in NAMES)
         arm.set_power("j4", on=True)
 
@@ -112,7 +111,7 @@ def test_rule_58_a_gripper_without_output_is_its_own_matter() -> None:
         with pytest.raises(GripperError):
             robot.gripper.enable()
         states = [each.state for each in robot._running().manager.components]
-        assert states == [State.INACTIVE, State.UNCONFIGURED]
+        assert states == [LifecycleState.INACTIVE, LifecycleState.UNCONFIGURED]
         robot.enable()
         assert all(arm.has_torque(name) for name in NAMES)
 
@@ -168,7 +167,7 @@ def test_rule_69_missed_cycles_are_skipped_and_warned_about() -> None:
     assert any("LATE" in warning for warning in world.supervisor.warnings)
 
 
-def sections(kind: type[Section]) -> set[type[Section]]:
+def sections(kind: type[ParameterGroup]) -> set[type[ParameterGroup]]:
     return {kind}.union(*map(sections, kind.__subclasses__()))
 
 
@@ -177,9 +176,9 @@ def test_no_number_of_any_parameter_is_infinite_but_where_that_means_unbounded(
     infinite: float,
 ) -> None:
     made = {controller.PARAMETERS for controller in TYPES.values()}
-    assert {*made, Gains, SpeedScaling, Constraints, JointConstraints} <= sections(Section)
+    assert {*made, Gains, SpeedScaling, Constraints, JointConstraints} <= sections(ParameterGroup)
     unbounded = {f"{side}_clamp_{end}" for side in "ui" for end in ("max", "min")}
-    for section in sections(Section):
+    for section in sections(ParameterGroup):
         for name in {*section.model_fields} - unbounded:
             for value in (infinite, (infinite,), (0.0, infinite)):
                 with pytest.raises(ValidationError) as caught:

@@ -8,7 +8,7 @@ import pytest
 from tests.control.test_loop import come_to_rest, moving
 from tests.control.world import NAMES, NEAR, World
 
-from bioscara.control.faults.kinds import Fault, FaultKind, Stop, classify
+from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, classify
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import (
     ControllerError,
@@ -23,7 +23,7 @@ from bioscara.errors import (
     StalledError,
     SwitchError,
 )
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 
 FORWARD = "forward_command_controller/ForwardCommandController"
 
@@ -39,9 +39,9 @@ def faulted(folder: Path) -> World:
 
 
 @pytest.mark.parametrize("kind", list(FaultKind))
-def test_every_kind_says_what_to_do(kind: FaultKind) -> None:
+def test_every_kind_has_an_action(kind: FaultKind) -> None:
     assert kind.action
-    assert kind.action in str(Fault(kind, "j1", HardwareError("x"), 0.0))
+    assert kind.action in str(ArmFault(kind, "j1", HardwareError("x"), 0.0))
 
 
 @pytest.mark.parametrize(
@@ -58,7 +58,7 @@ def test_every_kind_says_what_to_do(kind: FaultKind) -> None:
         (ZeroDivisionError(), FaultKind.CONTROLLER_FAILED),
     ],
 )
-def test_causes_are_told_apart(cause: BaseException, kind: FaultKind) -> None:
+def test_causes_are_distinguished(cause: BaseException, kind: FaultKind) -> None:
     assert classify(cause) is kind
 
 
@@ -79,12 +79,12 @@ def test_a_fault_ramps_the_arm_down_and_is_latched_until_it_was_acknowledged_and
     (fault,) = supervisor.acknowledge()
     assert fault.evidence is not None
     assert fault.evidence.exists()
-    assert world.hardware.state is State.ACTIVE
+    assert world.hardware.state is LifecycleState.ACTIVE
     with pytest.raises(SwitchError, match="it broke"):
         world.switch("forward", off=("hold",))
     supervisor.recover(world.clock.now())
     assert supervisor.state is FaultState.CLEAR
-    assert world.hardware.state is State.INACTIVE
+    assert world.hardware.state is LifecycleState.INACTIVE
     world.arm.run(0.5)
     assert field(world) == pytest.approx(before, abs=60.0)
     world.hardware.activate()
@@ -103,7 +103,7 @@ def test_a_joint_that_refuses_a_setpoint_is_named_and_not_the_bus() -> None:
     assert "OUT_OF_RANGE" in str(fault)
 
 
-def test_nothing_to_acknowledge_is_said() -> None:
+def test_acknowledging_without_a_fault_is_refused() -> None:
     with pytest.raises(FaultedError, match="no fault"):
         World(home=False).supervisor.acknowledge()
 
@@ -118,7 +118,7 @@ def test_evidence_that_cannot_be_written_keeps_the_fault(tmp_path: Path) -> None
     assert world.supervisor.state is FaultState.LATCHED
 
 
-def test_evidence_shows_the_time_before_the_fault_however_late_somebody_looks(
+def test_evidence_shows_the_time_before_the_fault_however_late_it_is_written(
     tmp_path: Path,
 ) -> None:
     world = faulted(tmp_path)
@@ -157,7 +157,7 @@ def test_a_fault_after_the_acknowledgement_has_to_be_acknowledged_too(tmp_path: 
     assert "j1 stalled" in second.evidence.read_text()
 
 
-def test_a_fault_that_stays_is_told_once(tmp_path: Path) -> None:
+def test_a_persistent_fault_is_reported_once(tmp_path: Path) -> None:
     world = moving(tmp_path)
     for name in NAMES:
         world.arm.set_power(name, on=False)
@@ -185,9 +185,9 @@ def test_overtemperature_ramps_down_and_then_releases(tmp_path: Path) -> None:
     world.supervisor.fault(
         JointFaultError("j1 is hot", "j1", "OVERTEMPERATURE"), "j1", world.clock.now()
     )
-    assert world.hardware.state is State.ACTIVE
+    assert world.hardware.state is LifecycleState.ACTIVE
     come_to_rest(world)
-    assert world.hardware.state is State.INACTIVE
+    assert world.hardware.state is LifecycleState.INACTIVE
     assert not world.arm.has_torque("j1")
 
 
@@ -199,9 +199,9 @@ def test_the_stop_does_not_raise_whatever_is_broken(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(world.manager, "take_over", broken)
     world.supervisor.stop(world.clock.now())
-    assert world.hardware.state is State.INACTIVE
+    assert world.hardware.state is LifecycleState.INACTIVE
     monkeypatch.setattr(world.manager, "set_hardware_state", broken)
-    world.hardware.state = State.ACTIVE
+    world.hardware.state = LifecycleState.ACTIVE
     for _ in range(2):
         world.supervisor.crash(RuntimeError("broken"), world.clock.now())
     assert [fault.kind for fault in world.supervisor.faults] == [
@@ -235,11 +235,11 @@ def test_a_joint_that_overheats_after_another_fault_releases_the_arm() -> None:
     world.run_until(lambda: len(world.supervisor.faults) > 1)
     come_to_rest(world)
     assert world.supervisor.faults[1].kind is FaultKind.OVERTEMPERATURE
-    assert world.hardware.state is not State.ACTIVE
+    assert world.hardware.state is not LifecycleState.ACTIVE
     assert not any(world.arm.has_torque(name) for name in NAMES)
 
 
-def test_power_that_goes_after_another_fault_is_named_and_releases_the_arm() -> None:
+def test_a_power_loss_after_another_fault_is_named_and_releases_the_arm() -> None:
     world = moving()
     world.supervisor.fault(ControllerError("it broke", "any"), "any", world.clock.now())
     world.run(2.0)
@@ -248,10 +248,10 @@ def test_power_that_goes_after_another_fault_is_named_and_releases_the_arm() -> 
     world.run(1.0)
     kinds = [fault.kind for fault in world.supervisor.faults]
     assert kinds[:2] == [FaultKind.CONTROLLER_FAILED, FaultKind.POWER_LOST]
-    assert world.hardware.state is not State.ACTIVE
+    assert world.hardware.state is not LifecycleState.ACTIVE
 
 
-def test_a_joint_that_nobody_commands_and_is_lost_does_not_let_the_others_fall() -> None:
+def test_a_lost_joint_without_commands_does_not_let_the_others_fall() -> None:
     world = World(at=NEAR)
     forward = world.load("one", FORWARD, joints=("j1",), interface_name="position")
     world.switch("one")
@@ -260,12 +260,12 @@ def test_a_joint_that_nobody_commands_and_is_lost_does_not_let_the_others_fall()
     world.arm.hang("j4")
     world.run(2.0)
     assert world.supervisor.faults[0].kind.stop is Stop.HOLD
-    assert world.hardware.state is State.ACTIVE
+    assert world.hardware.state is LifecycleState.ACTIVE
     assert abs(world.arm.velocity("j1")) < 0.01
     assert world.arm.has_torque("j2")
 
 
-def test_a_homing_controller_that_homes_nothing_does_not_let_the_joints_fall() -> None:
+def test_an_idle_homing_controller_does_not_let_the_joints_fall() -> None:
     world = World(at=NEAR)
     world.load("homing", "single_trigger_controller/SingleTriggerController", joints=("j4",))
     forward = world.load("one", FORWARD, joints=("j1",), interface_name="position")
@@ -274,7 +274,7 @@ def test_a_homing_controller_that_homes_nothing_does_not_let_the_joints_fall() -
     world.run(0.5)
     world.supervisor.fault(ControllerError("it broke", "any"), "any", world.clock.now())
     come_to_rest(world)
-    assert world.manager.controller("hold").state is State.ACTIVE
+    assert world.manager.controller("hold").state is LifecycleState.ACTIVE
     assert all(world.arm.has_torque(name) for name in NAMES)
 
 
@@ -288,11 +288,11 @@ def test_a_fault_stops_joints_that_are_driven_by_velocity(v1: bool) -> None:
     assert world.arm.velocity("j1") > 0.2
     world.supervisor.fault(ControllerError("it broke", "any"), "any", world.clock.now())
     come_to_rest(world)
-    assert forward.state is State.INACTIVE
+    assert forward.state is LifecycleState.INACTIVE
     assert world.arm.has_torque("j1")
 
 
-def test_joints_that_could_not_be_released_are_told_of_and_released_on_recovery(
+def test_joints_that_could_not_be_released_are_reported_and_released_on_recovery(
     tmp_path: Path,
 ) -> None:
     world = moving(tmp_path)
@@ -316,7 +316,7 @@ def test_joints_that_could_not_be_released_are_told_of_and_released_on_recovery(
 def test_the_way_out_of_a_joint_is_not_the_one_of_the_arm() -> None:
     error = JointFaultError("j1: x", "j1", "STALL", remedy="clear_fault()")
     assert str(error) == "j1: x; clear_fault()"
-    fault = Fault(classify(error), "j1", error, 0.0)
+    fault = ArmFault(classify(error), "j1", error, 0.0)
     assert str(fault) == "STALL: j1: x; remove the obstacle"
     assert fault.error() is error
     assert str(error) == "j1: x; remove the obstacle"

@@ -7,8 +7,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.errors import JointError, ModeSwitchError
-from bioscara.hardware import GripperHardware, State
-from bioscara.hardware.urdf_reader import Urdf
+from bioscara.hardware import GripperHardware, LifecycleState, Urdf
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF
 from bioscara.protocol import SILENCE
@@ -61,7 +60,7 @@ def test_rule_53_a_switch_is_done_when_it_returns_long_before_a_joint_misses_a_s
         costs.append(world.clock.now() - begin)
 
     switch("hold", off=("mover",))
-    assert (hold.state, mover.state) == (State.ACTIVE, State.INACTIVE)
+    assert (hold.state, mover.state) == (LifecycleState.ACTIVE, LifecycleState.INACTIVE)
     assert world.manager.claims.commands["j1/position"].owner == "hold"
     assert world.loop.statistics.cycles == cycles, "it took a cycle"
     before = world.axis("j1").position_command.value
@@ -77,7 +76,7 @@ def test_rule_53_a_switch_is_done_when_it_returns_long_before_a_joint_misses_a_s
     assert not world.supervisor.faults
 
 
-def test_rule_51_letting_a_velocity_go_that_is_not_0_is_warned_about() -> None:
+def test_rule_51_releasing_a_velocity_that_is_not_0_is_warned_about() -> None:
     world = World(at=MIDDLE)
     moving(world)
     speed = world.axis("j2").velocity_command.value
@@ -86,7 +85,7 @@ def test_rule_51_letting_a_velocity_go_that_is_not_0_is_warned_about() -> None:
     said = list(world.manager.warnings)
     assert [each.split(" ")[0] for each in said] == list(VELOCITIES)
     assert said[1] == (
-        f"j2/velocity is let go while it commands {speed:g} m/s: j2 is brought to rest; command "
+        f"j2/velocity is released while it commands {speed:g} m/s: j2 is brought to rest; command "
         "0 first"
     )
     assert "rad/s" in said[0]
@@ -114,11 +113,11 @@ def test_rule_51_no_warning_where_motion_goes_on_or_has_ended() -> None:
 
 
 @pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
-def test_rule_51_letting_go_what_nobody_claimed_is_warned_about_and_harmless(v1: bool) -> None:
+def test_rule_51_releasing_an_unclaimed_interface_is_warned_about_and_harmless(v1: bool) -> None:
     world = World(home=False, v1=v1)
     hardware = world.hardware
     [said] = hardware.prepare_command_mode_switch((), ("j3/velocity",))
-    assert said == "j3/velocity is let go, but nobody had claimed it"
+    assert said == "j3/velocity is released, but was not claimed"
     hardware.perform_command_mode_switch((), ("j3/velocity",))
     # Hardware that was taken down behind the manager's back has forgotten all claims.
     homing = wild(world, "a", "j1/home")
@@ -126,20 +125,20 @@ def test_rule_51_letting_go_what_nobody_claimed_is_warned_about_and_harmless(v1:
     hardware.deactivate()
     hardware.activate()
     world.switch(off=("a",))
-    assert homing.state is State.INACTIVE
-    assert list(world.manager.warnings) == ["j1/home is let go, but nobody had claimed it"]
+    assert homing.state is LifecycleState.INACTIVE
+    assert list(world.manager.warnings) == ["j1/home is released, but was not claimed"]
 
 
-def test_rule_51_the_gripper_says_so_too(tmp_path: Path) -> None:
+def test_rule_51_the_gripper_warns_too(tmp_path: Path) -> None:
     servo = load_parameters().gripper
     with SimulatedServo(servo.outputs[0]) as made:
         gripper = GripperHardware.from_description(
             Urdf.load(URDF), servo, SimulatedArm().clock, tmp_path / "width", root=made.root
         )
-        gripper.set_state(State.ACTIVE)
+        gripper.set_state(LifecycleState.ACTIVE)
         name = "gripper/position"
         [said] = gripper.prepare_command_mode_switch((), (name,))
-        assert said == f"{name} is let go, but nobody had claimed it"
+        assert said == f"{name} is released, but was not claimed"
         gripper.perform_command_mode_switch((name,), ())
         assert not gripper.prepare_command_mode_switch((), (name,))
         gripper.shutdown()

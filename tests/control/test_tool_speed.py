@@ -18,7 +18,7 @@ FAR = (1.5, 0.25, 1.5, -1.0)
 
 def capped(limit: float) -> tuple[World, ToolSpeedCap]:
     world = World(at=MIDDLE)
-    guards = tuple(world.manager.limiter.guards.values())
+    guards = tuple(world.manager.limiter.joints.values())
     cap = ToolSpeedCap(guards, kinematics_of(PARAMETERS).tool_speed, limit)
     world.manager.limiter.stages = (cap,)
     return world, cap
@@ -34,7 +34,7 @@ def tool_speeds(
     assert isinstance(forward, ForwardCommandController)
     world.switch("forward")
     forward.command(values)
-    guards, kinematics = world.manager.limiter.guards, kinematics_of(PARAMETERS)
+    guards, kinematics = world.manager.limiter.joints, kinematics_of(PARAMETERS)
     places, times = [], []
     for _ in range(cycles):
         cycle = world.loop.step()
@@ -47,7 +47,7 @@ def tool_speeds(
 
 
 @pytest.mark.parametrize("limit", [0.05, 0.25])
-def test_a_step_of_positions_is_gone_at_the_speed_of_the_tool(limit: float) -> None:
+def test_a_step_of_positions_is_covered_at_the_speed_of_the_tool(limit: float) -> None:
     world, cap = capped(limit)
     speeds = tool_speeds(world, "position", FAR, 2500)
     assert max(speeds) <= limit * 1.01
@@ -60,7 +60,7 @@ def test_a_step_of_positions_is_gone_at_the_speed_of_the_tool(limit: float) -> N
 
 def test_velocities_are_slowed_down_together() -> None:
     world, _ = capped(0.1)
-    kinematics, guards = kinematics_of(PARAMETERS), world.manager.limiter.guards
+    kinematics, guards = kinematics_of(PARAMETERS), world.manager.limiter.joints
     tool_speeds(world, "velocity", (0.5, 0.0, 0.5, 0.5), 30)
     for _ in range(70):
         world.loop.step()
@@ -77,16 +77,16 @@ def test_full_speed_is_not_touched() -> None:
 
 
 @pytest.mark.parametrize("interface", ["position", "velocity"])
-def test_nothing_passes_while_the_speed_of_the_tool_is_not_known(interface: str) -> None:
+def test_nothing_passes_while_the_speed_of_the_tool_is_unknown(interface: str) -> None:
     world, cap = capped(0.25)
     tool_speeds(world, interface, FAR if interface == "position" else (0.5, 0.01, 0.5, 0.5), 30)
-    guards, commands = world.manager.limiter.guards, world.hardware.commands
+    guards, commands = world.manager.limiter.joints, world.hardware.commands
     before = {name: guard.reference for name, guard in guards.items()}
     asked = {name: commands[f"{name}/{interface}"].value for name in NAMES}
     assert any(guard.speed for guard in guards.values())
     cap.speed_of = lambda *_: math.nan
     interventions = cap.interventions
-    world.manager.limiter.apply(world.loop.period)
+    world.manager.limiter.apply(world.loop.period, world.manager.driving)
     assert cap.interventions == interventions + 1
     for name, guard in guards.items():
         still = before[name] if interface == "position" else 0.0

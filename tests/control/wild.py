@@ -7,11 +7,17 @@ from collections.abc import Callable, Mapping, Sequence
 from bioscara.control.controllers.controller import Controller
 from bioscara.control.controllers.parameters import Parameters
 from bioscara.control.faults.supervisor import FaultState
-from bioscara.control.limits.limiter import Limiter
-from bioscara.control.manager.controller_types import TYPES
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.manager.manager import ControllerManager
+from bioscara.control.manager.registry import TYPES
 from bioscara.errors import HardwareError
-from bioscara.hardware import POSITION, CommandInterface, HardwareComponent, State, StateInterface
+from bioscara.hardware import (
+    POSITION,
+    CommandInterface,
+    HardwareComponent,
+    LifecycleState,
+    StateInterface,
+)
 from bioscara.model import JointParameters
 from control.world import World
 
@@ -97,10 +103,10 @@ class Box(HardwareComponent):
     def on_cleanup(self) -> None:
         self._step("cleanup")
 
-    def on_shutdown(self, before: State) -> None:
+    def on_shutdown(self, before: LifecycleState) -> None:
         self._step("shutdown")
 
-    def on_error(self, before: State) -> None:
+    def on_error(self, before: LifecycleState) -> None:
         self._step("error")
 
     def read(self, time: float, period: float) -> None:
@@ -122,7 +128,7 @@ class Box(HardwareComponent):
 def boxed(**controllers: dict[str, object]) -> tuple[ControllerManager, Box]:
     """Return a manager of a box alone, and these controllers, configured."""
     box = Box()
-    manager = ControllerManager((box,), Limiter((box,)), 100)
+    manager = ControllerManager((box,), Limiter(joint_limiters((box,))), 100)
     for name, values in controllers.items():
         manager.load(name, Wild.TYPE, values)
         manager.configure(name)

@@ -10,8 +10,8 @@ from bioscara.bus import FaultyBus
 from bioscara.control.controllers.controller import AnyController
 from bioscara.control.faults.flight_recorder import FlightRecord
 from bioscara.control.faults.supervisor import Supervisor
-from bioscara.control.limits.limiter import Limiter
-from bioscara.control.loop.loop import Cycle, Loop
+from bioscara.control.limits.limiter import Limiter, joint_limiters
+from bioscara.control.loop.loop import CycleReport, Loop
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.hardware import ArmHardware
 from bioscara.model import JointParameters, load_parameters
@@ -61,7 +61,9 @@ class World:
         if home:
             for name in PARAMETERS.homing_order:
                 self.joint(name).home()
-        self.manager = ControllerManager((self.hardware,), Limiter((self.hardware,)), self.rate)
+        self.manager = ControllerManager(
+            (self.hardware,), Limiter(joint_limiters((self.hardware,))), self.rate
+        )
         self.record = FlightRecord(self.hardware.axes, self.rate)
         self.commanded = ("position",) if v1 else BOTH
         self.load(
@@ -95,7 +97,7 @@ class World:
         """Switch controllers, strictly."""
         self.manager.switch(self.clock.now(), activate, off)
 
-    def run(self, seconds: float) -> list[Cycle]:
+    def run(self, seconds: float) -> list[CycleReport]:
         """Run the loop for some arm time."""
         return [self.loop.step() for _ in range(round(seconds * self.rate))]
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import ModeSwitchError
-from bioscara.hardware import Mode, State
+from bioscara.hardware import LifecycleState, Mode
 from bioscara.hardware.bus_budget import Capacity, highest_rate
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
@@ -82,7 +82,7 @@ def test_velocities_that_the_bus_cannot_carry_are_refused_before_anything_moves(
         carried = int(text.split("could carry ")[1].split(maxsplit=1)[0])
         assert taken == pytest.approx(10.5 if v1 else 11.88, rel=0.02)
         assert carried == pytest.approx(850.0 / taken, abs=1.0)
-        assert stack.manager.controller("velocities").state is State.INACTIVE
+        assert stack.manager.controller("velocities").state is LifecycleState.INACTIVE
         assert all(axis.mode is not Mode.VELOCITY for axis in stack.arm.axes)
         robot.move_joints(tuple(AT.values()))
         assert robot.faults == ()
@@ -128,5 +128,5 @@ def test_a_stop_is_never_refused_for_the_bus() -> None:
         forward(robot, "one", "velocity", "j1")
         stack.use("one", now())
         stack.supervisor.stop(now())
-        assert stack.manager.controller("hold_controller").state is State.ACTIVE
-        assert stack.arm.state is State.ACTIVE
+        assert stack.manager.controller("hold_controller").state is LifecycleState.ACTIVE
+        assert stack.arm.state is LifecycleState.ACTIVE

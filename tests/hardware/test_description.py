@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import ArmHardware
-from bioscara.hardware.ros2_control_tags import read_arm, read_gripper
-from bioscara.hardware.urdf_reader import SIZE_MAX, Urdf
+from bioscara.hardware.ros2_control_tags import SIZE_MAX, Urdf, read_arm, read_gripper
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF
 from bioscara.sim import FirmwareBus, SimulatedArm
@@ -98,7 +97,7 @@ WRONG = [
      "did you mean command_interface?"),
     ('<command_interface name="home"/>',
      '<command_interface name="home"><param name="min">0</param></command_interface>',
-     "has tags inside"),
+     "has nested tags"),
     ('    <joint name="j1">', '    <joint name="j5">', "j5 is not a joint of the arm"),
     ('    <joint name="j2">', '    <joint name="j1">', "joint j1 is there twice"),
     ('<joint name="j1" type="revolute">', '<joint name="j1" type="continuous">',
@@ -134,7 +133,7 @@ def test_a_missing_joint_is_named() -> None:
         read(TEXT[:begin] + TEXT[end:])
 
 
-def test_a_robot_without_any_hardware_is_told_so() -> None:
+def test_a_description_without_hardware_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="named bioscara_arm; known here: none"):
         read('<robot name="bioscara"/>')
 

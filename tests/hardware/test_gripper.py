@@ -10,8 +10,8 @@ import pytest
 
 from bioscara.drivers import Quality
 from bioscara.errors import GripperError, ModeSwitchError
-from bioscara.hardware import GripperHardware, State
-from bioscara.hardware.urdf_reader import Urdf
+from bioscara.hardware import GripperHardware, LifecycleState
+from bioscara.hardware.ros2_control_tags import Urdf
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF
 from bioscara.sim import SimulatedArm, SimulatedServo
@@ -68,7 +68,7 @@ def test_activation_enables_at_the_last_width_and_moves_nothing(
 def test_the_state_is_what_was_told_and_says_that_it_is_assumed(gripper: GripperHardware) -> None:
     state = gripper.states["gripper/position"]
     assert state.quality is Quality.UNKNOWN
-    gripper.set_state(State.ACTIVE)
+    gripper.set_state(LifecycleState.ACTIVE)
     claim(gripper)
     cycle(gripper, 0.06)
     assert cycle(gripper) == (pytest.approx(0.06), pytest.approx(-0.02 / PERIOD))
@@ -81,7 +81,7 @@ def test_the_state_is_what_was_told_and_says_that_it_is_assumed(gripper: Gripper
 def test_a_width_is_bounded_and_sent_only_when_it_changed(
     gripper: GripperHardware, servo: SimulatedServo
 ) -> None:
-    gripper.set_state(State.ACTIVE)
+    gripper.set_state(LifecycleState.ACTIVE)
     cycle(gripper, 0.05)  # No controller claimed it.
     assert cycle(gripper)[0] == pytest.approx(0.08)
     claim(gripper)
@@ -96,36 +96,36 @@ def test_a_width_is_bounded_and_sent_only_when_it_changed(
     assert written.stat().st_mtime_ns == before
 
 
-def test_an_error_lets_the_servo_go(gripper: GripperHardware, servo: SimulatedServo) -> None:
-    gripper.set_state(State.ACTIVE)
+def test_an_error_releases_the_servo(gripper: GripperHardware, servo: SimulatedServo) -> None:
+    gripper.set_state(LifecycleState.ACTIVE)
     gripper.fail()
     assert servo.pulse() is None
-    assert gripper.state is State.UNCONFIGURED
-    gripper.set_state(State.ACTIVE)
+    assert gripper.state is LifecycleState.UNCONFIGURED
+    gripper.set_state(LifecycleState.ACTIVE)
     gripper.shutdown()
     assert servo.pulse() is None
-    assert gripper.state is State.FINALIZED
+    assert gripper.state is LifecycleState.FINALIZED
 
 
-def test_an_error_lets_the_servo_go_and_is_no_end_where_its_width_cannot_be_kept(
+def test_an_error_releases_the_servo_also_where_its_width_cannot_be_stored(
     gripper: GripperHardware, servo: SimulatedServo, tmp_path: Path
 ) -> None:
-    gripper.set_state(State.ACTIVE)
+    gripper.set_state(LifecycleState.ACTIVE)
     (tmp_path / "width.new").mkdir()
     gripper.fail()
     assert servo.pulse() is None
-    assert gripper.state is State.UNCONFIGURED
-    gripper.set_state(State.ACTIVE)
+    assert gripper.state is LifecycleState.UNCONFIGURED
+    gripper.set_state(LifecycleState.ACTIVE)
     with pytest.raises(GripperError, match="width cannot be kept"):
         gripper.shutdown()
     assert servo.pulse() is None
-    assert gripper.state is State.FINALIZED
+    assert gripper.state is LifecycleState.FINALIZED
 
 
-def test_a_width_that_cannot_be_told_is_given_up_and_named(
+def test_a_width_that_cannot_be_sent_is_abandoned_and_reported(
     gripper: GripperHardware, servo: SimulatedServo
 ) -> None:
-    gripper.set_state(State.ACTIVE)
+    gripper.set_state(LifecycleState.ACTIVE)
     claim(gripper)
     cycle(gripper, 0.06)
     pulse, command = servo.pulse(), gripper.commands["gripper/position"]
@@ -139,15 +139,15 @@ def test_a_width_that_cannot_be_told_is_given_up_and_named(
     duty.rmdir()
     duty.with_name("gone").rename(duty)
     assert servo.pulse() == pulse
-    assert gripper.state is State.ACTIVE
+    assert gripper.state is LifecycleState.ACTIVE
     assert cycle(gripper) == (pytest.approx(0.06), 0.0)
     assert gripper.problems == []
 
 
-def test_a_cycle_tells_a_width_and_keeps_none(
+def test_a_cycle_sends_a_width_and_stores_none(
     gripper: GripperHardware, servo: SimulatedServo, tmp_path: Path
 ) -> None:
-    gripper.set_state(State.ACTIVE)
+    gripper.set_state(LifecycleState.ACTIVE)
     claim(gripper)
     (tmp_path / "width.new").mkdir()
     cycle(gripper, 0.06)
@@ -163,15 +163,15 @@ def test_a_cycle_tells_a_width_and_keeps_none(
     assert cycle(gripper)[0] == pytest.approx(0.06)
 
 
-def test_after_an_error_it_goes_on_from_the_width_that_it_was_told_last(
+def test_after_an_error_it_continues_from_the_width_sent_last(
     gripper: GripperHardware, servo: SimulatedServo
 ) -> None:
-    gripper.set_state(State.ACTIVE)
+    gripper.set_state(LifecycleState.ACTIVE)
     claim(gripper)
     cycle(gripper, 0.06)
     pulse = servo.pulse()
     gripper.fail()
-    gripper.set_state(State.ACTIVE)
+    gripper.set_state(LifecycleState.ACTIVE)
     assert servo.pulse() == pulse
 
 
@@ -181,7 +181,7 @@ def test_without_an_output_it_is_not_configured(
     (servo.root / "pwmchip0" / "device").unlink()
     with pytest.raises(GripperError, match="no PWM chip"):
         gripper.configure()
-    assert gripper.state is State.UNCONFIGURED
+    assert gripper.state is LifecycleState.UNCONFIGURED
 
 
 def test_an_unknown_interface_is_refused(gripper: GripperHardware) -> None:

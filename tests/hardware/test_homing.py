@@ -13,7 +13,7 @@ from bioscara.errors import (
     InvalidArgumentError,
     ModeSwitchError,
 )
-from bioscara.hardware import ArmHardware, Mode, State
+from bioscara.hardware import ArmHardware, LifecycleState, Mode
 from bioscara.protocol import Register
 from control.world import NAMES, PARAMETERS
 from drivers.world import World
@@ -25,7 +25,7 @@ PERIOD = 0.02
 def active(*, v1: bool = False) -> tuple[World, ArmHardware]:
     world = World(v1=v1)
     arm = ArmHardware("arm", world.bus, world.arm.clock, PARAMETERS.joints)
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.ACTIVE)
     return world, arm
 
 
@@ -141,7 +141,7 @@ def test_a_command_without_a_direction_starts_nothing(value: float) -> None:
     assert world.tap.count(Register.HOME) == 0
 
 
-def test_a_homing_that_meets_nothing_ends_and_says_so() -> None:
+def test_homing_without_an_end_stop_ends_with_that_reason() -> None:
     world, arm = active()
     world.arm.remove_stops("j4")
     claim(arm, "j4/home")
@@ -163,7 +163,7 @@ def test_a_joint_without_host_stops_homing_by_itself() -> None:
 
 
 @BOTH
-def test_a_lift_in_home_mode_stays_engaged(v1: bool) -> None:
+def test_a_lift_in_home_mode_stays_enabled(v1: bool) -> None:
     world, arm = active(v1=v1)
     before = world.arm.position("j2")
     claim(arm, *(f"{name}/home" for name in NAMES))

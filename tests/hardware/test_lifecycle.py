@@ -22,7 +22,7 @@ from bioscara.errors import (
     NotHomedError,
     SwitchError,
 )
-from bioscara.hardware import ArmHardware, State
+from bioscara.hardware import ArmHardware, LifecycleState
 from bioscara.protocol import Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
 from control.world import NAMES, PARAMETERS
@@ -43,7 +43,7 @@ def powered(world: World) -> list[bool]:
 
 
 def test_rule_56_states_have_the_numbers_and_labels_of_ros() -> None:
-    assert [(state.value, state.label) for state in State] == [
+    assert [(state.value, state.label) for state in LifecycleState] == [
         (0, "unknown"),
         (1, "unconfigured"),
         (2, "inactive"),
@@ -54,34 +54,34 @@ def test_rule_56_states_have_the_numbers_and_labels_of_ros() -> None:
 
 def test_rule_56_paths_over_several_transitions_are_walked() -> None:
     world, arm = bare()
-    assert arm.set_state(State.ACTIVE) is State.ACTIVE
+    assert arm.set_state(LifecycleState.ACTIVE) is LifecycleState.ACTIVE
     assert powered(world) == [True] * 4
-    assert arm.set_state(State.UNCONFIGURED) is State.UNCONFIGURED
+    assert arm.set_state(LifecycleState.UNCONFIGURED) is LifecycleState.UNCONFIGURED
     assert powered(world) == [False] * 4
 
 
 def test_rule_56_finalized_is_never_left() -> None:
     world, arm = bare()
-    arm.set_state(State.ACTIVE)
-    assert arm.set_state(State.FINALIZED) is State.FINALIZED
+    arm.set_state(LifecycleState.ACTIVE)
+    assert arm.set_state(LifecycleState.FINALIZED) is LifecycleState.FINALIZED
     assert powered(world) == [False] * 4
-    for target in (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE):
+    for target in (LifecycleState.UNCONFIGURED, LifecycleState.INACTIVE, LifecycleState.ACTIVE):
         with pytest.raises(LifecycleError, match="finalized"):
             arm.set_state(target)
-    assert arm.set_state(State.FINALIZED) is State.FINALIZED
+    assert arm.set_state(LifecycleState.FINALIZED) is LifecycleState.FINALIZED
 
 
 def test_rule_56_unknown_is_no_state_to_go_to() -> None:
     _, arm = bare()
     with pytest.raises(LifecycleError, match="arm: no component can be unknown"):
-        arm.set_state(State.UNKNOWN)
-    assert arm.state is State.UNCONFIGURED
+        arm.set_state(LifecycleState.UNKNOWN)
+    assert arm.state is LifecycleState.UNCONFIGURED
 
 
 def test_rule_56_an_unknown_component_is_refused_with_a_proposal() -> None:
     world = Stack(home=False)
     with pytest.raises(SwitchError, match="bioscara_arm"):
-        world.manager.set_hardware_state("bioscara_ram", State.INACTIVE, 0.0)
+        world.manager.set_hardware_state("bioscara_ram", LifecycleState.INACTIVE, 0.0)
 
 
 def test_rule_57_interfaces_are_available_from_configured_on() -> None:
@@ -91,18 +91,18 @@ def test_rule_57_interfaces_are_available_from_configured_on() -> None:
     assert arm.available
     arm.activate()
     assert arm.available
-    arm.set_state(State.UNCONFIGURED)
+    arm.set_state(LifecycleState.UNCONFIGURED)
     assert not arm.available
     assert all(math.isnan(state.value) for state in arm.states.values())
     arm.shutdown()
     assert not arm.available
 
 
-def test_rule_57_hardware_on_its_way_down_takes_its_controllers_with_it() -> None:
+def test_rule_57_hardware_deactivates_its_controllers_before_a_lower_state() -> None:
     world = Stack()
     world.switch("hold")
-    world.manager.set_hardware_state("bioscara_arm", State.INACTIVE, world.clock.now())
-    assert world.manager.controller("hold").state is State.INACTIVE
+    world.manager.set_hardware_state("bioscara_arm", LifecycleState.INACTIVE, world.clock.now())
+    assert world.manager.controller("hold").state is LifecycleState.INACTIVE
     assert all(command.owner is None for command in world.hardware.commands.values())
 
 
@@ -123,11 +123,11 @@ def test_rule_63_a_failed_configure_leaves_no_joint_open(v1: bool) -> None:
     world.arm.set_power("j4", False)
     with pytest.raises(BioscaraError, match="j4"):
         arm.configure()
-    assert arm.state is State.UNCONFIGURED
+    assert arm.state is LifecycleState.UNCONFIGURED
     assert [joint.version for joint in arm.joints] == [0] * 4
     world.arm.set_power("j4", True)
     world.arm.run(0.2)
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.ACTIVE)
     assert powered(world) == [True] * 4
 
 
@@ -138,7 +138,7 @@ def test_rule_63_a_failed_activate_releases_every_joint(v1: bool) -> None:
     world.arm.set_power("j4", False)
     with pytest.raises(BioscaraError, match="j4"):
         arm.activate()
-    assert arm.state is State.INACTIVE
+    assert arm.state is LifecycleState.INACTIVE
     world.arm.run(1.0)
     assert powered(world) == [False] * 4
 
@@ -157,14 +157,14 @@ class Heater(Tap):
         return super().transfer(transactions)
 
 
-def test_rule_63_a_joint_that_drops_out_while_others_are_engaged_fails_the_activation() -> None:
+def test_rule_63_a_joint_that_drops_out_while_others_are_enabled_fails_the_activation() -> None:
     # Version 2 only: an original joint checks neither its temperature nor its supply.
     world = World()
     arm = ArmHardware("arm", Heater(world), world.arm.clock, PARAMETERS.joints)
     arm.configure()
     with pytest.raises(JointError, match="j1"):
         arm.activate()
-    assert arm.state is State.INACTIVE
+    assert arm.state is LifecycleState.INACTIVE
     world.arm.run(1.0)
     assert powered(world) == [False] * 4
 
@@ -172,13 +172,13 @@ def test_rule_63_a_joint_that_drops_out_while_others_are_engaged_fails_the_activ
 @BOTH
 def test_rule_63_a_failed_deactivate_goes_through_error_to_unconfigured(v1: bool) -> None:
     world, arm = bare(v1)
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.ACTIVE)
     world.arm.set_power("j1", False)
     with pytest.raises(HardwareError, match="j1 may be energised"):
         arm.deactivate()
     world.arm.run(1.0)
     assert powered(world) == [False] * 4, "one joint that fails keeps no other energised"
-    assert arm.state is State.UNCONFIGURED
+    assert arm.state is LifecycleState.UNCONFIGURED
 
 
 def test_transitions_that_do_not_exist_are_refused() -> None:
@@ -192,9 +192,14 @@ def test_transitions_that_do_not_exist_are_refused() -> None:
             step()
 
 
-@pytest.mark.parametrize("before", [State.UNCONFIGURED, State.INACTIVE, State.ACTIVE])
-def test_shutdown_and_error_release_from_every_state(before: State) -> None:
-    for leave, after in (("fail", State.UNCONFIGURED), ("shutdown", State.FINALIZED)):
+@pytest.mark.parametrize(
+    "before", [LifecycleState.UNCONFIGURED, LifecycleState.INACTIVE, LifecycleState.ACTIVE]
+)
+def test_shutdown_and_error_release_from_every_state(before: LifecycleState) -> None:
+    for leave, after in (
+        ("fail", LifecycleState.UNCONFIGURED),
+        ("shutdown", LifecycleState.FINALIZED),
+    ):
         world, arm = bare()
         arm.set_state(before)
         getattr(arm, leave)()
@@ -233,10 +238,10 @@ def test_activate_sets_stall_guard_acceleration_and_velocity_on_joints_that_run_
 
 
 @BOTH
-def test_activation_reads_once_and_the_commands_are_what_was_measured(v1: bool) -> None:
+def test_activation_reads_once_and_the_commands_are_the_measured_states(v1: bool) -> None:
     world, arm = bare(v1)
     world.ready()
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.ACTIVE)
     for axis in arm.axes:
         error = 2e-3 + home_error(axis.name, v1=v1)
         assert axis.position.value == pytest.approx(world.arm.position(axis.name), abs=error)
@@ -248,7 +253,7 @@ def test_activation_reads_once_and_the_commands_are_what_was_measured(v1: bool) 
 @BOTH
 def test_an_unknown_position_is_marked_and_never_zero(v1: bool) -> None:
     _, arm = bare(v1)
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.ACTIVE)
     arm.read(0.0, PERIOD)
     for axis in arm.axes:
         assert math.isnan(axis.position.value)
@@ -259,14 +264,14 @@ def test_an_unknown_position_is_marked_and_never_zero(v1: bool) -> None:
 
 def test_a_cycle_of_reading_is_one_bus_call_and_an_unclaimed_arm_is_sent_nothing() -> None:
     world, arm = bare()
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.ACTIVE)
     world.tap.calls.clear()
     arm.read(0.0, PERIOD)
     arm.write(0.0, PERIOD)
     assert [[t.write[0] for t in call] for call in world.tap.calls] == [[Register.STATE] * 4]
 
 
-def test_a_joint_that_failed_alone_is_left_out_and_told_of() -> None:
+def test_a_joint_that_failed_alone_is_left_out_and_reported() -> None:
     world = Stack()
     world.switch("hold")
     world.arm.set_power("j3", False)
@@ -283,7 +288,7 @@ def test_a_joint_that_failed_alone_is_left_out_and_told_of() -> None:
 
 def test_no_joint_that_answers_is_an_error_of_the_whole() -> None:
     world, arm = bare()
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.ACTIVE)
     world.bus.off()
     for _ in range(2):
         arm.read(0.0, PERIOD)
@@ -291,7 +296,7 @@ def test_no_joint_that_answers_is_an_error_of_the_whole() -> None:
         arm.read(0.0, PERIOD)
     arm.fail()
     world.bus.clear()
-    assert arm.set_state(State.ACTIVE) is State.ACTIVE
+    assert arm.set_state(LifecycleState.ACTIVE) is LifecycleState.ACTIVE
 
 
 @pytest.mark.parametrize("dead", [False, True], ids=["logic alive", "logic dead"])
@@ -306,7 +311,7 @@ def test_usr1_usr2_power_that_comes_back_moves_nothing_and_locks_nobody_out(dead
         world.arm.set_motor_power(False)
     world.run(0.5)
     before = [world.arm.position(name) for name in NAMES]
-    world.hardware.set_state(State.UNCONFIGURED) if world.hardware.available else None
+    world.hardware.set_state(LifecycleState.UNCONFIGURED) if world.hardware.available else None
     if dead:
         with pytest.raises(BioscaraError):
             world.hardware.configure()
@@ -482,7 +487,7 @@ def test_in_cycles_on_time_the_answers_to_the_commands_are_enough(v1: bool) -> N
     world, arm = bare(v1)
     for joint in world.ready():
         joint.deinit()
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.ACTIVE)
     claimed = [f"{name}/position" for name in NAMES]
     arm.prepare_command_mode_switch(claimed, [])
     arm.perform_command_mode_switch(claimed, [])
@@ -499,7 +504,7 @@ def test_in_cycles_on_time_the_answers_to_the_commands_are_enough(v1: bool) -> N
 def test_the_arm_is_usable_over_a_bus_of_no_time() -> None:
     arm = SimulatedArm(frequency=None)
     hardware = ArmHardware("arm", FirmwareBus(arm), arm.clock, PARAMETERS.joints)
-    assert hardware.set_state(State.ACTIVE) is State.ACTIVE
+    assert hardware.set_state(LifecycleState.ACTIVE) is LifecycleState.ACTIVE
 
 
 def test_usr1_the_faults_of_a_dead_arm_are_told_once() -> None:

@@ -16,7 +16,7 @@ from bioscara.errors import (
     StalledError,
     SwitchError,
 )
-from bioscara.hardware import ArmHardware, Mode, State
+from bioscara.hardware import ArmHardware, LifecycleState, Mode
 from bioscara.protocol import Register
 from control.world import NAMES, PARAMETERS
 from control.world import World as Stack
@@ -32,7 +32,7 @@ def ready(*, v1: bool = False, home: bool = True) -> tuple[World, ArmHardware]:
     if home:
         world.ready()
     arm = ArmHardware("arm", world.bus, world.arm.clock, PARAMETERS.joints)
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.ACTIVE)
     return world, arm
 
 
@@ -75,8 +75,8 @@ def test_rule_51_a_veto_for_one_joint_leaves_all_as_they_were() -> None:
     joint = world.joint(PARAMETERS.joints[0])
     joint.init()
     joint.home()
-    arm.set_state(State.UNCONFIGURED)
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.UNCONFIGURED)
+    arm.set_state(LifecycleState.ACTIVE)
     with pytest.raises(ModeSwitchError, match="j2 is not homed"):
         switch(arm, "j1/position", "j2/position")
     assert [axis.mode for axis in arm.axes] == [Mode.NONE] * 4
@@ -108,11 +108,11 @@ def test_rule_51_a_joint_that_went_off_while_it_was_there_to_home_may_home_but_n
     arm.joints[2].disable()
     arm.read(world.arm.now(), PERIOD)
     assert arm.axes[2].halted is None
-    with pytest.raises(ModeSwitchError, match="j3 cannot be commanded: it is not engaged"):
+    with pytest.raises(ModeSwitchError, match="j3 cannot be commanded: it is disabled"):
         arm.prepare_command_mode_switch(["j3/position"], ["j3/home"])
 
 
-def test_rule_51_whatever_happened_to_a_joint_it_can_be_let_go() -> None:
+def test_rule_51_a_joint_can_be_released_in_any_state() -> None:
     world, arm = ready()
     switch(arm, "j3/position")
     world.arm.overheat("j3")
@@ -124,7 +124,7 @@ def test_rule_51_whatever_happened_to_a_joint_it_can_be_let_go() -> None:
 
 
 @BOTH
-def test_rule_51_a_joint_that_stopped_by_itself_is_let_go_without_a_word(v1: bool) -> None:
+def test_rule_51_releasing_a_joint_that_stopped_autonomously_sends_it_nothing(v1: bool) -> None:
     world, arm = ready(v1=v1)
     switch(arm, "j3/position", "j4/position")
     world.arm.reset("j3")
@@ -269,7 +269,7 @@ def test_a_velocity_that_cannot_be_reaches_no_joint(value: float) -> None:
     assert world.tap.count(Register.SETRPM) == 0
 
 
-def test_a_joint_that_cannot_be_told_to_stop_stops_by_itself_and_is_told_of() -> None:
+def test_a_joint_that_misses_the_stop_stops_autonomously_and_is_reported() -> None:
     world, arm = ready()
     switch(arm, "j3/velocity", "j4/velocity")
     for name in ("j3", "j4"):
@@ -316,7 +316,7 @@ def test_the_manager_switches_all_or_nothing_over_the_hardware_veto() -> None:
     world = Stack(home=False)
     with pytest.raises(ModeSwitchError, match="is not homed"):
         world.switch("hold")
-    assert world.manager.controller("hold").state is State.INACTIVE
+    assert world.manager.controller("hold").state is LifecycleState.INACTIVE
     assert all(command.owner is None for command in world.hardware.commands.values())
 
 

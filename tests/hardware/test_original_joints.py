@@ -9,7 +9,7 @@ import pytest
 from bioscara.bus import Transaction
 from bioscara.drivers import Quality
 from bioscara.errors import JointLostError, NoAcknowledgeError
-from bioscara.hardware import ArmHardware, State
+from bioscara.hardware import ArmHardware, LifecycleState
 from bioscara.protocol import Register, ResetCause
 from bioscara.robot import Robot
 from control.world import PARAMETERS
@@ -22,7 +22,7 @@ def test_a_homing_in_the_cycle_is_neither_disturbed_nor_waited_for(period: float
     world = World(v1=True)
     timed = Timed(world)
     arm = ArmHardware("arm", world.bus, world.arm.clock, PARAMETERS.joints)
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.ACTIVE)
     arm.prepare_command_mode_switch(("j4/home",), ())
     arm.perform_command_mode_switch(("j4/home",), ())
     arm.commands["j4/home"].value = 1.0
@@ -46,7 +46,7 @@ def test_a_homing_in_the_cycle_is_neither_disturbed_nor_waited_for(period: float
 
 
 @pytest.mark.parametrize("v1", [True, ("j3",)], ids=["all", "j3"])
-def test_connecting_waits_where_joints_are_silent_and_says_so(
+def test_connecting_waits_for_silent_joints_with_a_warning(
     v1: bool | tuple[str, ...], caplog: pytest.LogCaptureFixture
 ) -> None:
     world = World(v1=v1)
@@ -63,10 +63,10 @@ def test_connecting_waits_where_joints_are_silent_and_says_so(
 
 
 @pytest.mark.parametrize("delay", [0.0, 0.004, 0.009, 0.013, 0.018])
-def test_a_joint_that_restarts_under_way_does_not_take_the_bus_with_it(delay: float) -> None:
+def test_a_joint_that_restarts_in_motion_does_not_block_the_bus(delay: float) -> None:
     world = World(v1=True)
     arm = ArmHardware("arm", world.bus, world.arm.clock, PARAMETERS.joints)
-    arm.set_state(State.ACTIVE)
+    arm.set_state(LifecycleState.ACTIVE)
     problems = []
     for count in range(80):
         start = world.arm.now()

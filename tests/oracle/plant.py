@@ -15,7 +15,7 @@ import numpy as np
 
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import FollowingError, GoalAbortedError, StalledError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.shapes import Prism
@@ -243,7 +243,9 @@ class Watched:
         leaving = [
             other.name
             for other in stack.manager.controllers
-            if other.state is State.ACTIVE and other.command_interfaces and other.name != GRIPPER
+            if other.state is LifecycleState.ACTIVE
+            and other.command_interfaces
+            and other.name != GRIPPER
         ]
         stack.manager.switch(robot.clock.now(), [raw.name], leaving)
 

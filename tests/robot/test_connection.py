@@ -19,7 +19,7 @@ from bioscara.errors import (
     MotionCancelledError,
     StalledError,
 )
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from bioscara.model import load_parameters
 from bioscara.protocol import Flags
 from bioscara.sim import SimulatedArm
@@ -155,7 +155,7 @@ def test_a_robot_that_is_connected_refuses_to_connect_and_stays_connected(made: 
         with pytest.raises(LifecycleError, match="connected already"), robot:
             pytest.fail("entered twice")
         assert not made.bus.closed
-        assert robot._running().arm.state is State.ACTIVE
+        assert robot._running().arm.state is LifecycleState.ACTIVE
         robot.disable()
     assert made.bus.closed
     with pytest.raises(LifecycleError, match="make another"), made.robot:

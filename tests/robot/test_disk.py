@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import pytest
 
-from bioscara.control.loop.loop import Cycle, Loop
+from bioscara.control.loop.loop import CycleReport, Loop
 from bioscara.drivers import Gripper, Pwm
 from bioscara.errors import GripperError, MotionCancelledError
 from bioscara.model import load_parameters
@@ -60,7 +60,7 @@ class Watch:
 
         return call
 
-    def step(self, loop: Loop, original: Callable[[Loop], Cycle]) -> Cycle:
+    def step(self, loop: Loop, original: Callable[[Loop], CycleReport]) -> CycleReport:
         counting = transfers() - transfers()
         before, calls = transfers(), []
         self.calls = calls
@@ -155,7 +155,7 @@ def test_the_width_at_which_the_jaws_were_stopped_is_kept(
         robot.gripper.move(0.11)
         steps, step = 0, Loop.step
 
-        def stopping(loop: Loop) -> Cycle:
+        def stopping(loop: Loop) -> CycleReport:
             nonlocal steps
             steps += 1
             if steps == 4:

@@ -13,7 +13,7 @@ import pytest
 
 from bioscara.bus import FaultyBus, Transaction, When
 from bioscara.errors import BioscaraError, HardwareError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from bioscara.model import load_parameters
 from bioscara.robot import Robot, connection
 from bioscara.sim import FirmwareBus, SimulatedArm
@@ -120,7 +120,7 @@ def test_a_joint_that_homed_and_was_let_go_is_released(tmp_path: Path) -> None:
 
 def test_joints_that_another_program_left_energised_are_released(scene: Scene) -> None:
     with Robot(FirmwareBus(scene.arm), scene.arm.clock, ARM, "next") as after:
-        assert after._running().arm.state is State.INACTIVE
+        assert after._running().arm.state is LifecycleState.INACTIVE
     assert scene.energised() == []
 
 

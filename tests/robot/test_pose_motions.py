@@ -157,7 +157,7 @@ def jog(robot: Robot, velocity: JointVelocity | ToolVelocity, seconds: float) ->
 
 
 def commanded(robot: Robot) -> list[float]:
-    return [guard.here for guard in robot._running().manager.limiter.guards.values()]
+    return [guard.here for guard in robot._running().manager.limiter.joints.values()]
 
 
 @pytest.mark.parametrize("share", [0.3, 0.4, 0.5, 0.7])
@@ -347,12 +347,12 @@ def test_raw_setpoints_keep_clear_of_the_scene_that_is_planned_with(robot: Robot
         stack.loop.restart()
         for _ in range(600):
             stack.loop.step()
-        here = [guard.here for guard in stack.manager.limiter.guards.values()]
+        here = [guard.here for guard in stack.manager.limiter.joints.values()]
         assert robot.plan.scene.clearance(robot.plan.kinematics, [here])[0] >= 5e-3
         assert "wall" in stack.manager.warnings[-1]
         # From where it was stopped a planned motion leads away.
         robot.move_joints((0.3, 0.2, 0.8, -0.5))
-        assert stack.clearance.interventions > 10
+        assert stack.collision_guard.interventions > 10
     finally:
         robot.plan.scene = scene
     stack.manager.cleanup("raw")

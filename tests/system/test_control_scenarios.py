@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.bus import FaultyBus
-from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point, Status
+from bioscara.control.controllers.joint_trajectory import Goal, GoalStatus, JointTrajectory, Point
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import (
@@ -27,7 +27,7 @@ from bioscara.errors import (
     StalledError,
     TrajectoryError,
 )
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from bioscara.model import load_parameters
 from bioscara.protocol import SILENCE
 from bioscara.report import CycleRecord, Phase
@@ -189,7 +189,7 @@ def test_host5_an_arm_whose_computer_froze_waits_at_rest_for_as_long_as_it_takes
 
 def test_host7_a_controller_that_takes_over_at_speed_makes_no_step(scene: Scene) -> None:
     robot, stack = scene.robot, scene.robot._running()
-    guards = stack.manager.limiter.guards
+    guards = stack.manager.limiter.joints
     last = dict.fromkeys(NAMES, math.nan)
 
     def observe(record: CycleRecord) -> None:
@@ -270,7 +270,7 @@ def test_mec2_a_joint_that_answers_well_but_trails_its_commands_is_noticed_by_th
     assert str(error) in fault.evidence.read_text()
     goal = scene.robot._running().trajectory.goal
     assert goal is not None
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     scene.arm.run(2 * SWING)
     assert not scene.moves()
     scene.arm.hang("j1", on=False)
@@ -289,11 +289,11 @@ def test_usr1_an_emergency_stop_is_named_within_two_cycles_and_targets_are_dropp
     assert "emergency stop" in str(fault)
     assert fault.time - scene.struck <= 2.1 * robot.period
     stack = robot._running()
-    assert stack.arm.state is State.INACTIVE
+    assert stack.arm.state is LifecycleState.INACTIVE
     assert not [
         controller
         for controller in stack.manager.controllers
-        if controller.state is State.ACTIVE and controller.command_interfaces
+        if controller.state is LifecycleState.ACTIVE and controller.command_interfaces
     ]
 
 
@@ -532,7 +532,7 @@ def test_pln5_the_cancelled_goal_says_so(scene: Scene) -> None:
     for _ in range(50):
         stack.loop.step()
     trajectory.cancel(scene.arm.now())
-    assert handle.status is Status.CANCELED
+    assert handle.status is GoalStatus.CANCELED
 
 
 def test_a_fault_can_be_acknowledged_at_once_the_arm_comes_to_rest_first(scene: Scene) -> None:

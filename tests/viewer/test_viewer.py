@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from bioscara.hardware.urdf_reader import Urdf
+from bioscara.hardware import Urdf
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import load_parameters
 from bioscara.model.urdf import URDF

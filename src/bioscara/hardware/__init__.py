@@ -9,11 +9,11 @@ cycle, ``safe_stop`` brings them to rest despite any failure. ``ros2_control_tag
 from bioscara.hardware.arm import ArmHardware as ArmHardware
 from bioscara.hardware.command_modes import Mode as Mode
 from bioscara.hardware.component import HardwareComponent as HardwareComponent
+from bioscara.hardware.component import LifecycleState as LifecycleState
 from bioscara.hardware.gripper import GripperHardware as GripperHardware
 from bioscara.hardware.interfaces import HOME as HOME
 from bioscara.hardware.interfaces import POSITION as POSITION
 from bioscara.hardware.interfaces import VELOCITY as VELOCITY
 from bioscara.hardware.interfaces import CommandInterface as CommandInterface
 from bioscara.hardware.interfaces import StateInterface as StateInterface
-from bioscara.hardware.lifecycle import State as State
-from bioscara.hardware.urdf_reader import Urdf as Urdf
+from bioscara.hardware.ros2_control_tags import Urdf as Urdf

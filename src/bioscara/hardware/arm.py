@@ -6,6 +6,7 @@ import logging
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
+from math import isnan
 
 from bioscara.bus import Bus
 from bioscara.clock import Clock
@@ -14,24 +15,24 @@ from bioscara.errors import BioscaraError, HardwareError, HomingError
 from bioscara.hardware.axis import HALTED, Axis
 from bioscara.hardware.bus_budget import Capacity
 from bioscara.hardware.command_modes import MOTION, Mode
-from bioscara.hardware.component import HardwareComponent
-from bioscara.hardware.cyclic_io import Exchange
-from bioscara.hardware.lifecycle import State
+from bioscara.hardware.component import HardwareComponent, LifecycleState
+from bioscara.hardware.cyclic_io import ArmExchange
 from bioscara.hardware.mode_switching import (
     check_capacity,
     check_homing,
     check_modes,
-    doubts,
     plan_modes,
+    release_warnings,
 )
-from bioscara.hardware.ros2_control_tags import read_arm
+from bioscara.hardware.ros2_control_tags import Urdf, read_arm
 from bioscara.hardware.safe_stop import stop_and_disable
-from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import JointParameters
 from bioscara.model.tags import ARM_COMPONENT
 from bioscara.protocol import SILENCE, Flags
 
 _log = logging.getLogger(__name__)
+# A member of an enumeration takes longer to look up than all else that a cycle does with it.
+_NONE, _VELOCITY, _HOME = Mode.NONE, Mode.VELOCITY, Mode.HOME
 
 
 class ArmHardware(HardwareComponent):
@@ -65,7 +66,7 @@ class ArmHardware(HardwareComponent):
             for command in (axis.position_command, axis.velocity_command, axis.home_command):
                 self.commands[command.name] = command
         self.bus_time = 0.0
-        self._exchange = Exchange(clock, self.problems)
+        self._exchange = ArmExchange(clock, self.problems)
         self.capacity: Capacity | None = None
         self._late: list[BioscaraError] = []
         self._written = -math.inf
@@ -119,30 +120,30 @@ class ArmHardware(HardwareComponent):
             raise
 
     def on_activate(self) -> None:
-        """Engage every joint at its present position; if one fails, all are released."""
+        """Enable every joint at its present position; if one fails, all are released."""
         try:
             for axis in self.axes:
                 axis.joint.enable()
                 axis.halted, axis.mode = None, Mode.NONE
-            self._exchange.engaged = True
-            self._exchange.ask(self.axes)
+            self._exchange.enabled = True
+            self._exchange.request_states(self.axes)
             for axis in self.axes:
                 if axis.halted is not None:
                     raise axis.halted
                 axis.publish()
                 axis.rest_here()
         except BaseException:
-            self._exchange.engaged = False
+            self._exchange.enabled = False
             stop_and_disable(self.joints)
             raise
 
     def on_deactivate(self) -> None:
-        """Stop and release every joint."""
-        self._exchange.engaged = False
-        problems = stop_and_disable(self.joints)
-        self._end_modes()
-        if problems:
-            raise HardwareError("; ".join(problems), self.name)
+        """Stop and disable every joint."""
+        self._exchange.enabled = False
+        try:
+            self.disable()
+        finally:
+            self._end_modes()
 
     def on_cleanup(self) -> None:
         """Deinitialise every joint; nothing is sent."""
@@ -150,26 +151,36 @@ class ArmHardware(HardwareComponent):
             axis.joint.deinit()
             axis.forget()
 
-    def on_shutdown(self, before: State) -> None:
+    def on_shutdown(self, before: LifecycleState) -> None:
         """Release and deinitialise every joint."""
         try:
-            if before is State.ACTIVE:
+            if before is LifecycleState.ACTIVE:
                 self.on_deactivate()
         finally:
             self.on_cleanup()
 
-    def on_error(self, before: State) -> None:
+    def on_error(self, before: LifecycleState) -> None:
         """Release and deinitialise every joint, in any state.
 
         A joint that cannot be reached stops autonomously and is identified again before it moves,
         so the component can be configured again. The error that led here is already known.
         """
         try:
-            if before is State.ACTIVE:
+            if before is LifecycleState.ACTIVE:
                 with suppress(HardwareError):
                     self.on_deactivate()
         finally:
             self.on_cleanup()
+
+    def disable(self) -> None:
+        """Stop and disable every joint, in any state of the component and despite any failure.
+
+        Raises:
+            HardwareError: Some may still be energised; names them.
+        """
+        problems = stop_and_disable(self.joints)
+        if problems:
+            raise HardwareError("; ".join(problems), self.name)
 
     def latched(self, flags: Flags) -> list[BioscaraError]:
         """Return the errors of joints that stopped, restarted or fell silent while not supervised.
@@ -202,15 +213,17 @@ class ArmHardware(HardwareComponent):
         self.bus_time = 0.0
         # A joint that received nothing for so long may have stopped autonomously.
         old = time - self._written > min(2.0 * period, SILENCE)
-        asked = [axis for axis in self.axes if (old or not axis.answered) and not axis.gone]
-        if asked:
+        unanswered = [
+            axis for axis in self.axes if (old or not axis.answered) and not axis.unreachable
+        ]
+        if unanswered:
             before = self._clock.now()
-            self._exchange.ask(asked)
+            self._exchange.request_states(unanswered)
             self.bus_time += self._clock.now() - before
         for axis in self.axes:
             axis.answered = False
             axis.publish()
-        if all(axis.gone for axis in self.axes):
+        if all(axis.unreachable for axis in self.axes):
             raise HardwareError(
                 f"{self.name}: no joint can be reached; first: {self.axes[0].halted}", self.name
             )
@@ -220,23 +233,20 @@ class ArmHardware(HardwareComponent):
         before, self._written = self._clock.now(), time
         following, driven = [], []
         for axis in self.axes:
-            mode = axis.mode
+            mode, homing = axis.mode, axis.homing
             if axis.halted is not None:
-                if axis.homing.running:
-                    axis.homing.stop_lost()
-                continue
-            if mode is Mode.HOME or axis.homing.running:
+                if homing.running:
+                    homing.stop_lost()
+            elif mode is _HOME or homing.running:
                 self._home(axis)
-            elif mode is Mode.NONE:
-                continue
-            elif mode is Mode.VELOCITY:
+            elif mode is _VELOCITY:
                 driven.append(axis)
-            elif axis.position_command.value == axis.position_command.value:
+            elif mode is not _NONE and not isnan(axis.position_command.value):
                 following.append(axis)
         if following:
-            self._exchange.follow(following, time, period)
+            self._exchange.send_positions(following, time, period)
         if driven:
-            self._exchange.drive(driven)
+            self._exchange.send_velocities(driven)
         self.bus_time += self._clock.now() - before
 
     def prepare_command_mode_switch(
@@ -255,7 +265,7 @@ class ArmHardware(HardwareComponent):
         check_modes(self.name, self.axes, plan)
         if self.capacity is not None:
             check_capacity(self.name, self.axes, plan, self.capacity)
-        return doubts(self.axes, stop, plan)
+        return release_warnings(self.axes, stop, plan)
 
     def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
         """Change the modes; a joint that is no longer commanded ramps down.
@@ -268,7 +278,7 @@ class ArmHardware(HardwareComponent):
         for axis, mode in plan_modes(self.name, self.axes, start, stop):
             leaving = axis.homing.running or (axis.mode in MOTION and mode not in MOTION)
             failed = axis.home_command.problem
-            if isinstance(failed, HomingError) and axis.joint.session.flags & HALTED:
+            if isinstance(failed, HomingError) and HALTED[axis.joint.session.flags]:
                 # Already reported; while the joint was to home, that did not halt it.
                 axis.halted = failed
             axis.change(mode)
@@ -280,7 +290,7 @@ class ArmHardware(HardwareComponent):
                     if axis.homing.running:
                         self._late.append(error)
                     else:
-                        axis.miss(error)
+                        axis.mark_missed(error)
                         if axis.halt(error):
                             self._late.append(error)
 

@@ -19,8 +19,11 @@ from bioscara.hardware.interfaces import (
 )
 from bioscara.protocol import Flags
 
-HALTED = int(Flags.STALL | Flags.NOTENABLED | Flags.FAULT)
-"""Flags of a joint that does not follow its commands."""
+_HALTED = int(Flags.STALL | Flags.NOTENABLED | Flags.FAULT)
+HALTED = tuple(bool(flags & _HALTED) for flags in range(256))
+"""For each flags byte, whether the joint does not follow its commands: an operation on IntFlag
+takes longer than all else that a cycle does with the flags."""
+_TRACK = Mode.TRACK
 
 
 class Axis:
@@ -32,6 +35,8 @@ class Axis:
 
     Attributes:
         joint: As given.
+        name: Name of the joint.
+        parameters: Its parameters.
         homing: Its homing.
         mode: Its command mode.
         halted: Why it takes no commands until an intervention; None while it does.
@@ -49,12 +54,12 @@ class Axis:
 
     __slots__ = (
         "answered", "arrival", "halted", "home", "home_command", "homing", "joint", "lower",
-        "mode", "name", "position", "position_command", "previous", "sample", "stamp", "upper",
-        "velocity", "velocity_command", "velocity_limit",
+        "mode", "name", "parameters", "position", "position_command", "previous", "sample", "stamp",
+        "upper", "velocity", "velocity_command", "velocity_limit",
     )  # fmt: skip
 
     def __init__(self, joint: Joint, clock: Clock) -> None:
-        self.joint, self.name = joint, joint.name
+        self.joint, self.name, self.parameters = joint, joint.name, joint.parameters
         self.homing = Homing(joint, clock)
         self.mode = Mode.NONE
         self.halted: BioscaraError | None = None
@@ -73,12 +78,17 @@ class Axis:
         self.home_command = CommandInterface(joint.name, HOME)
 
     @property
+    def version(self) -> int:
+        """Version of the protocol that the joint speaks; 0 before it is initialised."""
+        return self.joint.version
+
+    @property
     def homed(self) -> bool:
         """Whether the joint knew its position at its last answer."""
         return self.sample.position is not None
 
     @property
-    def gone(self) -> bool:
+    def unreachable(self) -> bool:
         """Whether the joint cannot be reached until it is initialised again."""
         return isinstance(self.halted, JointLostError) or self.joint.session.version == 0
 
@@ -107,24 +117,24 @@ class Axis:
             self.home_command.value, self.home_command.problem = 0.0, reason
         return True
 
-    def hindrance(self, mode: Mode) -> BioscaraError | str | None:
+    def refusal(self, mode: Mode) -> BioscaraError | str | None:
         """Return why the joint cannot take up ``mode``, by its last sample; None if it can.
 
-        Homing engages a disabled joint, so being disabled does not prevent it.
+        Homing enables a disabled joint, so being disabled does not prevent it.
         """
         if self.halted is not None:
             return self.halted
-        if mode is not Mode.HOME and self.sample.flags & HALTED:
-            return f"it is not engaged or stalled (flags {self.sample.flags:#04x}); enable it again"
+        if mode is not Mode.HOME and HALTED[self.sample.flags]:
+            return f"it is disabled or stalled (flags {self.sample.flags:#04x}); enable it again"
         return None
 
-    def take(self, sample: JointSample, stamp: float) -> None:
+    def store(self, sample: JointSample, stamp: float) -> None:
         """Store the joint's sample; a stale sample keeps the time at which it was fresh."""
         self.sample = sample
         if sample.quality is Quality.FRESH:
             self.stamp = stamp
 
-    def miss(self, reason: BioscaraError) -> None:
+    def mark_missed(self, reason: BioscaraError) -> None:
         """Record that the joint did not report its state.
 
         Its last sample is marked stale; that of a joint that restarted or is lost is discarded.
@@ -193,15 +203,16 @@ class Axis:
             period: Time from cycle to cycle [s].
         """
         position = self.position_command.value
-        if self.mode is Mode.TRACK:
+        if self.mode is _TRACK:
             velocity = self.velocity_command.value
         else:
             before = self.previous
             velocity = 0.0 if before != before else (position - before) / period  # noqa: PLR0124
             velocity = min(max(velocity, -self.velocity_limit), self.velocity_limit)
         self.previous = position
-        if self.lower <= position <= self.upper:
+        lower, upper, arrival = self.lower, self.upper, self.arrival
+        if lower <= position <= upper:
             # A single delay of the host must not carry over: never more than a period.
-            ahead = position + velocity * min(self.arrival, period)
-            return Setpoint(min(max(ahead, self.lower), self.upper), velocity)
+            position += velocity * (arrival if arrival < period else period)
+            position = lower if position < lower else upper if position > upper else position
         return Setpoint(position, velocity)

@@ -1,15 +1,33 @@
-"""Base class of hardware components: a lifecycle around ``read`` and ``write``."""
+"""Base class of hardware components: a lifecycle around ``read`` and ``write``.
+
+Its states are also those of controllers.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import IntEnum
 
 from bioscara.errors import BioscaraError, LifecycleError, ModeSwitchError
 from bioscara.hardware.interfaces import CommandInterface, StateInterface
-from bioscara.hardware.lifecycle import State
 from bioscara.model import JointParameters
 from bioscara.spelling import did_you_mean
+
+
+class LifecycleState(IntEnum):
+    """Lifecycle state of a component or controller; the numbers are those of lifecycle_msgs."""
+
+    UNKNOWN = 0
+    UNCONFIGURED = 1
+    INACTIVE = 2
+    ACTIVE = 3
+    FINALIZED = 4
+
+    @property
+    def label(self) -> str:
+        """The name used in ROS messages, in lower case."""
+        return self.name.lower()
 
 
 class HardwareComponent(ABC):
@@ -37,7 +55,7 @@ class HardwareComponent(ABC):
 
     def __init__(self, name: str, kind: str = "system") -> None:
         self.name, self.kind = name, kind
-        self.state = State.UNCONFIGURED
+        self.state = LifecycleState.UNCONFIGURED
         self.transitions = 0
         self.states: dict[str, StateInterface] = {}
         self.commands: dict[str, CommandInterface] = {}
@@ -51,7 +69,7 @@ class HardwareComponent(ABC):
     @property
     def available(self) -> bool:
         """Whether its interfaces can be used."""
-        return self.state in (State.INACTIVE, State.ACTIVE)
+        return self.state in (LifecycleState.INACTIVE, LifecycleState.ACTIVE)
 
     def configure(self) -> None:
         """Go from UNCONFIGURED to INACTIVE.
@@ -60,9 +78,9 @@ class HardwareComponent(ABC):
             LifecycleError: It is in another state.
             BioscaraError: It could not; it is still UNCONFIGURED.
         """
-        self._require("configure", State.UNCONFIGURED)
+        self._require("configure", LifecycleState.UNCONFIGURED)
         self._reach(self.on_configure)
-        self._enter(State.INACTIVE)
+        self._enter(LifecycleState.INACTIVE)
 
     def activate(self) -> None:
         """Go from INACTIVE to ACTIVE; commands are then NaN or the measured values.
@@ -71,9 +89,9 @@ class HardwareComponent(ABC):
             LifecycleError: It is in another state.
             BioscaraError: It could not; it is still INACTIVE.
         """
-        self._require("activate", State.INACTIVE)
+        self._require("activate", LifecycleState.INACTIVE)
         self._reach(self.on_activate)
-        self._enter(State.ACTIVE)
+        self._enter(LifecycleState.ACTIVE)
 
     def deactivate(self) -> None:
         """Go from ACTIVE to INACTIVE.
@@ -82,9 +100,9 @@ class HardwareComponent(ABC):
             LifecycleError: It is in another state.
             BioscaraError: Something could not be switched off; it went through :meth:`fail`.
         """
-        self._require("deactivate", State.ACTIVE)
+        self._require("deactivate", LifecycleState.ACTIVE)
         self._leave(self.on_deactivate)
-        self._enter(State.INACTIVE)
+        self._enter(LifecycleState.INACTIVE)
 
     def cleanup(self) -> None:
         """Go from INACTIVE to UNCONFIGURED.
@@ -93,10 +111,10 @@ class HardwareComponent(ABC):
             LifecycleError: It is in another state.
             BioscaraError: It went through :meth:`fail`.
         """
-        self._require("clean up", State.INACTIVE)
+        self._require("clean up", LifecycleState.INACTIVE)
         self._leave(self.on_cleanup)
         self._forget()
-        self._enter(State.UNCONFIGURED)
+        self._enter(LifecycleState.UNCONFIGURED)
 
     def shutdown(self) -> None:
         """Go from any state to FINALIZED, which it never leaves.
@@ -104,10 +122,10 @@ class HardwareComponent(ABC):
         Raises:
             BioscaraError: Something could not be switched off; it is FINALIZED all the same.
         """
-        if self.state is State.FINALIZED:
+        if self.state is LifecycleState.FINALIZED:
             return
         before = self.state
-        self._enter(State.FINALIZED)
+        self._enter(LifecycleState.FINALIZED)
         self._forget()
         self.on_shutdown(before)
 
@@ -121,31 +139,36 @@ class HardwareComponent(ABC):
         try:
             self.on_error(before)
         except BaseException:
-            self._enter(State.FINALIZED)
+            self._enter(LifecycleState.FINALIZED)
             raise
         finally:
             self._forget()
-        self._enter(State.UNCONFIGURED)
+        self._enter(LifecycleState.UNCONFIGURED)
 
-    def set_state(self, target: State) -> State:
+    def set_state(self, target: LifecycleState) -> LifecycleState:
         """Go to ``target``, over several transitions if necessary, and return the state.
 
         Raises:
             LifecycleError: ``target`` cannot be reached, for example out of FINALIZED.
             BioscaraError: A transition failed; the component stays in the state reached.
         """
-        if target not in (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE, State.FINALIZED):
+        if target not in (
+            LifecycleState.UNCONFIGURED,
+            LifecycleState.INACTIVE,
+            LifecycleState.ACTIVE,
+            LifecycleState.FINALIZED,
+        ):
             raise LifecycleError(f"{self.name}: no component can be {target.label}", self.name)
-        if target is State.FINALIZED:
+        if target is LifecycleState.FINALIZED:
             self.shutdown()
             return self.state
-        if self.state is State.FINALIZED:
+        if self.state is LifecycleState.FINALIZED:
             raise LifecycleError(
-                f"{self.name} is finalized: it cannot become {target.label}; make it anew",
+                f"{self.name} is finalized: it cannot become {target.label}; create it again",
                 self.name,
             )
-        up = {State.UNCONFIGURED: self.configure, State.INACTIVE: self.activate}
-        down = {State.ACTIVE: self.deactivate, State.INACTIVE: self.cleanup}
+        up = {LifecycleState.UNCONFIGURED: self.configure, LifecycleState.INACTIVE: self.activate}
+        down = {LifecycleState.ACTIVE: self.deactivate, LifecycleState.INACTIVE: self.cleanup}
         while self.state is not target:
             (up if self.state < target else down)[self.state]()
         return self.state
@@ -156,7 +179,7 @@ class HardwareComponent(ABC):
 
     @abstractmethod
     def on_activate(self) -> None:
-        """Engage; nothing moves."""
+        """Enable; nothing moves."""
 
     @abstractmethod
     def on_deactivate(self) -> None:
@@ -167,11 +190,11 @@ class HardwareComponent(ABC):
         """Disconnect."""
 
     @abstractmethod
-    def on_shutdown(self, before: State) -> None:
+    def on_shutdown(self, before: LifecycleState) -> None:
         """Release and disconnect, coming from ``before``; every part is tried."""
 
     @abstractmethod
-    def on_error(self, before: State) -> None:
+    def on_error(self, before: LifecycleState) -> None:
         """Release and disconnect after an error in ``before``; every part is tried."""
 
     @abstractmethod
@@ -227,11 +250,11 @@ class HardwareComponent(ABC):
                     f"{self.name} has no command interface {name}; {hint}", self.name
                 )
 
-    def _enter(self, state: State) -> None:
+    def _enter(self, state: LifecycleState) -> None:
         self.state = state
         self.transitions += 1
 
-    def _require(self, what: str, state: State) -> None:
+    def _require(self, what: str, state: LifecycleState) -> None:
         if self.state is not state:
             raise LifecycleError(
                 f"{self.name} is {self.state.label}: only an {state.label} component can {what}",

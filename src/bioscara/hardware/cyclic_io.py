@@ -5,15 +5,15 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from bioscara.clock import Clock
-from bioscara.drivers import JointSample, drive, read_states, track
+from bioscara.drivers import drive, read_states, track
 from bioscara.drivers.joint.cyclic import Outcome
 from bioscara.errors import BioscaraError
 from bioscara.hardware.axis import HALTED, Axis
 from bioscara.hardware.command_modes import Mode
 
 
-class Exchange:
-    """Requests and commands to joints of one bus, each for several joints in one bus call.
+class ArmExchange:
+    """Requests and commands of an arm to its joints, each for several of them in one bus call.
 
     A joint that cannot continue is halted and reported; the others are not affected.
 
@@ -22,20 +22,20 @@ class Exchange:
         problems: List to which the joints' errors are added.
 
     Attributes:
-        engaged: Whether the joints should be engaged: one that is not has a problem.
+        enabled: Whether the joints should be enabled: one that is not has a problem.
     """
 
     def __init__(self, clock: Clock, problems: list[BioscaraError]) -> None:
         self._clock, self._problems = clock, problems
-        self.engaged = False
+        self.enabled = False
 
-    def ask(self, axes: Sequence[Axis]) -> None:
+    def request_states(self, axes: Sequence[Axis]) -> None:
         """Request the state of joints."""
         start = self._clock.now()
         outcomes = read_states([axis.joint for axis in axes], retry=True)
-        self._take(axes, outcomes, start)
+        self._store(axes, outcomes, start)
 
-    def follow(self, axes: Sequence[Axis], time: float, period: float) -> None:
+    def send_positions(self, axes: Sequence[Axis], time: float, period: float) -> None:
         """Send joints their positions; they answer with their state.
 
         Args:
@@ -47,47 +47,47 @@ class Exchange:
         outcomes = track(
             [axis.joint for axis in axes], [axis.setpoint(period) for axis in axes], retry=True
         )
-        self._take(axes, outcomes, start, time)
+        self._store(axes, outcomes, start, time)
 
-    def drive(self, axes: Sequence[Axis]) -> None:
+    def send_velocities(self, axes: Sequence[Axis]) -> None:
         """Send joints their velocities; they answer only with their flags."""
         velocities = [axis.velocity_command.value for axis in axes]
         outcomes = drive([axis.joint for axis in axes], velocities, retry=True)
         for axis, outcome in zip(axes, outcomes, strict=True):
             if isinstance(outcome, BioscaraError):
-                axis.miss(outcome)
+                axis.mark_missed(outcome)
                 self._halt(axis, outcome)
-            else:
-                self._notice(axis, outcome)
+            elif HALTED[outcome.flags]:
+                self._on_halted(axis)
 
-    def _take(
+    def _store(
         self,
         axes: Sequence[Axis],
         outcomes: Sequence[Outcome],
         start: float,
-        commanded: float | None = None,
+        cycle_start: float | None = None,
     ) -> None:
-        """Take the joints' outcomes; ``commanded`` is the start of their commanding cycle."""
+        """Store the joints' answers; ``cycle_start`` is given if they answer to setpoints."""
         # One bus call carries all frames, one after the other and all of the same length.
         share = (self._clock.now() - start) / len(axes)
         stamp = start
         for axis, outcome in zip(axes, outcomes, strict=True):
             stamp += share
             if isinstance(outcome, BioscaraError):
-                axis.miss(outcome)
+                axis.mark_missed(outcome)
                 self._halt(axis, outcome)
                 continue
-            axis.take(outcome, stamp)
-            axis.answered = commanded is not None
-            if commanded is not None:
-                axis.arrival = stamp - commanded
-            self._notice(axis, outcome)
+            axis.store(outcome, stamp)
+            if cycle_start is None:
+                axis.answered = False
+            else:
+                axis.answered, axis.arrival = True, stamp - cycle_start
+            if HALTED[outcome.flags]:
+                self._on_halted(axis)
 
-    def _notice(self, axis: Axis, sample: JointSample) -> None:
-        """Halt a joint that does not follow; one that is to home is engaged by homing."""
-        if not sample.flags & HALTED or axis.halted is not None or axis.mode is Mode.HOME:
-            return
-        if self.engaged:
+    def _on_halted(self, axis: Axis) -> None:
+        """Halt a joint that does not follow; one that is to home is enabled by homing."""
+        if self.enabled and axis.halted is None and axis.mode is not Mode.HOME:
             self._halt(axis, axis.why_halted())
 
     def _halt(self, axis: Axis, reason: BioscaraError) -> None:

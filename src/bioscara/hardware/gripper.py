@@ -10,11 +10,9 @@ from bioscara.clock import Clock
 from bioscara.drivers import Gripper, Pwm, Quality
 from bioscara.drivers.gripper.pwm import SYSFS
 from bioscara.errors import GripperError
-from bioscara.hardware.component import HardwareComponent
+from bioscara.hardware.component import HardwareComponent, LifecycleState
 from bioscara.hardware.interfaces import POSITION, VELOCITY, CommandInterface, StateInterface
-from bioscara.hardware.lifecycle import State
-from bioscara.hardware.ros2_control_tags import read_gripper
-from bioscara.hardware.urdf_reader import Urdf
+from bioscara.hardware.ros2_control_tags import Urdf, read_gripper
 from bioscara.model import GripperParameters, JointParameters
 from bioscara.model.tags import GRIPPER_COMPONENT
 
@@ -38,7 +36,7 @@ class GripperHardware(HardwareComponent):
         self._position = StateInterface(joint, POSITION)
         self._velocity = StateInterface(joint, VELOCITY)
         self._command = CommandInterface(joint, POSITION)
-        self._told = self._before = gripper.state.width
+        self._sent = self._before = gripper.state.width
         self._claimed = False
         self.states = {state.name: state for state in (self._position, self._velocity)}
         self.commands = {self._command.name: self._command}
@@ -67,9 +65,11 @@ class GripperHardware(HardwareComponent):
         Raises:
             ConfigurationError: The description cannot be used.
         """
-        said = read_gripper(urdf, servo, name)
-        pwm = Pwm(said.parameters.outputs, clock, root)
-        return cls(said.name, said.joint, Gripper(pwm, said.parameters, state_file), clock)
+        described = read_gripper(urdf, servo, name)
+        pwm = Pwm(described.parameters.outputs, clock, root)
+        return cls(
+            described.name, described.joint, Gripper(pwm, described.parameters, state_file), clock
+        )
 
     @property
     def limits(self) -> Mapping[str, JointParameters]:
@@ -83,7 +83,7 @@ class GripperHardware(HardwareComponent):
     def on_activate(self) -> None:
         """Drive the servo at its present width, which becomes the command."""
         self._gripper.enable()
-        self._told = self._before = self._command.value = self._gripper.state.width
+        self._sent = self._before = self._command.value = self._gripper.state.width
         self._publish(0.0)
 
     def on_deactivate(self) -> None:
@@ -95,12 +95,12 @@ class GripperHardware(HardwareComponent):
     def on_cleanup(self) -> None:
         """Do nothing: there is nothing to release."""
 
-    def on_shutdown(self, before: State) -> None:
+    def on_shutdown(self, before: LifecycleState) -> None:
         """Store the width and release the servo."""
         self._claimed = False
         self._gripper.disable()
 
-    def on_error(self, before: State) -> None:
+    def on_error(self, before: LifecycleState) -> None:
         """Release the servo; its width is not stored, since this may run within a cycle.
 
         The error that led here is already known; a servo that is still driven is detected at the
@@ -124,9 +124,9 @@ class GripperHardware(HardwareComponent):
     def read(self, time: float, period: float) -> None:
         """Publish the commanded width, and its mean velocity over the last period."""
         self.problems.clear()
-        if self.state is State.ACTIVE:
-            self._publish((self._told - self._before) / period if period > 0.0 else 0.0)
-            self._before = self._told
+        if self.state is LifecycleState.ACTIVE:
+            self._publish((self._sent - self._before) / period if period > 0.0 else 0.0)
+            self._before = self._sent
 
     def write(self, time: float, period: float) -> None:
         """Send the servo a new width; an unchanged width is not sent again.
@@ -138,9 +138,9 @@ class GripperHardware(HardwareComponent):
             return
         command = self._command
         try:
-            self._told = self._gripper.command_width(command.value)
+            self._sent = self._gripper.command_width(command.value)
         except GripperError as error:
-            command.value, command.problem = self._told, error
+            command.value, command.problem = self._sent, error
             self.problems.append(error)
 
     def prepare_command_mode_switch(
@@ -149,16 +149,16 @@ class GripperHardware(HardwareComponent):
         """Check the names; the servo has one mode."""
         self.require_commands((*start, *stop))
         unclaimed = () if self._claimed else stop
-        return [f"{name} is let go, but nobody had claimed it" for name in unclaimed]
+        return [f"{name} is released, but was not claimed" for name in unclaimed]
 
     def perform_command_mode_switch(self, start: Sequence[str], stop: Sequence[str]) -> None:
         """Claim or release the width; the command becomes the width commanded last."""
         self.require_commands((*start, *stop))
         self._claimed = bool(start) or (self._claimed and not stop)
-        self._command.value = self._told
+        self._command.value = self._sent
 
     def _publish(self, velocity: float) -> None:
         stamp = self._clock.now()
-        self._position.value, self._velocity.value = self._told, velocity
+        self._position.value, self._velocity.value = self._sent, velocity
         for state in (self._position, self._velocity):
             state.quality, state.stamp = Quality.ASSUMED, stamp

@@ -23,15 +23,15 @@ class Homing:
             was not reported.
     """
 
-    __slots__ = ("_asked", "_clock", "_deadline", "_joint", "running")
+    __slots__ = ("_clock", "_deadline", "_joint", "_pending", "running")
 
     def __init__(self, joint: Joint, clock: Clock) -> None:
         self._joint, self._clock = joint, clock
-        self._deadline, self._asked = math.inf, math.nan
+        self._deadline, self._pending = math.inf, math.nan
         self.running = False
 
     def start(self, direction: float) -> None:
-        """Begin to seek the end stop; the joint is engaged first if necessary.
+        """Begin to seek the end stop; the joint is enabled first if necessary.
 
         Args:
             direction: Its sign is the direction; the speed is the configured one.
@@ -48,7 +48,7 @@ class Homing:
         self.running = True
         if self._joint.session.may_still_home:
             # A version 1 joint may still be in the previous homing. The cycle does not wait for it.
-            self._asked = direction
+            self._pending = direction
             return
         self._joint.start_homing(math.copysign(self._joint.parameters.homing.velocity, direction))
         self._deadline = self._clock.now() + self._joint.homing_timeout
@@ -60,9 +60,9 @@ class Homing:
             HomingError: It ended without a trustworthy home.
             CommunicationError: The joint does not answer.
         """
-        if math.isfinite(self._asked):
+        if math.isfinite(self._pending):
             if not self._joint.session.may_still_home:
-                direction, self._asked = self._asked, math.nan
+                direction, self._pending = self._pending, math.nan
                 self.start(direction)
             return True
         if self._joint.session.paused:
@@ -73,7 +73,7 @@ class Homing:
                 return True
             self.stop()
             raise HomingError(
-                f"{self._joint.name}: homing did not end in time and was stopped; look whether "
+                f"{self._joint.name}: homing did not end in time and was stopped; check that "
                 "the joint moves freely and reaches its end stop",
                 self._joint.name,
             )
@@ -96,6 +96,6 @@ class Homing:
         Raises:
             CommunicationError: The joint did not receive it and may still be moving.
         """
-        self._asked = math.nan
+        self._pending = math.nan
         self._joint.stop()
         self.running = False

@@ -72,4 +72,4 @@ class CommandInterface(Interface):
         self.problem: BioscaraError | None = None
 
     def __repr__(self) -> str:
-        return f"<{self.name} {self.value:g} of {self.owner or 'nobody'}>"
+        return f"<{self.name} {self.value:g} {'of ' + self.owner if self.owner else 'unclaimed'}>"

@@ -64,7 +64,7 @@ def check_modes(component: str, axes: Sequence[Axis], plan: Plan) -> None:
             )
         if mode is Mode.NONE:
             continue
-        reason = axis.hindrance(mode)
+        reason = axis.refusal(mode)
         if reason is not None:
             raise ModeSwitchError(f"{axis.name} cannot be commanded: {reason}", component)
         if mode not in MOTION:
@@ -112,7 +112,7 @@ def check_capacity(component: str, axes: Sequence[Axis], plan: Plan, capacity: C
         )
 
 
-def doubts(axes: Sequence[Axis], stop: Sequence[str], plan: Plan) -> list[str]:
+def release_warnings(axes: Sequence[Axis], stop: Sequence[str], plan: Plan) -> list[str]:
     """Return warnings about releasing interfaces that are no reason to refuse it.
 
     Args:
@@ -120,24 +120,23 @@ def doubts(axes: Sequence[Axis], stop: Sequence[str], plan: Plan) -> list[str]:
         stop: Names of command interfaces that will be released; all exist.
         plan: The resulting changes of mode.
     """
-    said = []
+    warnings = []
     becoming = dict(plan)
     for axis in axes:
         prefix = f"{axis.name}/"
         claimed = axis.mode.value
         kinds = {name.removeprefix(prefix) for name in stop if name.startswith(prefix)}
-        said += [
-            f"{prefix}{kind} is let go, but nobody had claimed it"
-            for kind in sorted(kinds - claimed)
+        warnings += [
+            f"{prefix}{kind} is released, but was not claimed" for kind in sorted(kinds - claimed)
         ]
         speed = axis.velocity_command.value
         left = becoming.get(axis, axis.mode) not in MOTION and axis.halted is None
         if VELOCITY in kinds & claimed and speed and left:
-            said.append(
-                f"{axis.velocity_command.name} is let go while it commands {speed:g} "
+            warnings.append(
+                f"{axis.velocity_command.name} is released while it commands {speed:g} "
                 f"{axis.joint.parameters.unit}/s: {axis.name} is brought to rest; command 0 first"
             )
-    return said
+    return warnings
 
 
 def check_homing(component: str, axes: Sequence[Axis], axis: Axis) -> None:

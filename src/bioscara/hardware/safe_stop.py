@@ -42,7 +42,7 @@ def _attempt(joint: Joint, step: Callable[[], None], risk: str, problems: list[s
     interrupt: BaseException | None = None
     while True:
         try:
-            _take(joint, step, risk, problems)
+            _perform(joint, step, risk, problems)
             break
         except (KeyboardInterrupt, SystemExit) as error:
             interrupt = error
@@ -50,7 +50,7 @@ def _attempt(joint: Joint, step: Callable[[], None], risk: str, problems: list[s
         raise interrupt
 
 
-def _take(joint: Joint, step: Callable[[], None], risk: str, problems: list[str]) -> None:
+def _perform(joint: Joint, step: Callable[[], None], risk: str, problems: list[str]) -> None:
     try:
         if joint.may_be_energised and joint.version == 0:
             joint.init()

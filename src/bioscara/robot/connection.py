@@ -20,7 +20,7 @@ from bioscara.errors import (
     MotionCancelledError,
     NotInitializedError,
 )
-from bioscara.hardware import ArmHardware, GripperHardware, State
+from bioscara.hardware import ArmHardware, GripperHardware, LifecycleState
 from bioscara.hardware.safe_stop import release
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.protocol import Flags
@@ -190,7 +190,7 @@ class Connection(FaultHandling):
     def _connect(self) -> None:
         if self._stack is not None:
             raise LifecycleError("the robot is connected already; use the one there is")
-        if self._arm.state is not State.UNCONFIGURED:
+        if self._arm.state is not LifecycleState.UNCONFIGURED:
             raise LifecycleError("the robot was shut down; make another one to connect again")
         try:
             self._arm.configure()

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from bioscara.control.faults.kinds import Fault
+from bioscara.control.faults.kinds import ArmFault
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import BioscaraError, HardwareError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from bioscara.hardware.safe_stop import release
 from bioscara.protocol import Flags
 from bioscara.robot.call_arbiter import exclusive
@@ -33,9 +33,9 @@ class FaultHandling(Looking):
         self._turn.require_wanted()
         stack = self._running()
         stack.supervisor.require_clear()
-        if stack.arm.state is State.UNCONFIGURED:
+        if stack.arm.state is LifecycleState.UNCONFIGURED:
             stack.arm.configure()
-        if stack.arm.state is State.INACTIVE:
+        if stack.arm.state is LifecycleState.INACTIVE:
             # A joint may have stopped autonomously while its state was not read.
             self._take(stack.arm.latched(Flags.FAULT))
             stack.supervisor.require_clear()
@@ -71,13 +71,15 @@ class FaultHandling(Looking):
             HardwareError: A joint could not be stopped or released; call it again.
         """
         stack = self._running()
-        if stack.arm.state is State.ACTIVE:
-            stack.manager.set_hardware_state(stack.arm.name, State.INACTIVE, self.clock.now())
+        if stack.arm.state is LifecycleState.ACTIVE:
+            stack.manager.set_hardware_state(
+                stack.arm.name, LifecycleState.INACTIVE, self.clock.now()
+            )
         elif problems := release(stack.arm.joints):
             raise HardwareError("; ".join(problems), stack.arm.name)
 
     @property
-    def faults(self) -> tuple[Fault, ...]:
+    def faults(self) -> tuple[ArmFault, ...]:
         """Faults that are not recovered from, first cause first.
 
         Includes faults that joints had latched before this robot was connected.
@@ -90,7 +92,7 @@ class FaultHandling(Looking):
         return tuple(self._running().supervisor.warnings)
 
     @exclusive("acknowledge()")
-    def acknowledge(self) -> tuple[Fault, ...]:
+    def acknowledge(self) -> tuple[ArmFault, ...]:
         """Acknowledge the faults once the arm is at rest and write their evidence; nothing moves.
 
         Raises:

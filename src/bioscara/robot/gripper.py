@@ -7,10 +7,10 @@ from collections.abc import Callable
 from contextlib import suppress
 
 from bioscara.arguments import number
-from bioscara.control.controllers.goals import Status
+from bioscara.control.controllers.goals import GoalStatus
 from bioscara.control.controllers.gripper_messages import GripperGoal, GripperResult
 from bioscara.errors import GoalRejectedError, GripperError, NotHomedError
-from bioscara.hardware import GripperHardware, State
+from bioscara.hardware import GripperHardware, LifecycleState
 from bioscara.model import GripperParameters
 from bioscara.report import Phase
 from bioscara.robot.call_arbiter import CallArbiter, exclusive
@@ -82,9 +82,9 @@ class RobotGripper:
         self._turn.require_wanted()
         stack = self._stack()
         stack.supervisor.require_clear()
-        if self._hardware.state is not State.ACTIVE:
-            self._hardware.set_state(State.ACTIVE)
-        if stack.gripper.state is not State.ACTIVE:
+        if self._hardware.state is not LifecycleState.ACTIVE:
+            self._hardware.set_state(LifecycleState.ACTIVE)
+        if stack.gripper.state is not LifecycleState.ACTIVE:
             stack.loop.restart()
             stack.loop.step()
             stack.manager.switch(self._now(), (GRIPPER,))
@@ -96,9 +96,11 @@ class RobotGripper:
         Raises:
             BusyError: Another call is using the arm.
         """
-        if self._hardware.state is State.ACTIVE:
+        if self._hardware.state is LifecycleState.ACTIVE:
             stack = self._stack()
-            stack.manager.set_hardware_state(self._hardware.name, State.INACTIVE, self._now())
+            stack.manager.set_hardware_state(
+                self._hardware.name, LifecycleState.INACTIVE, self._now()
+            )
 
     @exclusive("gripper.move()")
     def move(self, width: float) -> GripperResult:
@@ -135,7 +137,7 @@ class RobotGripper:
                 # The jaws are at rest at a known width: the error matters only after a power loss,
                 # so it stops nothing.
                 stack.supervisor.warnings.append(str(error))
-        if goal.status is not Status.SUCCEEDED or goal.result is None:
+        if goal.status is not GoalStatus.SUCCEEDED or goal.result is None:
             raise GripperError(f"the gripper did not reach {width:g} m: {goal.text}")
         self._moving = None
         return goal.result

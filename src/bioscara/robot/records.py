@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from bioscara.control.loop.loop import Cycle
+from bioscara.control.loop.loop import CycleReport
 from bioscara.drivers import Quality as SampleQuality
 from bioscara.hardware.axis import Axis
 from bioscara.report import CycleRecord, JointRecord, Phase, Quality
@@ -45,7 +45,7 @@ class Recorder:
         self._stack, self._origin = stack, origin
         self._retries = self._count()
 
-    def record(self, cycle: Cycle, phase: Phase, zero: float) -> CycleRecord:
+    def record(self, cycle: CycleReport, phase: Phase, zero: float) -> CycleRecord:
         """Return the record of a cycle.
 
         Args:
@@ -65,7 +65,7 @@ class Recorder:
                 reference = feedback.actual.positions[index] + feedback.error.positions[index]
                 velocity = feedback.actual.velocities[index] + feedback.error.velocities[index]
             else:
-                guard = stack.manager.limiter.guards[axis.name]
+                guard = stack.manager.limiter.joints[axis.name]
                 velocity = guard.speed
                 ahead = cycle.time + stack.loop.period - axis.position.stamp
                 reference = guard.reference - velocity * ahead

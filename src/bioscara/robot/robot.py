@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from bioscara.arguments import flag, shown
-from bioscara.control.controllers.goals import Status
+from bioscara.control.controllers.goals import GoalStatus
 from bioscara.errors import (
     HomingError,
     InvalidArgumentError,
@@ -81,7 +81,7 @@ class Robot(Connection, PoseMotions):
         stack.supervisor.warnings.extend(notes)
         stack.use(HOMING, self.clock.now())
         goal = motion.pursue(lambda: stack.homing.send_goal(directions), Phase.HOMING)
-        if goal.status is not Status.SUCCEEDED:
+        if goal.status is not GoalStatus.SUCCEEDED:
             raise HomingError(goal.text)
         stack.manager.switch(self.clock.now(), (), (HOMING,))
 
@@ -189,7 +189,7 @@ class Robot(Connection, PoseMotions):
         self.plan.here()
         self._ready()
         stack = self._running()
-        guards = stack.manager.limiter.guards
+        guards = stack.manager.limiter.joints
         # Checks the start: a failing switch would report less, after others were deactivated.
         self.plan.jog([guards[name].here for name in self._names])
         stack.jog.prepare = self.plan.jog

@@ -9,7 +9,7 @@ from typing import TypeVar
 
 from bioscara.arguments import function, number
 from bioscara.clock import Clock
-from bioscara.control.controllers.goals import Pursued, Status
+from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import (
@@ -30,7 +30,7 @@ SETTLING = 0.3
 _LONGEST = 5.0
 """Longest duration of decelerating to rest on the path [s]."""
 
-G = TypeVar("G", bound=Pursued)
+G = TypeVar("G", bound=AcceptedGoal)
 
 
 class Motion:
@@ -96,7 +96,7 @@ class Motion:
         goal = self.pursue(
             lambda: self._stack.trajectory.send_goal(message, now), phase, zero, self._keep_speed
         )
-        if goal.status is not Status.SUCCEEDED:
+        if goal.status is not GoalStatus.SUCCEEDED:
             self._come_to_rest(zero)
             raise GoalAbortedError(goal.text, goal.error_code)
         if phase is Phase.TRAJECTORY:
@@ -203,7 +203,7 @@ class Motion:
         supervisor.stop(now)
         while True:
             observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
-            if supervisor.at_rest(self._clock.now(), now):
+            if supervisor.stopper.at_rest(self._clock.now(), now):
                 break
 
     def _interrupted(self, phase: Phase, zero: float) -> str:

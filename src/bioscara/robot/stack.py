@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
 
 from bioscara.clock import Clock, MonotonicClock
+from bioscara.control.controllers.controller import WARNINGS
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.hold_controller import HoldController
 from bioscara.control.controllers.homing_controller import HomingController
@@ -18,14 +20,14 @@ from bioscara.control.faults.flight_recorder import FlightRecord
 from bioscara.control.faults.following_error import allowed
 from bioscara.control.faults.supervisor import Supervisor
 from bioscara.control.limits.averaging import Smoothing
-from bioscara.control.limits.collision_guard import Clearance
-from bioscara.control.limits.limiter import Limiter
+from bioscara.control.limits.collision_guard import CollisionGuard
+from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.limits.tool_speed import ToolSpeedCap
 from bioscara.control.loop.loop import Loop
 from bioscara.control.loop.realtime import sharpen_timers
 from bioscara.control.loop.systemd import Watchdog
 from bioscara.control.manager.manager import ControllerManager
-from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, Mode, State
+from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, LifecycleState, Mode
 from bioscara.hardware.bus_budget import Capacity, highest_rate
 from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters, JointParameters
@@ -69,7 +71,7 @@ class Stack:
         gripper: Moves the jaws.
         jog: Moves the joints by streamed velocities.
         tool_speed: Keeps the tool at or below a speed.
-        clearance: Keeps the arm clear of its surroundings.
+        collision_guard: Keeps the arm clear of its surroundings.
         smoothing: Averages unplanned setpoints.
 
     Raises:
@@ -97,18 +99,14 @@ class Stack:
         hertz = min(suited, highest_rate(bus_time)) if rate is None else rate
         arm.capacity.rate = hertz
         record = FlightRecord(arm.axes, hertz)
-        limiter = Limiter((arm, gripper))
-        self.manager = ControllerManager((arm, gripper), limiter, hertz)
-        self.tool_speed = ToolSpeedCap(
-            tuple(limiter.guards.values()),
-            surroundings()[0].tool_speed,
-            COMMANDED_SPEED,
-            lambda: self.manager.driving,
-        )
-        guards = [limiter.guards[axis.name] for axis in arm.axes]
-        self.smoothing = Smoothing(guards, self.manager)
-        self.clearance = Clearance(guards, self.manager, surroundings, self.smoothing)
-        limiter.stages = (self.tool_speed, self.clearance, self.smoothing)
+        warnings: deque[str] = deque(maxlen=WARNINGS)
+        limited = joint_limiters((arm, gripper))
+        joints = [limited[axis.name] for axis in arm.axes]
+        self.tool_speed = ToolSpeedCap(joints, surroundings()[0].tool_speed, COMMANDED_SPEED)
+        self.smoothing = Smoothing(joints, hertz)
+        self.collision_guard = CollisionGuard(joints, surroundings, self.smoothing, warnings)
+        limiter = Limiter(limited, (self.tool_speed, self.collision_guard, self.smoothing))
+        self.manager = ControllerManager((arm, gripper), limiter, hertz, warnings)
         for name, kind, values in _controllers(parameters, version):
             self.manager.load(name, kind, values)
             self.manager.configure(name)
@@ -133,12 +131,14 @@ class Stack:
         Raises:
             SwitchError, ModeSwitchError: The switch is not possible; nothing changed.
         """
-        if self.manager.controller(name).state is State.ACTIVE:
+        if self.manager.controller(name).state is LifecycleState.ACTIVE:
             return
         leaving = [
             other.name
             for other in self.manager.controllers
-            if other.state is State.ACTIVE and other.command_interfaces and other.name != GRIPPER
+            if other.state is LifecycleState.ACTIVE
+            and other.command_interfaces
+            and other.name != GRIPPER
         ]
         self.manager.switch(time, (name,), leaving)
 
@@ -148,7 +148,7 @@ class Stack:
         Args:
             time: Now [s].
         """
-        if self.broadcaster.state is not State.ACTIVE:
+        if self.broadcaster.state is not LifecycleState.ACTIVE:
             self.manager.switch(time, (BROADCASTER,))
 
     def _get(self, name: str, kind: type[C]) -> C:

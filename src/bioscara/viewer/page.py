@@ -13,7 +13,7 @@ import rich
 import viser
 
 from bioscara.errors import ConfigurationError
-from bioscara.hardware.urdf_reader import Urdf
+from bioscara.hardware import Urdf
 from bioscara.model.meshes import read_stl
 from bioscara.model.urdf import DESCRIPTION, URDF
 from bioscara.planning.collision.scene import Scene

@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element
 import numpy as np
 from viser.transforms import SE3, SO3
 
-from bioscara.hardware.urdf_reader import Urdf
+from bioscara.hardware import Urdf
 
 _ORIGIN = {"xyz": "0 0 0", "rpy": "0 0 0"}
 

@@ -67,7 +67,7 @@ class Follower:
 
     @property
     def interventions(self) -> int:
-        return sum(guard.interventions for guard in self.world.manager.limiter.guards.values())
+        return sum(guard.interventions for guard in self.world.manager.limiter.joints.values())
 
     def step(self) -> Seen:
         cycle = self.world.loop.step()

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
 
-from bioscara.control.controllers.joint_trajectory import ErrorCode, Point, Status
+from bioscara.control.controllers.joint_trajectory import ErrorCode, GoalStatus, Point
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
 from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory, JointValues
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
@@ -261,7 +261,7 @@ def test_pln5_a_cancel_at_any_instant_stops_within_the_limits(
         for _ in range(150):
             arm.step()
         if not finished:
-            assert goal.status is Status.CANCELED
+            assert goal.status is GoalStatus.CANCELED
             assert goal.error_code is ErrorCode.SUCCESSFUL
         assert arm.jtc.holding
         assert arm.seen[-1].velocities == pytest.approx(NOTHING, abs=1e-9)
@@ -271,7 +271,7 @@ def test_pln5_a_cancel_at_any_instant_stops_within_the_limits(
         assert arm.commanded == pytest.approx(arm.measured, abs=2e-3)
         assert max(map(abs, speeds)) < 0.5
         smooth(arm, begin, limited=not ramp)
-        assert arm.finish(arm.send(arm.move(0.0, 0.2))).status is Status.SUCCEEDED
+        assert arm.finish(arm.send(arm.move(0.0, 0.2))).status is GoalStatus.SUCCEEDED
         assert not arm.world.supervisor.faults
 
     fuzz()

@@ -9,11 +9,11 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from bioscara.control.controllers.joint_trajectory import Gains, Point, Status
+from bioscara.control.controllers.joint_trajectory import Gains, GoalStatus, Point
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.pid import Pid
 from bioscara.errors import ConfigurationError, GoalRejectedError, LimitError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from control.joint_trajectory.follower import NOTHING, TYPE, Follower, alone
 from control.world import BOTH, NAMES
 
@@ -35,7 +35,7 @@ def test_rule_36_legal_interfaces_move_the_arm(
             at + way for at, way in zip(arm.measured, (0.1, 0.005, 0.1, 0.1), strict=True)
         )
     )
-    assert arm.finish(arm.send(goal)).status is Status.SUCCEEDED
+    assert arm.finish(arm.send(goal)).status is GoalStatus.SUCCEEDED
     arm.run(0.5)
     assert arm.measured == pytest.approx(goal.positions, abs=3e-3)
     assert (handle.owner == "jtc") == ("position" in kinds)
@@ -101,7 +101,7 @@ def test_rule_36_and_so_is_its_configuration(arm: Follower) -> None:
     manager.load("bad", TYPE, {"joints": ()})
     with pytest.raises(ConfigurationError, match="bad: parameter joints must name at least one"):
         manager.configure("bad")
-    assert manager.controller("bad").state is State.UNCONFIGURED
+    assert manager.controller("bad").state is LifecycleState.UNCONFIGURED
     manager.unload("bad")
 
 
@@ -315,7 +315,7 @@ def test_rule_40_parameters_are_read_only(name: str) -> None:
         setattr(made, name, getattr(made, name))
 
 
-def test_rule_41_the_state_is_told_in_every_cycle_also_while_holding(arm: Follower) -> None:
+def test_rule_41_the_state_is_reported_in_every_cycle_also_while_holding(arm: Follower) -> None:
     for holding in (True, False):
         if not holding:
             arm.send(arm.move(0.1, 1.0))
@@ -343,7 +343,7 @@ def test_rule_41_the_state_is_told_in_every_cycle_also_while_holding(arm: Follow
     assert arm.jtc.controller_state is None
 
 
-def test_rule_41_velocities_are_told_only_where_they_are_measured(
+def test_rule_41_velocities_are_reported_only_where_they_are_measured(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower(command_interfaces=("position",), state_interfaces=("position",))

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.polynomial import Polynomial
 
-from bioscara.control.controllers.joint_trajectory import Point, Status
+from bioscara.control.controllers.joint_trajectory import GoalStatus, Point
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
 from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory, JointValues
 from bioscara.control.controllers.joint_trajectory.upsampling import timed, upsampled
@@ -77,7 +77,7 @@ def test_rule_12_the_start_state_is_measured(arm: Follower) -> None:
     feedback = arm.jtc.feedback
     assert feedback is not None
     assert feedback.desired.positions == feedback.actual.positions == arm.measured
-    assert arm.finish(handle).status is Status.SUCCEEDED
+    assert arm.finish(handle).status is GoalStatus.SUCCEEDED
 
 
 def test_rule_12_or_what_was_commanded(follower: Callable[..., Follower]) -> None:
@@ -136,12 +136,12 @@ def test_rule_15_the_arm_goes_from_point_to_point(follower: Callable[..., Follow
     start, goal = arm.commanded, arm.move(0.01, 0.5)
     handle = arm.send(goal)
     assert arm.run(0.45)[-1].positions == pytest.approx(start, abs=1e-4)
-    assert arm.finish(handle).status is Status.SUCCEEDED
+    assert arm.finish(handle).status is GoalStatus.SUCCEEDED
     arm.run(0.5)
     assert arm.measured == pytest.approx(goal.positions, abs=2e-3)
 
 
-def test_rule_16_what_is_commanded_is_one_cycle_ahead_of_what_is_judged(arm: Follower) -> None:
+def test_rule_16_the_command_is_one_cycle_ahead_of_the_desired_state(arm: Follower) -> None:
     arm.send(arm.move(0.1, 1.0))
     arm.run(0.3)
     for _ in range(20):
@@ -184,7 +184,7 @@ def test_rule_18_the_factor_scales_the_time_and_zero_pauses(arm: Follower) -> No
     assert arm.jtc.feedback.trajectory_time == feedback.trajectory_time
     assert arm.seen[-1].velocities == NOTHING
     arm.jtc.set_scaling(1.0)
-    assert arm.finish(handle).status is Status.SUCCEEDED
+    assert arm.finish(handle).status is GoalStatus.SUCCEEDED
 
 
 def test_rule_18_a_half_is_half_as_fast(follower: Callable[..., Follower]) -> None:
@@ -194,7 +194,7 @@ def test_rule_18_a_half_is_half_as_fast(follower: Callable[..., Follower]) -> No
     assert handle.feedback is not None
     assert handle.feedback.desired.velocities[0] == pytest.approx(0.15, abs=1e-3)
     assert handle.feedback.error.velocities[0] == pytest.approx(0.0, abs=0.02)
-    assert arm.finish(handle).status is Status.SUCCEEDED
+    assert arm.finish(handle).status is GoalStatus.SUCCEEDED
     assert arm.now - begin == pytest.approx(2.0, abs=0.03)
     state = arm.jtc.controller_state
     assert state is not None
@@ -224,7 +224,7 @@ def test_rule_18_a_change_of_the_factor_steps_no_velocity(arm: Follower) -> None
     arm.jtc.set_scaling(0.3)
     arm.run(0.9)
     arm.jtc.set_scaling(1.2)
-    assert arm.finish(handle).status is Status.SUCCEEDED
+    assert arm.finish(handle).status is GoalStatus.SUCCEEDED
     assert arm.interventions == before
 
 

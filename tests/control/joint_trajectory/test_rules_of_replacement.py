@@ -11,9 +11,9 @@ import pytest
 from bioscara.control.controllers.joint_trajectory import (
     ErrorCode,
     Goal,
+    GoalStatus,
     JointTrajectory,
     Point,
-    Status,
     Tolerance,
 )
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
@@ -35,7 +35,7 @@ def test_rule_20_a_new_trajectory_goes_on_from_the_old_one(arm: Follower) -> Non
     before, begin = arm.interventions, arm.now
     running(arm)
     goal = arm.send(arm.move(-0.05, 1.5))
-    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.finish(goal).status is GoalStatus.SUCCEEDED
     assert arm.interventions == before
     smooth(arm, begin)
 
@@ -56,7 +56,7 @@ def test_rule_20_the_old_one_is_kept_up_to_the_stamp(arm: Follower) -> None:
     assert arm.commanded[0] == pytest.approx(start[0] + way * 27 / 32, abs=way * 0.02)
     assert goal.feedback is not None
     assert goal.feedback.point == 0 or goal.feedback.trajectory_time >= 0.0
-    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.finish(goal).status is GoalStatus.SUCCEEDED
     assert arm.measured == pytest.approx(new.positions, abs=2e-3)
     assert arm.interventions == before
     smooth(arm, begin)
@@ -67,7 +67,7 @@ def test_rule_20_points_before_now_are_passed_over_without_a_step(arm: Follower)
     running(arm)
     far = arm.move(0.3, 0.2)
     goal = arm.send(far, arm.move(0.0, 2.5), stamp=arm.now - 0.5)
-    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.finish(goal).status is GoalStatus.SUCCEEDED
     assert arm.interventions == before
     smooth(arm, begin)
 
@@ -78,7 +78,7 @@ def test_rule_20_a_start_that_waits_outlives_the_end_of_the_old_one(arm: Followe
     goal = arm.send(new, stamp=arm.now + 1.5)
     arm.run(1.4)
     assert arm.commanded == pytest.approx(end.positions)
-    assert goal.status is Status.EXECUTING
+    assert goal.status is GoalStatus.EXECUTING
     arm.finish(goal)
     assert arm.measured == pytest.approx(new.positions, abs=2e-3)
 
@@ -97,10 +97,10 @@ def test_rule_20_the_path_is_judged_while_a_start_outlasts_the_old_one(pushed: f
     jtc.update(0.5, 0.5)
     goal = jtc.send_goal(Goal(JointTrajectory(("a", "b"), (Point(1.0, (0.0,) * 2),), 3.0)), 0.5)
     jtc.update(2.0, 1.5)
-    assert goal.status is Status.EXECUTING
+    assert goal.status is GoalStatus.EXECUTING
     positions[1].value = pushed
     jtc.update(2.5, 0.5)
-    assert (goal.status, goal.error_code) == (Status.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED)
+    assert (goal.status, goal.error_code) == (GoalStatus.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED)
     assert jtc.holding
 
 
@@ -152,27 +152,27 @@ def test_rule_21_one_that_is_refused_leaves_the_one_that_runs_alone(arm: Followe
     arm.run(0.2)
     with pytest.raises(GoalRejectedError, match="no points"):
         arm.send()
-    assert first.status is Status.EXECUTING
-    assert arm.finish(first).status is Status.SUCCEEDED
+    assert first.status is GoalStatus.EXECUTING
+    assert arm.finish(first).status is GoalStatus.SUCCEEDED
 
 
 def test_rule_21_a_new_goal_aborts_the_one_that_runs(arm: Follower) -> None:
     first = arm.send(arm.move())
     arm.run(0.2)
     second = arm.send(arm.move())
-    assert (first.status, first.error_code) == (Status.ABORTED, ErrorCode.INVALID_GOAL)
+    assert (first.status, first.error_code) == (GoalStatus.ABORTED, ErrorCode.INVALID_GOAL)
     assert first.text == "Current goal preempted by new incoming action."
-    assert arm.finish(second).status is Status.SUCCEEDED
+    assert arm.finish(second).status is GoalStatus.SUCCEEDED
 
 
-def test_rule_22_a_trajectory_during_a_goal_is_what_the_goal_is_judged_on(arm: Follower) -> None:
+def test_rule_22_a_goal_is_evaluated_on_a_trajectory_sent_during_it(arm: Follower) -> None:
     goal = arm.send(arm.move(0.1, 1.0))
     arm.run(0.3)
     new = arm.move(-0.05, 2.0)
     arm.jtc.send_trajectory(arm.trajectory(new), arm.now)
     arm.run(1.9)
-    assert goal.status is Status.EXECUTING
-    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert goal.status is GoalStatus.EXECUTING
+    assert arm.finish(goal).status is GoalStatus.SUCCEEDED
     assert arm.measured == pytest.approx(new.positions, abs=2e-3)
 
 
@@ -199,7 +199,7 @@ def test_rule_23_cancel_holds_what_is_measured_at_that_moment(
     arm.run(1.0)
     measured = arm.measured
     arm.jtc.cancel(arm.now)
-    assert (goal.status, goal.error_code, goal.text) == (Status.CANCELED, 0, "")
+    assert (goal.status, goal.error_code, goal.text) == (GoalStatus.CANCELED, 0, "")
     arm.run(1.5)
     assert arm.commanded == pytest.approx(measured, abs=1e-9)
     assert arm.measured == pytest.approx(measured, abs=2e-3)
@@ -214,7 +214,7 @@ def test_rule_23_or_ramps_down_at_the_given_deceleration(
     goal = arm.send(arm.move(0.4, 2.0))
     last = arm.run(1.0)[-1]
     arm.jtc.cancel(arm.now)
-    assert goal.status is Status.CANCELED
+    assert goal.status is GoalStatus.CANCELED
     arm.run(1.5)
     for index, name in enumerate(NAMES):
         speed, limit = last.velocities[index], LIMITS[name].max_acceleration
@@ -243,7 +243,7 @@ def test_rule_24_deactivation_aborts_and_leaves_positions_as_they_are(arm: Follo
     goal = arm.send(arm.move(0.05, 1.0))
     last = arm.run(0.5)[-1]
     arm.world.switch(off=("jtc",))
-    assert (goal.status, goal.error_code) == (Status.ABORTED, ErrorCode.INVALID_GOAL)
+    assert (goal.status, goal.error_code) == (GoalStatus.ABORTED, ErrorCode.INVALID_GOAL)
     assert goal.text == "Current goal cancelled during deactivate transition."
     assert arm.commanded == last.positions
     assert arm.measured != pytest.approx(last.positions, abs=1e-4)
@@ -329,7 +329,7 @@ def test_rule_27_what_is_measured_is_held_after_a_violation(
     arm = follower(constraints={"j1": {"trajectory": 1e-5}})
     goal = arm.send(arm.move(0.2, 1.0))
     arm.finish(goal)
-    assert goal.status is Status.ABORTED
+    assert goal.status is GoalStatus.ABORTED
     feedback = arm.jtc.feedback
     assert feedback is not None
     arm.run(1.0)

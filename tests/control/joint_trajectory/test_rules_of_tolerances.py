@@ -9,19 +9,17 @@ import pytest
 from bioscara.control.controllers.joint_trajectory import (
     ErrorCode,
     Goal,
+    GoalStatus,
     JointTrajectory,
     Point,
-    Status,
     Tolerance,
 )
 from bioscara.control.controllers.joint_trajectory.messages import JointValues
 from bioscara.control.controllers.joint_trajectory.parameters import Constraints
-from bioscara.control.controllers.joint_trajectory.tolerance_monitor import (
-    ToleranceMonitor,
-    Verdict,
-)
 from bioscara.control.controllers.joint_trajectory.tolerances import (
-    Tolerances,
+    ToleranceMonitor,
+    TrajectoryTolerances,
+    Verdict,
     Violation,
     choose,
     defaults,
@@ -36,11 +34,11 @@ FAR = 1e-9
 
 
 def test_rule_29_defaults_check_nothing_but_standstill() -> None:
-    assert defaults(JOINTS, Constraints()) == Tolerances(
+    assert defaults(JOINTS, Constraints()) == TrajectoryTolerances(
         ((0.0, 0.0, 0.0),) * 2, ((0.0, 0.01, 0.0),) * 2, 0.0
     )
     given = Constraints.model_validate({"b": {"trajectory": 0.1, "goal": 0.2}, "goal_time": 3.0})
-    assert defaults(JOINTS, given) == Tolerances(
+    assert defaults(JOINTS, given) == TrajectoryTolerances(
         ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0)), ((0.0, 0.01, 0.0), (0.2, 0.01, 0.0)), 3.0
     )
 
@@ -50,20 +48,20 @@ def test_rule_29_what_is_0_is_not_checked_and_a_joint_that_moves_has_not_arrived
 
     def at_end(speed: float) -> Verdict | None:
         error = JointValues((9.0, -9.0), (0.0, speed), (9.0, 9.0))
-        judge = ToleranceMonitor(JOINTS, default, 0.0, velocity=True)
-        assert judge.on_the_way(error, 1.0) is None
-        return judge.at_the_end(error, 5.0)
+        monitor = ToleranceMonitor(JOINTS, default, 0.0, velocity=True)
+        assert monitor.before_the_end(error, 1.0) is None
+        return monitor.after_the_end(error, 5.0)
 
     for speed in (0.011, -0.011):
         assert at_end(speed) is None
     for speed in (0.0099, -0.0099):
         verdict = at_end(speed)
         assert verdict is not None
-        assert verdict.status is Status.SUCCEEDED
+        assert verdict.status is GoalStatus.SUCCEEDED
 
 
 def test_rule_30_values_of_the_goal_replace_keep_or_erase() -> None:
-    default = Tolerances(((0.1, 0.0, 0.0),) * 2, ((0.2, 0.01, 0.0),) * 2, 3.0)
+    default = TrajectoryTolerances(((0.1, 0.0, 0.0),) * 2, ((0.2, 0.01, 0.0),) * 2, 3.0)
     goal = Goal(
         EMPTY,
         (Tolerance("b", 0.5), Tolerance("a", -1.0)),
@@ -71,7 +69,7 @@ def test_rule_30_values_of_the_goal_replace_keep_or_erase() -> None:
         -1.0,
     )
     chosen, warning = choose(goal, JOINTS, default)
-    assert chosen == Tolerances(
+    assert chosen == TrajectoryTolerances(
         ((0.0, 0.0, 0.0), (0.5, 0.0, 0.0)), ((0.2, 0.0, 4.0), (0.2, 0.01, 0.0)), 0.0
     )
     assert warning == ""
@@ -98,7 +96,7 @@ def test_rule_30_one_that_makes_no_sense_discards_all(goal: Goal, why: str) -> N
 def test_rule_30_the_goal_still_runs(arm: Follower) -> None:
     goal = arm.send(arm.move(), path_tolerance=(Tolerance("j1", FAR), Tolerance("j9", 1.0)))
     assert "'j9'" in arm.jtc.warnings[0]
-    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.finish(goal).status is GoalStatus.SUCCEEDED
 
 
 def test_rule_30_of_many_complaints_about_tolerances_the_latest_are_kept(arm: Follower) -> None:
@@ -114,13 +112,13 @@ def test_rule_30_defaults_are_those_of_the_parameters_not_of_the_goal_before(
 ) -> None:
     arm.finish(arm.send(arm.move(), path_tolerance=(Tolerance("j1", FAR),)))
     arm.run(0.3)
-    assert arm.finish(arm.send(arm.move())).status is Status.SUCCEEDED
+    assert arm.finish(arm.send(arm.move())).status is GoalStatus.SUCCEEDED
 
 
 def test_rule_31_a_path_violation_aborts_with_joint_value_and_limit(arm: Follower) -> None:
     goal = arm.send(arm.move(0.2, 1.0), path_tolerance=(Tolerance("j3", 2e-5),))
     arm.finish(goal)
-    assert (goal.status, goal.error_code) == (Status.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED)
+    assert (goal.status, goal.error_code) == (GoalStatus.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED)
     assert goal.text.startswith("Aborted due to path tolerance violation: position of j3 is ")
     assert "2e-05 is allowed" in goal.text
     assert arm.jtc.holding
@@ -136,7 +134,7 @@ def test_rule_31_what_a_violation_would_have_commanded_is_not_written(
     start = arm.commanded
     goal = arm.send(Point(0.0, arm.move(0.2).positions), arm.move(0.2, 1.0))
     arm.step()
-    assert (goal.status, goal.error_code) == (Status.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED)
+    assert (goal.status, goal.error_code) == (GoalStatus.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED)
     assert arm.commanded == pytest.approx(start, abs=5e-4)
 
 
@@ -166,7 +164,7 @@ def test_rule_31_velocity_is_judged_where_it_is_commanded(
     for interfaces in ("command_interfaces", "state_interfaces"):
         arm = follower(**{interfaces: ("position",)})
         goal = arm.send(arm.move(0.2, 1.0), path_tolerance=(Tolerance("j1", 0.0, 1e-6),))
-        assert arm.finish(goal).status is Status.SUCCEEDED
+        assert arm.finish(goal).status is GoalStatus.SUCCEEDED
         arm.close()
     follower()
 
@@ -182,7 +180,7 @@ def test_rule_32_succeeds_inside_goal_tolerance_not_before_the_last_point(arm: F
     goal = arm.send(arm.move(0.001, 1.0), goal_tolerance=(Tolerance("j1", 0.5),))
     arm.finish(goal)
     assert 0.995 < arm.now - begin < 1.03
-    assert (goal.status, goal.error_code) == (Status.SUCCEEDED, ErrorCode.SUCCESSFUL)
+    assert (goal.status, goal.error_code) == (GoalStatus.SUCCEEDED, ErrorCode.SUCCESSFUL)
     assert goal.text == "Goal successfully reached!"
 
 
@@ -194,7 +192,7 @@ def test_rule_32_not_while_one_joint_is_outside(arm: Follower) -> None:
     while not goal.done:
         assert goal.feedback is None or arm.now - begin < 5.0
         arm.step()
-    assert goal.status is Status.SUCCEEDED
+    assert goal.status is GoalStatus.SUCCEEDED
     assert arm.now - begin > 0.2
     assert goal.feedback is not None
     assert abs(goal.feedback.error.positions[2]) <= 0.003
@@ -203,7 +201,7 @@ def test_rule_32_not_while_one_joint_is_outside(arm: Follower) -> None:
 def test_rule_33_without_goal_time_it_waits_for_ever(arm: Follower) -> None:
     goal = arm.send(arm.move(0.1, 0.5), goal_tolerance=(Tolerance("j1", FAR),))
     arm.run(5.0)
-    assert goal.status is Status.EXECUTING
+    assert goal.status is GoalStatus.EXECUTING
 
 
 def test_rule_33_with_goal_time_it_aborts_after_that(arm: Follower) -> None:
@@ -213,7 +211,7 @@ def test_rule_33_with_goal_time_it_aborts_after_that(arm: Follower) -> None:
     )
     arm.finish(goal)
     assert arm.now - begin == pytest.approx(0.91, abs=0.02)
-    assert (goal.status, goal.error_code) == (Status.ABORTED, ErrorCode.GOAL_TOLERANCE_VIOLATED)
+    assert (goal.status, goal.error_code) == (GoalStatus.ABORTED, ErrorCode.GOAL_TOLERANCE_VIOLATED)
     assert goal.text.startswith("Aborted due to goal_time_tolerance exceeding by 0.0")
     assert "position of j1 is " in goal.text
     assert "1e-09 is allowed" in goal.text

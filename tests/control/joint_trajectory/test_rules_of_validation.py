@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 import pytest
 
-from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point, Status
+from bioscara.control.controllers.joint_trajectory import Goal, GoalStatus, JointTrajectory, Point
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.splicing import Spliced
@@ -66,7 +66,7 @@ def test_rule_03_no_points_are_refused_and_the_motion_goes_on(arm: Follower) -> 
     arm.run(0.3)
     with pytest.raises(GoalRejectedError, match="no points"):
         arm.jtc.send_trajectory(arm.trajectory(), arm.now)
-    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.finish(goal).status is GoalStatus.SUCCEEDED
 
 
 def test_rule_04_the_end_is_at_rest_unless_motion_is_allowed() -> None:
@@ -263,7 +263,7 @@ def test_pln1_the_limit_itself_is_within_whatever_rounding_makes_of_it() -> None
             assert within(point) == (point,)
 
 
-def test_pln1_what_is_integrated_is_judged_too() -> None:
+def test_pln1_integrated_points_are_checked_too() -> None:
     fast = Point(10.0, (), (J1.max_velocity, 0.0))
     with pytest.raises(GoalRejectedError, match="point 0: positions of j1 is"):
         within(fast, allow_integration_in_goal_trajectories=True)
@@ -284,7 +284,7 @@ def test_pln1_from_beyond_a_limit_a_goal_leads_back_but_no_farther(known: str) -
 
 
 @pytest.mark.parametrize("kinds", [("position",), BOTH, ("velocity",)])
-def test_pln1_every_goal_is_judged_and_a_running_one_goes_on(
+def test_pln1_every_goal_is_checked_and_a_running_one_continues(
     follower: Callable[..., Follower], kinds: tuple[str, ...]
 ) -> None:
     gains = {name: {"p": 2.0, "ff_velocity_scale": 1.0} for name in NAMES}
@@ -297,7 +297,7 @@ def test_pln1_every_goal_is_judged_and_a_running_one_goes_on(
         arm.send(beyond)
     with pytest.raises(GoalRejectedError, match="positions of j1"):
         arm.jtc.send_trajectory(arm.trajectory(beyond), arm.now)
-    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.finish(goal).status is GoalStatus.SUCCEEDED
 
 
 def test_rule_10_joints_that_a_partial_goal_leaves_out_stay() -> None:
@@ -318,7 +318,7 @@ def test_rule_10_or_go_on_along_the_trajectory_that_runs(
     goal = arm.jtc.send_goal(
         Goal(JointTrajectory(("j1",), (Point(1.0, (start[0],), (0.0,)),))), arm.now
     )
-    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.finish(goal).status is GoalStatus.SUCCEEDED
     assert arm.measured[0] == pytest.approx(start[0], abs=2e-3)
     assert arm.measured[1:] == pytest.approx(end.positions[1:], abs=2e-3)
     assert arm.seen[-1].time - arm.seen[0].time == pytest.approx(3.0, abs=0.1)
@@ -338,7 +338,7 @@ def test_rule_10_or_pass_all_its_points_that_are_still_to_come(
     other = JointTrajectory(("j4",), (Point(3.5, (here[3] + 0.1,)),))
     goal = arm.jtc.send_goal(Goal(other), arm.now)
     begin = arm.now - 0.1
-    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.finish(goal).status is GoalStatus.SUCCEEDED
     for point in points:
         seen = min(arm.seen, key=lambda each: abs(each.time - begin - point.time))
         assert seen.measured[0] == pytest.approx(point.positions[0], abs=0.01)
@@ -383,7 +383,7 @@ def test_rule_10_they_go_on_also_where_the_new_one_began_in_the_past(
     arm.run(0.5)
     # A cubic is at 1/2 of its displacement after half of its time.
     assert arm.commanded[3] == pytest.approx((start[3] + end.positions[3]) / 2.0, abs=1e-3)
-    assert arm.finish(goal).status is Status.SUCCEEDED
+    assert arm.finish(goal).status is GoalStatus.SUCCEEDED
     assert arm.seen[-1].time - arm.seen[0].time == pytest.approx(3.0, abs=0.1)
 
 

@@ -78,9 +78,7 @@ def test_where_nothing_moves_nothing_begins(begin: float, pace: float) -> None:
 
 @pytest.mark.parametrize("line", range(12))
 @pytest.mark.parametrize("collision_checked", [True, False])
-def test_an_interrupted_beginning_of_it_can_be_begun_again(
-    line: int, *, collision_checked: bool
-) -> None:
+def test_an_interrupted_stop_can_be_requested_again(line: int, *, collision_checked: bool) -> None:
     move = point_to_point(NAMES, (0.0, 0.2, 0.0, 0.0), (1.0, 0.2, 1.0, 1.0), PLANNED)
     begin = move.sample_many(np.array([0.0]))[0][0]
     player = TrajectorySampler(JointTrajectoryParameters(joints=NAMES), PERIOD, begin, 0.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Status
+from bioscara.control.controllers.joint_trajectory import Goal, GoalStatus, JointTrajectory
 from bioscara.planning import read
 from control.joint_trajectory.follower import Follower
 from control.world import NAMES, World
@@ -27,6 +27,6 @@ def test_velocity_and_pid_follow_a_planned_motion_within_two_thousandths() -> No
         arm.step()
         assert goal.feedback is not None
         worst = max(worst, *map(abs, goal.feedback.error.positions))
-    assert goal.status is Status.SUCCEEDED
+    assert goal.status is GoalStatus.SUCCEEDED
     assert worst < 2e-3
     assert arm.interventions == before

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 from bioscara.control.controllers.parameters import Parameters
 from bioscara.control.manager.statistics import UpdateStatistics
 from bioscara.errors import ControllerError
-from bioscara.hardware import CommandInterface, State, StateInterface
+from bioscara.hardware import CommandInterface, LifecycleState, StateInterface
 from bioscara.model import JointParameters
 
 WARNINGS = 100
@@ -53,7 +53,7 @@ class Controller(ABC, Generic[P]):
 
     def __init__(self, name: str, parameters: P) -> None:
         self.name, self.parameters = name, parameters
-        self.state = State.UNCONFIGURED
+        self.state = LifecycleState.UNCONFIGURED
         self.nominal_period = 0.0
         self.commanded_speeds: dict[str, float] = {}
         self.limits: Mapping[str, JointParameters] = {}
@@ -79,14 +79,13 @@ class Controller(ABC, Generic[P]):
         """Whether its commands, begun from rest, are verified to keep the arm clear."""
         return False
 
-    def on_hindered(self, text: str, rest: Mapping[str, float]) -> None:
-        """React to the arm being braked because the commanded motion is not clear.
+    def on_collision_stop(self, reason: str, rest: Mapping[str, float]) -> None:
+        """React to a stop of the arm because the commanded motion is not clear.
 
-        Called on controllers that are not ``collision_checked``, once for each time that the arm is
-        braked.
+        Called on controllers that are not ``collision_checked``, once for each stop.
 
         Args:
-            text: Why, in words.
+            reason: Why, in words.
             rest: Where the joints come to rest, by name [rad or m].
         """
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from enum import Enum
 
 
-class Status(Enum):
+class GoalStatus(Enum):
     """Status of a goal."""
 
     EXECUTING = "executing"
@@ -14,7 +14,7 @@ class Status(Enum):
     CANCELED = "canceled"
 
 
-class Pursued:
+class AcceptedGoal:
     """A goal that a controller accepted.
 
     Attributes:
@@ -23,9 +23,9 @@ class Pursued:
 
     __slots__ = ()
 
-    status: Status
+    status: GoalStatus
 
     @property
     def done(self) -> bool:
         """Whether it ended."""
-        return self.status is not Status.EXECUTING
+        return self.status is not GoalStatus.EXECUTING

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from bioscara.arguments import numbers, shown
 from bioscara.control.controllers.controller import Controller, interfaces
-from bioscara.control.controllers.goals import Status
+from bioscara.control.controllers.goals import GoalStatus
 from bioscara.control.controllers.gripper_messages import (
     GripperFeedback,
     GripperGoal,
@@ -18,7 +18,7 @@ from bioscara.control.controllers.gripper_messages import (
 )
 from bioscara.control.controllers.parameters import Parameters, Positive
 from bioscara.errors import ConfigurationError, ControllerError, GoalRejectedError
-from bioscara.hardware import POSITION, VELOCITY, State
+from bioscara.hardware import POSITION, VELOCITY, LifecycleState
 
 
 class GripperActionParameters(Parameters):
@@ -111,13 +111,13 @@ class GripperActionController(Controller[GripperActionParameters]):
                 self.name,
             )
         self.position = measured.value
-        self._give(measured.value)
+        self._set_command(measured.value)
         self._extras = self._extras_of((), ())
         self._still = 0.0
 
     def on_deactivate(self, time: float) -> None:
         """End the goal; the servo stays at its last command."""
-        self._end(Status.ABORTED, "the gripper controller was deactivated")
+        self._end(GoalStatus.ABORTED, "the gripper controller was deactivated")
 
     def send_goal(self, goal: GripperGoal) -> GripperGoalHandle:
         """Move the gripper; a goal that still runs is cancelled.
@@ -132,11 +132,11 @@ class GripperActionController(Controller[GripperActionParameters]):
             GoalRejectedError: The controller is not active, there is not exactly one position,
                 a value is not finite or outside its limits. Nothing moves.
         """
-        if self.state is not State.ACTIVE:
+        if self.state is not LifecycleState.ACTIVE:
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         goal = self.check(goal)
-        self._end(Status.CANCELED, "a newer goal took its place")
-        self._give(goal.position[0])
+        self._end(GoalStatus.CANCELED, "a newer goal took its place")
+        self._set_command(goal.position[0])
         self._still = 0.0
         self._extras = self._extras_of(goal.velocity, goal.effort)
         self.goal = GripperGoalHandle(goal)
@@ -145,9 +145,9 @@ class GripperActionController(Controller[GripperActionParameters]):
     def cancel(self) -> None:
         """Hold the current width and end the goal; nothing happens if there is none."""
         if self.goal is not None and not self.goal.done:
-            self._give(self.position)
+            self._set_command(self.position)
             self._extras = self._extras_of((), ())
-            self._end(Status.CANCELED, "the goal was cancelled")
+            self._end(GoalStatus.CANCELED, "the goal was cancelled")
 
     def update(self, time: float, period: float) -> None:
         """Evaluate the position of the gripper, and command.
@@ -158,8 +158,8 @@ class GripperActionController(Controller[GripperActionParameters]):
         measured, velocity = self.state_handles
         problem = self.command_handles[0].problem
         if problem is not None:
-            self._end(Status.ABORTED, str(problem))
-            self._give(measured.value)
+            self._end(GoalStatus.ABORTED, str(problem))
+            self._set_command(measured.value)
         reach = self.parameters.velocity_limit * period
         moved = min(max(measured.value - self.position, -reach), reach)
         self.position += moved
@@ -175,27 +175,27 @@ class GripperActionController(Controller[GripperActionParameters]):
         written = goal.feedback is not None
         goal.feedback = GripperFeedback(time, self.position, velocity.value, measured.quality)
         if written:
-            self._judge()
+            self._evaluate()
 
-    def _give(self, width: float) -> None:
+    def _set_command(self, width: float) -> None:
         self._command, self.command_handles[0].problem = width, None
 
-    def _judge(self) -> None:
+    def _evaluate(self) -> None:
         parameters = self.parameters
         if abs(self._command - self.position) < parameters.goal_tolerance:
-            self._end(Status.SUCCEEDED, reached=True)
+            self._end(GoalStatus.SUCCEEDED, reached=True)
         elif self._still > parameters.stall_timeout:
             text = (
                 f"{parameters.joint} does not move at {self.position:.4g} m, before its goal of "
                 f"{self._command:.4g} m"
             )
             if parameters.allow_stalling:
-                self._end(Status.SUCCEEDED, text, stalled=True)
+                self._end(GoalStatus.SUCCEEDED, text, stalled=True)
             else:
-                self._end(Status.ABORTED, f"{text}; look what holds it up", stalled=True)
+                self._end(GoalStatus.ABORTED, f"{text}; check what blocks it", stalled=True)
 
     def _end(
-        self, status: Status, text: str = "", *, reached: bool = False, stalled: bool = False
+        self, status: GoalStatus, text: str = "", *, reached: bool = False, stalled: bool = False
     ) -> None:
         goal = self.goal
         if goal is None or goal.done:

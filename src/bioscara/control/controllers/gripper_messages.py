@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from bioscara.control.controllers.goals import Pursued, Status
+from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
 from bioscara.hardware.interfaces import Quality
 
 
@@ -60,7 +60,7 @@ class GripperResult(NamedTuple):
 
 
 @dataclass(slots=True)
-class GripperGoalHandle(Pursued):
+class GripperGoalHandle(AcceptedGoal):
     """An accepted goal; changed by the controller until it ends.
 
     Attributes:
@@ -72,7 +72,7 @@ class GripperGoalHandle(Pursued):
     """
 
     goal: GripperGoal
-    status: Status = Status.EXECUTING
+    status: GoalStatus = GoalStatus.EXECUTING
     text: str = ""
     feedback: GripperFeedback | None = field(default=None, repr=False)
     result: GripperResult | None = field(default=None, repr=False)

@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 from bioscara.arguments import number, shown
 from bioscara.control.controllers.controller import Controller, interfaces
-from bioscara.control.controllers.goals import Pursued, Status
+from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
 from bioscara.control.controllers.parameters import Parameters, Positive
 from bioscara.errors import ConfigurationError, GoalRejectedError
-from bioscara.hardware import HOME, VELOCITY, State
+from bioscara.hardware import HOME, VELOCITY, LifecycleState
 from bioscara.hardware.interfaces import Quality
 
 
-class HomingParameters(Parameters):
+class HomingSequenceParameters(Parameters):
     """Parameters of the homing controller.
 
     Attributes:
@@ -45,7 +45,7 @@ class HomingProgress(NamedTuple):
     travel: float
 
 
-class HomingGoal(Pursued):
+class HomingGoal(AcceptedGoal):
     """Joints to home, one after the other; changed by the controller until it ends.
 
     Args:
@@ -69,18 +69,18 @@ class HomingGoal(Pursued):
         self.done_joints: list[str] = []
         self.current: str | None = None
         self.progress: HomingProgress | None = None
-        self.status = Status.EXECUTING
+        self.status = GoalStatus.EXECUTING
         self.text = ""
 
-    def end(self, status: Status, text: str = "") -> None:
+    def end(self, status: GoalStatus, text: str = "") -> None:
         """End it; called by the controller."""
         self.status, self.text, self.current = status, text, None
 
 
-class HomingController(Controller[HomingParameters]):
+class HomingController(Controller[HomingSequenceParameters]):
     """Commands ``home``: the sign is the direction, 0 stops; the hardware resets it at the end.
 
-    One joint homes at a time: while one is engaged, the bus is not free for another.
+    One joint homes at a time: while one is homing, the bus is not free for another.
 
     Attributes:
         goal: The goal that runs or ended last, a sequence or a single joint; None before the
@@ -88,9 +88,9 @@ class HomingController(Controller[HomingParameters]):
     """
 
     TYPE = "single_trigger_controller/SingleTriggerController"
-    PARAMETERS = HomingParameters
+    PARAMETERS = HomingSequenceParameters
 
-    def __init__(self, name: str, parameters: HomingParameters) -> None:
+    def __init__(self, name: str, parameters: HomingSequenceParameters) -> None:
         super().__init__(name, parameters)
         self.goal: HomingGoal | None = None
         self._index = 0
@@ -126,7 +126,7 @@ class HomingController(Controller[HomingParameters]):
         """Stop the joint that is homing; the goal gives the reason, if the joint reported one."""
         seeking = self.goal is not None and self.goal.current is not None
         problem = self.command_handles[self._index].problem if seeking else None
-        self._stop(Status.ABORTED, str(problem or "the homing controller was deactivated"))
+        self._stop(GoalStatus.ABORTED, str(problem or "the homing controller was deactivated"))
 
     def trigger(self, joint: str, command: float) -> HomingGoal | None:
         """Command one joint, as the topic of the original controller does.
@@ -187,7 +187,7 @@ class HomingController(Controller[HomingParameters]):
 
     def cancel(self) -> None:
         """Stop the joint that is homing and end the goal; nothing happens if there is none."""
-        self._stop(Status.CANCELED, "homing was cancelled")
+        self._stop(GoalStatus.CANCELED, "homing was cancelled")
 
     def update(self, time: float, period: float) -> None:
         """Start the next joint, or monitor the one that is homing."""
@@ -200,11 +200,11 @@ class HomingController(Controller[HomingParameters]):
         elif goal.current is None:
             self._next(goal, time)
         else:
-            self._watch(goal, goal.current, time, period)
+            self._monitor(goal, goal.current, time, period)
 
     def _next(self, goal: HomingGoal, time: float) -> None:
         if len(goal.done_joints) == len(goal.joints):
-            goal.end(Status.SUCCEEDED)
+            goal.end(GoalStatus.SUCCEEDED)
             return
         joint = goal.joints[len(goal.done_joints)]
         self._index, self._since, self._travel = self.parameters.joints.index(joint), time, 0.0
@@ -212,7 +212,7 @@ class HomingController(Controller[HomingParameters]):
         handle = self.command_handles[self._index]
         handle.problem, handle.value = None, math.copysign(1.0, goal.directions[joint])
 
-    def _watch(self, goal: HomingGoal, joint: str, time: float, period: float) -> None:
+    def _monitor(self, goal: HomingGoal, joint: str, time: float, period: float) -> None:
         handle, home = self.command_handles[self._index], self.state_handles[self._index]
         elapsed = time - self._since
         speed = self.state_handles[len(self.parameters.joints) + self._index].value
@@ -220,34 +220,36 @@ class HomingController(Controller[HomingParameters]):
             self._travel += math.copysign(1.0, goal.directions[joint]) * speed * period
         goal.progress = HomingProgress(joint, elapsed, self._travel)
         if handle.problem is not None:
-            self._stop(Status.ABORTED, str(handle.problem))
+            self._stop(GoalStatus.ABORTED, str(handle.problem))
         elif handle.value:
-            self._bound(joint, elapsed)
+            self._enforce_bounds(joint, elapsed)
         elif home.quality is not Quality.FRESH:
             return  # The joint ended; its next answer carries the result.
         elif home.value > 0.0:
             goal.done_joints.append(joint)
             self._next(goal, time)
         else:
-            self._stop(Status.ABORTED, f"{joint} was stopped before it was homed; home it again")
+            self._stop(
+                GoalStatus.ABORTED, f"{joint} was stopped before it was homed; home it again"
+            )
 
-    def _bound(self, joint: str, elapsed: float) -> None:
+    def _enforce_bounds(self, joint: str, elapsed: float) -> None:
         """Stop a joint that takes too long or travels too far."""
         parameters = self.parameters
-        remedy = "it was stopped; look whether it moves freely and has its end stop, then home it"
+        remedy = "it was stopped; check that it moves freely and has its end stop, then home it"
         if elapsed > parameters.timeout:
             self._stop(
-                Status.ABORTED,
+                GoalStatus.ABORTED,
                 f"{joint} was not homed within the timeout of {parameters.timeout:g} s; {remedy}",
             )
         elif parameters.max_travel and self._travel > parameters.max_travel[self._index]:
             self._stop(
-                Status.ABORTED,
+                GoalStatus.ABORTED,
                 f"{joint} went {self._travel:.4g} towards its end stop without touching it, "
                 f"max_travel is {parameters.max_travel[self._index]:.4g}; {remedy}",
             )
 
-    def _stop(self, status: Status, text: str) -> None:
+    def _stop(self, status: GoalStatus, text: str) -> None:
         """Stop the joint that is homing, if one is, and end the goal."""
         goal = self.goal
         if goal is None or goal.done:
@@ -258,7 +260,7 @@ class HomingController(Controller[HomingParameters]):
         goal.end(status, text)
 
     def _require_ready(self, joints: Iterable[str]) -> None:
-        if self.state is not State.ACTIVE:
+        if self.state is not LifecycleState.ACTIVE:
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         for joint in joints:
             if not isinstance(joint, str) or joint not in self.parameters.joints:

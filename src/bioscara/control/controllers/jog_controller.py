@@ -8,7 +8,7 @@ from typing import Literal
 from bioscara.control.controllers.controller import Controller, interfaces
 from bioscara.control.controllers.parameters import Parameters
 from bioscara.errors import ConfigurationError, GoalRejectedError
-from bioscara.hardware import POSITION, VELOCITY, State
+from bioscara.hardware import POSITION, VELOCITY, LifecycleState
 from bioscara.planning.motions.jog import Jog, JointVelocity, ToolVelocity
 
 
@@ -90,7 +90,7 @@ class JogController(Controller[JogParameters]):
             GoalRejectedError: The controller is not active.
             InvalidArgumentError: A value is not finite, or too large.
         """
-        if self.jog is None or self.state is not State.ACTIVE:
+        if self.jog is None or self.state is not LifecycleState.ACTIVE:
             raise GoalRejectedError(f"{self.name} is {self.state.label}: activate it first")
         self.jog.command(velocity, time, share)
 

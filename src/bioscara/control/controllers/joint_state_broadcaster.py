@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
@@ -61,8 +62,7 @@ class JointStateParameters(Parameters):
 class JointStateBroadcaster(Controller[JointStateParameters]):
     """Keeps the last known state of the joints; publishes nothing while it is inactive.
 
-    Attributes:
-        states: The states of the last cycle; None while it is inactive.
+    The records are made from the interfaces when they are asked for.
     """
 
     TYPE = "joint_state_broadcaster/JointStateBroadcaster"
@@ -70,7 +70,7 @@ class JointStateBroadcaster(Controller[JointStateParameters]):
 
     def __init__(self, name: str, parameters: JointStateParameters) -> None:
         super().__init__(name, parameters)
-        self.states: JointStates | None = None
+        self._updated = math.nan
         self._names = (*parameters.joints, *parameters.extra_joints)
         self._handles: dict[str, StateInterface] = {}
         self._positions: tuple[StateInterface, ...] = ()
@@ -80,6 +80,23 @@ class JointStateBroadcaster(Controller[JointStateParameters]):
     def state_interfaces(self) -> tuple[str, ...]:
         """Position of each joint; its other interfaces are published without being required."""
         return interfaces(self.parameters.joints, (POSITION,))
+
+    @property
+    def states(self) -> JointStates | None:
+        """The states since the last cycle; None while it is inactive."""
+        time, positions, velocities = self._updated, self._positions, self._velocities
+        if math.isnan(time):
+            return None
+        extra = len(self.parameters.extra_joints)
+        zeros = (0.0,) * extra
+        return JointStates(
+            time,
+            self._names,
+            (*[handle.value for handle in positions], *zeros),
+            (*[handle.value for handle in velocities], *zeros),
+            (*[handle.quality for handle in positions], *(Quality.FRESH,) * extra),
+            (*[handle.stamp for handle in positions], *(time,) * extra),
+        )
 
     @property
     def dynamic_states(self) -> tuple[DynamicJointState, ...]:
@@ -121,17 +138,8 @@ class JointStateBroadcaster(Controller[JointStateParameters]):
         """Release the handles, and stop publishing."""
         super().unbind()
         self._handles, self._positions, self._velocities = {}, (), ()
-        self.states = None
+        self._updated = math.nan
 
     def update(self, time: float, period: float) -> None:
-        """Take the measured states."""
-        extra = len(self.parameters.extra_joints)
-        zeros, positions = (0.0,) * extra, self._positions
-        self.states = JointStates(
-            time,
-            self._names,
-            (*[handle.value for handle in positions], *zeros),
-            (*[handle.value for handle in self._velocities], *zeros),
-            (*[handle.quality for handle in positions], *(Quality.FRESH,) * extra),
-            (*[handle.stamp for handle in positions], *(time,) * extra),
-        )
+        """Record the time of the measured states."""
+        self._updated = time

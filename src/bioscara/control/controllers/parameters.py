@@ -18,7 +18,7 @@ Rate = Annotated[int, Field(ge=0, le=HIGHEST_RATE)]
 _UNKNOWN = "unknown_name"
 
 
-class Section(BaseModel):
+class ParameterGroup(BaseModel):
     """Base of all parameter groups: unknown names and infinity are refused."""
 
     PER_JOINT: ClassVar[bool] = False
@@ -32,7 +32,7 @@ class Section(BaseModel):
         """Refuse an unknown name here, where the known names are available for a hint."""
         known = cls.model_fields
         for name, value in values.items() if isinstance(values, Mapping) else ():
-            if name in known or (cls.PER_JOINT and isinstance(value, Mapping | Section)):
+            if name in known or (cls.PER_JOINT and isinstance(value, Mapping | ParameterGroup)):
                 continue
             more = ", and a section for each joint" if cls.PER_JOINT else ""
             hint = did_you_mean(str(name), known, f"it has {', '.join(known)}{more}")
@@ -40,7 +40,7 @@ class Section(BaseModel):
         return values
 
 
-class Parameters(Section):
+class Parameters(ParameterGroup):
     """Base of every controller's parameters; names and defaults are those of ros2_controllers.
 
     Attributes:

@@ -42,7 +42,10 @@ class FlightRecord:
     """
 
     def __init__(self, axes: Sequence[Axis], rate: int) -> None:
-        self._axes = tuple(axes)
+        self._handles = tuple(
+            (axis, axis.position_command, axis.velocity_command, axis.position, axis.velocity)
+            for axis in axes
+        )
         self._rows: deque[tuple[float, ...]] = deque(maxlen=max(int(SECONDS * rate), 1))
 
     def __len__(self) -> int:
@@ -56,14 +59,14 @@ class FlightRecord:
             timing: Its timing.
         """
         row = [time, *timing]
-        for axis in self._axes:
+        for axis, position_command, velocity_command, position, velocity in self._handles:
             row += (
-                axis.position_command.value,
-                axis.velocity_command.value,
-                axis.position.value,
-                axis.velocity.value,
+                position_command.value,
+                velocity_command.value,
+                position.value,
+                velocity.value,
                 axis.stamp,
-                float(axis.sample.flags),
+                axis.sample.flags,
             )
         self._rows.append(tuple(row))
 
@@ -73,7 +76,7 @@ class FlightRecord:
 
     def _header(self) -> list[str]:
         columns = ["time", *Timing._fields]
-        for axis in self._axes:
+        for axis, *_ in self._handles:
             columns += [
                 f"{axis.name}_{what}"
                 for what in (

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from math import exp
 
 from bioscara.control.limits.joint_limiter import JointLimiter
 from bioscara.errors import FollowingError
@@ -19,6 +19,7 @@ _MARGIN = 1.3
 _MEMORY = 2.0
 """Time constant with which an earlier speed still counts [s]: the error of a fast motion
 outlasts it."""
+_TRACK, _POSITION = Mode.TRACK, Mode.POSITION
 
 
 def allowed(limits: JointParameters, version: int, speed: float) -> float:
@@ -36,18 +37,20 @@ def allowed(limits: JointParameters, version: int, speed: float) -> float:
     return error
 
 
-class Following:
+class FollowingErrorMonitor:
     """Compares one joint with its position commands; the limit scales with the speed.
 
     Args:
         axis: The joint.
-        guard: Holds its last command.
+        limiter: Holds its last command.
     """
 
-    __slots__ = ("_axis", "_guard", "_peak")
+    __slots__ = ("_axis", "_floor", "_limiter", "_peak")
 
-    def __init__(self, axis: Axis, guard: JointLimiter) -> None:
-        self._axis, self._guard = axis, guard
+    def __init__(self, axis: Axis, limiter: JointLimiter) -> None:
+        self._axis, self._limiter = axis, limiter
+        limits = axis.parameters
+        self._floor = FLOOR_SHARE * (limits.upper - limits.lower)
         self._peak = 0.0
 
     def check(self, time: float, period: float) -> FollowingError | None:
@@ -57,23 +60,27 @@ class Following:
             time: Begin of the cycle whose commands were just written [s].
             period: Time from cycle to cycle [s].
         """
-        axis, guard = self._axis, self._guard
-        if axis.halted is not None or axis.mode not in (Mode.TRACK, Mode.POSITION):
+        axis, limiter = self._axis, self._limiter
+        mode = axis.mode
+        if axis.halted is not None or (mode is not _TRACK and mode is not _POSITION):
             self._peak = 0.0
             return None
-        speed, measured = guard.speed, axis.position.value
-        self._peak = max(abs(speed), self._peak * math.exp(-period / _MEMORY))
+        speed, measured = limiter.speed, axis.position
+        peak, magnitude = self._peak * exp(-period / _MEMORY), abs(speed)
+        self._peak = peak = magnitude if magnitude > peak else peak
         # The last command is for one period after this cycle; the measurement is older.
-        then = guard.reference - speed * (time + period - axis.position.stamp)
-        error = abs(then - measured)
-        limit = allowed(axis.joint.parameters, axis.joint.version, self._peak)
+        then = limiter.reference - speed * (time + period - measured.stamp)
+        error = abs(then - measured.value)
+        if error <= self._floor + LAG * peak:
+            return None
+        limit = allowed(axis.parameters, axis.version, peak)
         # Not written as error > limit: an unknown position is no reason to complain here.
         if not error > limit:
             return None
-        unit = axis.joint.parameters.unit
+        unit = axis.parameters.unit
         return FollowingError(
-            f"{axis.name}: it is {error:.4g} {unit} from where it was told to be; at its speed "
-            f"{limit:.4g} {unit} is the limit",
+            f"{axis.name}: it is {error:.4g} {unit} from its commanded position; the limit "
+            f"at its speed is {limit:.4g} {unit}",
             axis.name,
             error,
             limit,

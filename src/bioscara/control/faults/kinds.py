@@ -29,13 +29,13 @@ from bioscara.protocol import Fault as JointFault
 class Stop(Enum):
     """How the arm is brought to rest; the names in brackets are those of IEC 60204-1."""
 
-    POWERLESS = "motor power is gone"
+    POWERLESS = "motor power was removed"
     """Power was removed by hardware (category 0): targets are dropped."""
     DISABLE = "ramp down, then release the motors"
     """Category 1."""
     HOLD = "ramp down and hold"
     """Category 2."""
-    SLOW = "go on at half speed"
+    SLOW = "continue at half speed"
     """A warning: motion continues."""
 
 
@@ -43,21 +43,21 @@ class FaultKind(Enum):
     """Kind of a fault; the value is its stop and the action required of a person."""
 
     JOINT_LOST = (Stop.HOLD, "check the joint's power and wiring")
-    BUS_STUCK = (Stop.HOLD, "unplug the joints one by one to find who holds the line")
+    BUS_STUCK = (Stop.HOLD, "unplug the joints one by one to find the one that holds the line low")
     BUS_FAILED = (Stop.HOLD, "check the bus adapter")
     JOINT_RESET = (Stop.HOLD, "check the joint's supply, then home it again")
     STALL = (Stop.HOLD, "remove the obstacle")
     FOLLOWING_ERROR = (Stop.HOLD, "look for friction or load on the joint")
-    SETPOINT_LOST = (Stop.HOLD, "find out what kept the host from sending, or ended it")
-    HOMING_FAILED = (Stop.HOLD, "clear the joint's way to its end stop, then home it again")
+    SETPOINT_LOST = (Stop.HOLD, "find out why the host stopped sending setpoints")
+    HOMING_FAILED = (Stop.HOLD, "clear the joint's path to its end stop, then home it again")
     JOINT_FAULT = (Stop.HOLD, "remove the cause that the joint names")
     OVERTEMPERATURE = (Stop.DISABLE, "let the joint's motor driver cool down")
     POWER_LOST = (Stop.POWERLESS, "release the emergency stop or restore the motor supply")
     OVERRUN = (Stop.HOLD, "free the computer of other work, or lower the rate")
     LATE = (Stop.SLOW, "free the computer of other work, or lower the rate")
-    CONTROLLER_FAILED = (Stop.HOLD, "look at the cause; it is a defect of the controller")
-    LOOP_FAILED = (Stop.DISABLE, "look at the cause; it is a defect of this software")
-    HARDWARE_FAILED = (Stop.DISABLE, "look at the cause, then configure the hardware again")
+    CONTROLLER_FAILED = (Stop.HOLD, "read the cause; it is a defect of the controller")
+    LOOP_FAILED = (Stop.DISABLE, "read the cause; it is a defect of this software")
+    HARDWARE_FAILED = (Stop.DISABLE, "remove the cause, then configure the hardware again")
 
     @property
     def stop(self) -> Stop:
@@ -71,7 +71,7 @@ class FaultKind(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class ArmFault:
     """One fault.
 
     Attributes:
@@ -138,9 +138,9 @@ def source_of(cause: BaseException, fallback: str) -> str:
     return getattr(cause, "joint", "") or fallback
 
 
-def says_power_is_gone(cause: BioscaraError) -> bool:
+def indicates_power_loss(cause: BioscaraError) -> bool:
     """Return whether a joint fails like this, or stays silent, when its motor power is lost."""
     if isinstance(cause, JointFaultError):
         return cause.fault in _POWER
-    # A version 1 joint latches no fault: it only reports that it is not engaged any more.
+    # A version 1 joint latches no fault: it only reports that it is no longer enabled.
     return isinstance(cause, (JointLostError, NotEnabledError))

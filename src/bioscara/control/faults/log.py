@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from bioscara.control.faults.flight_recorder import Evidence, FlightRecord
-from bioscara.control.faults.kinds import Fault, FaultKind, Stop, says_power_is_gone
+from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, indicates_power_loss
 from bioscara.errors import BioscaraError, NotEnabledError
 
 _AT_ONCE = 0.1
@@ -30,19 +30,19 @@ class FaultLog:
     def __init__(self, record: FlightRecord, folder: Path, joints: int) -> None:
         self._record, self._folder, self._joints = record, folder, joints
         self._groups: list[tuple[int, Evidence]] = []
-        self.faults: list[Fault] = []
+        self.faults: list[ArmFault] = []
 
     @property
     def stop(self) -> Stop:
         """The strongest stop that any of the faults requires; there is at least one."""
         return min((fault.kind.stop for fault in self.faults), key=_STRONGEST_FIRST.index)
 
-    def add(self, fault: Fault) -> bool:
+    def add(self, fault: ArmFault) -> bool:
         """Add a fault; return whether it is the first of its kind from its source."""
         if any((old.kind, old.source) == (fault.kind, fault.source) for old in self.faults):
             return False
         self.faults.append(fault)
-        self._name_power_loss(fault.time)
+        self._detect_power_loss(fault.time)
         return True
 
     def freeze(self) -> None:
@@ -78,7 +78,7 @@ class FaultLog:
         self.faults.clear()
         self._groups.clear()
 
-    def _name_power_loss(self, time: float) -> None:
+    def _detect_power_loss(self, time: float) -> None:
         """Reclassify as POWER_LOST where several joints dropped out as on a loss of power."""
         latest = [
             (number, fault)
@@ -91,7 +91,7 @@ class FaultLog:
             fault.source: number
             for number, fault in reversed(latest)
             if isinstance(fault.cause, BioscaraError)
-            and says_power_is_gone(fault.cause)
+            and indicates_power_loss(fault.cause)
             and not (unheard and isinstance(fault.cause, NotEnabledError))
         }
         if len(recent) >= self._joints - 1:

@@ -10,17 +10,17 @@ from bioscara.control.controllers.jog_controller import JogController
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.errors import ModeSwitchError
-from bioscara.hardware import HOME, ArmHardware, State
+from bioscara.hardware import HOME, ArmHardware, LifecycleState
 
 _REST_SHARE = 0.002
 """Share of its highest speed below which a joint counts as standing."""
 _REST_TIME = 5.0
 """Time after which a stop counts as ended regardless of the joints' states [s]."""
-_HALTING = JointTrajectoryController, JogController
+_STOPPABLE = JointTrajectoryController, JogController
 """Controllers that come to rest on their current path."""
 
 
-class Resting:
+class MotionStopper:
     """Takes the joints of an arm from the controllers that move them.
 
     Args:
@@ -43,10 +43,14 @@ class Resting:
         """
         if time <= since:
             return False
-        if self._arm.state is not State.ACTIVE or time - since > _REST_TIME:
+        if self._arm.state is not LifecycleState.ACTIVE or time - since > _REST_TIME:
             return True
         hold = self._manager.controller(self._hold)
-        if isinstance(hold, HoldController) and hold.state is State.ACTIVE and not hold.ended:
+        if (
+            isinstance(hold, HoldController)
+            and hold.state is LifecycleState.ACTIVE
+            and not hold.ended
+        ):
             return False
         return all(
             axis.halted is not None
@@ -57,22 +61,36 @@ class Resting:
             for axis in self._arm.axes
         )
 
-    def _let_halt(self, time: float) -> bool:
-        """Bring all motion to rest on its path; return whether all of it can be."""
+    def stop_on_path(self, time: float) -> bool:
+        """Bring all motion to rest on its path; return False if some of it cannot be.
+
+        Args:
+            time: Now [s].
+        """
         moving = self._moving()
-        halting = [each for each in moving if isinstance(each, _HALTING)]
-        if not halting or len(halting) < len(moving):
+        stoppable = [each for each in moving if isinstance(each, _STOPPABLE)]
+        if not stoppable or len(stoppable) < len(moving):
             return False
-        for controller in halting:
+        for controller in stoppable:
             controller.cancel(time)
         return True
 
-    def _halted(self) -> bool:
-        return all(each.at_rest for each in self._moving() if isinstance(each, _HALTING))
+    @property
+    def stopped_on_path(self) -> bool:
+        """Whether no motion is still coming to rest on its path."""
+        return all(each.at_rest for each in self._moving() if isinstance(each, _STOPPABLE))
 
-    def _let_hold(self, time: float) -> None:
+    def hold(self, time: float) -> None:
+        """Bring all joints to rest and hold them; end a homing run.
+
+        Args:
+            time: Now [s].
+
+        Raises:
+            BioscaraError: A controller could not be switched off.
+        """
         manager, arm = self._manager, self._arm
-        if arm.state is not State.ACTIVE:
+        if arm.state is not LifecycleState.ACTIVE:
             return
         for command in arm.commands.values():
             if command.kind == HOME:
@@ -80,10 +98,14 @@ class Resting:
         leaving, moving = [], False
         for controller in manager.controllers:
             claimed = arm.commands.keys() & controller.command_interfaces
-            if claimed and controller.state is State.ACTIVE and controller.name != self._hold:
+            if (
+                claimed
+                and controller.state is LifecycleState.ACTIVE
+                and controller.name != self._hold
+            ):
                 leaving.append(controller.name)
                 moving = moving or any(arm.commands[name].kind != HOME for name in claimed)
-        if moving and manager.controller(self._hold).state is not State.ACTIVE:
+        if moving and manager.controller(self._hold).state is not LifecycleState.ACTIVE:
             # Where a moving joint cannot be held, each comes to rest on its own.
             with suppress(ModeSwitchError):
                 manager.take_over(self._hold, leaving, time)
@@ -96,5 +118,5 @@ class Resting:
         return [
             each
             for each in self._manager.controllers
-            if each.state is State.ACTIVE and own & each.command_interfaces
+            if each.state is LifecycleState.ACTIVE and own & each.command_interfaces
         ]

@@ -2,7 +2,7 @@
 
 The order is always the same: a fault stops the arm in the cycle that detects it, its evidence is
 written once the arm is at rest, ``acknowledge`` acknowledges it, ``recover`` clears the faults that
-the joints latched, and ``enable`` engages them again. None of these causes motion.
+the joints latched, and ``enable`` enables them again. None of these causes motion.
 """
 
 from __future__ import annotations
@@ -16,14 +16,13 @@ from pathlib import Path
 from bioscara.control.controllers.controller import WARNINGS
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.faults.flight_recorder import FlightRecord
-from bioscara.control.faults.following_error import Following
-from bioscara.control.faults.kinds import Fault, FaultKind, Stop, classify, source_of
+from bioscara.control.faults.following_error import FollowingErrorMonitor
+from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, classify, source_of
 from bioscara.control.faults.log import FaultLog
-from bioscara.control.faults.stop import Resting
+from bioscara.control.faults.stop import MotionStopper
 from bioscara.control.manager.manager import ControllerManager
-from bioscara.errors import BioscaraError, FaultedError, HardwareError, ModeSwitchError
-from bioscara.hardware import ArmHardware, State
-from bioscara.hardware.safe_stop import stop_and_disable
+from bioscara.errors import BioscaraError, FaultedError, ModeSwitchError
+from bioscara.hardware import ArmHardware, LifecycleState
 
 _SLOW = 0.5
 """Share of the chosen speed at which motion continues when the loop is late."""
@@ -40,7 +39,7 @@ class FaultState(Enum):
     """Acknowledged; the joints still have to be recovered."""
 
 
-class Supervisor(Resting):
+class Supervisor:
     """Watches an arm from cycle to cycle.
 
     Args:
@@ -54,6 +53,7 @@ class Supervisor(Resting):
         state: Stage of fault handling.
         faults: Faults since the arm was clear, first cause first.
         warnings: Messages about conditions that did not stop the arm.
+        stopper: Brings the arm to rest.
     """
 
     def __init__(
@@ -64,9 +64,12 @@ class Supervisor(Resting):
         record: FlightRecord,
         folder: Path,
     ) -> None:
-        super().__init__(manager, arm, hold)
+        self._manager, self._arm = manager, arm
+        self.stopper = MotionStopper(manager, arm, hold)
         self._log = FaultLog(record, folder, len(arm.axes))
-        self._following = [Following(axis, manager.limiter.guards[axis.name]) for axis in arm.axes]
+        self._following = [
+            FollowingErrorMonitor(axis, manager.limiter.joints[axis.name]) for axis in arm.axes
+        ]
         self._since = 0.0
         self.state = FaultState.CLEAR
         self.faults = self._log.faults
@@ -106,7 +109,7 @@ class Supervisor(Resting):
                 error = following.check(time, period)
                 if error is not None:
                     self.fault(error, error.joint, time)
-        elif self.state is FaultState.STOPPING and self.at_rest(time, self._since):
+        elif self.state is FaultState.STOPPING and self.stopper.at_rest(time, self._since):
             self.state = FaultState.LATCHED
             self._log.freeze()
             if self._log.stop is Stop.DISABLE:
@@ -125,12 +128,12 @@ class Supervisor(Resting):
             time: Now [s].
             kind: Its kind; by default derived from the cause.
         """
-        fault = Fault(kind or classify(cause), source_of(cause, source), cause, time)
+        fault = ArmFault(kind or classify(cause), source_of(cause, source), cause, time)
         if fault.kind.stop is Stop.SLOW:
             self.warnings.append(str(fault))
-            self._pace(_SLOW)
+            self._set_pace(_SLOW)
             return
-        if self._take(fault):
+        if self._latch(fault):
             (self._release if self._log.stop is Stop.POWERLESS else self.stop)(time)
 
     def crash(self, cause: Exception, time: float) -> None:
@@ -149,7 +152,7 @@ class Supervisor(Resting):
 
     def full_speed(self) -> None:
         """Undo a slow-down: trajectories continue at the speed chosen for them."""
-        self._pace(1.0)
+        self._set_pace(1.0)
 
     def halt(self, time: float) -> None:
         """Bring motion that is not wanted any more to rest; this raises nothing.
@@ -161,7 +164,7 @@ class Supervisor(Resting):
             time: Now [s].
         """
         try:
-            halting = self.state is FaultState.CLEAR and self._let_halt(time)
+            halting = self.state is FaultState.CLEAR and self.stopper.stop_on_path(time)
         except Exception:  # noqa: BLE001  a controller that cannot be halted is stopped
             halting = False
         if not halting:
@@ -170,7 +173,7 @@ class Supervisor(Resting):
     @property
     def halted(self) -> bool:
         """Whether no motion is still coming to rest on its path."""
-        return self.state is not FaultState.CLEAR or self._halted()
+        return self.state is not FaultState.CLEAR or self.stopper.stopped_on_path
 
     def stop(self, time: float) -> None:
         """Bring all joints to rest and hold them; end a homing run. This raises nothing.
@@ -179,11 +182,11 @@ class Supervisor(Resting):
             time: Now [s].
         """
         try:
-            self._let_hold(time)
+            self.stopper.hold(time)
         except Exception:  # noqa: BLE001  joints that cannot be ramped down are released
             self._release(time)
 
-    def _take(self, fault: Fault) -> bool:
+    def _latch(self, fault: ArmFault) -> bool:
         """Latch a fault; return whether it is new."""
         if not self._log.add(fault):
             return False
@@ -194,7 +197,7 @@ class Supervisor(Resting):
             self.state, self._since = FaultState.STOPPING, fault.time
         return True
 
-    def acknowledge(self) -> Sequence[Fault]:
+    def acknowledge(self) -> Sequence[ArmFault]:
         """Acknowledge the faults and write their evidence; nothing moves or is switched.
 
         Returns:
@@ -241,14 +244,12 @@ class Supervisor(Resting):
             raise FaultedError(f"not acknowledged yet: {self.faults[-1]}; then acknowledge()")
         manager, arm = self._manager, self._arm
         if arm.available:
-            # Joints that cannot be released now are released below, once greeted again.
+            # Joints that cannot be released now are released below, once they are identified again.
             with suppress(BioscaraError):
-                manager.set_hardware_state(arm.name, State.UNCONFIGURED, time)
+                manager.set_hardware_state(arm.name, LifecycleState.UNCONFIGURED, time)
         arm.configure()
         arm.clear_faults()
-        problems = stop_and_disable(arm.joints)
-        if problems:
-            raise HardwareError("; ".join(problems), arm.name)
+        arm.disable()
         self._log.clear()
         self.state, manager.lock = FaultState.CLEAR, ""
 
@@ -256,12 +257,12 @@ class Supervisor(Resting):
         """Release the joints, even if they refuse or fail; this raises nothing."""
         name = self._arm.name
         try:
-            if self._arm.state is State.ACTIVE:
-                self._manager.set_hardware_state(name, State.INACTIVE, time)
+            if self._arm.state is LifecycleState.ACTIVE:
+                self._manager.set_hardware_state(name, LifecycleState.INACTIVE, time)
         except Exception as error:  # noqa: BLE001  motors may still be energised: report it
-            self._take(Fault(FaultKind.HARDWARE_FAILED, source_of(error, name), error, time))
+            self._latch(ArmFault(FaultKind.HARDWARE_FAILED, source_of(error, name), error, time))
 
-    def _pace(self, share: float) -> None:
+    def _set_pace(self, share: float) -> None:
         """Let trajectories continue at a share of the speed that was chosen for them."""
         for controller in self._manager.controllers:
             if isinstance(controller, JointTrajectoryController):

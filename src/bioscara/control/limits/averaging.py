@@ -15,81 +15,74 @@ from collections.abc import Sequence
 import numpy as np
 
 from bioscara.control.limits.joint_limiter import JointLimiter
-from bioscara.control.manager.manager import ControllerManager
+from bioscara.control.limits.limiter import CommandSource
 from bioscara.planning.collision.shapes import Array
 from bioscara.planning.moving_average import Smoothed
 
-_EACH = 3
-"""One of so many cycles is checked."""
+_STRIDE = 3
+"""One of so many cycles of a stop is checked."""
 
 
 class Smoothing:
-    """The last stage of the limiter; its :meth:`foresee` is called first.
+    """The last stage of the limiter; its :meth:`prepare` is called first.
 
-    Between cycles a guard holds the sent command; while commands are bounded, the one that would
-    be sent without this stage.
+    Between cycles a joint's limiter holds the sent command; while commands are bounded, it holds
+    the one that would be sent without this stage.
 
     Args:
-        guards: All joints of the arm.
-        manager: Knows the controllers that drive them.
+        joints: All joints of the arm.
+        rate: Cycles per second [Hz].
 
     Attributes:
         windows: Lengths of the averages, applied one after the other [s]; may be changed at rest.
-        waits: Whether raw commands have taken over a moving arm, which has to come to rest first.
+        awaits_rest: Whether raw commands have taken over a moving arm, which has to come to rest
+            first.
         sent: Where the joints were sent to in the cycle before [rad or m].
     """
 
-    def __init__(self, guards: Sequence[JointLimiter], manager: ControllerManager) -> None:
-        self._guards, self._manager = tuple(guards), manager
+    def __init__(self, joints: Sequence[JointLimiter], rate: int) -> None:
+        self._joints, self._rate = tuple(joints), rate
         self.windows: tuple[float, ...] = ()
-        self.waits = False
+        self.awaits_rest = False
         self._average: Smoothed | None = None
         self.sent: list[float] = []
 
-    def foresee(self, period: float) -> None:
+    def prepare(self, period: float, unchecked: Sequence[CommandSource]) -> None:
         """Continue from the last bounded command, not from the sent one.
 
         Args:
             period: Time since the last cycle [s].
+            unchecked: Sources whose commands are averaged.
         """
-        gentle = True
-        for controller in self._manager.driving:
-            if not controller.collision_checked:
-                gentle = False
-                break
-        self.waits = False
-        if gentle or not self.windows:
+        self.awaits_rest = False
+        if not unchecked or not self.windows:
             if self._average is not None:
                 self._average = None
-                for guard in self._guards:
-                    guard.keep()
+                for joint in self._joints:
+                    joint.continue_from_sent()
             return
         if self._average is None:
-            self.waits = any(guard.state[1] for guard in self._guards)
-            if not self.waits:
+            self.awaits_rest = any(joint.state[1] for joint in self._joints)
+            if not self.awaits_rest:
                 self._begin()
             return
-        for guard in self._guards:
-            guard.go_on()
-        self._note()
+        for joint in self._joints:
+            joint.continue_from_bounded()
+        self._record()
 
-    def apply(self, period: float) -> None:
-        """Send the average; to be called after all bounds.
-
-        Args:
-            period: Time since the last cycle [s].
-        """
+    def apply(self, period: float, unchecked: Sequence[CommandSource]) -> None:
+        """Send the average; to be called after all bounds; arguments as :meth:`prepare`."""
         if self._average is None:
             return
-        one, two, three, four = self._guards
-        asked = one.state[1], two.state[1], three.state[1], four.state[1]
-        a, b, c, d = self._average.step(asked, period)
+        one, two, three, four = self._joints
+        bounded = one.state[1], two.state[1], three.state[1], four.state[1]
+        a, b, c, d = self._average.step(bounded, period)
         one.send(a, period)
         two.send(b, period)
         three.send(c, period)
         four.send(d, period)
 
-    def way(
+    def stopping_path(
         self, speeds: Sequence[float], duration: float, period: float, rest: Sequence[float]
     ) -> Array:
         """Return the setpoints sent from now on if all joints brake together.
@@ -112,27 +105,27 @@ class Smoothing:
         left = np.clip((0.5 - np.arange(count)) * (period / max(duration, period)) + 1.0, 0.0, 1.0)
         sent = self._average.ahead(left[:, None] * speeds, period)
         # An average bends so little that between its thirds it is straight to 0.2 mm.
-        way = self.sent + sent.cumsum(axis=0) * period
-        return np.vstack((self.sent, way[_EACH - 1 :: _EACH], rest))
+        path = self.sent + sent.cumsum(axis=0) * period
+        return np.vstack((self.sent, path[_STRIDE - 1 :: _STRIDE], rest))
 
-    def within(self) -> list[list[float]]:
+    def recent_bounds(self) -> list[list[float]]:
         """Return the bounds of the recently sent and requested joint positions [rad or m]."""
         columns = list(zip(*self._recent, strict=True))
         return [[min(column) for column in columns], [max(column) for column in columns]]
 
     @property
-    def averages(self) -> bool:
+    def active(self) -> bool:
         """Whether the sent commands are averages."""
         return self._average is not None
 
     def _begin(self) -> None:
         """Begin averaging, assuming that the joints have long been at rest."""
-        self._average = Smoothed(self.windows, (0.0,) * len(self._guards))
-        count = math.ceil(sum(self.windows) * self._manager.rate) + 2
+        self._average = Smoothed(self.windows, (0.0,) * len(self._joints))
+        count = math.ceil(sum(self.windows) * self._rate) + 2
         self._recent: deque[list[float]] = deque(maxlen=2 * count)
-        self._note()
+        self._record()
 
-    def _note(self) -> None:
+    def _record(self) -> None:
         """Remember the sent and the requested joint positions."""
-        self.sent = [guard.sent for guard in self._guards]
-        self._recent += self.sent, [guard.here for guard in self._guards]
+        self.sent = [joint.sent for joint in self._joints]
+        self._recent += self.sent, [joint.here for joint in self._joints]

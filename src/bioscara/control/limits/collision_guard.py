@@ -8,12 +8,12 @@ does not, the arm comes to rest from the state before, on the path that was foun
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping, MutableSequence, Sequence
 from typing import NamedTuple
 
 from bioscara.control.limits.averaging import Smoothing
 from bioscara.control.limits.joint_limiter import JointLimiter
-from bioscara.control.manager.manager import ControllerManager
+from bioscara.control.limits.limiter import CommandSource
 from bioscara.errors import InvalidArgumentError, ZoneError
 from bioscara.kinematics import Scara
 from bioscara.planning.collision.scene import Scene
@@ -27,17 +27,17 @@ _QUIET = 1.0
 """Time without braking after which braking for the same reason is reported again [s]."""
 
 
-class Clearance:
+class CollisionGuard:
     """Brakes all joints together before the arm comes too near to an obstacle.
 
     Motions that are verified clear are so from rest. Where one takes over from an unverified
     command in motion, it is checked until the arm rests.
 
     Args:
-        guards: All joints of the arm, j1 to j4.
-        manager: Knows the controllers that drive them.
+        joints: All joints of the arm, j1 to j4.
         surroundings: Returns the arm with its tool, and the scene that it must keep clear of.
         smoothing: Averages the sent commands after this stage.
+        warnings: Takes a message when a source of commands is stopped.
 
     Attributes:
         interventions: In how many cycles it braked.
@@ -45,129 +45,127 @@ class Clearance:
 
     def __init__(
         self,
-        guards: Sequence[JointLimiter],
-        manager: ControllerManager,
+        joints: Sequence[JointLimiter],
         surroundings: Callable[[], tuple[Scara, Scene]],
-        smoothing: Smoothing | None = None,
+        smoothing: Smoothing,
+        warnings: MutableSequence[str],
     ) -> None:
-        self._guards, self._manager = tuple(guards), manager
-        self._surroundings, self._smoothing = surroundings, smoothing
-        self._room: StopGuard | None = None
+        self._joints, self._surroundings = tuple(joints), surroundings
+        self._smoothing, self._warnings = smoothing, warnings
+        self._stop_guard: StopGuard | None = None
         self._stop: _Stop | None = None
-        self._watching = self._leading = False
+        self._checking = self._starting_together = False
         self._before: tuple[Values, Values] = ((), ())
-        self._left: list[float | None] = []
-        self._path: _Path | None = None
+        self._stop_commands: list[float | None] = []
+        self._path: _StoppingPath | None = None
         self._spare = 0.0
-        self._told, self._since = "", math.inf
+        self._last_warning, self._since_stop = "", math.inf
         self.interventions = 0
 
-    def foresee(self, period: float) -> None:
+    def prepare(self, period: float, unchecked: Sequence[CommandSource]) -> None:
         """Remember the state before the cycle, if it has to be checked.
 
         Args:
             period: Time since the last cycle [s].
+            unchecked: Sources whose commands are checked here.
         """
-        for controller in self._manager.driving:
-            if not controller.collision_checked:
-                self._watching = True
-                break
-        if self._watching:
+        if unchecked:
+            self._checking = True
+        if self._checking:
             self._before = self._state()
-            if self._stop is not None and self._commanded() != self._left:
+            if self._stop is not None and self._commanded() != self._stop_commands:
                 # Joints were released in between: the stop that was begun does not apply any more.
                 self._stop = None
-            if self._leading and self._stop is None:
-                self._lead(period)
+            if self._starting_together and self._stop is None:
+                self._start_together(period)
 
-    def apply(self, period: float) -> None:
+    def apply(self, period: float, unchecked: Sequence[CommandSource]) -> None:
         """Brake where necessary; to be called after all other bounds.
 
         Args:
             period: Time since the last cycle [s].
+            unchecked: Sources whose commands are checked here.
         """
-        if not self._watching:
+        if not self._checking:
             return
-        self._since += period
+        self._since_stop += period
         if self._stop is None:
-            reason = self._objection(period)
+            reason = self._refusal(period)
             if reason:
                 self._path = None
-                self._stop, self._leading = _Stop(self._guards, *self._before), True
-                self._tell(reason, self._stop.rest)
-            elif self._smoothing is not None and self._smoothing.waits:
-                self._stop = _Stop(self._guards, *self._before)
+                self._stop, self._starting_together = _Stop(self._joints, *self._before), True
+                self._report(reason, self._stop.rest, unchecked)
+            elif self._smoothing.awaits_rest:
+                self._stop = _Stop(self._joints, *self._before)
         if self._stop is not None:
             self.interventions += 1
-            self._since = 0.0
-            ended = self._stop.go_on(period)
-            self._left = self._commanded()
+            self._since_stop = 0.0
+            ended = self._stop.step(period)
+            self._stop_commands = self._commanded()
             if ended:
                 self._stop = None
-        elif all(each.collision_checked for each in self._manager.driving) and not any(
-            self._state()[1]
-        ):
+        elif not unchecked and not any(self._state()[1]):
             # Verified motions move the arm from now on, and may leave it anywhere.
-            self._watching = self._leading = False
-            self._room = self._path = None
+            self._checking = self._starting_together = False
+            self._stop_guard = self._path = None
 
     def _state(self) -> tuple[Values, Values]:
         """Return commanded positions and velocities; other joints as measured, at rest."""
-        here, speeds = zip(*[guard.state for guard in self._guards], strict=True)
+        here, speeds = zip(*[joint.state for joint in self._joints], strict=True)
         return here, speeds
 
     def _commanded(self) -> list[float | None]:
         """Return the commanded position of each joint, None for those without a command."""
-        return [guard.reference if guard.commanded else None for guard in self._guards]
+        return [joint.reference if joint.commanded else None for joint in self._joints]
 
-    def _objection(self, period: float) -> str:
+    def _refusal(self, period: float) -> str:
         """Return why the arm may not continue to the commanded state; empty if it may."""
         before, (here, speeds) = self._before[0], self._state()
         if here == before and not any(speeds):
             return ""
         arm, scene = self._surroundings()
-        room, guards, smoothing = self._room, self._guards, self._smoothing
-        if room is None or room.arm is not arm or room.scene is not scene:
-            room = self._room = StopGuard(arm, scene)
+        checker, joints, smoothing = self._stop_guard, self._joints, self._smoothing
+        if checker is None or checker.arm is not arm or checker.scene is not scene:
+            checker = self._stop_guard = StopGuard(arm, scene)
             self._path = None
-        duration = _braking(guards, speeds)
+        duration = _braking_time(joints, speeds)
         half = duration / 2.0
-        reactions, together = (0.0,) * len(guards), True
-        for guard in guards:
-            if not guard.stops_inside(half):
-                reactions = tuple([guard.reaction(period) for guard in guards])
+        reactions, together = (0.0,) * len(joints), True
+        for joint in joints:
+            if not joint.stops_inside(half):
+                reactions = tuple([each.reaction(period) for each in joints])
                 together = self._inside(half, reactions) and _at_once(reactions, speeds)
                 break
-        averaged = smoothing is not None and smoothing.averages
-        path = _Path(here, speeds, duration, max(reactions), averaged, together)
-        self._spare -= self._strays(path, period)
+        averaged = smoothing.active
+        path = _StoppingPath(here, speeds, duration, max(reactions), averaged, together)
+        self._spare -= self._deviation(path, period)
         self._path = path
         if self._spare > 0.0:
             return ""
         rest = self._rest(half, reactions)
         corners: Sequence[Sequence[float]] | Array = [before, here, rest]
         states = [here, rest]
-        if smoothing is not None and smoothing.averages:
+        if averaged:
             # The sent commands lag behind the bounded ones and round their corners.
-            corners = smoothing.way(speeds, duration, period, rest)
-            states += smoothing.within()
+            corners = smoothing.stopping_path(speeds, duration, period, rest)
+            states += smoothing.recent_bounds()
         try:
-            self._spare = room.check(corners, states, together=together)
+            self._spare = checker.check(corners, states, together=together)
         except ZoneError as error:
             return (
                 f"{error.link} would come nearer to {error.zone} than the margin of "
                 f"{1e3 * error.margin:g} mm"
             )
         except InvalidArgumentError:
-            unknown = [guard.name for guard in self._guards if not math.isfinite(guard.here)]
+            unknown = [joint.name for joint in joints if not math.isfinite(joint.here)]
             return f"the position of {', '.join(unknown)} is unknown; home it first"
-        self._leading = self._leading and self._spare < COARSE
+        self._starting_together = self._starting_together and self._spare < COARSE
         return ""
 
     def _inside(self, half: float, reactions: Values) -> bool:
         """Return whether all joints come to rest where none has to stop before the others."""
         ends = [
-            guard.after(half + more) for guard, more in zip(self._guards, reactions, strict=True)
+            joint.after(half + more) for joint, more in zip(self._joints, reactions, strict=True)
         ]
         return self._rest(half, reactions) == ends
 
@@ -179,20 +177,20 @@ class Clearance:
             reactions: How long each continues before braking [s].
         """
         return [
-            guard.within(guard.after(half + more))
-            for guard, more in zip(self._guards, reactions, strict=True)
+            joint.within(joint.after(half + more))
+            for joint, more in zip(self._joints, reactions, strict=True)
         ]
 
-    def _strays(self, path: _Path, period: float) -> float:
+    def _deviation(self, path: _StoppingPath, period: float) -> float:
         """Return how far any point of the arm may be from the path of the last cycle [m].
 
         Both paths are compared at the same times: braking from before this cycle, and after it. An
         average of them differs by no more than they do.
         """
-        last, room = self._path, self._room
+        last, checker = self._path, self._stop_guard
         if (
             last is None
-            or room is None
+            or checker is None
             or self._before != (last.here, last.speeds)
             or last[4:] != path[4:]
         ):
@@ -201,49 +199,50 @@ class Clearance:
         later = period + max(path.duration, last.duration) / 2.0 + path.reaction
         far = 0.0
         for reach, before, here, slow, speed in zip(
-            room.reach, last.here, path.here, last.speeds, path.speeds, strict=True
+            checker.reach, last.here, path.here, last.speeds, path.speeds, strict=True
         ):
             jump = abs(here - before - speed * period)
             own = abs(slow) * (period + longer) + abs(speed - slow) * later
             far += reach * (jump + own)
         return far
 
-    def _lead(self, period: float) -> None:
-        """Lead the joints to the request together: a request to move away does so at once.
+    def _start_together(self, period: float) -> None:
+        """Start all joints together towards the requested positions, in a straight line.
 
         Each alone, the fast joints would begin, and might turn towards the obstacle to leave.
         """
-        guards = self._guards
-        gaps, speeds = [guard.gap for guard in guards], self._before[1]
-        time = max(period, *map(_arrival, guards, gaps))
+        joints = self._joints
+        gaps, speeds = [joint.displacement for joint in joints], self._before[1]
+        time = max(period, *map(_arrival, joints, gaps))
         changes = [
-            gap / time + guard.asked_velocity - speed
-            for guard, gap, speed in zip(guards, gaps, speeds, strict=True)
+            gap / time + joint.requested_velocity - speed
+            for joint, gap, speed in zip(joints, gaps, speeds, strict=True)
         ]
         share = 1.0 / max(
             1.0,
             *(
-                abs(change) / (guard.acceleration * period)
-                for guard, change in zip(guards, changes, strict=True)
+                abs(change) / (joint.max_acceleration * period)
+                for joint, change in zip(joints, changes, strict=True)
             ),
         )
-        for guard, change, speed in zip(guards, changes, speeds, strict=True):
-            guard.ask(speed + share * change, period)
+        for joint, change, speed in zip(joints, changes, speeds, strict=True):
+            joint.request(speed + share * change, period)
 
-    def _tell(self, reason: str, rest: Mapping[str, float]) -> None:
-        """Report why the arm is braked to the driving controllers and, if new, as a warning."""
-        hindered = [each for each in self._manager.driving if not each.collision_checked]
-        if not hindered:
+    def _report(
+        self, reason: str, rest: Mapping[str, float], unchecked: Sequence[CommandSource]
+    ) -> None:
+        """Report a stop to the sources of the commands and, if it is new, as a warning."""
+        if not unchecked:
             return
-        text = f"{', '.join(each.name for each in hindered)} was stopped: {reason}"
-        if text != self._told or self._since > _QUIET:
-            self._manager.warnings.append(text)
-        self._told = text
-        for controller in hindered:
-            controller.on_hindered(text, rest)
+        text = f"{', '.join(each.name for each in unchecked)} was stopped: {reason}"
+        if text != self._last_warning or self._since_stop > _QUIET:
+            self._warnings.append(text)
+        self._last_warning = text
+        for source in unchecked:
+            source.on_collision_stop(text, rest)
 
 
-class _Path(NamedTuple):
+class _StoppingPath(NamedTuple):
     """Motion in which the arm would come to rest from a state.
 
     Attributes:
@@ -267,8 +266,8 @@ class _Stop:
     """Stop of all joints together from a state; joints that would pass a limit stop sooner.
 
     Args:
-        guards: The joints.
-        places: Their positions [rad or m].
+        joints: The joints.
+        positions: Their positions [rad or m].
         speeds: Their velocities [rad/s or m/s].
 
     Attributes:
@@ -276,23 +275,24 @@ class _Stop:
     """
 
     def __init__(
-        self, guards: Sequence[JointLimiter], places: Sequence[float], speeds: Sequence[float]
+        self, joints: Sequence[JointLimiter], positions: Sequence[float], speeds: Sequence[float]
     ) -> None:
-        self._duration, self._elapsed = _braking(guards, speeds), 0.0
+        self._duration, self._elapsed = _braking_time(joints, speeds), 0.0
         self.rest: dict[str, float] = {}
         self._ramps = []
-        for guard, place, speed in zip(guards, places, speeds, strict=True):
-            self.rest[guard.name] = rest = guard.within(place + speed * self._duration / 2.0)
-            duration = 2.0 * (rest - place) / speed if speed else 0.0
-            self._ramps.append((guard, place, speed, duration))
+        for joint, position, speed in zip(joints, positions, speeds, strict=True):
+            self.rest[joint.name] = rest = joint.within(position + speed * self._duration / 2.0)
+            duration = 2.0 * (rest - position) / speed if speed else 0.0
+            self._ramps.append((joint, position, speed, duration))
 
-    def go_on(self, period: float) -> bool:
+    def step(self, period: float) -> bool:
         """Command one more cycle; return whether it is the last: one in which the arm stands."""
         before, self._elapsed = self._elapsed, self._elapsed + period
-        for guard, place, speed, duration in self._ramps:
+        for joint, position, speed, duration in self._ramps:
             start, end = _ramp(before, duration), _ramp(self._elapsed, duration)
             left = max(1.0 - self._elapsed / duration, 0.0) if duration else 0.0
-            guard.put(place + speed * end, speed * (end - start) / period, speed * left, period)
+            mean = speed * (end - start) / period
+            joint.replace_command(position + speed * end, mean, speed * left, period)
         return before >= self._duration
 
 
@@ -307,13 +307,13 @@ def _at_once(reactions: Sequence[float], speeds: Sequence[float]) -> bool:
     return len({each for each, speed in zip(reactions, speeds, strict=True) if speed}) <= 1
 
 
-def _braking(guards: Sequence[JointLimiter], speeds: Sequence[float]) -> float:
+def _braking_time(joints: Sequence[JointLimiter], speeds: Sequence[float]) -> float:
     """Return how long the joints take to come to rest together [s]."""
     return max(
-        [abs(speed) / guard.acceleration for guard, speed in zip(guards, speeds, strict=True)]
+        [abs(speed) / joint.max_acceleration for joint, speed in zip(joints, speeds, strict=True)]
     )
 
 
-def _arrival(guard: JointLimiter, gap: float) -> float:
+def _arrival(joint: JointLimiter, gap: float) -> float:
     """Return the shortest time in which a joint can cover a displacement [s]."""
-    return max(abs(gap) / guard.fastest, math.sqrt(2.0 * abs(gap) / guard.acceleration))
+    return max(abs(gap) / joint.max_velocity, math.sqrt(2.0 * abs(gap) / joint.max_acceleration))

@@ -8,15 +8,15 @@ a ramp and a limit is reached at rest.
 from __future__ import annotations
 
 import math
+from math import isfinite
 
-from bioscara.control.limits.braking import mean_speed_within, speed_within
 from bioscara.hardware.interfaces import CommandInterface, StateInterface
 from bioscara.model import JointParameters
 from bioscara.protocol import SILENCE
 
 _ROUNDING = 1e-6
 """Share by which a command may exceed its bound: it is a difference of samples."""
-_NOTHING = 1e-12
+_RESIDUE = 1e-12
 """Rounding residue of a completed displacement [rad or m]."""
 _REACTION = 2.0 * SILENCE
 """Time that a joint under velocity control may continue before it brakes [s]: it stops
@@ -41,8 +41,8 @@ class JointLimiter:
 
     Attributes:
         name: Name of the joint.
-        fastest: Its highest velocity [rad/s or m/s].
-        acceleration: Its highest acceleration [rad/s^2 or m/s^2].
+        max_velocity: Its highest velocity [rad/s or m/s].
+        max_acceleration: Its highest acceleration [rad/s^2 or m/s^2].
         reference: Position that was commanded last [rad or m]; NaN before the first.
         speed: Velocity that was commanded last [rad/s or m/s].
         interventions: In how many cycles a command was changed.
@@ -50,9 +50,9 @@ class JointLimiter:
     """
 
     __slots__ = (
-        "_before", "_bounded", "_lower", "_position", "_position_command", "_raw", "_raw_speed",
-        "_upper", "_velocity", "_velocity_command", "acceleration", "fastest", "interventions",
-        "lag", "name", "reference", "speed",
+        "_bounded", "_last_period", "_lower", "_position", "_position_command", "_requested",
+        "_requested_speed", "_upper", "_velocity", "_velocity_command", "interventions", "lag",
+        "max_acceleration", "max_velocity", "name", "reference", "speed",
     )  # fmt: skip
 
     def __init__(
@@ -65,13 +65,13 @@ class JointLimiter:
     ) -> None:
         self.name = limits.name
         self._lower, self._upper = limits.lower, limits.upper
-        self.fastest, self.acceleration = limits.max_velocity, limits.max_acceleration
+        self.max_velocity, self.max_acceleration = limits.max_velocity, limits.max_acceleration
         self._position_command, self._velocity_command = position_command, velocity_command
         self._position, self._velocity = position, velocity
         self.interventions, self.lag = 0, 0.0
-        self.reference = self._raw = math.nan
-        self.speed = self._raw_speed = 0.0
-        self._before, self._bounded = 0.0, (math.nan, 0.0)
+        self.reference = self._requested = math.nan
+        self.speed = self._requested_speed = 0.0
+        self._last_period, self._bounded = 0.0, (math.nan, 0.0)
 
     @property
     def commanded(self) -> bool:
@@ -109,25 +109,25 @@ class JointLimiter:
             return self._lower <= self.reference + self.speed * time <= self._upper
         return not self._velocity_command.owner
 
-    def within(self, place: float) -> float:
-        """Return the position nearest to ``place`` that the joint may move to [rad or m].
+    def within(self, position: float) -> float:
+        """Return the position nearest to ``position`` that the joint may move to [rad or m].
 
         Beyond a limit, where a joint can only have been pushed, it may stay.
         """
-        if self._lower <= place <= self._upper:
-            return place
+        if self._lower <= position <= self._upper:
+            return position
         here = self.here
-        return min(max(place, min(self._lower, here)), max(self._upper, here))
+        return min(max(position, min(self._lower, here)), max(self._upper, here))
 
     @property
-    def gap(self) -> float:
+    def displacement(self) -> float:
         """Displacement to the requested position [rad or m]; 0 where none is requested."""
         asked = self._position_command.value
-        if not self._position_command.owner or not math.isfinite(asked):
+        if not self._position_command.owner or not isfinite(asked):
             return 0.0
         return self.within(asked) - self.reference
 
-    def ask(self, velocity: float, period: float) -> None:
+    def request(self, velocity: float, period: float) -> None:
         """Replace the request by a velocity [rad/s or m/s].
 
         Args:
@@ -162,16 +162,16 @@ class JointLimiter:
         return _REACTION + 2.0 * period
 
     @property
-    def asked_velocity(self) -> float:
+    def requested_velocity(self) -> float:
         """Requested velocity where velocity alone is commanded, else 0 [rad/s or m/s]."""
         if self._position_command.owner or not self._velocity_command.owner:
             return 0.0
         asked = self._velocity_command.value
-        return asked if math.isfinite(asked) else 0.0
+        return asked if isfinite(asked) else 0.0
 
-    def ask_less(self, share: float) -> None:
+    def scale_request(self, share: float) -> None:
         """Scale a requested velocity by ``share``, as :meth:`slow_down` does."""
-        if self.asked_velocity:
+        if self.requested_velocity:
             self._velocity_command.value *= share
 
     def slow_down(self, share: float, period: float) -> None:
@@ -191,18 +191,18 @@ class JointLimiter:
         elif self._velocity_command.owner:
             self._velocity_command.value = speed
 
-    def put(self, place: float, mean: float, velocity: float, period: float) -> None:
+    def replace_command(self, position: float, mean: float, velocity: float, period: float) -> None:
         """Replace the request by another command in this cycle.
 
         Args:
-            place: Position to move to [rad or m].
+            position: Position to move to [rad or m].
             mean: Velocity that leads there from the last position [rad/s or m/s].
             velocity: At that position [rad/s or m/s].
             period: Time since the last cycle [s].
         """
         if self._position_command.owner:
-            self.reference, self.speed = place, mean
-            self._position_command.value = place
+            self.reference, self.speed = position, mean
+            self._position_command.value = position
         elif self._velocity_command.owner:
             velocity = self._in_reserve(velocity, period)
             # Its position follows from the measured one.
@@ -211,21 +211,21 @@ class JointLimiter:
         if self._velocity_command.owner:
             self._velocity_command.value = velocity
 
-    def go_on(self) -> None:
+    def continue_from_bounded(self) -> None:
         """Continue from the last bounded command instead of the sent one."""
         command = self._position_command
         if not (command.owner or self._velocity_command.owner):
             return
-        place, speed = self._bounded
+        position, speed = self._bounded
         if command.owner and command.value == self.reference:
             # No new command: the previous request still applies.
-            command.value = place
-        self.reference, self.speed = place, speed
+            command.value = position
+        self.reference, self.speed = position, speed
 
-    def keep(self) -> None:
+    def continue_from_sent(self) -> None:
         """Continue from the sent command and drop the lag behind the bounded one."""
         self.lag = 0.0
-        self._raw, self._raw_speed = self.reference, self.speed
+        self._requested, self._requested_speed = self.reference, self.speed
 
     def send(self, speed: float, period: float) -> None:
         """Send another velocity than the bounded one, and the position that follows from it.
@@ -234,71 +234,83 @@ class JointLimiter:
             speed: Of this cycle [rad/s or m/s].
             period: Time since the last cycle [s].
         """
-        place, velocity = self._position_command, self._velocity_command
-        if not (place.owner or velocity.owner) or not math.isfinite(self.reference):
+        position, velocity = self._position_command, self._velocity_command
+        if not (position.owner or velocity.owner) or not isfinite(self.reference):
             return
         self._bounded = self.reference, self.speed
         lag = self.lag + (self.speed - speed) * period
-        if not speed and abs(lag) < _NOTHING:
+        if not speed and abs(lag) < _RESIDUE:
             lag = 0.0
         self.lag, self.speed = lag, speed
-        if place.owner:
+        if position.owner:
             self.reference -= lag
-            place.value = self.reference
+            position.value = self.reference
         if velocity.owner:
             velocity.value = speed
 
     def begin(self) -> None:
         """Start from the measured state: the joint was not commanded before."""
         measured, speed = self._position.value, self._velocity.value
-        self.reference = self._raw = measured
-        speed = speed if math.isfinite(speed) else 0.0
-        self.speed = self._raw_speed = min(max(speed, -self.fastest), self.fastest)
+        self.reference = self._requested = measured
+        speed = speed if isfinite(speed) else 0.0
+        self.speed = self._requested_speed = min(max(speed, -self.max_velocity), self.max_velocity)
         self._bounded = self.reference, self.speed
-        self._before = self.lag = 0.0
+        self._last_period = self.lag = 0.0
 
     def resume(self) -> None:
         """Let a controller continue from there: preset its commands to the last ones."""
-        if math.isfinite(self.reference):
+        if isfinite(self.reference):
             self._position_command.value = self.reference
         self._velocity_command.value = self.speed
 
     def apply(self, period: float) -> None:
-        """Bound the command; arguments as :meth:`Limiter.apply`."""
+        """Bound the command.
+
+        Args:
+            period: Time since the last cycle [s].
+        """
         if self._position_command.owner:
             self._bound_position(period)
         elif self._velocity_command.owner:
             self._bound_velocity(period)
-        self._before = period
+        self._last_period = period
 
     def _bound_position(self, period: float) -> None:
-        command, asked = self._position_command, self._position_command.value
-        if not math.isfinite(self.reference):
+        # Runs for each joint in each cycle: comparisons take a third of the time of min and max.
+        command = self._position_command
+        if not isfinite(self.reference):
             self.begin()
-            if not math.isfinite(self.reference):
+            if not isfinite(self.reference):
                 command.value = math.nan
                 return
+        asked, reference, last = command.value, self.reference, self.speed
+        lower, upper = self._lower, self._upper
         # From beyond a limit, where a joint can only have been pushed, it may only return.
-        lower, upper = min(self._lower, self.reference), max(self._upper, self.reference)
-        # A value that is not finite commands nothing: the joint continues to its last target.
-        wanted = min(max(asked, lower), upper) if math.isfinite(asked) else self._raw
-        step = self.acceleration * 0.5 * (period + (self._before or period))
-        towards, behind = (wanted - self._raw) / period, self.reference != self._raw
-        self._raw = wanted
-        self._raw_speed = min(
-            max(towards, self._raw_speed - step, -self.fastest),
-            self._raw_speed + step,
-            self.fastest,
-        )
-        reference, last = self.reference, self.speed
+        if reference < lower:
+            lower = reference
+        elif reference > upper:
+            upper = reference
+        if isfinite(asked):
+            wanted = lower if asked < lower else upper if asked > upper else asked
+        else:
+            # It commands nothing: the joint continues to its last target.
+            wanted = self._requested
+        fastest, acceleration = self.max_velocity, self.max_acceleration
+        step = acceleration * 0.5 * (period + (self._last_period or period))
+        behind = reference != self._requested
+        # The velocity of the request, as far as the joint could follow it.
+        ahead, before = (wanted - self._requested) / period, self._requested_speed
+        least = before - step if before - step > -fastest else -fastest
+        most = before + step if before + step < fastest else fastest
+        self._requested_speed = most if ahead > most else least if ahead < least else ahead
+        self._requested = wanted
         speed, fine = (wanted - reference) / period, step * _ROUNDING
+        left = upper - reference if speed > 0.0 else reference - lower
         if (
             behind
             or abs(speed - last) > step + fine
-            or abs(speed) > self.fastest + fine
-            or not -mean_speed_within(reference - lower, self.acceleration, period) - fine
-            <= speed
-            <= mean_speed_within(upper - reference, self.acceleration, period) + fine
+            or abs(speed) > fastest + fine
+            or abs(speed) > mean_speed_within(left, acceleration, period) + fine
         ):
             bounded = self._approach(wanted, period, step)
             if abs(bounded - speed) > fine:
@@ -307,8 +319,8 @@ class JointLimiter:
         self.reference, self.speed = wanted, speed
         kept = wanted == asked
         command.value = wanted
-        if self._velocity_command.owner and not self._match_velocity(period, last, kept=kept):
-            kept = False
+        if self._velocity_command.owner:
+            kept = self._match_velocity(period, last, kept=kept) and kept
         if not kept:
             self.interventions += 1
 
@@ -323,49 +335,77 @@ class JointLimiter:
             kept: Whether the position is the one that the controller gave.
         """
         asked, speed = self._velocity_command.value, self.speed
-        reach = self.acceleration * period * (0.5 + _ROUNDING)
-        if kept and abs(asked - speed) <= reach and abs(asked) <= self.fastest:
+        reach = self.max_acceleration * period * (0.5 + _ROUNDING)
+        if kept and abs(asked - speed) <= reach and abs(asked) <= self.max_velocity:
             return True
         # The mean belongs to the middle of the cycle, the velocity to its end.
-        end = speed + (speed - last) * period / (period + (self._before or period))
+        end = speed + (speed - last) * period / (period + (self._last_period or period))
         end = max(end, 0.0) if speed > 0.0 else min(end, 0.0) if speed < 0.0 else 0.0
-        if kept and math.isfinite(asked):
+        if kept and isfinite(asked):
             end = min(max(asked, speed - reach), speed + reach)
-        self._velocity_command.value = min(max(end, -self.fastest), self.fastest)
+        self._velocity_command.value = min(max(end, -self.max_velocity), self.max_velocity)
         return False
 
     def _approach(self, wanted: float, period: float, step: float) -> float:
         """Return the speed that brings the joint to a moving target soon and without overshoot."""
-        ahead, acceleration = self._raw_speed, self.acceleration
+        ahead, acceleration = self._requested_speed, self.max_acceleration
         gap = wanted - self.reference - ahead * period
         speed = ahead + math.copysign(mean_speed_within(abs(gap), acceleration, period), gap)
         down = mean_speed_within(self.reference - self._lower, acceleration, period)
         up = mean_speed_within(self._upper - self.reference, acceleration, period)
         speed = min(max(speed, -down), up)
         speed = min(max(speed, self.speed - step), self.speed + step)
-        return min(max(speed, -self.fastest), self.fastest)
+        return min(max(speed, -self.max_velocity), self.max_velocity)
 
     def _bound_velocity(self, period: float) -> None:
         wanted, here = self._velocity_command.value, self._position.value
-        step = self.acceleration * period
-        goal = wanted if math.isfinite(wanted) else self.speed
-        if not math.isfinite(here):
+        step = self.max_acceleration * period
+        goal = wanted if isfinite(wanted) else self.speed
+        if not isfinite(here):
             goal = 0.0
         speed = min(max(goal, self.speed - step), self.speed + step)
-        speed = min(max(speed, -self.fastest), self.fastest)
-        if math.isfinite(here):
+        speed = min(max(speed, -self.max_velocity), self.max_velocity)
+        if isfinite(here):
             speed = self._in_reserve(speed, period)
             here = min(max(here + speed * period, self._lower), self._upper)
         if speed != wanted:
             self._velocity_command.value = speed
             self.interventions += 1
-        self.speed = self._raw_speed = speed
-        self.reference = self._raw = here
+        self.speed = self._requested_speed = speed
+        self.reference = self._requested = here
 
     def _in_reserve(self, speed: float, period: float) -> float:
         """Clamp a velocity so that the braking distance within the limits stays in reserve."""
         here, reaction = self._position.value + self.lag, self.reaction(period)
-        creep = _CREEP * self.fastest * reaction
-        down = speed_within(here - self._lower - creep, self.acceleration, reaction)
-        up = speed_within(self._upper - here - creep, self.acceleration, reaction)
+        creep = _CREEP * self.max_velocity * reaction
+        down = speed_within(here - self._lower - creep, self.max_acceleration, reaction)
+        up = speed_within(self._upper - here - creep, self.max_acceleration, reaction)
         return min(max(speed, -down), up)
+
+
+def mean_speed_within(distance: float, acceleration: float, period: float) -> float:
+    """Return the mean speed of a cycle after which a joint can still come to rest in ``distance``.
+
+    Braking began in the middle of that cycle; the last part of the distance takes one cycle.
+
+    Args:
+        distance: Distance available [rad or m]; the speed is 0 beyond its end, never a return.
+        acceleration: Of the braking [rad/s^2 or m/s^2].
+        period: Of the cycle [s].
+    """
+    if distance <= 0.5 * acceleration * period * period:
+        return max(distance, 0.0) / period
+    return math.sqrt(2.0 * acceleration * distance) - 0.5 * acceleration * period
+
+
+def speed_within(distance: float, acceleration: float, reaction: float) -> float:
+    """Return the speed from which a joint comes to rest in ``distance``, braking after a time.
+
+    Args:
+        distance: Distance available [rad or m].
+        acceleration: Of the braking [rad/s^2 or m/s^2].
+        reaction: How long the joint continues before it brakes [s].
+    """
+    if distance <= 0.0:
+        return 0.0
+    return acceleration * (math.sqrt(reaction**2 + 2.0 * distance / acceleration) - reaction)

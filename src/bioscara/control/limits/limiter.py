@@ -5,55 +5,82 @@ First each joint alone, by its own limits; then, in stages, all joints of the ar
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Protocol
 
 from bioscara.control.limits.joint_limiter import JointLimiter
 from bioscara.hardware import HardwareComponent
 
 
-class Stage(Protocol):
-    """Bounds the joint commands together."""
+class CommandSource(Protocol):
+    """An active controller, as far as the limits depend on it."""
 
-    def foresee(self, period: float) -> None:
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def collision_checked(self) -> bool:
+        """Whether its commands, begun from rest, are verified to keep the arm clear."""
+
+    def on_collision_stop(self, reason: str, rest: Mapping[str, float]) -> None:
+        """React to a stop of the arm because the commanded motion is not clear.
+
+        Args:
+            reason: Why, in words.
+            rest: Where the joints come to rest, by name [rad or m].
+        """
+
+
+class Stage(Protocol):
+    """Bounds the commands of several joints together."""
+
+    def prepare(self, period: float, unchecked: Sequence[CommandSource]) -> None:
         """Evaluate the requests before each joint is bounded; arguments as :meth:`apply`."""
 
-    def apply(self, period: float) -> None:
+    def apply(self, period: float, unchecked: Sequence[CommandSource]) -> None:
         """Bound the commands left by the single-joint limits and the stages before.
 
         Args:
             period: Time since the last cycle [s].
+            unchecked: Sources of the commands whose motion is not collision-checked.
         """
+
+
+def joint_limiters(components: Iterable[HardwareComponent]) -> dict[str, JointLimiter]:
+    """Return a limiter for each joint that has limits, by name."""
+    return {
+        name: JointLimiter(
+            limits,
+            component.commands[f"{name}/position"],
+            component.commands[f"{name}/velocity"],
+            component.states[f"{name}/position"],
+            component.states[f"{name}/velocity"],
+        )
+        for component in components
+        for name, limits in component.limits.items()
+    }
 
 
 class Limiter:
     """Bounds the commands of all joints that have limits.
 
     Args:
-        components: The hardware.
+        joints: The limiter of each joint, by name.
+        stages: Bound joints together, one after the other.
 
     Attributes:
-        guards: One for each joint, by name.
-        stages: Bound joints together, one after the other; none at first.
+        joints: As given.
+        stages: As given; may be replaced while the arm is at rest.
     """
 
-    def __init__(self, components: Sequence[HardwareComponent]) -> None:
-        self.guards: dict[str, JointLimiter] = {}
-        self.stages: tuple[Stage, ...] = ()
-        for component in components:
-            for name, limits in component.limits.items():
-                self.guards[name] = JointLimiter(
-                    limits,
-                    component.commands[f"{name}/position"],
-                    component.commands[f"{name}/velocity"],
-                    component.states[f"{name}/position"],
-                    component.states[f"{name}/velocity"],
-                )
-        self._all = tuple(self.guards.values())
+    def __init__(self, joints: Mapping[str, JointLimiter], stages: Sequence[Stage] = ()) -> None:
+        self.joints, self.stages = joints, tuple(stages)
+        self._limit_each = tuple(joint.apply for joint in joints.values())
 
     def moving(self) -> set[str]:
         """Return the joints whose position or velocity is commanded."""
-        return {guard.name for guard in self._all if guard.commanded}
+        return {name for name, joint in self.joints.items() if joint.commanded}
 
     def begin(self, joints: Iterable[str], moving: Collection[str]) -> None:
         """Let a controller take joints over; preset their commands to continue their motion.
@@ -64,25 +91,28 @@ class Limiter:
                 others start from the measured state.
         """
         for name in joints:
-            guard = self.guards.get(name)
-            if guard is not None:
+            joint = self.joints.get(name)
+            if joint is not None:
                 if name not in moving:
-                    guard.begin()
-                guard.resume()
+                    joint.begin()
+                joint.resume()
 
     def speeds(self, joints: Collection[str]) -> dict[str, float]:
         """Return the velocity that was commanded last, of those joints that have limits."""
-        return {name: guard.speed for name, guard in self.guards.items() if name in joints}
+        return {name: joint.speed for name, joint in self.joints.items() if name in joints}
 
-    def apply(self, period: float) -> None:
+    def apply(self, period: float, sources: Iterable[CommandSource]) -> None:
         """Bound every command.
 
         Args:
             period: Time since the last cycle [s].
+            sources: The active controllers that command a position or a velocity.
         """
-        for stage in reversed(self.stages):
-            stage.foresee(period)
-        for guard in self._all:
-            guard.apply(period)
-        for stage in self.stages:
-            stage.apply(period)
+        unchecked = [source for source in sources if not source.collision_checked]
+        stages = self.stages
+        for stage in reversed(stages):
+            stage.prepare(period, unchecked)
+        for limit in self._limit_each:
+            limit(period)
+        for stage in stages:
+            stage.apply(period, unchecked)

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from bioscara.control.controllers.controller import AnyController
 from bioscara.control.limits.joint_limiter import JointLimiter
+from bioscara.control.limits.limiter import CommandSource
 
 _ROUNDING = 1.0 + 1e-3
 """Share by which the tool may be faster: trajectories are slowed down beforehand to the limit."""
@@ -15,10 +15,9 @@ class ToolSpeedCap:
     """Slows all joints down together when the tool would be too fast; the direction is kept.
 
     Args:
-        guards: All joints of the arm, in the order that ``speed_of`` takes them.
+        joints: All joints of the arm, in the order that ``speed_of`` takes them.
         speed_of: Returns the tool's speed [m/s] from joint positions and velocities.
         limit: Highest speed of the tool [m/s].
-        driving: Returns the controllers that command the joints.
 
     Attributes:
         share: Share of the limit that applies to unverified commands.
@@ -31,59 +30,58 @@ class ToolSpeedCap:
 
     def __init__(
         self,
-        guards: Sequence[JointLimiter],
+        joints: Sequence[JointLimiter],
         speed_of: Callable[[Sequence[float], Sequence[float]], float],
         limit: float,
-        driving: Callable[[], Sequence[AnyController]] = tuple,
     ) -> None:
-        self._guards, self.speed_of = tuple(guards), speed_of
-        self._driving, self.share = driving, 1.0
+        self._joints, self.speed_of = tuple(joints), speed_of
+        self.share = 1.0
         self.soon: tuple[float, ...] = ()
         self.limit = limit
         self.interventions = 0
 
-    def foresee(self, period: float) -> None:
+    def prepare(self, period: float, unchecked: Sequence[CommandSource]) -> None:
         """Reduce requested velocities; to be called before joints are bounded.
 
         Bounded alone afterwards, the joint with the highest acceleration would get the largest
         share of the tool speed, and the tool would not move in the requested direction.
         """
-        guards = self._guards
-        asked = [guard.asked_velocity for guard in guards]
-        if not any(asked):
+        joints = self._joints
+        requested = [joint.requested_velocity for joint in joints]
+        if not any(requested):
             return
-        speed = self.speed_of([guard.here for guard in guards], asked)
+        speed = self.speed_of([joint.here for joint in joints], requested)
         if speed > self.limit:
-            for guard in guards:
-                guard.ask_less(self.limit / speed)
+            for joint in joints:
+                joint.scale_request(self.limit / speed)
 
-    def apply(self, period: float) -> None:
+    def apply(self, period: float, unchecked: Sequence[CommandSource]) -> None:
         """Slow down the commands that were bounded joint by joint; to be called after that.
 
         Args:
             period: Time since the last cycle [s].
+            unchecked: Sources whose commands keep to ``share`` and ``soon``.
         """
-        guards = self._guards
-        speeds = [guard.speed if guard.commanded else 0.0 for guard in guards]
+        states = [joint.state for joint in self._joints]
+        speeds = [speed for _, speed in states]
         if not any(speeds):
             return
-        here = [guard.here for guard in guards]
         # These velocities are means over the cycle: they belong to the position in its middle. At
         # its end the tool of a motion exactly at the limit would be rated too fast.
         half = 0.5 * period
-        amid = [p - v * half for p, v in zip(here, speeds, strict=True)]
-        speed, limit = self.speed_of(amid, speeds), self.limit
-        if self.soon and not all(each.collision_checked for each in self._driving()):
+        middle = [position - speed * half for position, speed in states]
+        speed, limit = self.speed_of(middle, speeds), self.limit
+        if self.soon and unchecked:
             limit *= self.share
             for soon in self.soon:
-                there = [p + v * soon for p, v in zip(here, speeds, strict=True)]
-                later = self.speed_of(there, speeds)
+                ahead = [position + speed * soon for position, speed in states]
+                later = self.speed_of(ahead, speeds)
                 speed = later if not later <= speed else speed
         # Not written as speed > limit: an unknown position must not let any command pass.
         if speed <= limit * _ROUNDING:
             return
         share = limit / speed if speed == speed else 0.0  # noqa: PLR0124
         self.interventions += 1
-        for guard in guards:
-            if guard.commanded:
-                guard.slow_down(share, period)
+        for joint in self._joints:
+            if joint.commanded:
+                joint.slow_down(share, period)

@@ -14,10 +14,10 @@ from bioscara.control.faults.supervisor import Supervisor
 from bioscara.control.loop.realtime import conditions
 from bioscara.control.loop.systemd import Watchdog
 from bioscara.control.manager.manager import ControllerManager
-from bioscara.control.manager.statistics import Statistics
+from bioscara.control.manager.statistics import CycleStatistics
 from bioscara.control.manager.update_rate import require_rate
 from bioscara.errors import ConfigurationError, NotEnabledError, OverrunError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from bioscara.hardware.bus_budget import highest_rate
 from bioscara.protocol import SILENCE
 
@@ -27,7 +27,7 @@ _SLOW_SHARE, _STOP_SHARE = 0.05, 0.2
 """Shares of missed deadlines in the last second at which the arm is slowed down, and stopped."""
 
 
-class Cycle(NamedTuple):
+class CycleReport(NamedTuple):
     """One cycle of the loop.
 
     Attributes:
@@ -87,7 +87,7 @@ class Loop:
         self._manager, self._supervisor, self._record = manager, supervisor, record
         self._clock, self._watchdog = clock, watchdog
         self.rate, self.period = rate, 1.0 / rate
-        self.statistics = Statistics()
+        self.statistics = CycleStatistics()
         self._deadline = self._last = math.nan
         self._window: deque[bool] = deque([False] * rate, rate)
         self._missed = self._in_a_row = 0
@@ -99,7 +99,7 @@ class Loop:
         self._window.extend([False] * self.rate)
         self._missed = self._in_a_row = 0
 
-    def step(self) -> Cycle:
+    def step(self) -> CycleReport:
         """Wait for the next deadline and run one cycle."""
         try:
             return self._step()
@@ -109,7 +109,7 @@ class Loop:
             self._supervisor.halt(now)
             raise
 
-    def _step(self) -> Cycle:
+    def _step(self) -> CycleReport:
         clock, manager, supervisor = self._clock, self._manager, self._supervisor
         if math.isnan(self._deadline):
             self._deadline = clock.now()
@@ -123,26 +123,28 @@ class Loop:
         good = False
         try:
             if held_up and self._driving:
-                self._overrun(f"nothing ran for {period:.2f} s", time)
+                self._overrun(f"no cycle ran for {period:.2f} s", time)
             # The displacement missed while the joints stopped autonomously is not made up for.
             manager.cycle(time, self.period if held_up else period)
             self._require_timely(time, period)
             supervisor.check(time, self.period)
-            self._judge(time)
+            self._set_deadline(time)
             good = not manager.failures
         except Exception as error:  # noqa: BLE001  after any failure the arm is brought to rest
             supervisor.crash(error, time)
             self._deadline = clock.now() + self.period
-        timing = Timing(late, *manager.timing)
+        timing = Timing(late, *manager.statistics.timing)
         self._record.append(time, timing)
         self._count(period, timing)
         if good and self._watchdog is not None:
             self._watchdog.feed(time)
-        return Cycle(time, period, timing)
+        return CycleReport(time, period, timing)
 
     @property
     def _driving(self) -> bool:
-        return any(component.state is State.ACTIVE for component in self._manager.components)
+        return any(
+            component.state is LifecycleState.ACTIVE for component in self._manager.components
+        )
 
     def _count(self, period: float, timing: Timing) -> None:
         statistics = self.statistics
@@ -155,18 +157,20 @@ class Loop:
 
     def _require_timely(self, time: float, period: float) -> None:
         """Latch a fault if the joints must have stopped autonomously, or report that they did."""
-        if not self._driving:
-            return
         now = self._clock.now()
         behind, silence = now - self._deadline, now - time + period
+        if silence <= SILENCE and behind <= SILENCE + self.period:
+            return
+        if not self._driving:
+            return
         if behind > SILENCE + self.period:
             self._overrun(f"a cycle ended {behind:.2f} s after its begin was due", time)
-        elif silence > SILENCE and (behind > self.period or period > SILENCE):
+        elif behind > self.period or period > SILENCE:
             problems = chain.from_iterable(each.problems for each in self._manager.components)
             if any(isinstance(problem, NotEnabledError) for problem in problems):
-                self._overrun(f"joints heard nothing for up to {silence:.2f} s", time)
+                self._overrun(f"joints received nothing for up to {silence:.2f} s", time)
 
-    def _judge(self, time: float) -> None:
+    def _set_deadline(self, time: float) -> None:
         """Set the next deadline, and react if it has passed already."""
         behind = self._clock.now() - self._deadline
         periods = int(behind / self.period)
@@ -182,7 +186,7 @@ class Loop:
             return
         self.statistics.overruns += 1
         if not self._driving:
-            # Releasing or greeting joints takes time, and the delay does no harm.
+            # Releasing or identifying joints takes time, and the delay does no harm.
             return
         self._in_a_row += 1
         share = self._missed / self.rate

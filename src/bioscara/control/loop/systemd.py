@@ -12,7 +12,7 @@ from typing import Self
 from bioscara.errors import ConfigurationError
 
 _SHARE = 0.25
-"""Share of systemd's patience after which it is notified again."""
+"""Share of the watchdog timeout after which systemd is notified again."""
 
 
 class Watchdog:
@@ -24,17 +24,17 @@ class Watchdog:
 
     Args:
         address: Of systemd's socket, as in NOTIFY_SOCKET.
-        patience: How long systemd waits [s]; None if it does not watch.
+        timeout: How long systemd waits [s]; None if it does not watch.
 
     Attributes:
         interval: Time between feedings [s].
     """
 
-    def __init__(self, address: str, patience: float | None) -> None:
+    def __init__(self, address: str, timeout: float | None) -> None:
         # A leading @ stands for the NUL of Linux's abstract addresses.
         self._address = "\0" + address[1:] if address.startswith("@") else address
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK)
-        self.interval = None if patience is None else _SHARE * patience
+        self.interval = None if timeout is None else _SHARE * timeout
         self._ready = False
         self._due = 0.0
 
@@ -51,14 +51,14 @@ class Watchdog:
         address = environment.get("NOTIFY_SOCKET", "")
         if not address.startswith(("/", "@")):
             return None
-        patience = None
+        timeout = None
         text = environment.get("WATCHDOG_USEC", "")
         if text and environment.get("WATCHDOG_PID", str(os.getpid())) == str(os.getpid()):
             if not text.isascii() or not text.isdigit() or int(text) == 0:
                 raise ConfigurationError(f"WATCHDOG_USEC={text} is no number above zero")
-            patience = int(text) * 1e-6
+            timeout = int(text) * 1e-6
             faulthandler.enable()
-        return cls(address, patience)
+        return cls(address, timeout)
 
     def feed(self, time: float) -> None:
         """Report that a good cycle has ended; sends no more than is needed.

@@ -11,7 +11,7 @@ from bioscara.hardware import (
     VELOCITY,
     CommandInterface,
     HardwareComponent,
-    State,
+    LifecycleState,
     StateInterface,
 )
 from bioscara.spelling import did_you_mean
@@ -36,12 +36,12 @@ class Claims:
         self.components = tuple(components)
         self.commands: dict[str, CommandInterface] = {}
         self.states: dict[str, StateInterface] = {}
-        self._home: dict[str, HardwareComponent] = {}
+        self._hardware: dict[str, HardwareComponent] = {}
         for component in components:
             if sum(other.name == component.name for other in components) > 1:
                 raise SwitchError(f"two hardware components are named {component.name}; rename one")
             for name in (*component.commands, *component.states):
-                other = self._home.setdefault(name, component)
+                other = self._hardware.setdefault(name, component)
                 if other is not component:
                     raise SwitchError(f"{name} belongs to {other.name} and to {component.name}")
             self.commands |= component.commands
@@ -49,16 +49,18 @@ class Claims:
 
     def component(self, interface: str) -> HardwareComponent:
         """Return the component that an existing interface belongs to."""
-        return self._home[interface]
+        return self._hardware[interface]
 
     def uses(self, controller: AnyController, component: HardwareComponent) -> bool:
         """Return whether ``controller`` uses any interface of ``component``."""
         names = (*controller.command_interfaces, *controller.state_interfaces)
-        return any(self._home.get(name) is component for name in names)
+        return any(self._hardware.get(name) is component for name in names)
 
     def commands_of(self, controller: AnyController, component: HardwareComponent) -> list[str]:
         """Return the command interfaces of ``component`` that ``controller`` needs."""
-        return [name for name in controller.command_interfaces if self._home.get(name) is component]
+        return [
+            name for name in controller.command_interfaces if self._hardware.get(name) is component
+        ]
 
     def check(
         self, activate: Iterable[AnyController], deactivate: Collection[AnyController]
@@ -70,7 +72,7 @@ class Claims:
             deactivate: Controllers that release theirs at the same time.
 
         Position and velocity of one joint belong to one controller: of two, the joint could follow
-        only one, so the other would command in vain.
+        only one, so the other would have no effect.
 
         Raises:
             SwitchError: An interface is missing, unavailable, or claimed by another controller, or
@@ -88,10 +90,10 @@ class Claims:
                 self._require(controller, name, self.states)
             for name in controller.command_interfaces:
                 self._require(controller, name, self.commands)
-                if self._home[name].state is not State.ACTIVE:
+                if self._hardware[name].state is not LifecycleState.ACTIVE:
                     raise SwitchError(
-                        f"{controller.name} cannot command {name}: {self._home[name].name} is "
-                        f"{self._home[name].state.label}; activate it first"
+                        f"{controller.name} cannot command {name}: {self._hardware[name].name} is "
+                        f"{self._hardware[name].state.label}; activate it first"
                     )
                 owner = self.commands[name].owner
                 if owner is not None and owner not in leaving:
@@ -101,20 +103,20 @@ class Claims:
                     )
                 if name in wanted:
                     raise SwitchError(
-                        f"{controller.name} and {wanted[name]} both want {name}; activate one"
+                        f"{controller.name} and {wanted[name]} both claim {name}; activate one"
                     )
                 wanted[name] = controller.name
                 self._check_mover(controller.name, name, movers)
 
     def _check_mover(self, controller: str, name: str, movers: dict[str, tuple[str, str]]) -> None:
-        """Note that ``controller`` moves the joint of an interface; raise if another one does."""
+        """Record that ``controller`` moves the joint of an interface; raise if another one does."""
         handle = self.commands[name]
         if handle.kind not in _MOTION:
             return
         owner, other = movers.setdefault(handle.joint, (controller, name))
         if owner != controller:
             raise SwitchError(
-                f"{controller} cannot claim {name}: {owner} has or wants {other}, and one "
+                f"{controller} cannot claim {name}: {owner} has or claims {other}, and one "
                 f"controller moves a joint; let one claim both, or deactivate {owner} in the same "
                 "switch"
             )
@@ -125,8 +127,8 @@ class Claims:
             raise SwitchError(
                 f"{controller.name} needs {name}, which no hardware has{hint and f'; {hint}'}"
             )
-        if not self._home[name].available:
+        if not self._hardware[name].available:
             raise SwitchError(
-                f"{controller.name} needs {name}: {self._home[name].name} is "
-                f"{self._home[name].state.label}; configure it first"
+                f"{controller.name} needs {name}: {self._hardware[name].name} is "
+                f"{self._hardware[name].state.label}; configure it first"
             )

@@ -7,8 +7,8 @@ from enum import IntEnum
 from typing import NamedTuple
 
 from bioscara.control.manager.manager import ControllerManager
-from bioscara.control.manager.statistics import Summary
-from bioscara.hardware import State
+from bioscara.control.manager.statistics import SpreadSummary
+from bioscara.hardware import LifecycleState
 
 
 class Level(IntEnum):
@@ -30,7 +30,7 @@ class Threshold(NamedTuple):
     warn: float
     error: float
 
-    def judge(self, value: float) -> Level:
+    def rate(self, value: float) -> Level:
         """Return the severity of a value; an unknown one is OK."""
         if value > self.error:
             return Level.ERROR
@@ -48,11 +48,11 @@ class Thresholds(NamedTuple):
     mean_error: Threshold
     standard_deviation: Threshold
 
-    def judge(self, summary: Summary, expected: float) -> Level:
+    def rate(self, summary: SpreadSummary, expected: float) -> Level:
         """Return the severity of a statistic with an expected average."""
         return max(
-            self.mean_error.judge(abs(summary.average - expected)),
-            self.standard_deviation.judge(summary.standard_deviation),
+            self.mean_error.rate(abs(summary.average - expected)),
+            self.standard_deviation.rate(summary.standard_deviation),
         )
 
 
@@ -62,7 +62,7 @@ EXECUTION_TIME = Thresholds(Threshold(1000e-6, 2000e-6), Threshold(100e-6, 200e-
 """Of controllers, and of reading and writing hardware [s]; the expected value is 0."""
 
 
-class Status(NamedTuple):
+class DiagnosticStatus(NamedTuple):
     """One entry of the diagnostics.
 
     Attributes:
@@ -78,74 +78,82 @@ class Status(NamedTuple):
     values: Mapping[str, str]
 
 
-def diagnose(manager: ControllerManager) -> tuple[Status, Status, Status]:
+def diagnose(
+    manager: ControllerManager,
+) -> tuple[DiagnosticStatus, DiagnosticStatus, DiagnosticStatus]:
     """Return the status of the controllers, the hardware and the manager."""
     return _controllers(manager), _hardware(manager), _cycles(manager)
 
 
-def _controllers(manager: ControllerManager) -> Status:
+def _controllers(manager: ControllerManager) -> DiagnosticStatus:
     values: dict[str, str] = {}
-    judged: list[tuple[Level, str]] = []
+    ratings: list[tuple[Level, str]] = []
     for controller in manager.controllers:
         name, statistics = controller.name, controller.statistics
         values[f"{name}.state"] = controller.state.label
         execution_time = statistics.execution_time.summary()
         periodicity = statistics.periodicity.summary()
-        if controller.state is not State.ACTIVE or not periodicity.sample_count:
+        if controller.state is not LifecycleState.ACTIVE or not periodicity.sample_count:
             continue
         values[f"{name}.execution_time"] = _microseconds(execution_time)
         values[f"{name}.periodicity"] = _hertz(periodicity)
         rate = 1.0 / controller.nominal_period
-        judged += [
-            (EXECUTION_TIME.judge(execution_time, 0.0), f"{name}.execution_time"),
-            (PERIODICITY.judge(periodicity, rate), f"{name}.periodicity"),
+        ratings += [
+            (EXECUTION_TIME.rate(execution_time, 0.0), f"{name}.execution_time"),
+            (PERIODICITY.rate(periodicity, rate), f"{name}.periodicity"),
         ]
     if not manager.controllers:
-        return Status("Controllers Activity", Level.WARN, "no controllers are loaded", values)
-    return _status("Controllers Activity", judged, values)
+        return DiagnosticStatus(
+            "Controllers Activity", Level.WARN, "no controllers are loaded", values
+        )
+    return _status("Controllers Activity", ratings, values)
 
 
-def _hardware(manager: ControllerManager) -> Status:
+def _hardware(manager: ControllerManager) -> DiagnosticStatus:
     values: dict[str, str] = {}
-    judged: list[tuple[Level, str]] = []
+    ratings: list[tuple[Level, str]] = []
     statistics = manager.statistics
     for component in manager.components:
-        name, active = component.name, component.state is State.ACTIVE
+        name, active = component.name, component.state is LifecycleState.ACTIVE
         values[f"{name}.state"] = component.state.label
         if not active:
-            judged.append((Level.WARN, f"{name} is {component.state.label}"))
+            ratings.append((Level.WARN, f"{name} is {component.state.label}"))
         for cycle, spreads in (("read", statistics.read), ("write", statistics.write)):
             summary = spreads[name].summary()
             if active and summary.sample_count:
                 label = f"{name}.{cycle}_cycle.execution_time"
                 values[label] = _microseconds(summary)
-                judged.append((EXECUTION_TIME.judge(summary, 0.0), label))
-    if not any(component.state is State.ACTIVE for component in manager.components):
-        judged = [(Level.ERROR, "no hardware component is active")]
-    return _status("Hardware Components Activity", judged, values)
+                ratings.append((EXECUTION_TIME.rate(summary, 0.0), label))
+    if not any(component.state is LifecycleState.ACTIVE for component in manager.components):
+        ratings = [(Level.ERROR, "no hardware component is active")]
+    return _status("Hardware Components Activity", ratings, values)
 
 
-def _cycles(manager: ControllerManager) -> Status:
+def _cycles(manager: ControllerManager) -> DiagnosticStatus:
     summary = manager.statistics.periodicity.summary()
     values = {"update_rate": str(manager.rate)}
     for key in ("average", "standard_deviation", "min", "max"):
         values[f"periodicity.{key}"] = f"{getattr(summary, key):.3f}"
-    judged = [(PERIODICITY.judge(summary, manager.rate), "periodicity")]
-    return _status("Controller Manager Activity", judged, values)
+    ratings = [(PERIODICITY.rate(summary, manager.rate), "periodicity")]
+    return _status("Controller Manager Activity", ratings, values)
 
 
-def _status(name: str, judged: list[tuple[Level, str]], values: Mapping[str, str]) -> Status:
+def _status(
+    name: str, ratings: list[tuple[Level, str]], values: Mapping[str, str]
+) -> DiagnosticStatus:
     """Return the worst severity, with all entries that are not OK."""
-    bad = [(level, what) for level, what in judged if level is not Level.OK]
+    bad = [(level, subject) for level, subject in ratings if level is not Level.OK]
     level = max((level for level, _ in bad), default=Level.OK)
-    return Status(name, level, "; ".join(what for _, what in bad) or "all is well", values)
+    return DiagnosticStatus(
+        name, level, "; ".join(subject for _, subject in bad) or "all is well", values
+    )
 
 
-def _microseconds(summary: Summary) -> str:
+def _microseconds(summary: SpreadSummary) -> str:
     average, low, high, deviation = (1e6 * each for each in summary[:4])
     return f"Avg: {average:.2f} [{low:.2f} - {high:.2f}] us, StdDev: {deviation:.2f}"
 
 
-def _hertz(summary: Summary) -> str:
+def _hertz(summary: SpreadSummary) -> str:
     average, low, high, deviation = summary[:4]
     return f"Avg: {average:.2f} [{low:.2f} - {high:.2f}] Hz, StdDev: {deviation:.2f}"

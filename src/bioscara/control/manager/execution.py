@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from math import isfinite
-from time import perf_counter
 from typing import NamedTuple
 
 from bioscara.control.controllers.controller import AnyController
+from bioscara.control.manager.statistics import ManagerStatistics
 from bioscara.control.manager.switch_request import Switch
 from bioscara.control.manager.switching import ControllerSwitcher, Problem
+from bioscara.control.manager.update_rate import Schedule
 from bioscara.errors import BioscaraError, ControllerError
-from bioscara.hardware import HardwareComponent, State
+from bioscara.hardware import HardwareComponent, LifecycleState
 
 
 class Failure(NamedTuple):
@@ -38,18 +39,43 @@ class Execution:
     Args:
         controllers: All that are loaded, by name.
         switcher: Knows the active controllers.
+        statistics: Takes the durations of reading and writing.
 
     Attributes:
         failures: The failures, in order; emptied by the caller that runs the cycle.
     """
 
     def __init__(
-        self, controllers: Mapping[str, AnyController], switcher: ControllerSwitcher
+        self,
+        controllers: Mapping[str, AnyController],
+        switcher: ControllerSwitcher,
+        statistics: ManagerStatistics,
     ) -> None:
         self._controllers, self._switcher = controllers, switcher
+        self._statistics = statistics
         self.failures: list[Failure] = []
 
-    def update_all(self, time: float, period: float) -> None:
+    def read(self, component: HardwareComponent, time: float, period: float) -> None:
+        """Read a component; if it fails, so do all controllers that use it.
+
+        Args:
+            component: The component.
+            time: Begin of the cycle [s].
+            period: Time since the last cycle [s].
+        """
+        try:
+            self._statistics.read[component.name].measure(component.read, time, period)
+        except Exception as error:  # noqa: BLE001  after any failure the arm is brought to rest
+            self._give_up(component, time, error)
+
+    def write(self, component: HardwareComponent, time: float, period: float) -> None:
+        """Write a component; arguments and failures as :meth:`read`."""
+        try:
+            self._statistics.write[component.name].measure(component.write, time, period)
+        except Exception as error:  # noqa: BLE001  after any failure the arm is brought to rest
+            self._give_up(component, time, error)
+
+    def update(self, time: float, period: float) -> None:
         """Update all controllers that are due, then the ones that replaced them in this cycle.
 
         The replacements command in this cycle too.
@@ -58,23 +84,30 @@ class Execution:
             time: Begin of the cycle [s].
             period: Time since the last cycle [s].
         """
-        updated: set[str] = set()
-        while waiting := [each for each in self._switcher.active if each[0].name not in updated]:
-            for controller, schedule in waiting:
+        active = self._switcher.active
+        for controller, schedule in active:
+            self._update_if_due(controller, schedule, time, period)
+        if self._switcher.active is active:
+            return
+        updated = {controller.name for controller, _ in active}
+        while added := [each for each in self._switcher.active if each[0].name not in updated]:
+            for controller, schedule in added:
                 updated.add(controller.name)
-                if controller.state is State.ACTIVE:
-                    elapsed = schedule.due(period)
-                    if elapsed:
-                        self._update(controller, time, elapsed)
+                self._update_if_due(controller, schedule, time, period)
 
-    def _update(self, controller: AnyController, time: float, period: float) -> None:
+    def _update_if_due(
+        self, controller: AnyController, schedule: Schedule, time: float, period: float
+    ) -> None:
+        if controller.state is not LifecycleState.ACTIVE:
+            return
+        elapsed = schedule.due(period)
+        if not elapsed:
+            return
         handles = controller.command_handles
         before = [handle.value for handle in handles]
-        start = perf_counter()
         try:
-            controller.update(time, period)
-            controller.statistics.execution_time.add(perf_counter() - start)
-            controller.statistics.periodicity.add(1.0 / period)
+            controller.statistics.execution_time.measure(controller.update, time, elapsed)
+            controller.statistics.periodicity.add(1.0 / elapsed)
             for handle in handles:
                 if not isfinite(handle.value):
                     raise ControllerError(
@@ -91,7 +124,7 @@ class Execution:
         fallbacks = [
             fallback
             for fallback in map(self._controllers.get, controller.parameters.fallback_controllers)
-            if fallback is not None and fallback.state is State.INACTIVE
+            if fallback is not None and fallback.state is LifecycleState.INACTIVE
         ]
         wanted = {name for fallback in fallbacks for name in fallback.command_interfaces}
         leaving = [
@@ -115,30 +148,15 @@ class Execution:
                 controller.name,
                 cause,
                 tuple(other.name for other in switch.deactivate),
-                tuple(other.name for other in switch.activate if other.state is State.ACTIVE),
+                tuple(
+                    other.name for other in switch.activate if other.state is LifecycleState.ACTIVE
+                ),
             )
         )
         self.failures += [Failure(time, *problem) for problem in problems]
 
-    def exchange(
-        self,
-        component: HardwareComponent,
-        step: Callable[[float, float], None],
-        time: float,
-        period: float,
-    ) -> None:
-        """Read or write a component; if it fails, so do all controllers that use it.
-
-        Args:
-            component: The component.
-            step: Its ``read`` or ``write``.
-            time: Begin of the cycle [s].
-            period: Time since the last cycle [s].
-        """
-        try:
-            step(time, period)
-        except Exception as error:  # noqa: BLE001  after any failure the arm is brought to rest
-            problems: list[Problem] = []
-            leaving = self._switcher.give_up(component, time, problems)
-            self.failures.append(Failure(time, component.name, error, leaving))
-            self.failures += [Failure(time, *problem) for problem in problems]
+    def _give_up(self, component: HardwareComponent, time: float, cause: Exception) -> None:
+        problems: list[Problem] = []
+        leaving = self._switcher.give_up(component, time, problems)
+        self.failures.append(Failure(time, component.name, cause, leaving))
+        self.failures += [Failure(time, *problem) for problem in problems]

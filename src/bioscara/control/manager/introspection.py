@@ -26,7 +26,7 @@ def introspect(manager: ControllerManager) -> dict[str, float]:
             name = f"{component.name}.stats/{cycle}_cycle/execution_time"
             values |= _spread(name, spreads[component.name], _MICRO)
     values |= _spread("controller_manager.periodicity", statistics.periodicity)
-    times = (*manager.timing, sum(manager.timing), manager.switch_time)
+    times = (*statistics.timing, sum(statistics.timing), manager.switch_time)
     for name, taken in zip(("read", "update", "write", "total", "switch"), times, strict=True):
         values[f"controller_manager.{name}_time"] = _MICRO * taken
     return values

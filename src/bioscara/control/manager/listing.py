@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from bioscara.control.controllers.controller import AnyController
 from bioscara.control.manager.update_rate import Schedule
-from bioscara.hardware import CommandInterface, HardwareComponent, State
+from bioscara.hardware import CommandInterface, HardwareComponent, LifecycleState
 from bioscara.hardware.interfaces import Interface
 
 
@@ -25,7 +25,7 @@ class ControllerEntry(NamedTuple):
     """
 
     name: str
-    state: State
+    state: LifecycleState
     kind: str
     update_rate: float
     claimed_interfaces: tuple[str, ...]
@@ -65,7 +65,7 @@ class ComponentEntry(NamedTuple):
     name: str
     kind: str
     plugin_name: str
-    state: State
+    state: LifecycleState
     rw_rate: int
     command_interfaces: tuple[InterfaceEntry, ...]
     state_interfaces: tuple[InterfaceEntry, ...]
@@ -85,7 +85,7 @@ class Interfaces(NamedTuple):
 
 def describe_controller(controller: AnyController, rate: int) -> ControllerEntry:
     """Return the entry of a controller that is run at up to ``rate`` [Hz]."""
-    configured = controller.state in (State.INACTIVE, State.ACTIVE)
+    configured = controller.state in (LifecycleState.INACTIVE, LifecycleState.ACTIVE)
     return ControllerEntry(
         controller.name,
         controller.state,

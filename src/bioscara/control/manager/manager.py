@@ -20,12 +20,12 @@ from bioscara.control.manager.listing import (
     describe_interfaces,
 )
 from bioscara.control.manager.registry import ControllerRegistry
-from bioscara.control.manager.statistics import ManagerStatistics
+from bioscara.control.manager.statistics import READ, UPDATE, WRITE, ManagerStatistics, timed
 from bioscara.control.manager.switch_request import Strictness, Switch, plan, unknown
 from bioscara.control.manager.switching import ControllerSwitcher, Problem
 from bioscara.control.manager.update_rate import require_rate
 from bioscara.errors import ConfigurationError, InvalidArgumentError, SwitchError
-from bioscara.hardware import HardwareComponent, State
+from bioscara.hardware import HardwareComponent, LifecycleState
 
 
 class ControllerManager:
@@ -37,13 +37,13 @@ class ControllerManager:
         components: The hardware, in the order in which it is read and written.
         limiter: Bounds every command before it is written.
         rate: Cycles per second [Hz].
+        warnings: Shared with the limiter's stages; by default an own one.
 
     Attributes:
         claims: The interfaces and their owners.
         limiter: As given.
         rate: As given.
         lock: Reason why nothing may be activated; empty when activation is allowed.
-        timing: Durations of reading, updating and writing in the last cycle [s].
         switch_time: Duration of the last switch [s].
         statistics: Of the cycles.
         warnings: Messages about controllers and switches that were no reason to refuse them; the
@@ -55,21 +55,24 @@ class ControllerManager:
     """
 
     def __init__(
-        self, components: Sequence[HardwareComponent], limiter: Limiter, rate: int
+        self,
+        components: Sequence[HardwareComponent],
+        limiter: Limiter,
+        rate: int,
+        warnings: deque[str] | None = None,
     ) -> None:
         rate = require_rate(rate)
         self.claims = Claims(components)
         self.limiter, self.rate = limiter, rate
-        self._between: list[Failure] = []
-        self.warnings: deque[str] = deque(maxlen=WARNINGS)
+        self._between_cycles: list[Failure] = []
+        self.warnings = deque[str](maxlen=WARNINGS) if warnings is None else warnings
         self._registry = ControllerRegistry(rate, self.warnings)
         controllers = self._registry.controllers
         self._switcher = ControllerSwitcher(self.claims, limiter, rate, controllers, self.warnings)
-        self._execution = Execution(controllers, self._switcher)
-        self.lock = ""
-        self.timing = (0.0, 0.0, 0.0)
-        self.switch_time = 0.0
         self.statistics = ManagerStatistics(component.name for component in components)
+        self._execution = Execution(controllers, self._switcher, self.statistics)
+        self.lock = ""
+        self.switch_time = 0.0
 
     @property
     def components(self) -> tuple[HardwareComponent, ...]:
@@ -156,7 +159,7 @@ class ControllerManager:
         self._registry.cleanup(name)
 
     def unload(self, name: str) -> None:
-        """Forget a controller.
+        """Remove a controller.
 
         Raises:
             SwitchError: As :meth:`cleanup`.
@@ -224,29 +227,35 @@ class ControllerManager:
         time, period = number("the time of a cycle", time), number("the period", period)
         if not period > 0.0:
             raise InvalidArgumentError(f"a cycle takes time: its period cannot be {period:g} s")
-        self._execution.failures, self._between = self._between, []
-        statistics = self.statistics
-        statistics.periodicity.add(1.0 / period)
-        start = now = perf_counter()
+        self._execution.failures, self._between_cycles = self._between_cycles, []
+        self.statistics.periodicity.add(1.0 / period)
+        self.read(time, period)
+        self.update(time, period)
+        self.write(time, period)
+
+    @timed(READ)
+    def read(self, time: float, period: float) -> None:
+        """Read the states of all available components; arguments as :meth:`cycle`."""
         for component in self.components:
             if component.available:
-                self._execution.exchange(component, component.read, time, period)
-                before, now = now, perf_counter()
-                statistics.read[component.name].add(now - before)
+                self._execution.read(component, time, period)
             else:
                 component.problems.clear()
-        measured = now
-        self._execution.update_all(time, period)
-        self.limiter.apply(period)
-        updated = now = perf_counter()
-        for component in self.components:
-            if component.state is State.ACTIVE:
-                self._execution.exchange(component, component.write, time, period)
-                before, now = now, perf_counter()
-                statistics.write[component.name].add(now - before)
-        self.timing = (measured - start, updated - measured, now - updated)
 
-    def set_hardware_state(self, name: str, state: State, time: float) -> State:
+    @timed(UPDATE)
+    def update(self, time: float, period: float) -> None:
+        """Update the controllers that are due, and bound their commands; as :meth:`cycle`."""
+        self._execution.update(time, period)
+        self.limiter.apply(period, self._switcher.driving)
+
+    @timed(WRITE)
+    def write(self, time: float, period: float) -> None:
+        """Write the commands of all active components; arguments as :meth:`cycle`."""
+        for component in self.components:
+            if component.state is LifecycleState.ACTIVE:
+                self._execution.write(component, time, period)
+
+    def set_hardware_state(self, name: str, state: LifecycleState, time: float) -> LifecycleState:
         """Bring a component to a state; before a lower state its controllers are deactivated.
 
         Raises:
@@ -257,11 +266,12 @@ class ControllerManager:
         if text("the name of a component", name) not in known:
             raise SwitchError(unknown(name, known, "hardware component"))
         component = known[name]
-        if state < component.state or state is State.FINALIZED:
+        if state < component.state or state is LifecycleState.FINALIZED:
             problems: list[Problem] = []
-            only_commanding = state is State.INACTIVE
-            self._switcher.release(component, time, problems, inactive_too=not only_commanding)
-            self._keep(problems, time)
+            # An INACTIVE component is still read.
+            including_readers = state is not LifecycleState.INACTIVE
+            self._switcher.release(component, time, problems, including_readers=including_readers)
+            self._report_later(problems, time)
         return component.set_state(state)
 
     def shutdown(self, time: float) -> list[Exception]:
@@ -289,13 +299,13 @@ class ControllerManager:
         leaving = {controller.name for controller in switch.deactivate}
         hardware = {component.name for component in self.components}
         # A failed activation is reported to the caller alone.
-        self._keep([each for each in problems if each.source in leaving | hardware], time)
+        self._report_later([each for each in problems if each.source in leaving | hardware], time)
         for source, cause in problems:
             if source not in leaving:
                 raise SwitchError(
                     f"Failed switching controllers.... {source}: {cause}. {switch.lists()}"
                 ) from cause
 
-    def _keep(self, problems: Sequence[Problem], time: float) -> None:
-        """Keep problems between cycles for the report of the next cycle."""
-        self._between += [Failure(time, source, cause) for source, cause in problems]
+    def _report_later(self, problems: Sequence[Problem], time: float) -> None:
+        """Report problems that occur between cycles among the failures of the next cycle."""
+        self._between_cycles += [Failure(time, source, cause) for source, cause in problems]

@@ -1,4 +1,4 @@
-"""The loaded controllers, and their lifecycles apart from activation."""
+"""The types of controllers, those that are loaded, and their lifecycles apart from activation."""
 
 from __future__ import annotations
 
@@ -6,11 +6,31 @@ from collections.abc import Mapping, MutableSequence
 
 from bioscara.arguments import text
 from bioscara.control.controllers.controller import AnyController
-from bioscara.control.manager.controller_types import TYPES
+from bioscara.control.controllers.forward_command_controller import ForwardCommandController
+from bioscara.control.controllers.gripper_action_controller import GripperActionController
+from bioscara.control.controllers.hold_controller import HoldController
+from bioscara.control.controllers.homing_controller import HomingController
+from bioscara.control.controllers.jog_controller import JogController
+from bioscara.control.controllers.joint_state_broadcaster import JointStateBroadcaster
+from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.manager.switch_request import unknown
 from bioscara.control.manager.update_rate import Schedule
 from bioscara.errors import SwitchError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
+
+TYPES: dict[str, type[AnyController]] = {
+    controller.TYPE: controller
+    for controller in (
+        ForwardCommandController,
+        GripperActionController,
+        HoldController,
+        HomingController,
+        JogController,
+        JointStateBroadcaster,
+        JointTrajectoryController,
+    )
+}
+"""Every controller type by the name that ROS gives it."""
 
 
 class ControllerRegistry:
@@ -22,7 +42,7 @@ class ControllerRegistry:
 
     Attributes:
         controllers: All of them.
-        changes: How often one was loaded, configured, cleaned up or forgotten.
+        changes: How often one was loaded, configured, cleaned up or removed.
     """
 
     def __init__(self, rate: int, warnings: MutableSequence[str]) -> None:
@@ -58,9 +78,9 @@ class ControllerRegistry:
     def configure(self, name: str) -> None:
         """Make it INACTIVE, from INACTIVE too; errors as ``ControllerManager.configure``."""
         controller = self.get(name)
-        if controller.state is State.INACTIVE:
+        if controller.state is LifecycleState.INACTIVE:
             self.cleanup(name)
-        if controller.state is not State.UNCONFIGURED:
+        if controller.state is not LifecycleState.UNCONFIGURED:
             raise SwitchError(f"{name} is {controller.state.label}: it cannot be configured")
         controller.on_configure()
         for names in (controller.command_interfaces, controller.state_interfaces):
@@ -68,33 +88,33 @@ class ControllerRegistry:
             if twice:
                 controller.on_cleanup()
                 raise SwitchError(f"{name} names {twice[0]} twice")
-        self._look_at_rate(controller)
-        self._enter(controller, State.INACTIVE)
+        self._warn_about_rate(controller)
+        self._enter(controller, LifecycleState.INACTIVE)
 
     def cleanup(self, name: str) -> None:
         """Make it UNCONFIGURED; errors as ``ControllerManager.cleanup``."""
         controller = self.get(name)
-        if controller.state is State.UNCONFIGURED:
+        if controller.state is LifecycleState.UNCONFIGURED:
             return
-        if controller.state is not State.INACTIVE:
+        if controller.state is not LifecycleState.INACTIVE:
             raise SwitchError(f"{name} is {controller.state.label}: deactivate it first")
         for other in self.controllers.values():
-            if other.state is State.ACTIVE and name in self.fallbacks(other):
+            if other.state is LifecycleState.ACTIVE and name in self.fallbacks(other):
                 raise SwitchError(
-                    f"{name} is what {other.name} falls back on: deactivate {other.name} first"
+                    f"{name} is a fallback of {other.name}: deactivate {other.name} first"
                 )
         controller.on_cleanup()
-        self._enter(controller, State.UNCONFIGURED)
+        self._enter(controller, LifecycleState.UNCONFIGURED)
 
     def unload(self, name: str) -> None:
-        """Forget it; errors as ``ControllerManager.unload``."""
+        """Remove it; errors as ``ControllerManager.unload``."""
         self.cleanup(name)
-        self._enter(self.controllers.pop(name), State.FINALIZED)
+        self._enter(self.controllers.pop(name), LifecycleState.FINALIZED)
 
     def finalize(self) -> None:
         """Make all controllers FINALIZED: none can be used again."""
         for controller in self.controllers.values():
-            self._enter(controller, State.FINALIZED)
+            self._enter(controller, LifecycleState.FINALIZED)
 
     def fallbacks(self, controller: AnyController) -> list[str]:
         """Return the names of all fallbacks of a controller, and theirs, nearest first."""
@@ -122,18 +142,18 @@ class ControllerRegistry:
                 raise SwitchError(f"{refused}fallback: {unknown(name, self.controllers)}")
             if name == controller.name or name in self.fallbacks(fallback):
                 raise SwitchError(f"{refused}its fallbacks lead back to {name}")
-            if fallback.state not in (State.INACTIVE, State.ACTIVE):
+            if fallback.state not in (LifecycleState.INACTIVE, LifecycleState.ACTIVE):
                 raise SwitchError(
                     f"{refused}its fallback {name} is {fallback.state.label}; configure it first"
                 )
             ready.append(fallback)
         return ready
 
-    def _enter(self, controller: AnyController, state: State) -> None:
+    def _enter(self, controller: AnyController, state: LifecycleState) -> None:
         controller.state = state
         self.changes += 1
 
-    def _look_at_rate(self, controller: AnyController) -> None:
+    def _warn_about_rate(self, controller: AnyController) -> None:
         asked = controller.parameters.update_rate
         got = Schedule(self._rate, asked).rate
         if asked and got != asked:

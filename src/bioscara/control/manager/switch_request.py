@@ -9,7 +9,7 @@ from typing import NamedTuple
 from bioscara.arguments import items, shown, text
 from bioscara.control.controllers.controller import AnyController
 from bioscara.errors import SwitchError
-from bioscara.hardware import State
+from bioscara.hardware import LifecycleState
 from bioscara.spelling import did_you_mean
 
 
@@ -57,8 +57,8 @@ class Switch(NamedTuple):
 
     def lists(self) -> str:
         """Return the names of the controllers that were activated and deactivated."""
-        active = [each.name for each in self.activate if each.state is State.ACTIVE]
-        left = [each.name for each in self.deactivate if each.state is not State.ACTIVE]
+        active = [each.name for each in self.activate if each.state is LifecycleState.ACTIVE]
+        left = [each.name for each in self.deactivate if each.state is not LifecycleState.ACTIVE]
         return f"Activated: [{', '.join(active)}]; deactivated: [{', '.join(left)}]"
 
 
@@ -115,15 +115,15 @@ def _select(
 
 
 def _not_active(controller: AnyController) -> str:
-    if controller.state is State.ACTIVE:
+    if controller.state is LifecycleState.ACTIVE:
         return ""
     return f"{controller.name} cannot be deactivated: it is {controller.state.label}, not active"
 
 
 def _not_inactive(controller: AnyController) -> str:
-    if controller.state is State.INACTIVE:
+    if controller.state is LifecycleState.INACTIVE:
         return ""
-    remedy = "; configure it first" if controller.state is State.UNCONFIGURED else ""
+    remedy = "; configure it first" if controller.state is LifecycleState.UNCONFIGURED else ""
     return (
         f"{controller.name} cannot be activated: it is {controller.state.label}, not "
         f"inactive{remedy}"

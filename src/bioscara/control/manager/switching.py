@@ -13,7 +13,7 @@ from bioscara.control.manager.statistics import UpdateStatistics
 from bioscara.control.manager.switch_request import Strictness, Switch
 from bioscara.control.manager.update_rate import Schedule
 from bioscara.errors import BioscaraError, ModeSwitchError, SwitchError
-from bioscara.hardware import POSITION, VELOCITY, HardwareComponent, State
+from bioscara.hardware import POSITION, VELOCITY, HardwareComponent, LifecycleState
 from bioscara.model import JointParameters
 
 
@@ -101,15 +101,15 @@ class ControllerSwitcher:
         """
         self._claims.check(switch.activate, switch.deactivate)
         changes = self.changes(switch.activate, switch.deactivate)
-        said: list[str] = []
+        warnings: list[str] = []
         for component, start, stop in changes:
             try:
-                said += component.prepare_command_mode_switch(start, stop)
+                warnings += component.prepare_command_mode_switch(start, stop)
             except ModeSwitchError as error:
                 raise ModeSwitchError(
                     f"prepare command mode switch was rejected: {error}", component.name
                 ) from error
-        self._warnings.extend(said)
+        self._warnings.extend(warnings)
         return changes
 
     def carry_out(self, switch: Switch, changes: Sequence[Change], time: float) -> list[Problem]:
@@ -144,7 +144,7 @@ class ControllerSwitcher:
         self, component: HardwareComponent, time: float, problems: list[Problem]
     ) -> tuple[str, ...]:
         """Deactivate all controllers that use a component and fail it; return their names."""
-        leaving = self.release(component, time, problems, inactive_too=True)
+        leaving = self.release(component, time, problems, including_readers=True)
         try:
             component.fail()
         except Exception as error:  # noqa: BLE001  it is finalized, and the cause is kept
@@ -157,7 +157,7 @@ class ControllerSwitcher:
         time: float,
         problems: list[Problem],
         *,
-        inactive_too: bool,
+        including_readers: bool,
     ) -> tuple[str, ...]:
         """Deactivate the controllers that command a component; return their names.
 
@@ -165,13 +165,13 @@ class ControllerSwitcher:
             component: The component.
             time: Now [s].
             problems: Takes the problems that occur.
-            inactive_too: Whether also those that only read it.
+            including_readers: Whether also those that only read it.
         """
         leaving = [
             controller
             for controller, _ in self.active
             if self._claims.commands_of(controller, component)
-            or (inactive_too and self._claims.uses(controller, component))
+            or (including_readers and self._claims.uses(controller, component))
         ]
         for controller in leaving:
             self._deactivate(controller, time, problems)
@@ -205,7 +205,7 @@ class ControllerSwitcher:
         limits: dict[str, JointParameters] = {}
         for name in controller.command_interfaces:
             component = self._claims.component(name)
-            if component.state is not State.ACTIVE:
+            if component.state is not LifecycleState.ACTIVE:
                 raise SwitchError(f"{component.name} is {component.state.label}")
             limits.update(component.limits)
         schedule = Schedule(self._rate, controller.parameters.update_rate)
@@ -223,7 +223,7 @@ class ControllerSwitcher:
             raise
         for handle in controller.command_handles:
             handle.owner = controller.name
-        controller.state = State.ACTIVE
+        controller.state = LifecycleState.ACTIVE
         self.switched += 1
         schedules = {each.name: (each, when) for each, when in self.active}
         schedules[controller.name] = (controller, schedule)
@@ -237,7 +237,7 @@ class ControllerSwitcher:
         for handle in controller.command_handles:
             handle.owner = None
         controller.unbind()
-        controller.state = State.INACTIVE
+        controller.state = LifecycleState.INACTIVE
         self.switched += 1
         self._set_active([entry for entry in self.active if entry[0] is not controller])
 
@@ -254,7 +254,7 @@ class ControllerSwitcher:
     ) -> None:
         """Release command modes that were taken for controllers that are not active."""
         for component, start, stop in self.changes((), controllers):
-            if component.state is State.ACTIVE:
+            if component.state is LifecycleState.ACTIVE:
                 try:
                     component.perform_command_mode_switch(start, stop)
                 except Exception as error:  # noqa: BLE001  as in carry_out

@@ -18,7 +18,7 @@ def require_rate(rate: int) -> int:
     if not LOWEST_RATE <= rate <= HIGHEST_RATE:
         raise ConfigurationError(
             f"rate {rate} Hz is outside {LOWEST_RATE} .. {HIGHEST_RATE} Hz; a joint "
-            f"that hears nothing for {1e3 * SILENCE:.0f} ms stops"
+            f"that receives nothing for {1e3 * SILENCE:.0f} ms stops"
         )
     return rate
 

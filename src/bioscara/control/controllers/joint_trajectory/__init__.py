@@ -3,12 +3,12 @@
 ``messages`` holds its goals and answers, ``parameters`` its parameters, ``validation`` checks that
 a goal can be followed, ``upsampling`` smooths bare positions, ``interpolation`` is the curve
 through the points, ``requests`` holds a waiting trajectory, ``sampler`` samples a curve and changes
-from one to the next (``splicing``, ``braking``), ``tolerances`` holds the permitted deviations,
-``tolerance_monitor`` evaluates them, ``pid`` is the velocity controller of a joint, ``interfaces``
-holds those of all joints, ``controller`` combines them.
+from one to the next (``splicing``, ``braking``), ``tolerances`` holds the permitted deviations and
+evaluates them, ``pid`` is the velocity controller of a joint, ``interfaces`` holds those of all
+joints, ``controller`` combines them.
 """
 
-from bioscara.control.controllers.goals import Status as Status
+from bioscara.control.controllers.goals import GoalStatus as GoalStatus
 from bioscara.control.controllers.joint_trajectory.controller import (
     JointTrajectoryController as JointTrajectoryController,
 )

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 
 from bioscara.arguments import number
 from bioscara.control.controllers.controller import WARNINGS, Controller, interfaces
-from bioscara.control.controllers.goals import Status
+from bioscara.control.controllers.goals import GoalStatus
 from bioscara.control.controllers.joint_trajectory.interfaces import Handles
 from bioscara.control.controllers.joint_trajectory.messages import (
     ControllerState,
@@ -22,8 +22,11 @@ from bioscara.control.controllers.joint_trajectory.parameters import JointTrajec
 from bioscara.control.controllers.joint_trajectory.pid import Gains, Pid
 from bioscara.control.controllers.joint_trajectory.requests import accept
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
-from bioscara.control.controllers.joint_trajectory.tolerance_monitor import ToleranceMonitor
-from bioscara.control.controllers.joint_trajectory.tolerances import choose, defaults
+from bioscara.control.controllers.joint_trajectory.tolerances import (
+    ToleranceMonitor,
+    choose,
+    defaults,
+)
 from bioscara.control.controllers.joint_trajectory.upsampling import timed
 from bioscara.control.controllers.joint_trajectory.validation import plain, plain_goal
 from bioscara.errors import ConfigurationError, GoalRejectedError
@@ -83,17 +86,17 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
     @property
     def controller_state(self) -> ControllerState | None:
         """State of its last cycle; None while it is inactive."""
-        told = self.feedback
-        if told is None:
+        feedback = self.feedback
+        if feedback is None:
             return None
         measured = len(self.parameters.state_interfaces)
         return ControllerState(
-            told.time,
+            feedback.time,
             self.parameters.joints,
-            told.trajectory_time,
-            told.desired,
-            told.actual.first(measured),
-            told.error.first(measured),
+            feedback.trajectory_time,
+            feedback.desired,
+            feedback.actual.first(measured),
+            feedback.error.first(measured),
             {handle.name: handle.value for handle in self._handles.commands},
             self.scaling,
         )
@@ -103,11 +106,11 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         """Whether the goal that it follows, or followed before it held, was collision-checked."""
         return self._sampler is None or self._sampler.collision_checked
 
-    def on_hindered(self, text: str, rest: Mapping[str, float]) -> None:
+    def on_collision_stop(self, reason: str, rest: Mapping[str, float]) -> None:
         """Abort a running goal, and hold where the arm comes to rest."""
         sampler = self._active()
         if not self.holding:
-            self._end_goal(Status.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED, text)
+            self._end_goal(GoalStatus.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED, reason)
         sampler.rest([rest[joint] for joint in self.parameters.joints])
 
     def on_configure(self) -> None:
@@ -128,7 +131,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             )
             timeout = 0.0
         velocity = VELOCITY in kinds and VELOCITY in parameters.state_interfaces
-        self._judge = ToleranceMonitor(joints, self._defaults, timeout, velocity=velocity)
+        self._monitor = ToleranceMonitor(joints, self._defaults, timeout, velocity=velocity)
 
     def on_activate(self, time: float) -> None:
         """Hold the last commands where they are known, else the measured positions."""
@@ -146,7 +149,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
     def on_deactivate(self, time: float) -> None:
         """Abort a running goal; positions stay as commanded, velocities become 0."""
         self._end_goal(
-            Status.ABORTED,
+            GoalStatus.ABORTED,
             ErrorCode.INVALID_GOAL,
             "Current goal cancelled during deactivate transition.",
         )
@@ -202,11 +205,11 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         request = accept(goal.trajectory, self.parameters, self._handles, self.limits, time)
         sampler.waiting = request._replace(collision_checked=goal.collision_checked)
         self._end_goal(
-            Status.ABORTED,
+            GoalStatus.ABORTED,
             ErrorCode.INVALID_GOAL,
             "Current goal preempted by new incoming action.",
         )
-        self._judge.tolerances, warning = choose(goal, self.parameters.joints, self._defaults)
+        self._monitor.tolerances, warning = choose(goal, self.parameters.joints, self._defaults)
         if warning:
             self.warnings.append(f"{self.name}: {warning}")
         self.goal = GoalHandle(goal)
@@ -231,11 +234,11 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             trajectory, parameters, self._handles, self.limits, time, smooth=upsampling.enable
         )
         if self._running is None:
-            self._judge.tolerances = self._defaults
+            self._monitor.tolerances = self._defaults
 
     def cancel(self, time: float) -> None:
         """End the followed trajectory and come to rest; a running goal ends CANCELED."""
-        self._end_goal(Status.CANCELED)
+        self._end_goal(GoalStatus.CANCELED)
         if not self.holding:
             self._stop(self._active(), time)
 
@@ -265,27 +268,27 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         if running is not None:
             running.feedback = self.feedback
         if not sampler.holding:
-            self._end_if_judged(sampler, error, time)
+            self._end_if_decided(sampler, error, time)
         ahead = sampler.ahead()
         if self._velocity_only:
             handles.write_velocities(ahead, error, self._pids, sampler.pace, period)
         else:
             handles.write(ahead, sampler.pace)
 
-    def _end_if_judged(self, sampler: TrajectorySampler, error: JointValues, time: float) -> None:
+    def _end_if_decided(self, sampler: TrajectorySampler, error: JointValues, time: float) -> None:
         """End the trajectory once it is reached or failed, and hold or come to rest."""
         overtime = sampler.time - sampler.course.duration
         # With a waiting request, path tolerances apply beyond the end too.
         if overtime < 0.0 or sampler.waiting is not None:
-            verdict = self._judge.on_the_way(error, sampler.time)
+            verdict = self._monitor.before_the_end(error, sampler.time)
         else:
-            verdict = self._judge.at_the_end(error, overtime)
+            verdict = self._monitor.after_the_end(error, overtime)
         if verdict is None:
             return
-        if verdict.status is Status.ABORTED and self._running is None:
+        if verdict.status is GoalStatus.ABORTED and self._running is None:
             self.warnings.append(f"{self.name}: {verdict.text}")
         self._end_goal(*verdict)
-        if verdict.status is Status.SUCCEEDED:
+        if verdict.status is GoalStatus.SUCCEEDED:
             sampler.hold(sampler.course.end, time)
         else:
             self._stop(sampler, time)
@@ -307,7 +310,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             sampler.hold(self._handles.measured().positions, time)
 
     def _end_goal(
-        self, status: Status, code: ErrorCode = ErrorCode.SUCCESSFUL, text: str = ""
+        self, status: GoalStatus, code: ErrorCode = ErrorCode.SUCCESSFUL, text: str = ""
     ) -> None:
         running = self._running
         if running is not None:

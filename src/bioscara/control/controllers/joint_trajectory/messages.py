@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import IntEnum
 from typing import NamedTuple, Self
 
-from bioscara.control.controllers.goals import Pursued, Status
+from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
 from bioscara.planning import Trajectory
 
 
@@ -169,7 +169,7 @@ class ControllerState(NamedTuple):
 
 
 @dataclass(slots=True)
-class GoalHandle(Pursued):
+class GoalHandle(AcceptedGoal):
     """An accepted goal; changed by the controller until it ends.
 
     Attributes:
@@ -181,11 +181,13 @@ class GoalHandle(Pursued):
     """
 
     goal: Goal
-    status: Status = Status.EXECUTING
+    status: GoalStatus = GoalStatus.EXECUTING
     error_code: ErrorCode = ErrorCode.SUCCESSFUL
     text: str = ""
     feedback: Feedback | None = field(default=None, repr=False)
 
-    def end(self, status: Status, code: ErrorCode = ErrorCode.SUCCESSFUL, text: str = "") -> None:
+    def end(
+        self, status: GoalStatus, code: ErrorCode = ErrorCode.SUCCESSFUL, text: str = ""
+    ) -> None:
         """End it; called by the controller."""
         self.status, self.error_code, self.text = status, code, text

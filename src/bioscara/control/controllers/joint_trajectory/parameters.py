@@ -7,14 +7,19 @@ from typing import Literal
 from pydantic import ConfigDict, Field
 
 from bioscara.control.controllers.joint_trajectory.pid import Gains
-from bioscara.control.controllers.parameters import NotNegative, Parameters, Positive, Section
+from bioscara.control.controllers.parameters import (
+    NotNegative,
+    ParameterGroup,
+    Parameters,
+    Positive,
+)
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY
 
 Kind = Literal["position", "velocity"]
 
 
-class JointConstraints(Section):
+class JointConstraints(ParameterGroup):
     """Permitted deviations of one joint; 0 is unchecked.
 
     Attributes:
@@ -28,7 +33,7 @@ class JointConstraints(Section):
     max_deceleration_on_cancel: NotNegative = 0.0
 
 
-class Constraints(Section):
+class Constraints(ParameterGroup):
     """Failure conditions of goals; every other key is the name of a joint, with its constraints.
 
     Attributes:
@@ -58,7 +63,7 @@ class Constraints(Section):
         return self.__pydantic_extra__.get(joint, JointConstraints())
 
 
-class SpeedScaling(Section):
+class SpeedScaling(ParameterGroup):
     """Scaling of the trajectory's time.
 
     Attributes:
@@ -72,7 +77,7 @@ class SpeedScaling(Section):
     command_interface: Literal[""] = ""
 
 
-class PositionsUpsampling(Section):
+class PositionsUpsampling(ParameterGroup):
     """Handling of trajectories without a goal that have positions only.
 
     Attributes:

@@ -7,13 +7,13 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from bioscara.control.controllers.parameters import Section
+from bioscara.control.controllers.parameters import ParameterGroup
 
 Unbounded = Annotated[float, Field(allow_inf_nan=True)]
 AntiWindup = Literal["none", "conditional_integration", "back_calculation"]
 
 
-class Gains(Section):
+class Gains(ParameterGroup):
     """Gains of one joint; names and defaults as in ros2_controllers.
 
     Attributes:

@@ -1,17 +1,23 @@
-"""Tolerances of joints on the path and at the end."""
+"""Tolerances of joints on the path and at the end, and the outcome that follows from them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from bioscara.control.controllers.joint_trajectory.messages import Goal, JointValues, Tolerance
+from bioscara.control.controllers.goals import GoalStatus
+from bioscara.control.controllers.joint_trajectory.messages import (
+    ErrorCode,
+    Goal,
+    JointValues,
+    Tolerance,
+)
 from bioscara.control.controllers.joint_trajectory.parameters import Constraints
 
 ERASE = -1.0
 
 
-class Tolerances(NamedTuple):
+class TrajectoryTolerances(NamedTuple):
     """Limits of each joint in the controller's order; 0 is unchecked.
 
     Attributes:
@@ -41,18 +47,107 @@ class Violation(NamedTuple):
     limit: float
 
 
-def defaults(joints: Sequence[str], constraints: Constraints) -> Tolerances:
+class Verdict(NamedTuple):
+    """How a trajectory ended.
+
+    Attributes:
+        status: SUCCEEDED or ABORTED.
+        code: Result code.
+        text: The result in words.
+    """
+
+    status: GoalStatus
+    code: ErrorCode
+    text: str
+
+
+class ToleranceMonitor:
+    """Evaluates in each cycle whether the followed trajectory has ended.
+
+    Args:
+        joints: Names of the joints.
+        tolerances: Of the followed trajectory; those of a goal replace them.
+        timeout: Time after the last point after which it is given up in any case [s]; 0 for never.
+        velocity: Whether the velocity error is meaningful.
+
+    Attributes:
+        tolerances: Of the followed trajectory.
+    """
+
+    __slots__ = ("_joints", "_timeout", "_velocity", "tolerances")
+
+    def __init__(
+        self,
+        joints: Sequence[str],
+        tolerances: TrajectoryTolerances,
+        timeout: float,
+        *,
+        velocity: bool,
+    ) -> None:
+        self._joints, self._timeout, self._velocity = tuple(joints), timeout, velocity
+        self.tolerances = tolerances
+
+    def before_the_end(self, error: JointValues, time: float) -> Verdict | None:
+        """Return how a trajectory ended before its last point, or None while it continues.
+
+        Args:
+            error: Desired minus measured.
+            time: Time since the trajectory's start [s], for the message.
+        """
+        violation = violated(self.tolerances.path, error, velocity=self._velocity)
+        if violation is None:
+            return None
+        return Verdict(
+            GoalStatus.ABORTED,
+            ErrorCode.PATH_TOLERANCE_VIOLATED,
+            f"Aborted due to path tolerance violation: {self._describe(violation)}, "
+            f"{time:.3f} s into the trajectory",
+        )
+
+    def after_the_end(self, error: JointValues, overtime: float) -> Verdict | None:
+        """Return how a trajectory ended after its last point, or None while its end is awaited.
+
+        Args:
+            error: Desired minus measured.
+            overtime: Time since the last point's [s], not negative.
+        """
+        goal_time = self.tolerances.goal_time
+        violation = violated(self.tolerances.goal, error, velocity=self._velocity)
+        if violation is None:
+            return Verdict(GoalStatus.SUCCEEDED, ErrorCode.SUCCESSFUL, "Goal successfully reached!")
+        if 0.0 < goal_time < overtime:
+            why = f"Aborted due to goal_time_tolerance exceeding by {overtime - goal_time:.3f} s"
+        elif 0.0 < self._timeout < overtime:
+            why = f"Aborted due to command timeout, {self._timeout:g} s after the last point"
+        else:
+            return None
+        return Verdict(
+            GoalStatus.ABORTED,
+            ErrorCode.GOAL_TOLERANCE_VIOLATED,
+            f"{why}: {self._describe(violation)}",
+        )
+
+    def _describe(self, violation: Violation) -> str:
+        return (
+            f"{violation.quantity} of {self._joints[violation.joint]} is {violation.error:.4g} "
+            f"off, {violation.limit:.4g} is allowed"
+        )
+
+
+def defaults(joints: Sequence[str], constraints: Constraints) -> TrajectoryTolerances:
     """Return the tolerances of the parameters."""
     of = [constraints.of(joint) for joint in joints]
     stopped = constraints.stopped_velocity_tolerance
-    return Tolerances(
+    return TrajectoryTolerances(
         tuple((each.trajectory, 0.0, 0.0) for each in of),
         tuple((each.goal, stopped, 0.0) for each in of),
         constraints.goal_time,
     )
 
 
-def choose(goal: Goal, joints: Sequence[str], default: Tolerances) -> tuple[Tolerances, str]:
+def choose(
+    goal: Goal, joints: Sequence[str], default: TrajectoryTolerances
+) -> tuple[TrajectoryTolerances, str]:
     """Return the tolerances of a goal, and why the defaults were kept; empty if they were not.
 
     One invalid value discards the whole set, as in ROS; the goal still runs.
@@ -63,7 +158,7 @@ def choose(goal: Goal, joints: Sequence[str], default: Tolerances) -> tuple[Tole
     if wrong:
         return default, f"{wrong} makes no sense: the default tolerances are used"
     return (
-        Tolerances(
+        TrajectoryTolerances(
             _replaced(default.path, goal.path_tolerance, joints),
             _replaced(default.goal, goal.goal_tolerance, joints),
             _value(default.goal_time, goal.goal_time_tolerance),

@@ -215,13 +215,13 @@ def _check_stamp(trajectory: JointTrajectory, now: float) -> None:
 
 
 def _check_time(index: int, time: float, before: float) -> None:
-    told = f"point {index}: time_from_start {time:g} s"
+    prefix = f"point {index}: time_from_start {time:g} s"
     if not math.isfinite(time) or time < 0.0:
-        raise GoalRejectedError(f"{told} must be finite and not negative")
+        raise GoalRejectedError(f"{prefix} must be finite and not negative")
     if time > _LARGEST:
-        raise GoalRejectedError(f"{told} is beyond {_LARGEST:g} s; send the trajectory in parts")
+        raise GoalRejectedError(f"{prefix} is beyond {_LARGEST:g} s; send the trajectory in parts")
     if time <= before:
-        raise GoalRejectedError(f"{told} does not come after {before:g} s of the point before")
+        raise GoalRejectedError(f"{prefix} does not come after {before:g} s of the point before")
 
 
 def _check_fields(
