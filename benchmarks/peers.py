@@ -9,9 +9,9 @@ import numpy as np
 import ruckig
 import toppra
 
+from bioscara.planning.arrays import Array
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.profiles.segments import Bounds, State
-from bioscara.planning.trajectory.trajectory import Array
 
 
 class Ruckig:

@@ -25,7 +25,7 @@ from bioscara.planning.motions.waypoints import approach as approach
 from bioscara.planning.motions.waypoints import retract as retract
 from bioscara.planning.tool_limits import ToolLimits as ToolLimits
 from bioscara.planning.topp.topp import parameterise as parameterise
+from bioscara.planning.trajectory.polynomials import Sample as Sample
 from bioscara.planning.trajectory.retiming import fit as fit
-from bioscara.planning.trajectory.trajectory import Sample as Sample
 from bioscara.planning.trajectory.trajectory import Trajectory as Trajectory
 from bioscara.planning.trajectory.validation import check as check

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bioscara.planning.collision.shapes import Array
+from bioscara.planning.arrays import Array
 
 Values = tuple[float, float, float, float]
 """One value for each joint, or for each velocity of the tool."""

@@ -17,8 +17,8 @@ from bioscara.control.controllers.joint_trajectory import (
     Tolerance,
 )
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.messages import JointValues
 from bioscara.errors import GoalRejectedError
+from bioscara.planning import Sample
 from control.joint_trajectory.follower import BRAKES, NOTHING, Follower, alone, smooth
 from control.world import LIMITS, NAMES
 
@@ -143,7 +143,7 @@ def test_rule_20_a_ramp_to_rest_is_replaced_at_once(follower: Callable[..., Foll
 def test_rule_20_one_that_is_over_when_it_is_taken_leaves_the_joints_at_its_end() -> None:
     course = Interpolator([Point(0.0, (0.0,), (0.0,)), Point(1.0, (2.0,), (0.0,))])
     now = 1.0 - 5e-7
-    course.begin(JointValues((0.5,), (0.0,), (0.0,)), now, bridge=True)
+    course.begin(Sample((0.5,), (0.0,), (0.0,)), now, bridge=True)
     assert course.sample(now).values.positions == pytest.approx((2.0,))
 
 

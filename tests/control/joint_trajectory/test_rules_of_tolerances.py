@@ -14,7 +14,6 @@ from bioscara.control.controllers.joint_trajectory import (
     Status,
     Tolerance,
 )
-from bioscara.control.controllers.joint_trajectory.messages import JointValues
 from bioscara.control.controllers.joint_trajectory.parameters import Constraints
 from bioscara.control.controllers.joint_trajectory.tolerance_monitor import (
     ToleranceMonitor,
@@ -27,6 +26,7 @@ from bioscara.control.controllers.joint_trajectory.tolerances import (
     defaults,
     violated,
 )
+from bioscara.planning import Sample
 from control.joint_trajectory.follower import NOTHING, Follower
 
 JOINTS = ("a", "b")
@@ -49,7 +49,7 @@ def test_rule_29_what_is_0_is_not_checked_and_a_joint_that_moves_has_not_arrived
     default = defaults(JOINTS, Constraints())
 
     def at_end(speed: float) -> Verdict | None:
-        error = JointValues((9.0, -9.0), (0.0, speed), (9.0, 9.0))
+        error = Sample((9.0, -9.0), (0.0, speed), (9.0, 9.0))
         judge = ToleranceMonitor(JOINTS, default, 0.0, velocity=True)
         assert judge.on_the_way(error, 1.0) is None
         return judge.at_the_end(error, 5.0)
@@ -146,7 +146,7 @@ def test_rule_31_both_directions_are_judged_up_to_the_limit(sign: float) -> None
     nothing = (0.0, 0.0)
 
     def judge(position: float, velocity: float) -> Violation | None:
-        error = JointValues((0.0, sign * position), (0.0, sign * velocity), nothing)
+        error = Sample((0.0, sign * position), (0.0, sign * velocity), nothing)
         return violated(limits, error, velocity=True)
 
     assert judge(0.1, 0.2) is None
@@ -172,7 +172,7 @@ def test_rule_31_velocity_is_judged_where_it_is_commanded(
 
 
 def test_rule_31_an_error_that_is_no_number_is_a_violation() -> None:
-    error = JointValues((float("nan"), 0.0), (0.0, 0.0), (0.0, 0.0))
+    error = Sample((float("nan"), 0.0), (0.0, 0.0), (0.0, 0.0))
     assert violated(((0.1, 0.0, 0.0),) * 2, error, velocity=True) is not None
     assert violated(((0.0, 0.0, 0.0),) * 2, error, velocity=True) is None
 

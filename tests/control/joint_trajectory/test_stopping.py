@@ -14,11 +14,10 @@ from hypothesis import strategies as st
 from bioscara.control.controllers.joint_trajectory import JointTrajectory
 from bioscara.control.controllers.joint_trajectory.braking import Braked
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.messages import JointValues
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.requests import Request
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
-from bioscara.planning import point_to_point
+from bioscara.planning import Sample, point_to_point
 from bioscara.robot.planner import RESERVE
 from planning.limits import LIMITS, NAMES
 from planning.scenes import random_joints
@@ -86,7 +85,7 @@ def test_an_interrupted_beginning_of_it_can_be_begun_again(
     player = TrajectorySampler(JointTrajectoryParameters(joints=NAMES), PERIOD, begin, 0.0)
     course = Interpolator(JointTrajectory.of(move).points)
     player.waiting = Request(course, 0.0, frozenset(), collision_checked=collision_checked)
-    nowhere = JointValues(tuple(begin), (0.0,) * 4, (0.0,) * 4)
+    nowhere = Sample(tuple(begin), (0.0,) * 4, (0.0,) * 4)
     times = PERIOD * np.arange(1, 500)
     left = line
 

@@ -16,7 +16,7 @@ import numpy as np
 
 from bioscara.control.limits.joint_limiter import JointLimiter
 from bioscara.control.manager.manager import ControllerManager
-from bioscara.planning.collision.shapes import Array
+from bioscara.planning.arrays import Array
 from bioscara.planning.moving_average import Smoothed
 
 _EACH = 3

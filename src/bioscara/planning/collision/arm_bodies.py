@@ -15,7 +15,8 @@ import numpy as np
 
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model.parts import Link, drawing, hand
-from bioscara.planning.collision.shapes import Array, Prism
+from bioscara.planning.arrays import Array
+from bioscara.planning.collision.shapes import Prism
 
 BASE, COLUMN, UPPER_ARM, FOREARM, WRIST, LEFT_JAW, RIGHT_JAW = range(7)
 """Frames of the bodies; the lift's is that of the upper arm. Those of the jaws are rotated like the

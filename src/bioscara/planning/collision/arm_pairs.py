@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from bioscara.kinematics import Geometry
+from bioscara.planning.arrays import Index
 from bioscara.planning.collision.arm_bodies import (
     ATTACHED,
     BASE,
@@ -19,7 +20,7 @@ from bioscara.planning.collision.arm_bodies import (
     extent,
 )
 from bioscara.planning.collision.shape_arrays import Table
-from bioscara.planning.collision.shapes import Index, Prism, distances
+from bioscara.planning.collision.shapes import Prism, distances
 
 OWN_MARGIN = 5e-3
 """Margin between the arm's own parts where that of the scene is larger [m]: their geometry is

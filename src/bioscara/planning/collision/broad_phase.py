@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from bioscara.kinematics import Scara
+from bioscara.planning.arrays import Array
 from bioscara.planning.collision.scene_pairs import Layout
-from bioscara.planning.collision.shapes import Array
 
 _AHEAD = 0.03
 """Look-ahead distance for short motions that are checked in every cycle [m]."""

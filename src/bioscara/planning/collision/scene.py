@@ -17,6 +17,7 @@ import numpy.typing as npt
 from bioscara.arguments import flag, shown
 from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara
+from bioscara.planning.arrays import Array
 from bioscara.planning.collision.arm_bodies import GRIPPER, WIDTHS, WRIST, Body
 from bioscara.planning.collision.goal_slack import goal_slack
 from bioscara.planning.collision.scene_pairs import Layout, layout_of
@@ -28,7 +29,7 @@ from bioscara.planning.collision.scene_values import (
     make_tuples,
     replace_values,
 )
-from bioscara.planning.collision.shapes import Array, Prism
+from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.collision.swept import refusal, sweep
 from bioscara.planning.trajectory.trajectory import Trajectory
 

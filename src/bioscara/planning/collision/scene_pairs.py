@@ -16,19 +16,12 @@ import numpy as np
 import numpy.typing as npt
 
 from bioscara.kinematics import Geometry, Pose, Scara
+from bioscara.planning.arrays import Array, Index
 from bioscara.planning.collision.arm_bodies import BASE, Body, arm_of, frames, hull, reaches
 from bioscara.planning.collision.arm_pairs import OWN_MARGIN, Range, meetings
 from bioscara.planning.collision.goal_slack import STAND
 from bioscara.planning.collision.shape_arrays import Frames, Table
-from bioscara.planning.collision.shapes import (
-    Array,
-    Index,
-    Placed,
-    Prism,
-    distances,
-    least,
-    room_within,
-)
+from bioscara.planning.collision.shapes import Placed, Prism, distances, least, room_within
 
 LINKS = ("link_1", "link_2", "link_3", "link_4", "gripper", "jaws", "tool", "load")
 """Links that move; ``tool`` is the tool's point, ``load`` the load of a tool."""

@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bioscara.planning.collision.shapes import Array, Index, Placed, Prism
+from bioscara.planning.arrays import Array, Index
+from bioscara.planning.collision.shapes import Placed, Prism
 
 Frames = tuple[Array, Array, Array, Array, Array]
 """The result of :func:`~bioscara.planning.collision.arm_bodies.frames`."""

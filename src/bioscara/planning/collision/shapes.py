@@ -15,8 +15,8 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.intp]
+from bioscara.planning.arrays import Array, Index
+
 _SIGNS = np.array(((1.0, 1.0, -1.0, -1.0), (1.0, -1.0, 1.0, -1.0)))
 """Signs of a rectangle's half sizes at its four corners."""
 

@@ -13,10 +13,10 @@ import numpy as np
 
 from bioscara.errors import InvalidArgumentError, ZoneError
 from bioscara.kinematics import Scara
+from bioscara.planning.arrays import Array
 from bioscara.planning.collision.broad_phase import Nearby
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.scene_pairs import Layout, Pair
-from bioscara.planning.collision.shapes import Array
 from bioscara.planning.collision.swept import COARSE, SLACK, look_between
 
 _ROUNDING = 1e-9

@@ -8,8 +8,8 @@ import numpy as np
 
 from bioscara.errors import TrajectoryError, ZoneError
 from bioscara.kinematics import Scara
+from bioscara.planning.arrays import Array
 from bioscara.planning.collision.scene_pairs import Layout
-from bioscara.planning.collision.shapes import Array
 from bioscara.planning.trajectory.trajectory import Trajectory
 
 SLACK = 4e-4

@@ -20,8 +20,8 @@ import numpy as np
 from bioscara.arguments import number, numbers, shown
 from bioscara.errors import InvalidArgumentError, LimitError, UnreachableError
 from bioscara.kinematics import Joints, Scara
+from bioscara.planning.arrays import Array
 from bioscara.planning.collision.scene import Scene
-from bioscara.planning.collision.shapes import Array
 from bioscara.planning.collision.stopping import Bounds, Ranges, StoppingCheck
 from bioscara.planning.limits import JointLimits
 from bioscara.planning.motions.tool_speed import REDUCED_SPEED

@@ -9,7 +9,7 @@ from numpy.polynomial.polynomial import polyder, polyval
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara, batch
-from bioscara.planning.collision.shapes import Array, Index
+from bioscara.planning.arrays import Array, Index
 from bioscara.planning.collision.swept import highest_rates
 from bioscara.planning.trajectory.retiming import stretched
 from bioscara.planning.trajectory.trajectory import Trajectory

@@ -19,7 +19,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bioscara.planning.paths.curve import Array, Curve, Formulas
+from bioscara.planning.arrays import Array
+from bioscara.planning.paths.curve import Curve, Formulas
 from bioscara.planning.paths.path import Joined
 
 _LEAST = 1e-10

@@ -12,8 +12,7 @@ from typing import NamedTuple, Self
 import numpy as np
 import numpy.typing as npt
 
-Array = npt.NDArray[np.float64]
-Index = npt.NDArray[np.intp]
+from bioscara.planning.arrays import Array, Index
 
 POWERS = 6
 """Number of powers of the polynomial, 0 to 5."""

@@ -18,7 +18,8 @@ import numpy.typing as npt
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
 from bioscara.kinematics.pose import require_near, require_pose, wrapped
-from bioscara.planning.paths.curve import Array, Curve, Formulas, PathSamples
+from bioscara.planning.arrays import Array
+from bioscara.planning.paths.curve import Curve, Formulas, PathSamples
 
 LEVER = 0.1
 """Path length equivalent to one radian of rotation [m/rad]."""

@@ -9,13 +9,13 @@ from typing import NamedTuple
 import numpy as np
 
 from bioscara.kinematics import Joints, Scara
+from bioscara.planning.arrays import Array, Index
 from bioscara.planning.limits import JointLimits
-from bioscara.planning.paths.curve import Index, PathSamples
+from bioscara.planning.paths.curve import PathSamples
 from bioscara.planning.paths.inverse_kinematics import JointSamples, along
 from bioscara.planning.paths.path import Path
 from bioscara.planning.tool_limits import ToolLimits
 from bioscara.planning.topp.phase_plane import Rows
-from bioscara.planning.trajectory.trajectory import Array
 
 _SIDES = 8
 """Half the number of sides of the polygon that approximates the circle of the tool's accelerations.

@@ -9,11 +9,12 @@ import numpy as np
 
 from bioscara.errors import InvalidArgumentError, PathError, TrajectoryError, UnreachableError
 from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.planning.arrays import Array
 from bioscara.planning.paths.inverse_kinematics import along
 from bioscara.planning.paths.path import Path
 from bioscara.planning.topp.constraints import Look
 from bioscara.planning.topp.singular_ends import STRETCHED
-from bioscara.planning.trajectory.trajectory import Array, Trajectory
+from bioscara.planning.trajectory.trajectory import Trajectory
 
 _NEAR = 1e-6
 """Rounding tolerance between the start of a path and the tool [m or rad]."""

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from bioscara.planning.trajectory.trajectory import Array
+from bioscara.planning.arrays import Array
 
 _LEAST = 1e-7
 """Smallest factor of u, as a share of the largest one on the piece: a limit with a smaller one is

@@ -16,8 +16,8 @@ import numpy as np
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Scara, batch
+from bioscara.planning.arrays import Array, Index
 from bioscara.planning.limits import JointLimits, check_share
-from bioscara.planning.paths.curve import Index
 from bioscara.planning.paths.inverse_kinematics import along
 from bioscara.planning.paths.path import Path
 from bioscara.planning.tool_limits import FULL, ToolLimits
@@ -32,7 +32,7 @@ from bioscara.planning.topp.diagnostics import (
 from bioscara.planning.topp.phase_plane import Rows, fastest
 from bioscara.planning.topp.singular_ends import Between, between, with_ends
 from bioscara.planning.trajectory.retiming import stretched
-from bioscara.planning.trajectory.trajectory import Array, Trajectory
+from bioscara.planning.trajectory.trajectory import Trajectory
 
 _PIECES = 80
 """Pieces of the first grid."""

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from bioscara.planning.trajectory.trajectory import Array, Trajectory
+from bioscara.planning.arrays import Array
+from bioscara.planning.trajectory.trajectory import Trajectory
 
 _STEP, _APART = 0.01, 1e-4
 """Time between two points, and the least one [s]."""

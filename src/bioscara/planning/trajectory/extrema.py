@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bioscara.planning.trajectory.trajectory import Array, Trajectory
+from bioscara.planning.arrays import Array
+from bioscara.planning.trajectory.trajectory import Trajectory
 
 _HALVINGS = 42
 """Bisection steps: finds a turning point to 2e-13 of its segment; the value's error is the square

@@ -16,7 +16,6 @@ from bioscara.control.controllers.joint_trajectory.messages import (
     Goal,
     GoalHandle,
     JointTrajectory,
-    JointValues,
 )
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.pid import Gains, Pid
@@ -28,6 +27,7 @@ from bioscara.control.controllers.joint_trajectory.upsampling import timed
 from bioscara.control.controllers.joint_trajectory.validation import plain, plain_goal
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import VELOCITY
+from bioscara.planning import Sample
 
 
 class JointTrajectoryController(Controller[JointTrajectoryParameters]):
@@ -92,8 +92,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             self.parameters.joints,
             told.trajectory_time,
             told.desired,
-            told.actual.first(measured),
-            told.error.first(measured),
+            _first(told.actual, measured),
+            _first(told.error, measured),
             {handle.name: handle.value for handle in self._handles.commands},
             self.scaling,
         )
@@ -239,7 +239,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         if not self.holding:
             self._stop(self._active(), time)
 
-    def query_state(self, time: float) -> JointValues:
+    def query_state(self, time: float) -> Sample:
         """Return the desired state of the joints at a time.
 
         Args:
@@ -272,7 +272,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         else:
             handles.write(ahead, sampler.pace)
 
-    def _end_if_judged(self, sampler: TrajectorySampler, error: JointValues, time: float) -> None:
+    def _end_if_judged(self, sampler: TrajectorySampler, error: Sample, time: float) -> None:
         """End the trajectory once it is reached or failed, and hold or come to rest."""
         overtime = sampler.time - sampler.course.duration
         # With a waiting request, path tolerances apply beyond the end too.
@@ -312,3 +312,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         running = self._running
         if running is not None:
             running.end(status, code, text)
+
+
+def _first(values: Sample, count: int) -> Sample:
+    """Return values with only the first ``count`` fields; the others are empty."""
+    return Sample(*values[:count], *((),) * (3 - count))

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from bioscara.arguments import number
 from bioscara.control.controllers.joint_trajectory.braking import Braked, deceleration, standstill
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator, Place
-from bioscara.control.controllers.joint_trajectory.messages import JointValues
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.requests import Request
 from bioscara.control.controllers.joint_trajectory.splicing import Spliced
 from bioscara.errors import GoalRejectedError, LimitError
+from bioscara.planning import Sample
 
 _SCALING_RATE = 1.0
 """Rate at which the speed scaling changes [1/s]: a step of it would be a step of velocity."""
@@ -78,7 +78,7 @@ class TrajectorySampler:
             raise GoalRejectedError(f"speed scaling {factor:g} must not be negative")
         self._wanted_scaling = factor
 
-    def advance(self, time: float, period: float, measured: JointValues) -> Place:
+    def advance(self, time: float, period: float, measured: Sample) -> Place:
         """Advance to a time, and return the desired state of the joints.
 
         Args:
@@ -111,7 +111,7 @@ class TrajectorySampler:
             change = left
         self.scaling += change
 
-    def ahead(self) -> JointValues:
+    def ahead(self) -> Sample:
         """Return the desired state one cycle from now, which is commanded now."""
         pace = self.pace
         at = self.time + self._period * pace
@@ -150,7 +150,7 @@ class TrajectorySampler:
         self.course, self.time = way, self._now - self._commanded_time
         self.holding, self.waiting = True, None
 
-    def query(self, time: float, controller: str) -> JointValues:
+    def query(self, time: float, controller: str) -> Sample:
         """Return the desired state of the joints at ``time`` [s].
 
         Raises:
@@ -162,7 +162,7 @@ class TrajectorySampler:
             raise LimitError(what, at, course.begins, course.duration, "s")
         return course.sample(at).values
 
-    def _take(self, request: Request, measured: JointValues) -> None:
+    def _take(self, request: Request, measured: Sample) -> None:
         """Begin the waiting request, unless the running trajectory is kept up to its start."""
         course, stamp, missing, collision_checked = request
         running = self.course

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator, Place
-from bioscara.control.controllers.joint_trajectory.messages import JointValues
+from bioscara.planning import Sample
 
 
 class Spliced:
@@ -53,7 +53,7 @@ class Spliced:
             tuple([places[row].values[field][joint] for row, joint in self._rows])
             for field in range(3)
         ]
-        return Place(JointValues(*fields), places[0].point)
+        return Place(Sample(*fields), places[0].point)
 
     def source(self, joint: int) -> tuple[Interpolator, float]:
         """Return the course that a joint follows, and the time on it at time 0 [s]."""

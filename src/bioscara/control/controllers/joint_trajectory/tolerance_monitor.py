@@ -6,8 +6,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from bioscara.control.controllers.goals import Status
-from bioscara.control.controllers.joint_trajectory.messages import ErrorCode, JointValues
+from bioscara.control.controllers.joint_trajectory.messages import ErrorCode
 from bioscara.control.controllers.joint_trajectory.tolerances import Tolerances, Violation, violated
+from bioscara.planning import Sample
 
 
 class Verdict(NamedTuple):
@@ -45,7 +46,7 @@ class ToleranceMonitor:
         self._joints, self._timeout, self._velocity = tuple(joints), timeout, velocity
         self.tolerances = tolerances
 
-    def on_the_way(self, error: JointValues, time: float) -> Verdict | None:
+    def on_the_way(self, error: Sample, time: float) -> Verdict | None:
         """Return how a trajectory ended before its last point, or None while it continues.
 
         Args:
@@ -62,7 +63,7 @@ class ToleranceMonitor:
             f"{time:.3f} s into the trajectory",
         )
 
-    def at_the_end(self, error: JointValues, overtime: float) -> Verdict | None:
+    def at_the_end(self, error: Sample, overtime: float) -> Verdict | None:
         """Return how a trajectory ended after its last point, or None while its end is awaited.
 
         Args:

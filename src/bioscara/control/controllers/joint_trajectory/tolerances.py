@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from bioscara.control.controllers.joint_trajectory.messages import Goal, JointValues, Tolerance
+from bioscara.control.controllers.joint_trajectory.messages import Goal, Tolerance
 from bioscara.control.controllers.joint_trajectory.parameters import Constraints
+from bioscara.planning import Sample
 
 ERASE = -1.0
 
@@ -74,7 +75,7 @@ def choose(goal: Goal, joints: Sequence[str], default: Tolerances) -> tuple[Tole
 
 def violated(
     tolerances: Sequence[tuple[float, float, float]],
-    error: JointValues,
+    error: Sample,
     *,
     velocity: bool,
 ) -> Violation | None:
