@@ -13,7 +13,7 @@ from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory,
 from bioscara.kinematics import Scara
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Scene
-from bioscara.planning.motions.tool_speed import REDUCED_SPEED
+from bioscara.planning.limits import REDUCED_SPEED
 from bioscara.robot import kinematics_of
 from bioscara.robot.stack import TRAJECTORY, Stack
 

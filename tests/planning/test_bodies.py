@@ -19,7 +19,7 @@ from bioscara.model import load_parameters
 from bioscara.model.meshes import read_stl
 from bioscara.model.urdf import DESCRIPTION
 from bioscara.planning.collision.arm_bodies import GRIPPER, WIDTHS, arm_of, frames
-from bioscara.planning.collision.arm_pairs import OWN_MARGIN
+from bioscara.planning.collision.margins import OWN_MARGIN
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.shapes import Prism
 from planning.limits import LIMITS

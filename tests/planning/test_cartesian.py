@@ -19,10 +19,10 @@ from bioscara.errors import (
 from bioscara.kinematics import Geometry, Joints, Pose, Scara, batch
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, check
+from bioscara.planning.limits import ToolLimits
 from bioscara.planning.motions.cartesian import circular, linear
 from bioscara.planning.paths.inverse_kinematics import along
-from bioscara.planning.paths.path import Arc, Joined, Line, Path
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.paths.segments import Arc, Joined, Line, Path
 from bioscara.planning.topp.topp import parameterise
 from planning.limits import LIMITS
 

@@ -9,7 +9,7 @@ import pytest
 
 from bioscara.kinematics import Geometry, Joints, Pose, Scara
 from bioscara.planning.paths.inverse_kinematics import along
-from bioscara.planning.paths.path import Arc, Joined, Line, Path
+from bioscara.planning.paths.segments import Arc, Joined, Line, Path
 from bioscara.planning.topp.constraints import look
 from planning.limits import LIMITS
 

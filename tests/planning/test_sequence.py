@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError, UnreachableError
 from bioscara.kinematics import Geometry, Joints, Pose, Scara, batch
+from bioscara.planning.limits import ToolLimits
 from bioscara.planning.motions.sequence import sequence
 from bioscara.planning.motions.waypoints import Motion, Waypoint, approach, retract
 from bioscara.planning.paths.blending import rounded
-from bioscara.planning.paths.path import Line
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.paths.segments import Line
 from bioscara.planning.topp.topp import parameterise
 from bioscara.planning.trajectory.validation import check
 from planning.limits import LIMITS
@@ -314,14 +314,14 @@ def test_the_tool_goes_back_the_way_it_came_without_reaching_the_turning_point()
     assert check(trajectory, LIMITS) == []
 
 
-def test_a_share_for_each_piece_is_the_share_for_all_where_they_are_equal():
+def test_a_share_for_each_segment_is_the_share_for_all_where_they_are_equal():
     here = ARM.forward(START)
-    pieces = [Line(here, A), Line(A, B)]
-    path = rounded(pieces, [0.01]).path
+    segments = [Line(here, A), Line(A, B)]
+    path = rounded(segments, [0.01]).path
     one = parameterise(ARM, path, START, LIMITS, speed=0.4)
     each = parameterise(ARM, path, START, LIMITS, speed=[0.4, 0.4, 0.4])
     assert each.duration == pytest.approx(one.duration, rel=1e-9)
-    with pytest.raises(InvalidArgumentError, match="2 shares of speed do not fit the 3 pieces"):
+    with pytest.raises(InvalidArgumentError, match="2 shares of speed do not fit the 3 segments"):
         parameterise(ARM, path, START, LIMITS, speed=[0.4, 0.4])
     with pytest.raises(InvalidArgumentError, match=r"speed 1.5 is outside"):
         parameterise(ARM, path, START, LIMITS, speed=[0.4, 1.5, 1.0])

@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from bioscara.kinematics import Joints, Pose, batch
 from bioscara.planning import Waypoint, check, linear, point_to_point, sequence
-from bioscara.planning.moving_average import Smoothed
-from bioscara.planning.trajectory.averaging import averaged, most_jerk
+from bioscara.planning.moving_average import Smoothed, averaged, most_jerk
 from planning.limits import LIMITS, NAMES
 from planning.scenes import ARM
 

@@ -19,12 +19,9 @@ from bioscara.planning.collision.arm_bodies import (
     Body,
     extent,
 )
-from bioscara.planning.collision.shape_arrays import Table
-from bioscara.planning.collision.shapes import Prism, distances
+from bioscara.planning.collision.margins import OWN_MARGIN
+from bioscara.planning.collision.shapes import Prism, Table, distances
 
-OWN_MARGIN = 5e-3
-"""Margin between the arm's own parts where that of the scene is larger [m]: their geometry is
-known, and in the folded position after homing they are 15 mm apart."""
 _BEYOND_END = 5e-3
 """How far the lift may be beyond its limits when pushed by hand [m]."""
 _TURNS = 201

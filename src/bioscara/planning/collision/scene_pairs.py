@@ -18,10 +18,17 @@ import numpy.typing as npt
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.planning.arrays import Array, Index
 from bioscara.planning.collision.arm_bodies import BASE, Body, arm_of, frames, hull, reaches
-from bioscara.planning.collision.arm_pairs import OWN_MARGIN, Range, meetings
-from bioscara.planning.collision.goal_slack import STAND
-from bioscara.planning.collision.shape_arrays import Frames, Table
-from bioscara.planning.collision.shapes import Placed, Prism, distances, least, room_within
+from bioscara.planning.collision.arm_pairs import Range, meetings
+from bioscara.planning.collision.margins import GOAL_SLACK, OWN_MARGIN
+from bioscara.planning.collision.shapes import (
+    Frames,
+    Placed,
+    Prism,
+    Table,
+    distances,
+    least,
+    room_within,
+)
 
 LINKS = ("link_1", "link_2", "link_3", "link_4", "gripper", "jaws", "tool", "load")
 """Links that move; ``tool`` is the tool's point, ``load`` the load of a tool."""
@@ -367,4 +374,4 @@ def layout_of(
 
 
 def _allowed(body: Body, zone: str, margin: float) -> float:
-    return margin + STAND if zone in body.touches else 0.0
+    return margin + GOAL_SLACK if zone in body.touches else 0.0

@@ -11,7 +11,7 @@ import numpy.typing as npt
 from bioscara.kinematics import Scara, batch
 from bioscara.planning.arrays import Array
 from bioscara.planning.collision.broad_phase import Nearby
-from bioscara.planning.collision.goal_slack import goal_slack
+from bioscara.planning.collision.margins import goal_slack
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.scene_pairs import Layout
 from bioscara.planning.collision.swept import SLACK, refusal

@@ -16,8 +16,8 @@ from typing import Any
 from bioscara.errors import ConfigurationError
 from bioscara.model.checks import told_of
 from bioscara.model.yaml_section import YamlSection, read_sections
-from bioscara.planning.collision.scene import MARGINS, Box, Cylinder, Scene, Zone
-from bioscara.planning.collision.scene_values import FAR
+from bioscara.planning.collision.margins import MARGINS
+from bioscara.planning.collision.scene import FAR, Box, Cylinder, Scene, Zone
 
 VERSION = 1
 """Version of the format that is read."""

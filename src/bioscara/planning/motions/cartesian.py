@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.kinematics.pose import require_pose
-from bioscara.planning.limits import JointLimits
-from bioscara.planning.paths.path import Arc, Line
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.limits import JointLimits, ToolLimits
+from bioscara.planning.paths.segments import Arc, Line
 from bioscara.planning.topp.topp import parameterise
 from bioscara.planning.trajectory.trajectory import Trajectory
 

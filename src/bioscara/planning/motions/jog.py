@@ -23,8 +23,7 @@ from bioscara.kinematics import Joints, Scara
 from bioscara.planning.arrays import Array
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.stopping import Bounds, Ranges, StoppingCheck
-from bioscara.planning.limits import JointLimits
-from bioscara.planning.motions.tool_speed import REDUCED_SPEED
+from bioscara.planning.limits import REDUCED_SPEED, JointLimits
 from bioscara.planning.moving_average import Smoothed
 
 EXPIRY = 0.15

@@ -11,11 +11,10 @@ from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara, batch
 from bioscara.planning.arrays import Array, Index
 from bioscara.planning.collision.swept import highest_rates
+from bioscara.planning.limits import REDUCED_SPEED
 from bioscara.planning.trajectory.retiming import stretched
 from bioscara.planning.trajectory.trajectory import Trajectory
 
-REDUCED_SPEED = 0.25
-"""Speed limit of the tool unless full speed is requested [m/s]: reduced speed of ISO 10218-1."""
 COMMANDED_SPEED = 0.89 * REDUCED_SPEED
 """Highest commanded speed that keeps the tool within that limit [m/s]. A load that reverses sticks
 for a moment by dry friction, breaks away and swings, even if its motor moves gently: on the

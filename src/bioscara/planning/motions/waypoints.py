@@ -14,7 +14,7 @@ from bioscara.errors import InvalidArgumentError, PathError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.kinematics.pose import require_near, require_pose, wrapped
 from bioscara.planning.limits import check_share
-from bioscara.planning.paths.path import LEVER, SHORTEST
+from bioscara.planning.paths.segments import LEVER, SHORTEST
 
 LEAST_BLEND = 1e-4
 """Smallest blend [m]; at a smaller one the tool almost stops, which 0 does better."""

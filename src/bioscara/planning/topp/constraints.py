@@ -10,11 +10,9 @@ import numpy as np
 
 from bioscara.kinematics import Joints, Scara
 from bioscara.planning.arrays import Array, Index
-from bioscara.planning.limits import JointLimits
-from bioscara.planning.paths.curve import PathSamples
+from bioscara.planning.limits import JointLimits, ToolLimits
 from bioscara.planning.paths.inverse_kinematics import JointSamples, along
-from bioscara.planning.paths.path import Path
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.paths.segments import Path, PathSamples
 from bioscara.planning.topp.phase_plane import Rows
 
 _SIDES = 8

@@ -11,7 +11,7 @@ from bioscara.errors import InvalidArgumentError, PathError, TrajectoryError, Un
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.planning.arrays import Array
 from bioscara.planning.paths.inverse_kinematics import along
-from bioscara.planning.paths.path import Path
+from bioscara.planning.paths.segments import Path
 from bioscara.planning.topp.constraints import Look
 from bioscara.planning.topp.singular_ends import STRETCHED
 from bioscara.planning.trajectory.trajectory import Trajectory

@@ -17,10 +17,9 @@ import numpy as np
 
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.planning.arrays import Array
-from bioscara.planning.limits import JointLimits
+from bioscara.planning.limits import JointLimits, ToolLimits
 from bioscara.planning.paths.inverse_kinematics import along
-from bioscara.planning.paths.path import LEVER, Path
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.paths.segments import LEVER, Path
 
 STRETCHED = 1e-6
 """Sine of the elbow's angle below which the joints have no finite speed on a path."""

@@ -17,10 +17,9 @@ import numpy as np
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Scara, batch
 from bioscara.planning.arrays import Array, Index
-from bioscara.planning.limits import JointLimits, check_share
+from bioscara.planning.limits import FULL, JointLimits, ToolLimits, check_share
 from bioscara.planning.paths.inverse_kinematics import along
-from bioscara.planning.paths.path import Path
-from bioscara.planning.tool_limits import FULL, ToolLimits
+from bioscara.planning.paths.segments import Path
 from bioscara.planning.topp.constraints import Look, caps, look, rows
 from bioscara.planning.topp.diagnostics import (
     SLOWEST,
@@ -81,7 +80,7 @@ def parameterise(
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
         speed: Share of the speed to use, 0.001 to 1: the same motion in 1/speed times the
-            duration. One share, or one for each piece of the path between its breaks.
+            duration. One share, or one for each segment of the path between its breaks.
         window: Window over which speeds along the path are averaged [s]; 0 for no averaging.
 
     Returns:
@@ -160,12 +159,12 @@ def _cut(grid: Array, parts: Index) -> Array:
 
 
 def _shares(path: Path, speed: float | Sequence[float]) -> Array:
-    """Return the speed share of each piece between the breaks of a path."""
-    pieces = len(path.breaks) + 1
-    shares = np.full(pieces, speed) if np.ndim(speed) == 0 else np.array(speed)
-    if shares.shape != (pieces,):
+    """Return the speed share of each segment between the breaks of a path."""
+    segments = len(path.breaks) + 1
+    shares = np.full(segments, speed) if np.ndim(speed) == 0 else np.array(speed)
+    if shares.shape != (segments,):
         raise InvalidArgumentError(
-            f"{len(shares)} shares of speed do not fit the {pieces} pieces of the path"
+            f"{len(shares)} shares of speed do not fit the {segments} segments of the path"
         )
     for share in shares.tolist():
         check_share(share)
