@@ -71,11 +71,11 @@ layers: $(VENV)/.dev
 
 fresh: $(VENV)/.dev
 	@$(BIN)/python -m bioscara.protocol.generate --check .
-	@$(BIN)/python -m bioscara.model.urdf --check
+	@$(BIN)/python -m tools.description --check
 
 generate: $(VENV)/.dev
 	@$(BIN)/python -m bioscara.protocol.generate .
-	@$(BIN)/python -m bioscara.model.urdf
+	@$(BIN)/python -m tools.description
 
 firmware:
 	@$(MAKE) --no-print-directory -C firmware/joint

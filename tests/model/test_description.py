@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tools.meshes import FINISHES, triangles
 
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import load_parameters
-from bioscara.model.meshes import FINISHES, read_stl
+from bioscara.model.meshes import read_stl
 from bioscara.model.parts import drawing
 from bioscara.model.urdf import DESCRIPTION, SRDF, URDF
 
@@ -194,7 +195,7 @@ def test_links_are_as_large_as_those_of_the_existing_arm() -> None:
         "right_jaw_link": ((-0.02, -0.1391, -0.1466), (0.1509, 0.026, -0.0606)),
     }
     for link in drawing(SHAPE):
-        points = np.concatenate([part.solid.triangles.reshape(-1, 3) for part in link.parts])
+        points = np.concatenate([triangles(part.solid).reshape(-1, 3) for part in link.parts])
         lower, upper = boxes[link.name]
         assert points.min(axis=0) == pytest.approx(lower, abs=1e-4)
         assert points.max(axis=0) == pytest.approx(upper, abs=1e-4)
