@@ -385,7 +385,7 @@ def test_a_gripper_whose_width_nobody_knows_is_not_commanded() -> None:
 @pytest.mark.parametrize(
     ("values", "words"),
     [
-        ({}, "parameter joint is missing"),
+        ({}, "gripper: joint is missing"),
         ({"joint": ""}, "joint"),
         ({"joint": "gripper", "goal_tolerance": 0.0}, "goal_tolerance"),
         ({"joint": "gripper", "stall_timeout": math.nan}, "stall_timeout"),

@@ -13,7 +13,8 @@ from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError
 from bioscara.hardware.urdf_reader import Urdf
 from bioscara.model import GripperParameters, JointParameters
-from bioscara.model.checks import JOINTS, UNITS, Section, check_addresses, check_jaws, check_joint
+from bioscara.model.checks import JOINTS, UNITS, check_addresses, check_jaws, check_joint
+from bioscara.model.section import Section
 from bioscara.model.tags import (
     ARM_COMMANDS,
     ARM_COMPONENT,

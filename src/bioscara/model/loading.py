@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from bioscara.model.checks import JOINTS, UNITS, check_addresses, check_jaws, check_joint, told_of
+from bioscara.model.checks import JOINTS, UNITS, check_addresses, check_jaws, check_joint
 from bioscara.model.parameters import (
     HIGHEST_RATE,
     LOWEST_RATE,
@@ -25,6 +25,7 @@ from bioscara.model.parameters import (
     TrajectoryControllerParameters,
     UpdateRates,
 )
+from bioscara.model.section import described
 from bioscara.model.yaml_section import YamlSection, read_sections
 
 _EXISTING_ARMS = Path(__file__).with_name("parameters.yaml")
@@ -161,7 +162,7 @@ def _arm(top: YamlSection) -> ArmParameters:
     names = isinstance(order, list) and all(isinstance(name, str) for name in order)
     if not names or sorted(order) != sorted(JOINTS):
         raise top.error(
-            f"homing_order: {told_of(order)} must name each of {', '.join(JOINTS)} once",
+            f"homing_order: {described(order)} must name each of {', '.join(JOINTS)} once",
             "homing_order",
         )
     return ArmParameters(

@@ -14,7 +14,7 @@ from bioscara.control.controllers.joint_trajectory import (
     Status,
     Tolerance,
 )
-from bioscara.control.controllers.joint_trajectory.parameters import Constraints
+from bioscara.control.controllers.joint_trajectory.parameters import Constraints, JointConstraints
 from bioscara.control.controllers.joint_trajectory.tolerance_monitor import (
     ToleranceMonitor,
     Verdict,
@@ -39,7 +39,7 @@ def test_rule_29_defaults_check_nothing_but_standstill() -> None:
     assert defaults(JOINTS, Constraints()) == Tolerances(
         ((0.0, 0.0, 0.0),) * 2, ((0.0, 0.01, 0.0),) * 2, 0.0
     )
-    given = Constraints.model_validate({"b": {"trajectory": 0.1, "goal": 0.2}, "goal_time": 3.0})
+    given = Constraints(joints={"b": JointConstraints(trajectory=0.1, goal=0.2)}, goal_time=3.0)
     assert defaults(JOINTS, given) == Tolerances(
         ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0)), ((0.0, 0.01, 0.0), (0.2, 0.01, 0.0)), 3.0
     )
