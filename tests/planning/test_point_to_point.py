@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.planning import Trajectory, check, point_to_point, state_to_state
 from bioscara.planning.profiles.double_s import durations, fastest, lasting
-from bioscara.planning.profiles.segments import Bounds, Profile, State
+from bioscara.planning.profiles.segments import Bounds, MotionState, Profile
 from bioscara.planning.trajectory.retiming import stretched
 from planning.limits import LIMITS, NAMES
 
@@ -48,26 +48,28 @@ def bounds(draw: st.DrawFn) -> Bounds:
 
 
 @st.composite
-def states(draw: st.DrawFn, limits: Bounds) -> State:
+def states(draw: st.DrawFn, limits: Bounds) -> MotionState:
     """Draw a state that the joint can have reached and can leave."""
     most, hardest, jerk = limits
     acceleration = draw(shares) * min(hardest, math.sqrt(1.999 * jerk * most))
     room = most - acceleration**2 / (2.0 * jerk)
-    return State(draw(st.floats(-3.0, 3.0)), draw(shares) * max(room, 0.0), acceleration)
+    return MotionState(draw(st.floats(-3.0, 3.0)), draw(shares) * max(room, 0.0), acceleration)
 
 
 @st.composite
-def problems(draw: st.DrawFn) -> tuple[State, State, Bounds]:
+def problems(draw: st.DrawFn) -> tuple[MotionState, MotionState, Bounds]:
     limits = draw(bounds())
     return draw(states(limits)), draw(states(limits)), limits
 
 
-def peer(starts: Sequence[State], goals: Sequence[State], limits: Sequence[Bounds]) -> float:
+def peer(
+    starts: Sequence[MotionState], goals: Sequence[MotionState], limits: Sequence[Bounds]
+) -> float:
     """Return the duration that ruckig finds [s]; its waypoints stay unset: they go to a server."""
     ruckig = pytest.importorskip("ruckig")
     planner, task = ruckig.Ruckig(len(starts)), ruckig.InputParameter(len(starts))
     for prefix, given_states in (("current", starts), ("target", goals)):
-        for field in State._fields:
+        for field in MotionState._fields:
             setattr(task, f"{prefix}_{field}", [getattr(state, field) for state in given_states])
     for field in Bounds._fields:
         setattr(task, f"max_{field}", [getattr(limit, field) for limit in limits])
@@ -76,7 +78,7 @@ def peer(starts: Sequence[State], goals: Sequence[State], limits: Sequence[Bound
     return float(result.duration)
 
 
-def obeys(profile: Profile, start: State, goal: State, limits: Bounds) -> None:
+def obeys(profile: Profile, start: MotionState, goal: MotionState, limits: Bounds) -> None:
     assert profile.at(0.0) == start
     assert profile.at(profile.duration) == pytest.approx(goal, rel=1e-9, abs=1e-9)
     for time in np.arange(0.0, min(profile.duration, 3.0), 1e-3).tolist():
@@ -88,7 +90,7 @@ def obeys(profile: Profile, start: State, goal: State, limits: Bounds) -> None:
 
 
 @given(problems())
-def test_the_fastest_motion_obeys(problem: tuple[State, State, Bounds]) -> None:
+def test_the_fastest_motion_obeys(problem: tuple[MotionState, MotionState, Bounds]) -> None:
     start, goal, limits = problem
     profile = fastest(start, goal, limits)
     obeys(profile, start, goal, limits)
@@ -98,7 +100,7 @@ def test_the_fastest_motion_obeys(problem: tuple[State, State, Bounds]) -> None:
 @pytest.mark.parametrize("acceleration", [0.75, -0.75, 0.0])
 @pytest.mark.parametrize("difference", [0.0, 1e-18, -1e-18])
 def test_a_state_that_is_the_goal_takes_no_time(acceleration: float, difference: float) -> None:
-    here, there = State(0.3, 0.0, acceleration), State(0.3, difference, acceleration)
+    here, there = MotionState(0.3, 0.0, acceleration), MotionState(0.3, difference, acceleration)
     assert fastest(here, there, Bounds(1.0, 1.0, 7.5)).duration == 0.0
 
 
@@ -110,7 +112,7 @@ def test_limits_that_are_not_reached_make_no_difference(
     jerk = 40.0
     # The orders of magnitude that belong to the displacement at that jerk.
     sizes = way, 0.25 * (jerk * way * way) ** (1 / 3), 0.25 * (jerk * jerk * way) ** (1 / 3)
-    start, goal = (State(*(data.draw(shares) * size for size in sizes)) for _ in range(2))
+    start, goal = (MotionState(*(data.draw(shares) * size for size in sizes)) for _ in range(2))
     least = fastest(start, goal, Bounds(100.0, 100.0, jerk)).duration
     for limits in (
         Bounds(loose, 100.0, jerk),
@@ -132,7 +134,7 @@ def test_a_motion_with_a_loose_velocity_limit_takes_time(highest: float) -> None
 
 
 def test_a_fast_joint_cannot_wait_but_can_come_back() -> None:
-    start, goal, limits = State(0.0, 1.0), State(0.4, 1.0), Bounds(1.0, 2.0, 80.0)
+    start, goal, limits = MotionState(0.0, 1.0), MotionState(0.4, 1.0), Bounds(1.0, 2.0, 80.0)
     least, *_, last = durations(start, goal, limits)
     assert least == pytest.approx(0.4)
     assert last > 1.0
@@ -153,7 +155,7 @@ def test_random_states_of_one_joint_take_no_longer_than_ruckig() -> None:
 
 @given(problems(), st.floats(0.0, 5.0))
 def test_a_motion_of_a_duration_is_found_where_there_is_one(
-    problem: tuple[State, State, Bounds], extra: float
+    problem: tuple[MotionState, MotionState, Bounds], extra: float
 ) -> None:
     start, goal, limits = problem
     changes = durations(start, goal, limits)
@@ -190,11 +192,11 @@ def test_random_states_of_four_joints_take_no_longer_than_ruckig() -> None:
     assert refused < 250, "most stay between the position limits"
 
 
-def _random_state(rng: np.random.Generator, limits: Bounds, position: float) -> State:
+def _random_state(rng: np.random.Generator, limits: Bounds, position: float) -> MotionState:
     most, hardest, jerk = limits
     acceleration = rng.uniform(-1, 1) * min(hardest, math.sqrt(1.99 * jerk * most))
     room = most - acceleration**2 / (2.0 * jerk)
-    return State(position, rng.uniform(-room, room), acceleration)
+    return MotionState(position, rng.uniform(-room, room), acceleration)
 
 
 def _within(motion: Trajectory, limits: Sequence[Limit] = LIMITS) -> None:
@@ -283,14 +285,17 @@ def test_places_that_do_not_exist_are_refused(
 @pytest.mark.parametrize(
     ("start", "words"),
     [
-        (State(0.0, 1.1, 0.0), r"j1: velocity of the start, 1\.1 rad/s, exceeds .* 1 rad/s"),
-        (State(0.0, 0.0, -3.0), r"j1: acceleration of the start, -3 rad/s\^2, exceeds"),
-        (State(0.0, 0.99, 2.0), r"j1: velocity where the acceleration is zero of the start, 1\.0"),
-        (State(0.0, math.nan, 0.0), "j1: velocity of the start, nan"),
-        (State(3.0, 0.9, 0.0), r"j1 at .* position 3\.\d+ rad is outside"),
+        (MotionState(0.0, 1.1, 0.0), r"j1: velocity of the start, 1\.1 rad/s, exceeds .* 1 rad/s"),
+        (MotionState(0.0, 0.0, -3.0), r"j1: acceleration of the start, -3 rad/s\^2, exceeds"),
+        (
+            MotionState(0.0, 0.99, 2.0),
+            r"j1: velocity where the acceleration is zero of the start, 1\.0",
+        ),
+        (MotionState(0.0, math.nan, 0.0), "j1: velocity of the start, nan"),
+        (MotionState(3.0, 0.9, 0.0), r"j1 at .* position 3\.\d+ rad is outside"),
     ],
 )
-def test_states_that_cannot_be_left_are_refused(start: State, words: str) -> None:
-    rest = [State(0.0)] * 3
+def test_states_that_cannot_be_left_are_refused(start: MotionState, words: str) -> None:
+    rest = [MotionState(0.0)] * 3
     with pytest.raises(TrajectoryError, match=words):
-        state_to_state(NAMES, [start, *rest], [State(0.0), *rest], LIMITS)
+        state_to_state(NAMES, [start, *rest], [MotionState(0.0), *rest], LIMITS)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from bioscara.errors import TrajectoryError
 from bioscara.planning import Trajectory, check, fit
-from bioscara.planning.trajectory.extrema import extrema
+from bioscara.planning.trajectory.extrema import joint_extrema
 from planning.limits import LIMITS, NAMES
 
 
@@ -86,7 +86,7 @@ def fit_positions(trajectory: Trajectory) -> bool:
 def test_extrema_are_on_the_curve_and_nothing_lies_beyond(trajectory: Trajectory) -> None:
     grid = np.linspace(0.0, trajectory.duration, 3000)
     sampled = trajectory.sample_many(grid)
-    for joint, ranges in enumerate(extrema(trajectory)):
+    for joint, ranges in enumerate(joint_extrema(trajectory)):
         for order, (low, high) in enumerate(ranges):
             values = sampled[order][:, joint]
             room = 1e-9 * max(1.0, float(np.abs(values).max()))

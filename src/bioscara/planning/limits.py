@@ -8,7 +8,7 @@ from typing import Protocol
 
 from bioscara.arguments import number
 from bioscara.errors import InvalidArgumentError
-from bioscara.kinematics import Range
+from bioscara.kinematics import PositionLimits
 
 REDUCED_SPEED = 0.25
 """Speed limit of the tool unless full speed is requested [m/s]: reduced speed of ISO 10218-1."""
@@ -33,7 +33,7 @@ def check_share(speed: float) -> float:
     return speed
 
 
-class JointLimits(Range, Protocol):
+class JointLimits(PositionLimits, Protocol):
     """Limits of one joint; :class:`bioscara.model.JointParameters` is one."""
 
     @property

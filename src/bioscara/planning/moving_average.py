@@ -129,7 +129,7 @@ def averaged(trajectory: Trajectory, window: float) -> Trajectory:
     """
     if len(trajectory.times) == 1:
         return trajectory
-    motion = _Motion(trajectory)
+    motion = _MotionIntegral(trajectory)
     end = trajectory.duration + window
     corners = np.concatenate((trajectory.times, trajectory.times + window))
     even = np.linspace(0.0, end, int(np.ceil(end / _STEP)) + 1)
@@ -151,7 +151,7 @@ def most_jerk(trajectory: Trajectory) -> Array:
     return np.asarray(np.abs(np.diff(accelerations, axis=0)).max(axis=0) / _LOOK)
 
 
-class _Motion:
+class _MotionIntegral:
     """Positions of a motion, which rests before and after, and their integral."""
 
     def __init__(self, trajectory: Trajectory) -> None:

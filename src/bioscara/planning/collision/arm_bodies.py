@@ -27,7 +27,7 @@ the forearm's hub."""
 WIDTHS = (0.04, 0.12)
 """Smallest and largest width of the existing gripper [m], as in the committed parameters."""
 _JAWS = {LEFT_JAW: 0.5, RIGHT_JAW: -0.5}
-"""Position of each jaw along the wrist's y, as a multiple of the width between them."""
+"""Position of each jaw along the wrist's y, as a share of the gripper's width."""
 
 
 class Body(NamedTuple):
@@ -53,7 +53,7 @@ def _bodies(link: Link, name: str, frame: int) -> tuple[Body, ...]:
     )
 
 
-def _across(body: Body) -> Body:
+def _in_wrist_axes(body: Body) -> Body:
     """Return a body of the gripper in the wrist's axes; the gripper's x is the wrist's y."""
     turned = tuple(
         Prism(-s.y, s.x, s.half_y, s.half_x, s.low, s.high, s.radius) for s in body.shapes
@@ -63,7 +63,7 @@ def _across(body: Body) -> Body:
 
 _GRIPPER, *_HAND = hand()
 GRIPPER = tuple(
-    _across(body)
+    _in_wrist_axes(body)
     for link, name, frame in (
         (_GRIPPER, "gripper", WRIST),
         *zip(_HAND, ("jaws", "jaws"), _JAWS, strict=True),

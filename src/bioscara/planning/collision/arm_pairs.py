@@ -27,16 +27,16 @@ _BEYOND_END = 5e-3
 _TURNS = 201
 """Number of elbow angles at which its range is sampled."""
 _ROUNDING = 1e-9
-Range = tuple[float, float]
+Span = tuple[float, float]
 """Lowest and highest value."""
-Meeting = tuple[int, int, tuple[Index, Index]]
-"""Numbers of two bodies, and of the parts of each that can collide, pair by pair."""
+PartPairs = tuple[int, int, tuple[Index, Index]]
+"""Indices of two bodies, and of the parts of each that can collide, pair by pair."""
 
 
-def meetings(
-    arm: tuple[Body, ...], links: int, geometry: Geometry, ranges: tuple[Range, Range]
-) -> list[Meeting]:
-    """Return the numbers of the bodies of an arm that can collide, and of their parts.
+def colliding_pairs(
+    arm: tuple[Body, ...], links: int, geometry: Geometry, ranges: tuple[Span, Span]
+) -> list[PartPairs]:
+    """Return the bodies of an arm that can collide, and their parts, by their indices.
 
     Args:
         arm: All of its bodies; the last is the tool's point, which is not checked here.
@@ -44,30 +44,32 @@ def meetings(
         geometry: Of the arm.
         ranges: Of lift and elbow.
     """
-    found = list(_links_meeting(arm[:links], geometry, ranges))
+    found = list(_colliding_links(arm[:links], geometry, ranges))
     for k in range(links, len(arm) - 1):
         for i in range(k):
-            parts = _meeting(arm[i], arm[k], geometry.height, ranges[0])
+            parts = _overlapping_parts(arm[i], arm[k], geometry.height, ranges[0])
             if parts is not None:
                 found.append((i, k, parts))
     return found
 
 
 @lru_cache(maxsize=4)
-def _links_meeting(
-    links: tuple[Body, ...], geometry: Geometry, ranges: tuple[Range, Range]
-) -> tuple[Meeting, ...]:
-    """Return the links that can collide; on the existing arm none, within its elbow's range."""
+def _colliding_links(
+    links: tuple[Body, ...], geometry: Geometry, ranges: tuple[Span, Span]
+) -> tuple[PartPairs, ...]:
+    """Return the links that can collide; on the existing arm none can, within its elbow's range."""
     found = []
     for k, other in enumerate(links):
         for i, one in enumerate(links[:k]):
-            parts = _meeting(one, other, geometry.height, ranges[0])
-            if parts is not None and _near(one, other, parts, geometry, ranges[1]):
+            parts = _overlapping_parts(one, other, geometry.height, ranges[0])
+            if parts is not None and _near_in_plan(one, other, parts, geometry, ranges[1]):
                 found.append((i, k, parts))
     return tuple(found)
 
 
-def _meeting(one: Body, other: Body, height: float, lift: Range) -> tuple[Index, Index] | None:
+def _overlapping_parts(
+    one: Body, other: Body, height: float, lift: Span
+) -> tuple[Index, Index] | None:
     """Return the parts of two bodies of the arm that can collide by their heights, if any.
 
     Bodies of one frame, or of links that overlap by construction, are not paired.
@@ -93,10 +95,10 @@ def _meeting(one: Body, other: Body, height: float, lift: Range) -> tuple[Index,
     return (first, second) if len(first) else None
 
 
-def _near(
-    one: Body, other: Body, parts: tuple[Index, Index], geometry: Geometry, elbow: Range
+def _near_in_plan(
+    one: Body, other: Body, parts: tuple[Index, Index], geometry: Geometry, elbow: Span
 ) -> bool:
-    """Return whether a link before the elbow and one after it come near each other.
+    """Return whether a link before the elbow and one after it can come within the margin.
 
     Evaluated in plan view, with the wrist as its full circle of rotation.
     """

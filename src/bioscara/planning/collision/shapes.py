@@ -131,13 +131,13 @@ class Placed(NamedTuple):
         )
 
 
-def least(placed: Placed, one: Index, other: Index) -> Array:
-    """Return lower bounds of the distances of shapes, which cost less than :func:`distances`.
+def distance_bounds(placed: Placed, one: Index, other: Index) -> Array:
+    """Return lower bounds of the distances of shapes, faster than :func:`distances`.
 
     Args:
         placed: Shapes, each at several instants.
-        one: Numbers of the first of each pair.
-        other: And of the second.
+        one: Indices of the first shape of each pair.
+        other: Indices of the second.
 
     Returns:
         [m], shape (pairs, instants); minus infinity where the circles around the shapes overlap

@@ -22,7 +22,7 @@ from bioscara.errors import InvalidArgumentError, LimitError, UnreachableError
 from bioscara.kinematics import Joints, Scara
 from bioscara.planning.arrays import Array
 from bioscara.planning.collision.scene import Scene
-from bioscara.planning.collision.stopping import Bounds, Ranges, StoppingCheck
+from bioscara.planning.collision.stopping import PositionBounds, StoppingCheck, VelocityBounds
 from bioscara.planning.limits import REDUCED_SPEED, JointLimits
 from bioscara.planning.moving_average import Smoothed
 
@@ -334,7 +334,7 @@ class Jog:
         self.reason = self.reason or "tool speed"
         return tuple(value * self.tool_speed / speed for value in wanted)
 
-    def _ranges(self) -> Ranges:
+    def _ranges(self) -> PositionBounds:
         """Return the allowed joint positions; tool velocities keep the elbow on its side."""
         lower = [limit.lower for limit in self._limits]
         upper = [limit.upper for limit in self._limits]
@@ -346,7 +346,7 @@ class Jog:
             upper[2] = min(upper[2], max(elbow, side + math.pi - _STRETCHED))
         return np.array(lower), np.array(upper)
 
-    def _clipped(self, wanted: Sequence[float], bounds: Bounds) -> tuple[float, ...]:
+    def _clipped(self, wanted: Sequence[float], bounds: VelocityBounds) -> tuple[float, ...]:
         result = []
         for limit, value, low, high in zip(self._limits, wanted, *bounds, strict=True):
             result.append(min(max(value, low), high))
@@ -354,7 +354,7 @@ class Jog:
                 self.reason = f"{limit.name} limit"
         return tuple(result)
 
-    def _scaled(self, wanted: Sequence[float], bounds: Bounds) -> tuple[float, ...]:
+    def _scaled(self, wanted: Sequence[float], bounds: VelocityBounds) -> tuple[float, ...]:
         """Return all velocities times one share, so that the tool keeps its direction."""
         share = 1.0
         for index, (value, low, high) in enumerate(zip(wanted, *bounds, strict=True)):

@@ -13,7 +13,7 @@ from bioscara.errors import TrajectoryError
 from bioscara.kinematics.pose import unit_hint
 from bioscara.planning.limits import JointLimits, check_share
 from bioscara.planning.profiles.double_s import durations, fastest, lasting
-from bioscara.planning.profiles.segments import Bounds, Knot, State
+from bioscara.planning.profiles.segments import Bounds, Knot, MotionState
 from bioscara.planning.trajectory.trajectory import Trajectory
 from bioscara.planning.trajectory.validation import check
 
@@ -59,7 +59,7 @@ def point_to_point(
     for limit, there in zip(limits, goal, strict=True):
         _require_inside(limit, "goal", there)
     bounds = [_bounds(limit, speed) for limit in limits]
-    begin, end = [State(p) for p in start], [State(p) for p in goal]
+    begin, end = [MotionState(p) for p in start], [MotionState(p) for p in goal]
     if jerk_limited:
         return _assembled(joint_names, begin, end, _synchronised(begin, end, bounds))
     ways = [there - here for here, there in zip(start, goal, strict=True)]
@@ -73,8 +73,8 @@ def point_to_point(
 
 def state_to_state(
     joint_names: Sequence[str],
-    start: Sequence[State],
-    goal: Sequence[State],
+    start: Sequence[MotionState],
+    goal: Sequence[MotionState],
     limits: Sequence[JointLimits],
 ) -> Trajectory:
     """Return the fastest jerk-limited motion between two states of motion, synchronised.
@@ -126,7 +126,7 @@ def _require_inside(limit: JointLimits, what: str, value: float) -> None:
         )
 
 
-def _require_possible(limit: JointLimits, what: str, state: State) -> None:
+def _require_possible(limit: JointLimits, what: str, state: MotionState) -> None:
     """Make sure that a joint can reach a state, or can continue from it, within its limits."""
     _require_inside(limit, what, state.position)
     most, hardest, jerk = _bounds(limit)
@@ -153,7 +153,7 @@ def _bounds(limit: JointLimits, speed: float = 1.0) -> Bounds:
 
 
 def _synchronised(
-    start: Sequence[State], goal: Sequence[State], bounds: Sequence[Bounds]
+    start: Sequence[MotionState], goal: Sequence[MotionState], bounds: Sequence[Bounds]
 ) -> list[tuple[Knot, ...]]:
     """Return motions of equal duration, the least that is possible for all joints."""
     problems = list(zip(start, goal, bounds, strict=True))
@@ -169,7 +169,9 @@ def _synchronised(
     raise TrajectoryError("the joints have no duration in common: the start is beyond a limit")
 
 
-def _candidates(problems: Sequence[tuple[State, State, Bounds]], least: float) -> Iterator[float]:
+def _candidates(
+    problems: Sequence[tuple[MotionState, MotionState, Bounds]], least: float
+) -> Iterator[float]:
     """Yield the least duration, and the longer ones from which on a joint's motion may exist."""
     yield least
     yield from sorted(t for problem in problems for t in durations(*problem) if t > least)
@@ -203,8 +205,8 @@ def _trapezoid(start: float, way: float, bounds: Bounds, duration: float) -> tup
 
 def _assembled(
     names: Sequence[str],
-    start: Sequence[State],
-    goal: Sequence[State],
+    start: Sequence[MotionState],
+    goal: Sequence[MotionState],
     pieces: Sequence[tuple[Knot, ...]],
 ) -> Trajectory:
     """Combine the motions of all joints, which have equal durations, into one trajectory."""

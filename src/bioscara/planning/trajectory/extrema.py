@@ -26,7 +26,7 @@ class Extremum(NamedTuple):
     value: float
 
 
-class Range(NamedTuple):
+class Extrema(NamedTuple):
     """Range of a quantity of one joint.
 
     Attributes:
@@ -43,7 +43,7 @@ class Range(NamedTuple):
         return max(self, key=lambda extremum: abs(extremum.value))
 
 
-class JointRanges(NamedTuple):
+class JointExtrema(NamedTuple):
     """Ranges of one joint.
 
     Attributes:
@@ -52,12 +52,12 @@ class JointRanges(NamedTuple):
         acceleration: [rad/s^2 or m/s^2].
     """
 
-    position: Range
-    velocity: Range
-    acceleration: Range
+    position: Extrema
+    velocity: Extrema
+    acceleration: Extrema
 
 
-def extrema(trajectory: Trajectory) -> list[JointRanges]:
+def joint_extrema(trajectory: Trajectory) -> list[JointExtrema]:
     """Return the ranges of each joint, in the order of ``joint_names``.
 
     They hold for every instant, including the rest before and after the motion. Values too large
@@ -73,7 +73,7 @@ def extrema(trajectory: Trajectory) -> list[JointRanges]:
             candidates, (trajectory.positions[[0, -1]], rest, rest), strict=True
         )
     ]
-    return [JointRanges(*joint) for joint in zip(*columns, strict=True)]
+    return [JointExtrema(*joint) for joint in zip(*columns, strict=True)]
 
 
 def _of_cubics(trajectory: Trajectory) -> list[tuple[Array, Array]]:
@@ -142,7 +142,7 @@ def _value(curve: Array, at: Array) -> Array:
     return result
 
 
-def _ranges(trajectory: Trajectory, at: Array, values: Array, edges: Array) -> list[Range]:
+def _ranges(trajectory: Trajectory, at: Array, values: Array, edges: Array) -> list[Extrema]:
     """Return the range of each joint; ``edges`` are the values before and after the motion."""
     joints = len(trajectory.joint_names)
     times = np.concatenate(
@@ -154,7 +154,7 @@ def _ranges(trajectory: Trajectory, at: Array, values: Array, edges: Array) -> l
     values = np.concatenate([values.reshape(-1, joints), edges])
     lows, highs = values.argmin(axis=0), values.argmax(axis=0)
     return [
-        Range(
+        Extrema(
             Extremum(float(times[low, joint]), float(values[low, joint])),
             Extremum(float(times[high, joint]), float(values[high, joint])),
         )

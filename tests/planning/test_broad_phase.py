@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from bioscara.planning.collision.arm_bodies import WIDTHS, WRIST, Body, arm_of, frames, reaches
-from bioscara.planning.collision.broad_phase import Nearby
+from bioscara.planning.collision.broad_phase import BroadPhase
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.scene_pairs import Layout
 from bioscara.planning.collision.shapes import Prism
@@ -27,12 +27,12 @@ def test_what_is_left_out_keeps_the_margin_on_the_way(seed: int) -> None:
     rng = np.random.default_rng(seed)
     scene = random_scene(rng)
     layout = scene.layout(ARM)
-    nearby, here = Nearby(ARM, layout, scene.margin), np.array(random_joints(rng))
+    nearby, here = BroadPhase(ARM, layout, scene.margin), np.array(random_joints(rng))
     heading = rng.normal(size=4) * [1.0, 0.0, 1.0, 1.0]
     for _ in range(40):
         turns = (heading + rng.normal(size=(6, 4))) * 2e-3
         ways = here + np.cumsum(np.concatenate((np.zeros((1, 4)), turns)), axis=0)
-        near = nearby.on(here, float((np.abs(turns) @ layout.reach).sum()))
+        near = nearby.candidates(here, float((np.abs(turns) @ layout.reach).sum()))
         kept = scene.margin if near is None else np.minimum(nearest(near, ways), scene.margin)
         gap = kept - np.minimum(nearest(layout, ways), scene.margin)
         assert np.abs(gap).max() < 1e-12
@@ -99,4 +99,4 @@ def test_what_is_not_exact_is_nearer_than_it_is_and_far_enough(seed: int) -> Non
 
 def test_in_an_empty_scene_nothing_is_near() -> None:
     stretched = np.array((0.0, 0.2, 0.0, 0.0))
-    assert Nearby(ARM, Scene().layout(ARM), 5e-3).on(stretched, 0.1) is None
+    assert BroadPhase(ARM, Scene().layout(ARM), 5e-3).candidates(stretched, 0.1) is None
