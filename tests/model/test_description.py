@@ -132,7 +132,7 @@ def test_masses_are_plausible_and_inertias_those_of_bodies(pin: Any) -> None:
     assert 0.3 < turned[0, 0] < 0.9
 
 
-def test_what_never_touches_never_does_and_what_may_is_checked(pin: Any, share: Path) -> None:
+def test_disabled_pairs_never_touch_and_all_others_are_checked(pin: Any, share: Path) -> None:
     disabled = {
         frozenset((tag.attrib["link1"], tag.attrib["link2"])): tag.attrib["reason"]
         for tag in ET.parse(SRDF).getroot().findall("disable_collisions")
@@ -169,7 +169,7 @@ def test_what_never_touches_never_does_and_what_may_is_checked(pin: Any, share: 
     assert touched
 
 
-def test_the_collision_bodies_are_what_is_seen() -> None:
+def test_collision_and_visual_meshes_have_the_same_triangles() -> None:
     for link in drawing(SHAPE):
         seen = [
             read_stl((DESCRIPTION / f"meshes/visual/{link.name}_{finish}.stl").read_bytes())

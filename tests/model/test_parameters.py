@@ -105,7 +105,7 @@ def test_existing_arm() -> None:
     assert [joint.home_position for joint in arm.joints] == [-3.04647, 0.338, 2.62672, 3.01069]
 
 
-def test_every_value_says_what_it_is() -> None:
+def test_every_value_has_a_comment_with_unit_and_source() -> None:
     lines = TEXT.splitlines()
     bare = [
         line
@@ -118,7 +118,7 @@ def test_every_value_says_what_it_is() -> None:
     assert bare == []
 
 
-def test_a_file_of_ones_own_is_the_same_arm(tmp_path: Path) -> None:
+def test_a_copy_of_the_file_is_the_same_arm(tmp_path: Path) -> None:
     file = tmp_path / "arm.yaml"
     file.write_text(TEXT)
     assert load_parameters(file) == load_parameters()
@@ -197,7 +197,7 @@ def test_a_wrong_value_is_named_with_its_line(
     assert f"arm.yaml, line {line_of(TEXT, old)}: " in str(caught.value)
 
 
-def test_a_misspelt_key_gets_a_proposal(tmp_path: Path) -> None:
+def test_a_misspelt_key_gets_a_suggestion(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"did you mean max_velocity\?"):
         load(tmp_path, TEXT.replace("max_velocity: 5.0", "max_velocty: 5.0"))
 
@@ -208,12 +208,12 @@ def test_a_missing_key_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "[1, 2]", "joints: {j1: 3", "a: 1\na: 2\n", "\x00", "7"])
-def test_what_is_no_parameter_file_is_refused(tmp_path: Path, text: str) -> None:
+def test_a_file_without_parameters_is_refused(tmp_path: Path, text: str) -> None:
     with pytest.raises(ConfigurationError, match=r"arm\.yaml"):
         load(tmp_path, text)
 
 
-def test_a_sign_that_no_text_has_is_refused_with_its_line(tmp_path: Path) -> None:
+def test_a_control_character_is_refused_with_its_line(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"arm\.yaml, line 2: special characters"):
         load(tmp_path, "a: 1\nb: \x07\n")
 
@@ -259,7 +259,7 @@ def test_numbers_and_flags_of_controllers_are_not_taken_for_one_another(
 
 
 @each_leaf
-def test_a_misspelt_value_of_a_controller_gets_a_proposal(tmp_path: Path, leaf: Leaf) -> None:
+def test_a_misspelt_value_of_a_controller_gets_a_suggestion(tmp_path: Path, leaf: Leaf) -> None:
     key = leaf.path[-1]
     with pytest.raises(ConfigurationError) as caught:
         load(tmp_path, leaf.written(f"{key}x: {leaf.value}"))

@@ -25,7 +25,7 @@ def test_the_description_is_fresh() -> None:
 
 
 @FRESH
-def test_what_is_stale_is_reported_and_then_written(
+def test_stale_files_are_reported_and_then_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "model" / "description"
@@ -79,7 +79,7 @@ def test_an_unknown_kind_of_hardware_is_refused() -> None:
 @FRESH
 @pytest.mark.parametrize("argument", ["xyz", "rpy"])
 @pytest.mark.parametrize("value", ["0 0", "0 0 0 0", "", "0 0 up", "0 nan 0"])
-def test_a_place_that_is_not_three_numbers_is_refused(argument: str, value: str) -> None:
+def test_a_position_that_is_not_three_numbers_is_refused(argument: str, value: str) -> None:
     told = f"{argument} is '{value}' but must be three num"
     told = "could not convert string to float: 'up'" if "up" in value else told
     with pytest.raises(ConfigurationError, match=told):

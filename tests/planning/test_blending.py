@@ -10,7 +10,7 @@ from bioscara.kinematics import Pose
 from bioscara.kinematics.pose import wrapped
 from bioscara.planning.paths.blending import rounded
 from bioscara.planning.paths.segments import LEVER, Arc, Line
-from planning.test_path import apart, derivatives_agree, poses, sampled
+from planning.test_segments import apart, derivatives_agree, poses, sampled
 
 
 @st.composite

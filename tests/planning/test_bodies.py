@@ -131,7 +131,7 @@ def random_load(rng: np.random.Generator) -> Prism | None:
     return Prism(0.119, 0.0, half_x, half_y, low, high + 1e-3, 0.0, float(rng.uniform(-1.5, 1.5)))
 
 
-def test_what_is_judged_free_is_free_and_what_is_free_is_judged_so() -> None:
+def test_the_verdict_agrees_with_dense_samples() -> None:
     """Against the exact meshes: no pose in which they touch passes, none that is free does not."""
     rng = np.random.default_rng(6)
     touched = free = 0

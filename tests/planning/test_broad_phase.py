@@ -23,7 +23,7 @@ def nearest(layout: Layout, ways: np.ndarray) -> np.ndarray:
 
 @given(SEEDS)
 @settings(max_examples=30)
-def test_what_is_left_out_keeps_the_margin_on_the_way(seed: int) -> None:
+def test_pairs_left_out_keep_the_margin_during_the_motion(seed: int) -> None:
     rng = np.random.default_rng(seed)
     scene = random_scene(rng)
     layout = scene.layout(ARM)
@@ -41,7 +41,7 @@ def test_what_is_left_out_keeps_the_margin_on_the_way(seed: int) -> None:
 
 @given(SEEDS)
 @settings(max_examples=30)
-def test_no_point_of_the_arm_goes_further_than_its_reach(seed: int) -> None:
+def test_no_point_of_the_arm_moves_further_than_its_reach_allows(seed: int) -> None:
     rng = np.random.default_rng(seed)
     load = Prism(
         *rng.uniform(-0.1, 0.1, 2), *rng.uniform(0.0, 0.2, 2), -0.1, 0.0, 0.01, rng.uniform(-3, 3)
@@ -65,7 +65,7 @@ def test_no_point_of_the_arm_goes_further_than_its_reach(seed: int) -> None:
 
 @given(SEEDS)
 @settings(max_examples=30)
-def test_what_is_known_to_be_near_is_as_far_apart_as_among_all(seed: int) -> None:
+def test_pairs_of_the_broad_phase_have_the_clearances_of_the_whole_layout(seed: int) -> None:
     rng = np.random.default_rng(seed)
     layout, far = random_scene(rng).layout(ARM), 0.1
     here, off = np.array(random_joints(rng)), rng.normal(size=(int(rng.choice([3, 700])), 4))
@@ -85,7 +85,7 @@ def test_what_is_known_to_be_near_is_as_far_apart_as_among_all(seed: int) -> Non
 
 @given(SEEDS)
 @settings(max_examples=30)
-def test_what_is_not_exact_is_nearer_than_it_is_and_far_enough(seed: int) -> None:
+def test_inexact_clearances_are_lower_bounds_above_the_threshold(seed: int) -> None:
     rng = np.random.default_rng(seed)
     layout = random_scene(rng).layout(ARM)
     joints = np.array([random_joints(rng) for _ in range(int(rng.choice([2, 40])))])

@@ -14,7 +14,7 @@ from bioscara.planning.topp.phase_plane import Rows, fastest
 
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=60)
-def test_no_limit_that_binds_is_overlooked(seed: int) -> None:
+def test_no_binding_limit_is_missed(seed: int) -> None:
     rng = np.random.default_rng(seed)
     pieces, limits = int(rng.integers(1, 12)), int(rng.integers(2, 9))
     # Some limits are repeated, as those of a straight line are at both ends of a piece.

@@ -1,4 +1,4 @@
-"""Motions from state to state: laws, and ruckig as the oracle of the fastest motion."""
+"""Motions from state to state: invariants, and ruckig as the oracle of the fastest motion."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def test_a_motion_with_a_loose_velocity_limit_takes_time(highest: float) -> None
     assert loose.duration == pytest.approx(tight.duration, rel=1e-3)
 
 
-def test_a_fast_joint_cannot_wait_but_can_come_back() -> None:
+def test_the_possible_durations_of_a_fast_joint_have_a_gap() -> None:
     start, goal, limits = MotionState(0.0, 1.0), MotionState(0.4, 1.0), Bounds(1.0, 2.0, 80.0)
     least, *_, last = durations(start, goal, limits)
     assert least == pytest.approx(0.4)
@@ -232,7 +232,7 @@ def test_point_to_point_goes_from_rest_to_rest_within_limits(
 
 
 @pytest.mark.parametrize(("jerk_limited", "most"), [(False, 0.7706), (True, 0.7956)])
-def test_the_move_of_the_field_is_as_fast_as_it_can_be(jerk_limited: bool, most: float) -> None:
+def test_the_reference_motion_is_within_its_bound_of_time(jerk_limited: bool, most: float) -> None:
     motion = point_to_point(NAMES, (0.0,) * 4, GOAL, FIELD, jerk_limited=jerk_limited)
     assert motion.duration <= most
     _within(motion, FIELD)
@@ -248,13 +248,13 @@ def test_a_goal_that_is_the_start_takes_no_time() -> None:
 
 
 @pytest.mark.parametrize("speed", [0.0, 1e-200, 1e-120, 9e-4, -1.0, 10.0, math.nan])
-def test_an_odd_speed_is_refused(speed: float) -> None:
+def test_a_speed_out_of_range_is_refused(speed: float) -> None:
     with pytest.raises(InvalidArgumentError, match=r"speed .* outside 0\.001 \.\. 1|nan"):
         point_to_point(NAMES, (0.0,) * 4, GOAL, LIMITS, speed=speed)
 
 
 @pytest.mark.parametrize("speed", [1.0, 0.3])
-def test_from_beyond_a_limit_it_goes_back_and_no_farther_out(speed: float) -> None:
+def test_from_beyond_a_limit_a_motion_only_leads_back(speed: float) -> None:
     start, goal = (-3.2, 0.35, 2.9, 0.0), (-3.0, 0.338, -2.6, 0.5)
     way = point_to_point(NAMES, start, goal, LIMITS, speed=speed)
     positions, _, _ = way.sample_many(np.linspace(0.0, way.duration, 1000))
@@ -275,7 +275,7 @@ def test_from_beyond_a_limit_it_goes_back_and_no_farther_out(speed: float) -> No
         ((0.0, 0.0), (0.0, 0.0, 0.0, 0.0), "start: 2 values for 4 joints"),
     ],
 )
-def test_places_that_do_not_exist_are_refused(
+def test_positions_beyond_limits_or_not_finite_are_refused(
     start: tuple[float, ...], goal: tuple[float, ...], words: str
 ) -> None:
     with pytest.raises(TrajectoryError, match=words):

@@ -50,6 +50,6 @@ def test_it_is_one_motion_within_the_limits_that_rests_at_each_place(
     assert whole.sample_many(times[-2] + some)[0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_from_a_place_to_itself_there_is_no_motion() -> None:
+def test_a_motion_to_the_same_position_is_empty() -> None:
     here = Joints(0.1, 0.1, 0.1, 0.1)
     assert joined(legs([here, here, here])).duration == 0.0

@@ -28,7 +28,7 @@ def check_share(speed: float) -> float:
     speed = number("speed", speed)
     if not SLOWEST <= speed <= 1.0:
         raise InvalidArgumentError(
-            f"speed {speed} is outside {SLOWEST:g} .. 1; it is a share of what is possible"
+            f"speed {speed} is outside {SLOWEST:g} .. 1; it is a share of the highest speed"
         )
     return speed
 

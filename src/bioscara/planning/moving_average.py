@@ -1,4 +1,4 @@
-"""Moving averages that do not excite belt oscillations.
+"""Moving averages of streamed values and of whole motions, which do not excite belt oscillations.
 
 A load behind a belt has a natural period. An average over that period has no component at its
 frequency: without damping the velocity of the load is itself an average of the input, hence
@@ -115,9 +115,9 @@ class Smoothed:
 
 
 _STEP, _APART = 0.01, 1e-4
-"""Time between two points, and the least one [s]."""
-_LOOK = 0.005
-"""Time over which accelerations are compared [s]."""
+"""Time between two points, and the shortest [s]."""
+_COMPARED = 0.005
+"""Time between two accelerations that are compared [s]."""
 
 
 def averaged(trajectory: Trajectory, window: float) -> Trajectory:
@@ -145,10 +145,10 @@ def averaged(trajectory: Trajectory, window: float) -> Trajectory:
 
 def most_jerk(trajectory: Trajectory) -> Array:
     """Return the highest jerk of each joint [unit/s^3]; a jump is taken to last 5 ms."""
-    count = int(np.ceil(trajectory.duration / _LOOK)) + 3
-    times = trajectory.times[0] + _LOOK * (np.arange(count) - 1.0)
+    count = int(np.ceil(trajectory.duration / _COMPARED)) + 3
+    times = trajectory.times[0] + _COMPARED * (np.arange(count) - 1.0)
     accelerations = trajectory.sample_many(times)[2]
-    return np.asarray(np.abs(np.diff(accelerations, axis=0)).max(axis=0) / _LOOK)
+    return np.asarray(np.abs(np.diff(accelerations, axis=0)).max(axis=0) / _COMPARED)
 
 
 class _MotionIntegral:

@@ -369,7 +369,8 @@ class Planner:
         """
         if self.full_speed:
             return trajectory, 1.0
-        # Slowed down first: averaged twice it would be as if it had been gentle before.
+        # Slow down before averaging. Stretching an averaged motion would stretch the window too,
+        # which must match the belt's period; and a motion that is slow enough needs no averaging.
         trajectory, factor = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
         hardest = {limit.name: limit.max_acceleration for limit in self._limits}
         jerks = most_jerk(trajectory).tolist()

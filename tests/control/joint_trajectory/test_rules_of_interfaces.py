@@ -100,7 +100,7 @@ def test_rule_36_everything_else_is_refused(values: dict[str, Any], why: str) ->
     assert why in str(caught.value)
 
 
-def test_rule_36_and_so_is_its_configuration(arm: Follower) -> None:
+def test_rule_36_a_configuration_without_joints_is_refused(arm: Follower) -> None:
     manager = arm.world.manager
     manager.load("bad", TYPE, {"joints": ()})
     with pytest.raises(ConfigurationError, match="bad: parameter joints must name at least one"):
@@ -322,7 +322,7 @@ def test_rule_40_parameters_are_read_only(name: str) -> None:
         setattr(made, name, getattr(made, name))
 
 
-def test_rule_41_the_state_is_told_in_every_cycle_also_while_holding(arm: Follower) -> None:
+def test_rule_41_the_state_is_published_in_every_cycle_also_while_holding(arm: Follower) -> None:
     for holding in (True, False):
         if not holding:
             arm.send(arm.move(0.1, 1.0))
@@ -350,7 +350,7 @@ def test_rule_41_the_state_is_told_in_every_cycle_also_while_holding(arm: Follow
     assert arm.jtc.controller_state is None
 
 
-def test_rule_41_velocities_are_told_only_where_they_are_measured(
+def test_rule_41_velocities_are_published_only_where_they_are_measured(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower(command_interfaces=("position",), state_interfaces=("position",))
@@ -376,7 +376,7 @@ def test_rule_41_the_trajectory_answers_where_it_will_be(arm: Follower) -> None:
         arm.jtc.query_state(begin + 0.5)
 
 
-def test_rule_41_and_where_it_will_be_at_the_scaled_speed(
+def test_rule_41_the_trajectory_answers_at_the_scaled_speed(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower(speed_scaling={"initial_scaling_factor": 0.5})

@@ -81,7 +81,9 @@ def test_rule_12_the_start_state_is_measured(arm: Follower) -> None:
     assert arm.finish(handle).status is Status.SUCCEEDED
 
 
-def test_rule_12_or_what_was_commanded(follower: Callable[..., Follower]) -> None:
+def test_rule_12_the_start_state_is_commanded_if_configured(
+    follower: Callable[..., Follower],
+) -> None:
     arm = follower(interpolate_from_desired_state=True, allow_trajectory_replacement=False)
     arm.send(arm.move(0.2, 1.0))
     before = arm.run(0.5)[-1]
@@ -142,7 +144,7 @@ def test_rule_15_the_arm_goes_from_point_to_point(follower: Callable[..., Follow
     assert arm.measured == pytest.approx(goal.positions, abs=2e-3)
 
 
-def test_rule_16_what_is_commanded_is_one_cycle_ahead_of_what_is_judged(arm: Follower) -> None:
+def test_rule_16_the_command_is_one_cycle_ahead_of_the_checked_state(arm: Follower) -> None:
     arm.send(arm.move(0.1, 1.0))
     arm.run(0.3)
     for _ in range(20):

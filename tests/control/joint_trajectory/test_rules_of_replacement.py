@@ -165,7 +165,7 @@ def test_rule_21_a_new_goal_aborts_the_one_that_runs(arm: Follower) -> None:
     assert arm.finish(second).status is Status.SUCCEEDED
 
 
-def test_rule_22_a_trajectory_during_a_goal_is_what_the_goal_is_judged_on(arm: Follower) -> None:
+def test_rule_22_a_goal_is_checked_against_a_trajectory_sent_during_it(arm: Follower) -> None:
     goal = arm.send(arm.move(0.1, 1.0))
     arm.run(0.3)
     new = arm.move(-0.05, 2.0)
@@ -206,7 +206,7 @@ def test_rule_23_cancel_holds_what_is_measured_at_that_moment(
     assert arm.jtc.holding
 
 
-def test_rule_23_or_ramps_down_at_the_given_deceleration(
+def test_rule_23_cancel_ramps_down_at_the_given_deceleration(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower(constraints=BRAKES)
@@ -295,7 +295,7 @@ def test_rule_25_activation_resets_the_pid() -> None:
     assert jtc.command_handles[0].value == 0.0
 
 
-def test_rule_25_or_what_is_measured(follower: Callable[..., Follower]) -> None:
+def test_rule_25_else_the_measured_positions_are_held(follower: Callable[..., Follower]) -> None:
     arm = follower(set_last_command_interface_value_as_state_on_activation=False)
     arm.world.switch(off=("jtc",))
     measured = arm.measured
@@ -323,7 +323,7 @@ def test_rule_27_the_last_point_is_held_after_success(arm: Follower) -> None:
     assert arm.seen[-1].velocities == NOTHING
 
 
-def test_rule_27_what_is_measured_is_held_after_a_violation(
+def test_rule_27_the_measured_state_is_held_after_a_violation(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower(constraints={"j1": {"trajectory": 1e-5}})

@@ -88,7 +88,7 @@ def test_rule_30_values_of_the_goal_replace_keep_or_erase() -> None:
         (Goal(EMPTY, (Tolerance("b", 0.5),), (), -0.5), "goal_time_tolerance -0.5 s"),
     ],
 )
-def test_rule_30_one_that_makes_no_sense_discards_all(goal: Goal, why: str) -> None:
+def test_rule_30_an_invalid_tolerance_discards_all(goal: Goal, why: str) -> None:
     default = defaults(JOINTS, Constraints())
     chosen, warning = choose(goal, JOINTS, default)
     assert chosen == default
@@ -129,7 +129,7 @@ def test_rule_31_a_path_violation_aborts_with_joint_value_and_limit(arm: Followe
     assert arm.seen[-1].positions == pytest.approx(goal.feedback.actual.positions, abs=5e-4)
 
 
-def test_rule_31_what_a_violation_would_have_commanded_is_not_written(
+def test_rule_31_the_command_of_a_violating_cycle_is_not_written(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower(interpolation_method="none", constraints={"j1": {"trajectory": 0.01}})
@@ -141,7 +141,7 @@ def test_rule_31_what_a_violation_would_have_commanded_is_not_written(
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_rule_31_both_directions_are_judged_up_to_the_limit(sign: float) -> None:
+def test_rule_31_both_directions_are_checked_up_to_the_limit(sign: float) -> None:
     limits = ((0.1, 0.2, 0.0),) * 2
     nothing = (0.0, 0.0)
 
@@ -154,7 +154,7 @@ def test_rule_31_both_directions_are_judged_up_to_the_limit(sign: float) -> None
     assert judge(0.0, 0.21) == Violation(1, "velocity", sign * 0.21, 0.2)
 
 
-def test_rule_31_velocity_is_judged_where_it_is_commanded(
+def test_rule_31_velocity_is_checked_if_it_is_commanded(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower()
@@ -245,7 +245,7 @@ def test_rule_34_a_goals_tolerances_end_with_it(arm: Follower) -> None:
     assert not arm.jtc.warnings
 
 
-def test_rule_35_feedback_and_result_are_there_in_the_cycle_that_brings_them(
+def test_rule_35_feedback_and_result_are_there_in_the_cycle_of_their_measurement(
     arm: Follower,
 ) -> None:
     first, second = arm.move(0.05, 0.5), arm.move(0.1, 1.0)

@@ -67,7 +67,7 @@ def test_it_takes_as_long_as_the_slowest_joint_needs() -> None:
 
 @pytest.mark.parametrize("pace", [0.0, 1.0, 50.0])
 @pytest.mark.parametrize("begin", [-1.0, 0.0, 1e3])
-def test_where_nothing_moves_nothing_begins(begin: float, pace: float) -> None:
+def test_a_stop_at_an_end_of_the_course_stays_there(begin: float, pace: float) -> None:
     move = point_to_point(NAMES, (0.0, 0.2, 0.0, 0.0), (1.0, 0.2, 1.0, 1.0), LIMITS)
     course = Interpolator(JointTrajectory.of(move).points)
     ramp = Braked(course, begin, pace, MOST, PERIOD)
@@ -77,7 +77,7 @@ def test_where_nothing_moves_nothing_begins(begin: float, pace: float) -> None:
 
 @pytest.mark.parametrize("line", range(12))
 @pytest.mark.parametrize("collision_checked", [True, False])
-def test_an_interrupted_beginning_of_it_can_be_begun_again(
+def test_an_interrupted_start_of_a_stop_can_be_repeated(
     line: int, *, collision_checked: bool
 ) -> None:
     move = point_to_point(NAMES, (0.0, 0.2, 0.0, 0.0), (1.0, 0.2, 1.0, 1.0), PLANNED)
@@ -119,7 +119,7 @@ def test_an_interrupted_beginning_of_it_can_be_begun_again(
     assert player.at_rest
 
 
-def test_where_it_takes_a_least_time_the_pace_bends_gradually() -> None:
+def test_with_a_least_time_the_pace_changes_gradually() -> None:
     move = point_to_point(NAMES, (-0.5, 0.2, 0.3, 0.0), (0.5, 0.2, 0.3, 0.0), PLANNED, speed=0.3)
     course, cruise, least = Interpolator(JointTrajectory.of(move).points), move.duration / 2.0, 0.27
     ramp = Braked(course, cruise, 1.0, MOST, PERIOD, least)

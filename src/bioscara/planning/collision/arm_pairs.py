@@ -79,13 +79,13 @@ def _overlapping_parts(
     lifted = [body.frame >= UPPER_ARM for body in (one, other)]
     ranges = []
     for body, up in zip((one, other), lifted, strict=True):
-        stands = 0.0 if body.frame == BASE else height
+        base = 0.0 if body.frame == BASE else height
         down, raised = lift if up and not all(lifted) else (0.0, 0.0)
         beyond = 0.0 if all(lifted) or not any(lifted) else _BEYOND_END
         ranges.append(
             (
-                np.array([shape.low for shape in body.shapes]) + (stands + down - beyond),
-                np.array([shape.high for shape in body.shapes]) + (stands + raised + beyond),
+                np.array([shape.low for shape in body.shapes]) + (base + down - beyond),
+                np.array([shape.high for shape in body.shapes]) + (base + raised + beyond),
             )
         )
     (low_one, high_one), (low_other, high_other) = ranges

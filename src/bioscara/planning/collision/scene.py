@@ -1,8 +1,8 @@
 """Named zones, the table and the arm itself, from which the arm keeps a margin.
 
-All coordinates are in the frame of the arm's base, independent of where the base stands. No body
-may enter a keep-out zone, no body may leave a keep-in zone. All parts of the arm that can collide
-are checked against each other.
+All coordinates are in the frame of the arm's base, wherever the base is mounted. No body may enter
+a keep-out zone, no body may leave a keep-in zone. All parts of the arm that can collide are checked
+against each other.
 """
 
 from __future__ import annotations
@@ -191,8 +191,8 @@ class Scene:
         """Return the scene prepared for one arm and its tool."""
         zones = tuple((zone.name, zone.shape, zone.keep_in, zone.links) for zone in self.zones)
         _, lift, elbow, _ = ((limit.lower, limit.upper) for limit in arm.limits)
-        stands = zones, self.table_height, self.mounted, self.widths
-        return layout_of(*stands, arm.geometry, arm.tool, (lift, elbow), self.margin)
+        scene = zones, self.table_height, self.mounted, self.widths
+        return layout_of(*scene, arm.geometry, arm.tool, (lift, elbow), self.margin)
 
     def clearance(self, arm: Scara, joints: npt.ArrayLike) -> Array:
         """Return the exact clearance of the arm.
@@ -220,8 +220,8 @@ class Scene:
     ) -> None:
         """Make sure that the arm keeps the margin throughout a trajectory.
 
-        A motion may start with the arm slightly nearer to a body than commanded; after the arm was
-        pushed by hand, it may also start with the arm's own parts nearer to each other, if the
+        A motion may start nearer to a body than the margin, by the slack of a goal. After the arm
+        was pushed by hand, its own parts may also be nearer to each other at the start, if the
         motion moves them apart.
 
         Between samples, the speed of the fastest points of the arm bounds how near it can come;

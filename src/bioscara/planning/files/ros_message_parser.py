@@ -131,7 +131,7 @@ class _Parser:
         value = self._node(1)
         if self._at < len(self._lines):
             line = self._lines[self._at]
-            raise _error(line.number, f"{shown(line.content)} does not belong to what stands above")
+            raise _error(line.number, f"{shown(line.content)} does not belong to the lines above")
         return value
 
     def _node(self, depth: int) -> Node:

@@ -130,12 +130,12 @@ def _shrunk(first: int, run: Sequence[Waypoint], path: Rounded) -> Iterator[str]
     for index, (waypoint, radius) in enumerate(zip(run[:-1], path.radii, strict=True), first):
         if radius < LEAST_BLEND:
             raise InvalidArgumentError(
-                f"waypoint {index}: blend {waypoint.blend:g} m, but the way to it or from it is "
+                f"waypoint {index}: blend {waypoint.blend:g} m, but the path to it or from it is "
                 f"only {2.0 * radius:.4g} m; leave one of the two waypoints out, or give blend 0"
             )
         if radius < (1.0 - _ROUNDING) * waypoint.blend:
             yield (
-                f"waypoint {index}: blend {waypoint.blend:g} m is more than half of the way to it "
+                f"waypoint {index}: blend {waypoint.blend:g} m is more than half of the path to it "
                 f"or from it; {radius:.4g} m is used"
             )
 

@@ -1,4 +1,4 @@
-"""Limiting of the tool's speed by stretching a trajectory in time."""
+"""Limit the tool's speed by stretching a trajectory in time."""
 
 from __future__ import annotations
 
@@ -50,8 +50,8 @@ def peak_tool_speed(trajectory: Trajectory, arm: Scara, elsewhere: Sequence[floa
         raise TrajectoryError(f"{unknown[0]} is not a joint of the arm; it has {', '.join(names)}")
     columns = [names.index(name) for name in trajectory.joint_names]
     durations = np.diff(trajectory.times)
-    ways = highest_rates(trajectory).sum(axis=1) * durations
-    often = np.maximum(ways / _TURN, _LEAST)
+    displacements = highest_rates(trajectory).sum(axis=1) * durations
+    often = np.maximum(displacements / _TURN, _LEAST)
     counts = np.maximum(np.ceil(np.minimum(durations / _STEP, often)), 2.0).astype(np.intp) + 1
     ends = np.cumsum(counts)
     peak = 0.0

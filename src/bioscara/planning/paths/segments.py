@@ -168,10 +168,10 @@ def shorter_turn(begin: float, end: float) -> float:
     Half a turn is equally short in both directions: the sign of ``end - begin`` decides, not
     rounding.
     """
-    way = end - begin
-    turn = wrapped(way)
-    if math.pi - abs(turn) < _HALF and turn * way < 0.0:
-        turn += math.copysign(2.0 * math.pi, way)
+    displacement = end - begin
+    turn = wrapped(displacement)
+    if math.pi - abs(turn) < _HALF and turn * displacement < 0.0:
+        turn += math.copysign(2.0 * math.pi, displacement)
     return turn
 
 
@@ -192,16 +192,16 @@ class Line(Segment):
 
     def __init__(self, start: Pose, goal: Pose) -> None:
         start, goal = require_pose("the start", start), require_pose("the goal", goal)
-        way = np.subtract(goal, start)
-        way[3] = shorter_turn(start.yaw, goal.yaw)
-        distance = float(np.linalg.norm(way[:3]))
-        length = max(distance, LEVER * abs(way[3]))
+        displacement = np.subtract(goal, start)
+        displacement[3] = shorter_turn(start.yaw, goal.yaw)
+        distance = float(np.linalg.norm(displacement[:3]))
+        length = max(distance, LEVER * abs(displacement[3]))
         if length < SHORTEST:
             raise InvalidArgumentError(
-                f"start and goal are the same pose: {distance:.3g} m and {abs(way[3]):.3g} rad "
-                "apart; leave one of them out"
+                f"start and goal are the same pose: {distance:.3g} m and "
+                f"{abs(displacement[3]):.3g} rad apart; leave one of them out"
             )
-        super().__init__(length, (start, way / length))
+        super().__init__(length, (start, displacement / length))
 
 
 class Arc(Segment):

@@ -1,7 +1,7 @@
 """Motion of one joint from state to state with limited velocity, acceleration and jerk.
 
 The theory in short. For fixed velocities and accelerations at both ends, and a fixed duration, the
-possible displacements of a joint are an interval, because all limits are convex. For the largest
+possible displacements of a joint form an interval, because all limits are convex. For the largest
 displacement the acceleration rises to a peak, falls to a valley and rises again, staying constant
 at the limits; the smallest one is its mirror image. So both families have one parameter, and
 

@@ -84,8 +84,8 @@ class ExtremalProfiles(NamedTuple):
 
     def displacement(self, point: Member) -> float:
         """Return the displacement of a member [unit]."""
-        # The cruise is added separately: integrated with the phases, a residual acceleration would
-        # act throughout it.
+        # The cruise is added separately: integrated with the phases, a rounding error of the
+        # acceleration would act throughout it.
         p, v, a = point.cruise * self.bounds.velocity, self.v0, self.a0
         for t, jerk in self._phases(Member(point.depth, 0.0)):
             p += t * (v + t * (a / 2.0 + t * jerk / 6.0))
@@ -94,7 +94,7 @@ class ExtremalProfiles(NamedTuple):
         return p
 
     def rounding(self, duration: float) -> float:
-        """Return the displacement treated as zero for a duration [unit].
+        """Return the displacement that counts as zero for a duration [unit].
 
         It scales with the speed reachable in that time, which may be far below the limit.
         """

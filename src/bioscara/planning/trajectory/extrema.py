@@ -1,4 +1,4 @@
-"""Ranges of positions, velocities and accelerations on the curve of a trajectory."""
+"""Extrema of position, velocity and acceleration on the curve of a trajectory."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class Extremum(NamedTuple):
 
 
 class Extrema(NamedTuple):
-    """Range of a quantity of one joint.
+    """Extrema of a quantity of one joint.
 
     Attributes:
         low: The smallest value.
@@ -44,7 +44,7 @@ class Extrema(NamedTuple):
 
 
 class JointExtrema(NamedTuple):
-    """Ranges of one joint.
+    """Extrema of one joint.
 
     Attributes:
         position: [rad or m].
@@ -58,7 +58,7 @@ class JointExtrema(NamedTuple):
 
 
 def joint_extrema(trajectory: Trajectory) -> list[JointExtrema]:
-    """Return the ranges of each joint, in the order of ``joint_names``.
+    """Return the extrema of each joint, in the order of ``joint_names``.
 
     They hold for every instant, including the rest before and after the motion. Values too large
     to be computed are infinite or NaN.
@@ -143,7 +143,7 @@ def _value(curve: Array, at: Array) -> Array:
 
 
 def _ranges(trajectory: Trajectory, at: Array, values: Array, edges: Array) -> list[Extrema]:
-    """Return the range of each joint; ``edges`` are the values before and after the motion."""
+    """Return the extrema of each joint; ``edges`` are the values before and after the motion."""
     joints = len(trajectory.joint_names)
     times = np.concatenate(
         [

@@ -42,7 +42,7 @@ def stretch_factor(trajectory: Trajectory, limits: Sequence[JointLimits]) -> flo
     factor = 1.0
     for name, ranges in zip(trajectory.joint_names, joint_extrema(trajectory), strict=True):
         if name not in by_name:
-            continue  # check reports it
+            continue  # check() reports it
         limit = by_name[name]
         fastest = abs(ranges.velocity.largest.value)
         hardest = abs(ranges.acceleration.largest.value)

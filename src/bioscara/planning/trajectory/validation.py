@@ -61,7 +61,7 @@ def _excesses(ranges: JointExtrema, limit: JointLimits) -> Iterator[_Excess]:
     room = TOLERANCE * (limit.upper - limit.lower)
     for time, value in ranges.position:
         if not limit.lower - room <= value <= limit.upper + room:
-            # Stretching in time cannot resolve this excess, so it ranks before all others.
+            # Stretching in time does not help against this excess, so it is reported first.
             yield _Excess(
                 math.inf,
                 f"{limit.name} at {time:.3f} s: position {value:.6g} {limit.unit} is outside "

@@ -58,7 +58,7 @@ class Braked:
     Attributes:
         end: Where the joints come to rest [rad or m].
         duration: When [s since the pace began to fall].
-        begins: Time from which on it is known [s].
+        begins: Time from which it is defined [s].
         continuable: Whether a new trajectory may continue from it.
     """
 

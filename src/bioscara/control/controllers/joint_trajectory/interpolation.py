@@ -1,4 +1,4 @@
-"""The curve through the points of a trajectory, as ros2_control draws it."""
+"""The curve through the points of a goal, and the path to the first of them."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from bioscara.planning.trajectory.polynomials import Sample, cubic, evaluate, li
 Coefficients = tuple[float, ...]
 
 _SHORTEST = 1e-6
-"""Duration below which the path to the first point is dropped [s]: no cycle samples it."""
+"""Shortest path to the first point [s]: no cycle samples a shorter one."""
 
 
 class Place(NamedTuple):
@@ -47,7 +47,7 @@ class Interpolator:
         points: As given.
         end: Where the joints are to rest [rad or m].
         duration: Time of the last point [s].
-        begins: Time from which on it is known [s].
+        begins: Time from which it is defined [s].
         continuable: Whether a new trajectory may continue from it; a single point is replaced.
 
     Raises:
@@ -59,7 +59,7 @@ class Interpolator:
         self.points = tuple(points)
         self._interpolate = interpolate
         self._times = [point.time for point in points]
-        self._pieces = [_piece(before, after) for before, after in pairwise(points)]
+        self._segments = [_segment(before, after) for before, after in pairwise(points)]
         self._lead: tuple[Coefficients, ...] = ()
         self._lead_to = 0
         self._first, last = _as_given(points[0]), _as_given(points[-1])
@@ -86,7 +86,7 @@ class Interpolator:
             first = self.points[self._lead_to]
             if first.time - time > _SHORTEST:
                 # Missing start derivatives count as zero, so that it is as smooth as the rest.
-                self._lead = _piece(Point(time, *state), first)
+                self._lead = _segment(Point(time, *state), first)
 
     def sample(self, time: float) -> Place:
         """Return the state at ``time`` [s since the trajectory's start]."""
@@ -98,7 +98,7 @@ class Interpolator:
             waits = index <= lead_to
             return Place(self._waiting if waits else _as_given(self.points[index]), index)
         if index > lead_to or (index and not self._lead):
-            return Place(evaluate(self._pieces[index - 1], time - times[index - 1]), index)
+            return Place(evaluate(self._segments[index - 1], time - times[index - 1]), index)
         if self._lead:
             return Place(evaluate(self._lead, max(time - self.begins, 0.0)), lead_to)
         return Place(self._first, 0)
@@ -114,28 +114,28 @@ def _at_rest(values: Sample) -> Sample:
     return Sample(values.positions, nothing, nothing)
 
 
-def _piece(before: Point, after: Point) -> tuple[Coefficients, ...]:
-    """Return the polynomials of one piece, powers of the time since its begin."""
+def _segment(before: Point, after: Point) -> tuple[Coefficients, ...]:
+    """Return the polynomials of one segment, powers of the time since its begin."""
     t = after.time - before.time
     moving = bool(before.velocities and after.velocities)
     curved = moving and bool(before.accelerations and after.accelerations)
-    pieces = []
+    segments = []
     try:
         for joint, (p0, p1) in enumerate(zip(before.positions, after.positions, strict=True)):
             if not moving:
-                pieces.append(line(p0, p1, t))
+                segments.append(line(p0, p1, t))
                 continue
             speeds = before.velocities[joint], after.velocities[joint]
             if curved:
                 changes = before.accelerations[joint], after.accelerations[joint]
-                pieces.append(quintic(p0, p1, *speeds, *changes, t))
+                segments.append(quintic(p0, p1, *speeds, *changes, t))
             else:
-                pieces.append(cubic(p0, p1, *speeds, t))
+                segments.append(cubic(p0, p1, *speeds, t))
     except (OverflowError, ZeroDivisionError):
-        pieces.append((math.nan,) * 6)
-    if not math.isfinite(sum(map(sum, pieces))):
+        segments.append((math.nan,) * 6)
+    if not math.isfinite(sum(map(sum, segments))):
         raise TrajectoryError(
-            f"no curve can be drawn between the points at {before.time:g} s and {after.time:g} s: "
-            "they are too close in time or too far apart"
+            f"no curve can be computed between the points at {before.time:g} s and "
+            f"{after.time:g} s: they are too close in time or too far apart"
         )
-    return tuple(pieces)
+    return tuple(segments)

@@ -86,7 +86,7 @@ class TrajectorySampler:
             period: Time since the last cycle [s].
             measured: Measured state of the joints.
         """
-        # At rest a step of the factor is no step of velocity, and motion starts with the factor.
+        # At rest the factor may step: the velocity does not, and motion starts with the new factor.
         at_rest = self.holding or self.time > self.course.duration
         self._scale(self._wanted_scaling * self.share, math.inf if at_rest else period)
         self.time += (time - self._now) * self.pace
@@ -140,14 +140,14 @@ class TrajectorySampler:
         A collision-checked course stays on its path; else each joint comes to rest on its own.
         """
         pace, (course, at) = self._commanded_pace, self._commanded_at
-        way: Interpolator | Braked
+        stop: Interpolator | Braked
         if self.collision_checked and course is self.course and isinstance(course, Interpolator):
-            way = Braked(course, at, pace, limits, self._period, self._least)
+            stop = Braked(course, at, pace, limits, self._period, self._least)
         else:
             speeds = tuple([velocity * pace for velocity in self._commanded.velocities])
-            way = deceleration(self._commanded._replace(velocities=speeds), limits)
-        # State is changed last: if interrupted before, the stop can be requested again.
-        self.course, self.time = way, self._now - self._commanded_time
+            stop = deceleration(self._commanded._replace(velocities=speeds), limits)
+        # The state is changed last: a call that is interrupted before can be repeated.
+        self.course, self.time = stop, self._now - self._commanded_time
         self.holding, self.waiting = True, None
 
     def query(self, time: float, controller: str) -> Sample:
@@ -178,6 +178,6 @@ class TrajectorySampler:
         self.course = course
         if bridge and missing and not isinstance(running, Braked):
             self.course = Spliced(course, missing, running, self.time - begin)
-        # Where it begins in motion the path to its first point was not planned.
+        # If it begins in motion, the path to its first point was not planned.
         self.collision_checked = collision_checked and not bridge
         self.time, self.waiting, self.holding = begin, None, False

@@ -156,7 +156,7 @@ def test_points_on_one_line_make_no_arc(start, goal, where):
 
 @given(poses, poses, poses, st.integers(0, 2), st.integers(0, 3))
 @settings(max_examples=50)
-def test_values_that_are_no_numbers_are_named(start, via, goal, which, field):
+def test_values_that_are_not_finite_are_named(start, via, goal, which, field):
     three = [start, via, goal]
     three[which] = three[which]._replace(**{Pose._fields[field]: math.nan})
     text = f"{Pose._fields[field]} of the {('start', 'via', 'goal')[which]} is nan"

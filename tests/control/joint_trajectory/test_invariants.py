@@ -1,4 +1,4 @@
-"""Laws of the curve, of splicing and of stopping."""
+"""Invariants of the curve, of splicing and of stopping."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def close(left: Sample, right: Sample, fields: int, within: float = 1e-3) -> Non
 
 
 @given(st.integers(1, 3).flatmap(lambda fields: st.tuples(st.just(fields), points(fields))))
-def test_the_curve_passes_through_every_point_as_far_as_that_is_given(
+def test_the_curve_passes_through_the_given_fields_of_every_point(
     drawn: tuple[int, list[Point]],
 ) -> None:
     fields, through = drawn
@@ -198,7 +198,7 @@ PAIRS = st.tuples(FINITE, FINITE)
     FINITE,
     st.booleans(),
 )
-def test_what_is_accepted_fails_in_no_cycle(
+def test_an_accepted_trajectory_fails_in_no_cycle(
     fields: tuple[tuple[float, ...], ...], time: float, stamp: float, again: bool
 ) -> None:
     parameters = JointTrajectoryParameters.read(
@@ -221,7 +221,7 @@ def test_what_is_accepted_fails_in_no_cycle(
         player.ahead()
 
 
-def test_partial_goals_that_never_cease_do_not_pile_up() -> None:
+def test_a_stream_of_partial_goals_does_not_grow_the_splice() -> None:
     first = [Point(0.0, (0.0, 0.0), (0.1, 0.0)), Point(100.0, (10.0, 0.0), (0.1, 0.0))]
     goals = {
         cycle: Request(Interpolator([Point(1.0, (9.0, 1.0))]), 0.0, frozenset({0}))
