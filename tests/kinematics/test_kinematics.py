@@ -1,4 +1,4 @@
-"""Laws of the closed forms: there and back, both elbows, derivatives, arrays as single poses."""
+"""Invariants of the kinematics: inverse of forward, both elbows, derivatives, batches."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def test_a_pose_that_is_not_finite_is_refused(arm: Scara, field: int, value: flo
 def test_too_far_and_too_close_are_reported_with_the_excess(
     tool: Pose, base: Pose, off: float, bearing: float
 ) -> None:
-    """The number in the message is the distance that the wrist's axis is off, in any frames."""
+    """The message states the distance by which the wrist's axis is out of reach, in any frames."""
     arm = Scara(GEOMETRY, LIMITS, tool, base)
     inner, outer = GEOMETRY.upper_arm - GEOMETRY.forearm, GEOMETRY.upper_arm + GEOMETRY.forearm
     wrists = [(outer + off, off, "beyond")]
@@ -248,7 +248,7 @@ class Span:
 
 
 def with_range(half: float, *indices: int, centre: float = 0.0) -> list[Span]:
-    """The arm's limits, but these joints may go ``half`` either way of ``centre``."""
+    """The arm's limits, but these joints have ``half`` on both sides of ``centre``."""
     return [
         Span(limit.name, limit.unit, centre - half, centre + half)
         if index in indices
@@ -269,7 +269,7 @@ def test_joints_with_any_range_of_turns(
     wrist: tuple[float, float],
     at: tuple[float, ...],
 ) -> None:
-    """For any range, joints within it are found again, and on the turn they came from."""
+    """For any range, joints within it are found again, on their turn."""
     spans = with_range(10.0)
     for joint, (half, centre) in zip((0, 2, 3), (column, elbow, wrist), strict=True):
         spans[joint] = with_range(half, joint, centre=centre)[joint]

@@ -1,4 +1,4 @@
-"""The parameter file: the arm's values, and the complaints about a wrong file."""
+"""The parameter file: the arm's values, and the errors of a wrong file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TEXT = Path(loading.__file__).with_name("parameters.yaml").read_text()
 
 
 class Leaf(NamedTuple):
-    """A value of the section ``controllers``: the names on the way to it, its line, its group's."""
+    """A value of the section ``controllers``: its names, its line, its group's line."""
 
     path: tuple[str, ...]
     value: object
@@ -30,7 +30,7 @@ class Leaf(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Name of the section in complaints."""
+        """Name of the value in errors."""
         return ".".join(self.path)
 
     def written(self, replacement: str) -> str:
@@ -77,7 +77,7 @@ def load(tmp_path: Path, text: str) -> ArmParameters:
 
 
 def outcome(folder: Path, text: str) -> ArmParameters | str:
-    """Return the arm, or the complaint."""
+    """Return the arm, or the text of the error."""
     try:
         return load(folder, text)
     except ConfigurationError as error:

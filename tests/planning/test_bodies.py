@@ -34,7 +34,7 @@ WITHIN = 0.05
 
 
 def placed(link: str, joints: Sequence[float], width: float) -> list[tuple[Prism, Array, Array]]:
-    """Return the shapes of a link, and where the frame of each is in the base: turn and origin."""
+    """Return the shapes of a link, with rotation and origin of their frames in the base."""
     x, y, z, cos, sin = (column[:, 0] for column in frames(ARM, np.array([joints])))
     side = {"left_jaw_link": 1.0, "right_jaw_link": -1.0}.get(link)
     bodies = arm_of(ARM.geometry, ARM.tool, GRIPPER, (width, width))
@@ -132,7 +132,7 @@ def random_load(rng: np.random.Generator) -> Prism | None:
 
 
 def test_the_verdict_agrees_with_dense_samples() -> None:
-    """Against the exact meshes: no pose in which they touch passes, none that is free does not."""
+    """Against the exact meshes: poses in which they touch are refused, free ones pass."""
     rng = np.random.default_rng(6)
     touched = free = 0
     for _ in range(4 * COUNT):
@@ -167,7 +167,7 @@ def test_the_verdict_agrees_with_dense_samples() -> None:
 
 
 def test_the_bodies_follow_the_geometry() -> None:
-    """An arm of other lengths: its bars are as long, and where its joints are."""
+    """The bars of an arm with other lengths are as long, and at its joints."""
     for upper, fore in ((0.25, 0.285), (0.4, 0.2)):
         arm = Scara(Geometry(upper, fore, 0.135), LIMITS, Pose(0.11908, 0.0, -0.14409))
         bodies = arm_of(arm.geometry, arm.tool, GRIPPER, WIDTHS)

@@ -1,4 +1,4 @@
-"""Lines and arcs of the tool: on the path, as fast as allowed and no faster, or refused."""
+"""Lines and arcs of the tool: on the path, at the limits, or refused."""
 
 from __future__ import annotations
 
@@ -314,7 +314,7 @@ def test_the_stretched_arm_is_not_led_through_nor_around() -> None:
 
 
 def touching(radius: float, inward: float, begin: float) -> Trajectory:
-    """Plan an arc that comes so near to the end of the reach; there the elbow would bounce."""
+    """Plan an arc that comes this near to the end of the reach, where the elbow reverses."""
 
     def at(angle: float) -> Pose:
         centre = REACH - inward - radius
@@ -379,7 +379,7 @@ def test_a_pose_between_the_ends_that_is_out_of_reach_is_named() -> None:
 
 
 def test_a_position_limit_exceeded_between_two_points_is_found() -> None:
-    """Where the line passes the column, the elbow turns back: at its limit plus a little."""
+    """Where the line passes the column the elbow reverses, slightly beyond its limit."""
     l1, l2, _ = BARE.geometry
     limit = LIMITS[2].upper
     nearest = math.sqrt(l1 * l1 + l2 * l2 + 2.0 * l1 * l2 * math.cos(limit))

@@ -1,4 +1,4 @@
-"""Trajectory files: the arm's own, odd ones, and broken ones."""
+"""Trajectory files: valid, unusual and broken ones."""
 
 from __future__ import annotations
 

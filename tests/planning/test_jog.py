@@ -1,4 +1,4 @@
-"""Jogging never enters a zone, passes no limit, and stops when the commands end."""
+"""A jog enters no zone, exceeds no limit, and stops when the commands end."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from planning.scenes import ARM, COUNT, free_joints, random_scene
 REST = Joints(0.3, 0.2, 0.8, -0.5)
 PERIOD = 0.02
 BELTS = (0.23, 0.107)
-"""Duration over which commands are averaged, where they are [s]."""
+"""Windows over which commands are averaged, in tests with averages [s]."""
 
 
 def random_velocity(rng: np.random.Generator) -> JointVelocity | ToolVelocity:

@@ -1,4 +1,4 @@
-"""Averages that suppress the swing of a belt, and motions that are averaged so."""
+"""Averages that suppress the oscillation of a belt, and motions averaged with them."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ REST = (0.0, 0.0, 0.0, 0.0)
 
 
 def for_all(value: float) -> tuple[float, float, float, float]:
-    """Return different values for the joints, of which the third is the one under test."""
+    """Return different values for the joints, of which the third is tested."""
     return -value, 2.0 * value, value, 0.5 * value
 
 

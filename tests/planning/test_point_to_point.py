@@ -108,7 +108,7 @@ def test_a_state_that_is_the_goal_takes_no_time(acceleration: float, difference:
 def test_limits_that_are_not_reached_make_no_difference(
     data: st.DataObject, way: float, loose: float
 ) -> None:
-    """Also where a motion stays far below them, it takes its time and ends at its goal."""
+    """A motion that stays far below the limits still ends at its goal."""
     jerk = 40.0
     # The orders of magnitude that belong to the displacement at that jerk.
     sizes = way, 0.25 * (jerk * way * way) ** (1 / 3), 0.25 * (jerk * jerk * way) ** (1 / 3)

@@ -1,4 +1,4 @@
-"""The reader of messages against a general YAML reader: what it accepts means the same there."""
+"""The parser of messages against a general YAML parser: accepted texts are read alike."""
 
 from __future__ import annotations
 

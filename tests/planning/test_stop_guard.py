@@ -1,4 +1,4 @@
-"""Whether the arm may go on to a state, against a dense check of the path to it and to rest."""
+"""Verdicts of the stop guard against a dense check of the path to a state and to rest."""
 
 from __future__ import annotations
 

@@ -180,7 +180,7 @@ def test_values_too_large_for_a_curve_are_refused() -> None:
 
 
 def test_a_trajectory_cannot_be_changed() -> None:
-    """Its curves are kept twice, as arrays and as plain floats, which must be the same."""
+    """A curve is evaluated in arrays and in plain floats, which must agree."""
     trajectory = Trajectory(("j1",), [0.0, 1.0], [[0.0], [0.1]], [[0.0]] * 2, [[0.0]] * 2)
     for array in (
         trajectory.times,

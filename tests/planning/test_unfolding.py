@@ -1,4 +1,4 @@
-"""The path by an open elbow: its places, and that it is one motion that rests at each."""
+"""Motions by an open elbow: their positions, and that they are one motion at rest at each."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Zones keep the arm out, all along its path, and report by how much it is too near."""
+"""Zones keep the arm out along its whole path, and report by how much it is too near."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_clearance_is_the_distance_of_the_nearest_point(seed: int) -> None:
 def test_clearance_is_the_distance_to_a_thin_pole(
     seed: int, distance: float, bearing: float
 ) -> None:
-    """A pole that is moved away from the outermost point of the tool, by known lengths."""
+    """A pole at known distances from the outermost point of the tool."""
     rng = np.random.default_rng(seed)
     joints = random_joints(rng)
     pose = ARM.forward(joints)
@@ -128,7 +128,7 @@ def test_a_thin_pole_is_not_missed_between_two_points() -> None:
 
 @pytest.mark.parametrize("margin", [1e-3, 5e-3, 0.02])
 def test_the_margin_decides(margin: float) -> None:
-    """The tool's point passes a wall in parallel, a little nearer and a little farther."""
+    """The tool's point passes parallel to a wall, slightly inside and outside of the margin."""
     high = ARM.forward(REST).z
     move = Trajectory(NAMES, (0.0, 5.0), (REST, REST._replace(j1=1.0)))
     for miss, fine in ((1e-3, True), (-1e-3, False)):
@@ -249,7 +249,7 @@ def test_a_load_may_touch_only_bodies_of_the_scene() -> None:
 
 
 def test_a_scene_may_be_made_of_lists() -> None:
-    """A scene written in a program; its compiled form is kept by value."""
+    """A scene made in a program; its layout is cached by value."""
     zone = Box("box", [0.5, 0.5, 0.0], [0.6, 0.6, 0.1], links=["gripper"])  # type: ignore[arg-type]
     pole = Cylinder("pole", 0.5, -0.5, 0.1, 0.0, 0.1, links=["gripper"])  # type: ignore[arg-type]
     lists = Scene([zone, pole], mounted=list(GRIPPER))  # type: ignore[arg-type]

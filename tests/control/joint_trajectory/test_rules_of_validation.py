@@ -175,9 +175,7 @@ def test_rule_09_stricter_points_that_no_curve_can_join_are_refused(
         Point(0.0, NOTHING, NOTHING, NOTHING),
         Point(seconds, (far,) * 4, NOTHING, NOTHING),
     )
-    with pytest.raises(
-        GoalRejectedError, match="no curve can be computed between the points"
-    ):
+    with pytest.raises(GoalRejectedError, match="no curve can be computed between the points"):
         arm.send(*points)
 
 
