@@ -14,7 +14,7 @@ from bioscara.control.limits.limiter import CommandSource
 from bioscara.kinematics import Scara
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Scene
-from bioscara.planning.motions.tool_speed import REDUCED_SPEED
+from bioscara.planning.limits import REDUCED_SPEED
 from bioscara.robot import kinematics_of
 from bioscara.robot.stack import TRAJECTORY, Stack
 

@@ -13,8 +13,8 @@ from bioscara.kinematics import Geometry, Pose, Scara, batch
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, check
 from bioscara.planning.collision.scene import Scene
+from bioscara.planning.limits import ToolLimits
 from bioscara.planning.motions.cartesian import linear
-from bioscara.planning.tool_limits import ToolLimits
 
 START, GOAL = Pose(0.45, -0.20, 0.25), Pose(0.35, 0.30, 0.28)
 FREE = ToolLimits(math.inf, math.inf, math.inf, math.inf)

@@ -9,22 +9,22 @@ import numpy as np
 import ruckig
 import toppra
 
+from bioscara.planning.arrays import Array
 from bioscara.planning.limits import JointLimits
-from bioscara.planning.profiles.segments import Bounds, State
-from bioscara.planning.trajectory.trajectory import Array
+from bioscara.planning.profiles.segments import Bounds, MotionState
 
 
 class Ruckig:
     """Ruckig for one problem; its waypoints, which it would send to a server, are never set."""
 
     def __init__(
-        self, starts: Sequence[State], goals: Sequence[State], bounds: Sequence[Bounds]
+        self, starts: Sequence[MotionState], goals: Sequence[MotionState], bounds: Sequence[Bounds]
     ) -> None:
         count = len(starts)
         self._planner, self._task = ruckig.Ruckig(count), ruckig.InputParameter(count)
         self._result = ruckig.Trajectory(count)
         for prefix, states in (("current", starts), ("target", goals)):
-            for field in State._fields:
+            for field in MotionState._fields:
                 setattr(self._task, f"{prefix}_{field}", [getattr(s, field) for s in states])
         for field in Bounds._fields:
             setattr(self._task, f"max_{field}", [getattr(bound, field) for bound in bounds])
@@ -64,7 +64,9 @@ def toppra_duration(way: Array, joints: Array, limits: Sequence[JointLimits], pi
     return float(instance.compute_trajectory().duration)
 
 
-def random_problem(rng: random.Random, count: int) -> tuple[list[State], list[State], list[Bounds]]:
+def random_problem(
+    rng: random.Random, count: int
+) -> tuple[list[MotionState], list[MotionState], list[Bounds]]:
     """Return starts, goals and limits of ``count`` joints that are in motion at both ends."""
     bounds = [
         Bounds(rng.uniform(0.1, 5.0), rng.uniform(0.2, 30.0), rng.uniform(1.0, 1000.0))
@@ -73,9 +75,11 @@ def random_problem(rng: random.Random, count: int) -> tuple[list[State], list[St
     return [_state(rng, b) for b in bounds], [_state(rng, b) for b in bounds], bounds
 
 
-def _state(rng: random.Random, bounds: Bounds) -> State:
+def _state(rng: random.Random, bounds: Bounds) -> MotionState:
     """Return a random state that a joint can reach and can leave."""
     velocity, acceleration, jerk = bounds
     a = rng.uniform(-1.0, 1.0) * min(acceleration, (1.99 * jerk * velocity) ** 0.5)
     room = velocity - a * a / (2.0 * jerk)
-    return State(rng.uniform(-3.0, 3.0) * rng.choice((0.01, 0.1, 1.0)), rng.uniform(-room, room), a)
+    return MotionState(
+        rng.uniform(-3.0, 3.0) * rng.choice((0.01, 0.1, 1.0)), rng.uniform(-room, room), a
+    )

@@ -19,15 +19,15 @@ from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point, sequence
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
+from bioscara.planning.limits import FULL, ToolLimits
 from bioscara.planning.motions.cartesian import circular, linear
 from bioscara.planning.motions.jog import ToolVelocity
 from bioscara.planning.motions.waypoints import Waypoint, approach, retract
 from bioscara.planning.paths.blending import rounded
 from bioscara.planning.paths.inverse_kinematics import along
-from bioscara.planning.paths.path import Arc, Line, Path
+from bioscara.planning.paths.segments import Arc, Line, Path
 from bioscara.planning.profiles.double_s import fastest
-from bioscara.planning.profiles.segments import Bounds, State
-from bioscara.planning.tool_limits import FULL, ToolLimits
+from bioscara.planning.profiles.segments import Bounds, MotionState
 from bioscara.robot import kinematics_of
 from bioscara.robot.planner import Plan, Planner
 
@@ -86,7 +86,7 @@ def _ruckig(*, jerk_limited: bool) -> Ruckig:
         Bounds(j.max_velocity, j.max_acceleration, j.max_jerk if jerk_limited else math.inf)
         for j in _JOINTS
     ]
-    return Ruckig([State(p) for p in START], [State(p) for p in END], bounds)
+    return Ruckig([MotionState(p) for p in START], [MotionState(p) for p in END], bounds)
 
 
 def _point_to_point() -> list[Row]:

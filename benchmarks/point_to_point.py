@@ -10,7 +10,7 @@ from benchmarks.measure import Row
 from benchmarks.peers import Ruckig, random_problem
 from bioscara.planning import point_to_point
 from bioscara.planning.profiles.double_s import durations, fastest, lasting
-from bioscara.planning.profiles.segments import Bounds, State
+from bioscara.planning.profiles.segments import Bounds, MotionState
 
 GOAL = (-0.26026, 0.0179, 0.53642, -0.69014)
 """Of planned_time_optimal.yaml, from zero."""
@@ -43,7 +43,9 @@ FIELD = (
 )
 
 
-def _least(starts: Sequence[State], goals: Sequence[State], bounds: Sequence[Bounds]) -> float:
+def _least(
+    starts: Sequence[MotionState], goals: Sequence[MotionState], bounds: Sequence[Bounds]
+) -> float:
     """Return the least duration that is feasible for all joints."""
     each = list(zip(starts, goals, bounds, strict=True))
     changes = [durations(*problem) for problem in each]
@@ -70,10 +72,10 @@ def _ratio(count: int) -> float:
 
 def _durations() -> list[Row]:
     rest, bounds = (
-        [State(0.0)] * 4,
+        [MotionState(0.0)] * 4,
         [Bounds(limit.max_velocity, limit.max_acceleration, limit.max_jerk) for limit in FIELD],
     )
-    peer = Ruckig(rest, [State(p) for p in GOAL], bounds).duration()
+    peer = Ruckig(rest, [MotionState(p) for p in GOAL], bounds).duration()
     names = [limit.name for limit in FIELD]
     rows = []
     for what, jerk_limited, most, against in (

@@ -116,8 +116,8 @@ def test_bad_parameters_are_refused() -> None:
     world = World(home=False)
     for kind, values, text in (
         (FORWARD, {"joints": (), "interface_name": "position"}, "joints names none"),
-        (FORWARD, {"joints": ("j1",), "interface_name": "effort"}, "interface_name = 'effort'"),
-        (FORWARD, {"joints": ("j1",)}, "parameter interface_name is missing"),
+        (FORWARD, {"joints": ("j1",), "interface_name": "effort"}, "interface_name: 'effort'"),
+        (FORWARD, {"joints": ("j1",)}, "interface_name is missing"),
         (HOLD, {"joints": ("j1",), "max_deceleration": ()}, "0 max_deceleration for 1 joints"),
         (HOLD, {"joints": ("j1",), "max_deceleration": (0.0,)}, "max_deceleration"),
         (HOLD, {"joints": ("j1",), "max_deceleration": (math.nan,)}, "max_deceleration"),

@@ -475,9 +475,9 @@ def test_one_broken_answer_at_the_end_of_a_homing_does_not_fail_it() -> None:
     [
         ({"joints": ()}, "joints names none"),
         ({"joints": ("j1", "j2"), "max_travel": (1.0,)}, "1 max_travel for 2 joints"),
-        ({"joints": ("j1",), "max_travel": (-1.0,)}, "greater than 0"),
-        ({"joints": ("j1",), "timeout": 0.0}, "greater than 0"),
-        ({"joints": ("j1",), "timeout": math.inf}, "finite"),
+        ({"joints": ("j1",), "max_travel": (-1.0,)}, "must be above 0"),
+        ({"joints": ("j1",), "timeout": 0.0}, "must be above 0"),
+        ({"joints": ("j1",), "timeout": math.inf}, "timeout: inf"),
     ],
 )
 def test_unusable_parameters_are_refused(values: dict[str, object], words: str) -> None:

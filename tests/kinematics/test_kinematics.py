@@ -1,4 +1,4 @@
-"""Laws of the closed forms: there and back, both elbows, derivatives, arrays as single poses."""
+"""Invariants of the kinematics: inverse of forward, both elbows, derivatives, batches."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def test_inverse_of_forward_contains_the_joints(arm: Scara, joints: tuple[float,
 
 
 @given(ARMS, JOINTS)
-def test_the_first_way_has_the_elbow_positive(arm: Scara, joints: tuple[float, ...]) -> None:
+def test_the_first_solution_has_the_elbow_positive(arm: Scara, joints: tuple[float, ...]) -> None:
     first, second = arm.inverse(arm.forward(joints))
     assert first.j3 >= 0.0 >= second.j3
     assert first.j3 == -second.j3
@@ -82,7 +82,7 @@ def test_the_jacobian_is_the_finite_difference(arm: Scara, joints: tuple[float, 
 
 
 @given(ARMS, JOINTS, st.tuples(*[st.floats(-1.0, 1.0)] * 4))
-def test_rates_move_the_tool_as_asked(
+def test_rates_move_the_tool_at_the_requested_velocity(
     arm: Scara, joints: tuple[float, ...], velocity: tuple[float, ...]
 ) -> None:
     if abs(math.sin(joints[2])) < 1e-6:
@@ -134,7 +134,7 @@ def test_the_tool_of_the_description() -> None:
         (Pose(0.45, -0.2, 0.1, -1e300), r"are these degrees\?"),
     ],
 )
-def test_what_cannot_be_reached_is_told_with_numbers(pose: Pose, complaint: str) -> None:
+def test_a_pose_out_of_reach_is_reported_with_the_excess(pose: Pose, complaint: str) -> None:
     with pytest.raises(UnreachableError, match=complaint):
         ARM.solve(pose, (0.0, 0.1, 0.5, 0.0))
     if "j2" not in complaint and not abs(pose.yaw):
@@ -142,7 +142,7 @@ def test_what_cannot_be_reached_is_told_with_numbers(pose: Pose, complaint: str)
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
-def test_a_start_that_is_no_number_is_refused(value: float) -> None:
+def test_a_start_that_is_not_finite_is_refused(value: float) -> None:
     with pytest.raises(InvalidArgumentError, match="not a finite number"):
         ARM.solve(Pose(0.4, 0.2, 0.1), (0.0, 0.1, value, 0.0))
 
@@ -150,7 +150,7 @@ def test_a_start_that_is_no_number_is_refused(value: float) -> None:
 @pytest.mark.parametrize("field", range(4))
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
 @pytest.mark.parametrize("arm", [ARM, Scara(GEOMETRY, LIMITS, IDENTITY, Pose(1.0, 0.0, 0.0, 1.0))])
-def test_a_pose_that_is_no_number_is_refused(arm: Scara, field: int, value: float) -> None:
+def test_a_pose_that_is_not_finite_is_refused(arm: Scara, field: int, value: float) -> None:
     pose = Pose(*(value if i == field else 0.2 for i in range(4)))
     with pytest.raises(InvalidArgumentError, match="not a finite number"):
         arm.inverse(pose)
@@ -158,10 +158,10 @@ def test_a_pose_that_is_no_number_is_refused(arm: Scara, field: int, value: floa
 
 
 @given(FRAMES, FRAMES, st.one_of(st.floats(1e-6, 1e-3), st.floats(1e-3, 3.0)), ANGLES)
-def test_too_far_and_too_close_are_told_by_how_much(
+def test_too_far_and_too_close_are_reported_with_the_excess(
     tool: Pose, base: Pose, off: float, bearing: float
 ) -> None:
-    """The number in the message is the distance that the wrist's axis is off, in any frames."""
+    """The message states the distance by which the wrist's axis is out of reach, in any frames."""
     arm = Scara(GEOMETRY, LIMITS, tool, base)
     inner, outer = GEOMETRY.upper_arm - GEOMETRY.forearm, GEOMETRY.upper_arm + GEOMETRY.forearm
     wrists = [(outer + off, off, "beyond")]
@@ -178,7 +178,7 @@ def test_too_far_and_too_close_are_told_by_how_much(
 
 
 @given(JOINTS, st.sampled_from(range(4)), st.floats(0.01, 0.05))
-def test_out_of_limits_is_told_by_joint_and_how_much(
+def test_out_of_limits_is_reported_with_joint_and_excess(
     joints: tuple[float, ...], joint: int, over: float
 ) -> None:
     beyond = list(joints)
@@ -198,7 +198,7 @@ def test_out_of_limits_is_told_by_joint_and_how_much(
         (2, LIMITS[2].lower - 3e-9, r"3e-09 rad beyond"),
     ],
 )
-def test_what_stands_beyond_a_limit_tells_units_and_hairs(
+def test_joints_beyond_limits_are_reported_with_units_and_small_excesses(
     joint: int, value: float, told: str
 ) -> None:
     joints = [0.0, 0.1, 0.5, 0.0]
@@ -207,14 +207,14 @@ def test_what_stands_beyond_a_limit_tells_units_and_hairs(
     assert re.search(told, sentence), sentence
 
 
-def test_what_no_elbow_helps_is_said_once() -> None:
+def test_an_excess_of_both_solutions_is_reported_once() -> None:
     with pytest.raises(UnreachableError) as caught:
         ARM.solve(Pose(0.5, 0.1, 0.9), (0.0, 0.1, 0.5, 0.0))
     assert str(caught.value).count("beyond its range") == 1
 
 
 @pytest.mark.parametrize("value", [(0.5, 0.0, 0.2), (0.5, 0.0, 0.2, 0.0), [0.5, 0.0, 0.2, 0.0]])
-def test_what_is_no_pose_is_refused(value: Sequence[float]) -> None:
+def test_a_value_that_is_no_pose_is_refused(value: Sequence[float]) -> None:
     with pytest.raises(InvalidArgumentError, match=r"give Pose\(x, y, z, yaw\)"):
         ARM.solve(value, (0.0, 0.1, 0.5, 0.0))
 
@@ -225,7 +225,7 @@ def test_a_yaw_of_more_turns_than_degrees_would_have_is_one_where_the_joints_hav
     assert arm.solve(arm.forward(joints), joints) == pytest.approx(joints)
 
 
-def test_both_ways_out_of_limits_are_both_told() -> None:
+def test_both_solutions_out_of_limits_are_both_reported() -> None:
     # Straight behind the column's end stops, with the gripper turned back: out of reach with either
     # elbow.
     arm = Scara(GEOMETRY, with_range(1.0, 0, 3))
@@ -234,7 +234,7 @@ def test_both_ways_out_of_limits_are_both_told() -> None:
 
 
 @pytest.mark.parametrize("elbow", [0.0, math.pi, -math.pi, 1e-12])
-def test_stretched_or_folded_it_cannot_move_so(elbow: float) -> None:
+def test_on_a_stretched_or_folded_arm_rates_are_refused(elbow: float) -> None:
     with pytest.raises(UnreachableError, match=r"j3 .* rad from stretched or folded"):
         ARM.rates((0.0, 0.1, elbow, 0.0), (0.1, 0.0, 0.0, 0.0))
 
@@ -248,7 +248,7 @@ class Span:
 
 
 def with_range(half: float, *indices: int, centre: float = 0.0) -> list[Span]:
-    """The arm's limits, but these joints may go ``half`` either way of ``centre``."""
+    """The arm's limits, but these joints have ``half`` on both sides of ``centre``."""
     return [
         Span(limit.name, limit.unit, centre - half, centre + half)
         if index in indices
@@ -269,7 +269,7 @@ def test_joints_with_any_range_of_turns(
     wrist: tuple[float, float],
     at: tuple[float, ...],
 ) -> None:
-    """For any range, joints within it are found again, and on the turn they came from."""
+    """For any range, joints within it are found again, on their turn."""
     spans = with_range(10.0)
     for joint, (half, centre) in zip((0, 2, 3), (column, elbow, wrist), strict=True):
         spans[joint] = with_range(half, joint, centre=centre)[joint]
@@ -338,7 +338,7 @@ def test_arrays_without_four_values_a_row_are_refused(shape: tuple[int, ...]) ->
             call()
 
 
-def test_an_empty_array_has_no_ways() -> None:
+def test_an_empty_array_has_no_solutions() -> None:
     assert batch.inverse(ARM, np.empty((0, 4))).shape == (0, 2, 4)
 
 

@@ -10,10 +10,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from tools.meshes import FINISHES, triangles
 
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model import load_parameters
-from bioscara.model.meshes import FINISHES, read_stl
+from bioscara.model.meshes import read_stl
 from bioscara.model.parts import drawing
 from bioscara.model.urdf import DESCRIPTION, SRDF, URDF
 
@@ -131,7 +132,7 @@ def test_masses_are_plausible_and_inertias_those_of_bodies(pin: Any) -> None:
     assert 0.3 < turned[0, 0] < 0.9
 
 
-def test_what_never_touches_never_does_and_what_may_is_checked(pin: Any, share: Path) -> None:
+def test_disabled_pairs_never_touch_and_all_others_are_checked(pin: Any, share: Path) -> None:
     disabled = {
         frozenset((tag.attrib["link1"], tag.attrib["link2"])): tag.attrib["reason"]
         for tag in ET.parse(SRDF).getroot().findall("disable_collisions")
@@ -168,7 +169,7 @@ def test_what_never_touches_never_does_and_what_may_is_checked(pin: Any, share: 
     assert touched
 
 
-def test_the_collision_bodies_are_what_is_seen() -> None:
+def test_collision_and_visual_meshes_have_the_same_triangles() -> None:
     for link in drawing(SHAPE):
         seen = [
             read_stl((DESCRIPTION / f"meshes/visual/{link.name}_{finish}.stl").read_bytes())
@@ -194,7 +195,7 @@ def test_links_are_as_large_as_those_of_the_existing_arm() -> None:
         "right_jaw_link": ((-0.02, -0.1391, -0.1466), (0.1509, 0.026, -0.0606)),
     }
     for link in drawing(SHAPE):
-        points = np.concatenate([part.solid.triangles.reshape(-1, 3) for part in link.parts])
+        points = np.concatenate([triangles(part.solid).reshape(-1, 3) for part in link.parts])
         lower, upper = boxes[link.name]
         assert points.min(axis=0) == pytest.approx(lower, abs=1e-4)
         assert points.max(axis=0) == pytest.approx(upper, abs=1e-4)

@@ -1,4 +1,4 @@
-"""The parameter file: the arm's values, and the complaints about a wrong file."""
+"""The parameter file: the arm's values, and the errors of a wrong file."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ TEXT = Path(loading.__file__).with_name("parameters.yaml").read_text()
 
 
 class Leaf(NamedTuple):
-    """A value of the section ``controllers``: the names on the way to it, its line, its group's."""
+    """A value of the section ``controllers``: its names, its line, its group's line."""
 
     path: tuple[str, ...]
     value: object
@@ -30,7 +30,7 @@ class Leaf(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Name of the section in complaints."""
+        """Name of the value in errors."""
         return ".".join(self.path)
 
     def written(self, replacement: str) -> str:
@@ -77,7 +77,7 @@ def load(tmp_path: Path, text: str) -> ArmParameters:
 
 
 def outcome(folder: Path, text: str) -> ArmParameters | str:
-    """Return the arm, or the complaint."""
+    """Return the arm, or the text of the error."""
     try:
         return load(folder, text)
     except ConfigurationError as error:
@@ -105,7 +105,7 @@ def test_existing_arm() -> None:
     assert [joint.home_position for joint in arm.joints] == [-3.04647, 0.338, 2.62672, 3.01069]
 
 
-def test_every_value_says_what_it_is() -> None:
+def test_every_value_has_a_comment_with_unit_and_source() -> None:
     lines = TEXT.splitlines()
     bare = [
         line
@@ -118,7 +118,7 @@ def test_every_value_says_what_it_is() -> None:
     assert bare == []
 
 
-def test_a_file_of_ones_own_is_the_same_arm(tmp_path: Path) -> None:
+def test_a_copy_of_the_file_is_the_same_arm(tmp_path: Path) -> None:
     file = tmp_path / "arm.yaml"
     file.write_text(TEXT)
     assert load_parameters(file) == load_parameters()
@@ -197,7 +197,7 @@ def test_a_wrong_value_is_named_with_its_line(
     assert f"arm.yaml, line {line_of(TEXT, old)}: " in str(caught.value)
 
 
-def test_a_misspelt_key_gets_a_proposal(tmp_path: Path) -> None:
+def test_a_misspelt_key_gets_a_suggestion(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"did you mean max_velocity\?"):
         load(tmp_path, TEXT.replace("max_velocity: 5.0", "max_velocty: 5.0"))
 
@@ -208,12 +208,12 @@ def test_a_missing_key_is_named(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("text", ["", "[1, 2]", "joints: {j1: 3", "a: 1\na: 2\n", "\x00", "7"])
-def test_what_is_no_parameter_file_is_refused(tmp_path: Path, text: str) -> None:
+def test_a_file_without_parameters_is_refused(tmp_path: Path, text: str) -> None:
     with pytest.raises(ConfigurationError, match=r"arm\.yaml"):
         load(tmp_path, text)
 
 
-def test_a_sign_that_no_text_has_is_refused_with_its_line(tmp_path: Path) -> None:
+def test_a_control_character_is_refused_with_its_line(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"arm\.yaml, line 2: special characters"):
         load(tmp_path, "a: 1\nb: \x07\n")
 
@@ -259,7 +259,7 @@ def test_numbers_and_flags_of_controllers_are_not_taken_for_one_another(
 
 
 @each_leaf
-def test_a_misspelt_value_of_a_controller_gets_a_proposal(tmp_path: Path, leaf: Leaf) -> None:
+def test_a_misspelt_value_of_a_controller_gets_a_suggestion(tmp_path: Path, leaf: Leaf) -> None:
     key = leaf.path[-1]
     with pytest.raises(ConfigurationError) as caught:
         load(tmp_path, leaf.written(f"{key}x: {leaf.value}"))

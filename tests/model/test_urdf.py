@@ -9,6 +9,7 @@ import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import pytest
+from tools import description
 
 from bioscara.errors import ConfigurationError
 from bioscara.model import load_parameters, urdf
@@ -20,29 +21,29 @@ FRESH = pytest.mark.skipif(
 
 @FRESH
 def test_the_description_is_fresh() -> None:
-    assert urdf.write(urdf.DESCRIPTION, check=True) == [], "run make generate"
+    assert description.write(urdf.DESCRIPTION, check=True) == [], "run make generate"
 
 
 @FRESH
-def test_what_is_stale_is_reported_and_then_written(
+def test_stale_files_are_reported_and_then_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     folder = tmp_path / "model" / "description"
     shutil.copytree(urdf.DESCRIPTION, folder)
     parameters = folder.parent / "parameters.yaml"
     shutil.copy(urdf.DESCRIPTION.parent / "parameters.yaml", parameters)
-    monkeypatch.setattr(urdf, "DESCRIPTION", folder)
-    assert urdf.main(["--check"]) == 0
+    monkeypatch.setattr(description, "DESCRIPTION", folder)
+    assert description.main(["--check"]) == 0
     parameters.write_text(parameters.read_text().replace("3.04647", "3.1"))
     mesh = folder / "meshes/visual/link_1_metal.stl"
     mesh.write_bytes(b"")
     (folder / "meshes/visual/link_9_metal.stl").write_bytes(b"")
-    assert urdf.main(["--check"]) == 1
+    assert description.main(["--check"]) == 1
     complaint = capsys.readouterr().err
     for name in ("bioscara.urdf", "link_1_metal.stl", "link_9_metal.stl"):
         assert name in complaint
-    assert urdf.main([]) == 0
-    assert urdf.main(["--check"]) == 0
+    assert description.main([]) == 0
+    assert description.main(["--check"]) == 0
     assert 'upper="3.1"' in (folder / "bioscara.urdf").read_text()
     shipped = urdf.URDF.parent / "meshes/visual/link_1_metal.stl"
     assert mesh.read_bytes() == shipped.read_bytes()
@@ -52,7 +53,7 @@ def test_what_is_stale_is_reported_and_then_written(
 def test_the_arguments_of_the_description_do_what_they_say() -> None:
     source = urdf.DESCRIPTION / "bioscara.urdf.xacro"
     root = ET.fromstring(
-        urdf.render(
+        description.render(
             source, prefix="left_", parent="bench", xyz="0.1 0 0.2", gripper="false",
             hardware="mock", meshes="file:///meshes",
         )
@@ -72,17 +73,17 @@ def test_the_arguments_of_the_description_do_what_they_say() -> None:
 @FRESH
 def test_an_unknown_kind_of_hardware_is_refused() -> None:
     with pytest.raises(ConfigurationError, match="hardware is fake but must be real or mock"):
-        urdf.render(urdf.DESCRIPTION / "bioscara.urdf.xacro", hardware="fake")
+        description.render(urdf.DESCRIPTION / "bioscara.urdf.xacro", hardware="fake")
 
 
 @FRESH
 @pytest.mark.parametrize("argument", ["xyz", "rpy"])
 @pytest.mark.parametrize("value", ["0 0", "0 0 0 0", "", "0 0 up", "0 nan 0"])
-def test_a_place_that_is_not_three_numbers_is_refused(argument: str, value: str) -> None:
+def test_a_position_that_is_not_three_numbers_is_refused(argument: str, value: str) -> None:
     told = f"{argument} is '{value}' but must be three num"
     told = "could not convert string to float: 'up'" if "up" in value else told
     with pytest.raises(ConfigurationError, match=told):
-        urdf.render(urdf.DESCRIPTION / "bioscara.urdf.xacro", **{argument: value})
+        description.render(urdf.DESCRIPTION / "bioscara.urdf.xacro", **{argument: value})
 
 
 @FRESH
@@ -90,7 +91,7 @@ def test_a_place_that_is_not_three_numbers_is_refused(argument: str, value: str)
 def test_srdf_and_urdf_name_the_same_links_and_joints(gripper: str) -> None:
     arguments = {"prefix": "left_", "gripper": gripper}
     arm, groups = (
-        ET.fromstring(urdf.render(urdf.DESCRIPTION / f"bioscara.{kind}.xacro", **arguments))
+        ET.fromstring(description.render(urdf.DESCRIPTION / f"bioscara.{kind}.xacro", **arguments))
         for kind in ("urdf", "srdf")
     )
     links = {each.attrib["name"] for each in arm.findall("link")}

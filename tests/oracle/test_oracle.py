@@ -8,6 +8,7 @@ from collections import defaultdict
 import numpy as np
 import pinocchio as pin
 import pytest
+from tools.meshes import triangles
 
 from bioscara.model import load_parameters
 from bioscara.model.meshes import read_stl
@@ -36,14 +37,14 @@ def test_the_meshes_come_apart_into_the_convex_parts_of_the_drawing() -> None:
         ]
         assert len(surfaces) == len(link.parts)
         assert max(bulge(surface) for surface in surfaces) < 5e-6
-        expected = sum(volume(part.solid.triangles) for part in link.parts)
+        expected = sum(volume(triangles(part.solid)) for part in link.parts)
         assert sum(map(volume, surfaces)) == pytest.approx(expected, rel=1e-3)
 
 
 def test_a_mesh_that_is_open_is_refused() -> None:
-    triangles = read_stl((DESCRIPTION / "meshes/visual/link_4_printed.stl").read_bytes())
+    mesh = read_stl((DESCRIPTION / "meshes/visual/link_4_printed.stl").read_bytes())
     with pytest.raises(ValueError, match="closed"):
-        split(triangles[:-1])
+        split(mesh[:-1])
 
 
 def test_a_solid_inside_a_solid_is_a_hit() -> None:

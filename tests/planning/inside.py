@@ -1,4 +1,4 @@
-"""Whether the arm touches a zone, found by trying points of it one by one."""
+"""Brute-force check of whether the arm touches a zone, by points of its bodies."""
 
 from __future__ import annotations
 

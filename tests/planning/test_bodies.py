@@ -19,7 +19,7 @@ from bioscara.model import load_parameters
 from bioscara.model.meshes import read_stl
 from bioscara.model.urdf import DESCRIPTION
 from bioscara.planning.collision.arm_bodies import GRIPPER, WIDTHS, arm_of, frames
-from bioscara.planning.collision.arm_pairs import OWN_MARGIN
+from bioscara.planning.collision.margins import OWN_MARGIN
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.shapes import Prism
 from planning.limits import LIMITS
@@ -34,7 +34,7 @@ WITHIN = 0.05
 
 
 def placed(link: str, joints: Sequence[float], width: float) -> list[tuple[Prism, Array, Array]]:
-    """Return the shapes of a link, and where the frame of each is in the base: turn and origin."""
+    """Return the shapes of a link, with rotation and origin of their frames in the base."""
     x, y, z, cos, sin = (column[:, 0] for column in frames(ARM, np.array([joints])))
     side = {"left_jaw_link": 1.0, "right_jaw_link": -1.0}.get(link)
     bodies = arm_of(ARM.geometry, ARM.tool, GRIPPER, (width, width))
@@ -131,8 +131,8 @@ def random_load(rng: np.random.Generator) -> Prism | None:
     return Prism(0.119, 0.0, half_x, half_y, low, high + 1e-3, 0.0, float(rng.uniform(-1.5, 1.5)))
 
 
-def test_what_is_judged_free_is_free_and_what_is_free_is_judged_so() -> None:
-    """Against the exact meshes: no pose in which they touch passes, none that is free does not."""
+def test_the_verdict_agrees_with_dense_samples() -> None:
+    """Against the exact meshes: poses in which they touch are refused, free ones pass."""
     rng = np.random.default_rng(6)
     touched = free = 0
     for _ in range(4 * COUNT):
@@ -167,7 +167,7 @@ def test_what_is_judged_free_is_free_and_what_is_free_is_judged_so() -> None:
 
 
 def test_the_bodies_follow_the_geometry() -> None:
-    """An arm of other lengths: its bars are as long, and where its joints are."""
+    """The bars of an arm with other lengths are as long, and at its joints."""
     for upper, fore in ((0.25, 0.285), (0.4, 0.2)):
         arm = Scara(Geometry(upper, fore, 0.135), LIMITS, Pose(0.11908, 0.0, -0.14409))
         bodies = arm_of(arm.geometry, arm.tool, GRIPPER, WIDTHS)

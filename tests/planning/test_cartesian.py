@@ -1,4 +1,4 @@
-"""Lines and arcs of the tool: on the path, as fast as allowed and no faster, or refused."""
+"""Lines and arcs of the tool: on the path, at the limits, or refused."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ from bioscara.errors import (
 from bioscara.kinematics import Geometry, Joints, Pose, Scara, batch
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, check
+from bioscara.planning.limits import ToolLimits
 from bioscara.planning.motions.cartesian import circular, linear
 from bioscara.planning.paths.inverse_kinematics import along
-from bioscara.planning.paths.path import Arc, Joined, Line, Path
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.paths.segments import Arc, Joined, Line, Path
 from bioscara.planning.topp.topp import parameterise
 from planning.limits import LIMITS
 
@@ -179,7 +179,7 @@ def test_the_tool_speed_is_used_and_kept() -> None:
 @pytest.mark.parametrize(
     "tool", [ToolLimits(speed=5e-4), ToolLimits(yaw_speed=2e-3), ToolLimits(acceleration=1e-6)]
 )
-def test_a_slow_tool_is_no_singularity(tool: ToolLimits) -> None:
+def test_low_tool_limits_are_not_reported_as_a_singularity(tool: ToolLimits) -> None:
     """Limits of the tool may be low; only a path that the joints cannot follow is refused."""
     start = Joints(0.0, 0.2, 1.0, 0.0)
     here = BARE.forward(start)
@@ -247,7 +247,7 @@ def test_a_line_may_end_nearly_stretched(distance: float) -> None:
     assert trajectory.duration < 2.0
 
 
-def test_where_slowing_down_does_not_help_the_largest_speed_is_told() -> None:
+def test_where_slowing_down_does_not_help_the_largest_speed_is_reported() -> None:
     x = FOLDED + 1e-9
     start = WIDE.inverse(Pose(x, -0.3, 0.25))[1]
     with pytest.raises(PathError, match=r"0\.3000 m along .* m/s at most .* PTP") as caught:
@@ -285,7 +285,7 @@ def test_a_line_may_begin_and_end_stretched(
         assert beside(trajectory, arm, path) < 1e-6
 
 
-def test_from_one_end_of_the_reach_to_another_takes_little_longer_than_beside_it() -> None:
+def test_a_line_between_stretched_ends_takes_little_longer_than_one_beside_it() -> None:
     def duration(radius: float) -> float:
         start, goal = (Pose(radius * math.cos(a), radius * math.sin(a), 0.2) for a in (-0.5, 0.5))
         return linear(BARE, BARE.solve(start, (-0.5, 0.2, 0.1, 0.0)), goal, LIMITS).duration
@@ -314,7 +314,7 @@ def test_the_stretched_arm_is_not_led_through_nor_around() -> None:
 
 
 def touching(radius: float, inward: float, begin: float) -> Trajectory:
-    """Plan an arc that comes so near to the end of the reach; there the elbow would bounce."""
+    """Plan an arc that comes this near to the end of the reach, where the elbow reverses."""
 
     def at(angle: float) -> Pose:
         centre = REACH - inward - radius
@@ -338,7 +338,7 @@ def test_an_arc_that_touches_the_end_of_the_reach_is_refused(
 @pytest.mark.parametrize("begin", [-1.0, -0.7])
 @pytest.mark.parametrize("radius", [0.02, 0.1])
 @pytest.mark.parametrize("inward", [1e-9, 1e-8, 1e-7])
-def test_an_arc_that_all_but_touches_it_is_slow_only_there(
+def test_an_arc_that_almost_touches_the_reach_is_slow_only_there(
     inward: float, radius: float, begin: float
 ) -> None:
     assert touching(radius, inward, begin).duration < 2.0
@@ -354,7 +354,7 @@ def test_a_goal_of_the_other_elbow_names_joint_and_alternatives() -> None:
     assert caught.value.joint in {"j1", "j4"}
 
 
-def test_the_elbow_that_can_is_offered() -> None:
+def test_the_other_elbow_is_offered_if_it_can_follow_the_path() -> None:
     for first in np.random.default_rng(1).uniform(-2.6, 2.6, (200, 4)):
         start = Joints(first[0], 0.2, first[2], first[3])
         goal = BARE.forward((first[0] + 1.2, 0.2, first[2], first[3]))
@@ -372,14 +372,14 @@ def test_the_elbow_that_can_is_offered() -> None:
     pytest.fail("no start was found of which only the other elbow can do the line")
 
 
-def test_a_place_between_out_of_reach_is_named() -> None:
+def test_a_pose_between_the_ends_that_is_out_of_reach_is_named() -> None:
     start = WIDE.inverse(Pose(0.02, -0.3, 0.25))[1]
     with pytest.raises(PathError, match=r"0\.2\d* m along .* inside the least distance"):
         linear(WIDE, start, Pose(0.02, 0.3, 0.25), WITHOUT_STOPS, FREE)
 
 
-def test_a_range_left_between_two_points_is_seen() -> None:
-    """Where the line passes the column, the elbow turns back: at its limit plus a little."""
+def test_a_position_limit_exceeded_between_two_points_is_found() -> None:
+    """Where the line passes the column the elbow reverses, slightly beyond its limit."""
     l1, l2, _ = BARE.geometry
     limit = LIMITS[2].upper
     nearest = math.sqrt(l1 * l1 + l2 * l2 + 2.0 * l1 * l2 * math.cos(limit))

@@ -1,4 +1,4 @@
-"""Trajectory files: the arm's own, odd ones, and broken ones."""
+"""Trajectory files: valid, unusual and broken ones."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_a_csv_gives_back_what_was_written(path: Path, tmp_path: Path) -> None:
         assert np.array_equal(getattr(again, name), getattr(trajectory, name))
 
 
-def test_what_could_not_be_read_again_is_not_written(
+def test_a_trajectory_that_could_not_be_read_again_is_not_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # As many digits as a number can have.
@@ -111,7 +111,7 @@ def test_each_kind_of_message_is_read(tmp_path: Path) -> None:
         assert read(path).trajectory.positions.tolist() == [[0.1] * 4]
 
 
-def test_only_the_first_of_several_messages_is_used_and_that_is_said(tmp_path: Path) -> None:
+def test_only_the_first_of_several_messages_is_used_with_a_note(tmp_path: Path) -> None:
     path = tmp_path / "two.yaml"
     path.write_text(PLAIN + PLAIN)
     assert "first of several messages" in read(path).notes[0]
@@ -184,7 +184,7 @@ def test_a_broken_file_is_named_with_what_is_wrong(
     assert str(path) in str(caught.value)
 
 
-def test_what_is_no_text_file_is_refused(tmp_path: Path) -> None:
+def test_a_file_that_is_no_text_is_refused(tmp_path: Path) -> None:
     binary = tmp_path / "binary.yaml"
     binary.write_bytes(bytes(range(256)))
     huge, table = tmp_path / "huge.yaml", tmp_path / "huge.csv"
@@ -298,7 +298,7 @@ def test_a_thousand_points_are_read_and_checked_quickly() -> None:
     assert process_time() - between < 0.2
 
 
-def test_too_many_points_are_refused_before_they_are_looked_at(tmp_path: Path) -> None:
+def test_too_many_points_are_refused_before_they_are_checked(tmp_path: Path) -> None:
     path = tmp_path / "many.yaml"
     path.write_text("joint_names: [j1]\npoints:\n" + "- x\n" * (ITEMS_MAX + 1))
     with pytest.raises(TrajectoryError, match=f"line {ITEMS_MAX + 3}: .*more than {ITEMS_MAX}"):

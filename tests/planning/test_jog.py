@@ -1,4 +1,4 @@
-"""Jogging never enters a zone, passes no limit, and stops when the commands end."""
+"""A jog enters no zone, exceeds no limit, and stops when the commands end."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from planning.scenes import ARM, COUNT, free_joints, random_scene
 REST = Joints(0.3, 0.2, 0.8, -0.5)
 PERIOD = 0.02
 BELTS = (0.23, 0.107)
-"""Duration over which commands are averaged, where they are [s]."""
+"""Windows over which commands are averaged, in tests with averages [s]."""
 
 
 def random_velocity(rng: np.random.Generator) -> JointVelocity | ToolVelocity:
@@ -121,7 +121,7 @@ def test_a_command_expires() -> None:
     assert jog.reason == "expired"
 
 
-def test_the_tool_goes_the_way_that_was_asked_for() -> None:
+def test_the_tool_moves_in_the_commanded_direction() -> None:
     jog = Jog(ARM, LIMITS, REST)
     start = ARM.forward(REST)
     held(jog, ToolVelocity(x=-0.1, y=0.05, z=0.02), 1.0)
@@ -196,7 +196,7 @@ def test_the_tool_does_not_lead_an_elbow_past_half_a_turn_back_through_it() -> N
     assert jog.reason == "stretched"
 
 
-def test_stretched_it_does_not_move_so() -> None:
+def test_on_a_stretched_arm_a_tool_velocity_is_not_followed() -> None:
     jog = Jog(ARM, LIMITS, Joints(0.0, 0.2, 0.0, 0.0))
     held(jog, ToolVelocity(x=-0.1), 0.2)
     assert (jog.reason, jog.positions) == ("stretched", Joints(0.0, 0.2, 0.0, 0.0))
@@ -226,7 +226,7 @@ def test_a_start_outside_of_limits_is_refused() -> None:
 
 
 @given(st.sampled_from([math.nan, math.inf, -math.inf]), st.integers(0, 4))
-def test_what_is_no_number_is_refused(value: float, which: int) -> None:
+def test_a_value_that_is_no_number_is_refused(value: float, which: int) -> None:
     values = [0.0] * 5
     values[which] = value
     jog = Jog(ARM, LIMITS, REST)

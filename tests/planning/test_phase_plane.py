@@ -1,4 +1,4 @@
-"""The fastest speed along a path, against the plainest sweep over all limits."""
+"""The fastest speed along a path, against a plain sweep over all limits."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from bioscara.planning.topp.phase_plane import Rows, fastest
 
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=60)
-def test_no_limit_that_binds_is_overlooked(seed: int) -> None:
+def test_no_binding_limit_is_missed(seed: int) -> None:
     rng = np.random.default_rng(seed)
     pieces, limits = int(rng.integers(1, 12)), int(rng.integers(2, 9))
     # Some limits are repeated, as those of a straight line are at both ends of a piece.
@@ -52,7 +52,7 @@ def test_no_limit_that_binds_is_overlooked(seed: int) -> None:
 @given(st.integers(0, 2**32 - 1))
 @settings(max_examples=60)
 def test_where_a_path_turns_back_every_limit_is_kept_without_a_stop(seed: int) -> None:
-    """There the first derivative is zero but for rounding: no limit depends on u."""
+    """The first derivative is zero there except for rounding: no limit depends on u."""
     rng = np.random.default_rng(seed)
     s = np.union1d(rng.uniform(-0.01, 0.01, 30), (-0.01, 0.0, 0.01))
     bend = 10.0 ** rng.uniform(5.0, 9.0, 6) * rng.choice((-1.0, 1.0), 6)

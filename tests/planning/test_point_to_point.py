@@ -1,4 +1,4 @@
-"""Motions from state to state: laws, and ruckig as the oracle of the fastest motion."""
+"""Motions from state to state: invariants, and ruckig as the oracle of the fastest motion."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.planning import Trajectory, check, point_to_point, state_to_state
 from bioscara.planning.profiles.double_s import durations, fastest, lasting
-from bioscara.planning.profiles.segments import Bounds, Profile, State
+from bioscara.planning.profiles.segments import Bounds, MotionState, Profile
 from bioscara.planning.trajectory.retiming import stretched
 from planning.limits import LIMITS, NAMES
 
@@ -48,26 +48,28 @@ def bounds(draw: st.DrawFn) -> Bounds:
 
 
 @st.composite
-def states(draw: st.DrawFn, limits: Bounds) -> State:
+def states(draw: st.DrawFn, limits: Bounds) -> MotionState:
     """Draw a state that the joint can have reached and can leave."""
     most, hardest, jerk = limits
     acceleration = draw(shares) * min(hardest, math.sqrt(1.999 * jerk * most))
     room = most - acceleration**2 / (2.0 * jerk)
-    return State(draw(st.floats(-3.0, 3.0)), draw(shares) * max(room, 0.0), acceleration)
+    return MotionState(draw(st.floats(-3.0, 3.0)), draw(shares) * max(room, 0.0), acceleration)
 
 
 @st.composite
-def problems(draw: st.DrawFn) -> tuple[State, State, Bounds]:
+def problems(draw: st.DrawFn) -> tuple[MotionState, MotionState, Bounds]:
     limits = draw(bounds())
     return draw(states(limits)), draw(states(limits)), limits
 
 
-def peer(starts: Sequence[State], goals: Sequence[State], limits: Sequence[Bounds]) -> float:
+def peer(
+    starts: Sequence[MotionState], goals: Sequence[MotionState], limits: Sequence[Bounds]
+) -> float:
     """Return the duration that ruckig finds [s]; its waypoints stay unset: they go to a server."""
     ruckig = pytest.importorskip("ruckig")
     planner, task = ruckig.Ruckig(len(starts)), ruckig.InputParameter(len(starts))
     for prefix, given_states in (("current", starts), ("target", goals)):
-        for field in State._fields:
+        for field in MotionState._fields:
             setattr(task, f"{prefix}_{field}", [getattr(state, field) for state in given_states])
     for field in Bounds._fields:
         setattr(task, f"max_{field}", [getattr(limit, field) for limit in limits])
@@ -76,7 +78,7 @@ def peer(starts: Sequence[State], goals: Sequence[State], limits: Sequence[Bound
     return float(result.duration)
 
 
-def obeys(profile: Profile, start: State, goal: State, limits: Bounds) -> None:
+def obeys(profile: Profile, start: MotionState, goal: MotionState, limits: Bounds) -> None:
     assert profile.at(0.0) == start
     assert profile.at(profile.duration) == pytest.approx(goal, rel=1e-9, abs=1e-9)
     for time in np.arange(0.0, min(profile.duration, 3.0), 1e-3).tolist():
@@ -88,7 +90,7 @@ def obeys(profile: Profile, start: State, goal: State, limits: Bounds) -> None:
 
 
 @given(problems())
-def test_the_fastest_motion_obeys(problem: tuple[State, State, Bounds]) -> None:
+def test_the_fastest_motion_obeys(problem: tuple[MotionState, MotionState, Bounds]) -> None:
     start, goal, limits = problem
     profile = fastest(start, goal, limits)
     obeys(profile, start, goal, limits)
@@ -98,7 +100,7 @@ def test_the_fastest_motion_obeys(problem: tuple[State, State, Bounds]) -> None:
 @pytest.mark.parametrize("acceleration", [0.75, -0.75, 0.0])
 @pytest.mark.parametrize("difference", [0.0, 1e-18, -1e-18])
 def test_a_state_that_is_the_goal_takes_no_time(acceleration: float, difference: float) -> None:
-    here, there = State(0.3, 0.0, acceleration), State(0.3, difference, acceleration)
+    here, there = MotionState(0.3, 0.0, acceleration), MotionState(0.3, difference, acceleration)
     assert fastest(here, there, Bounds(1.0, 1.0, 7.5)).duration == 0.0
 
 
@@ -106,11 +108,11 @@ def test_a_state_that_is_the_goal_takes_no_time(acceleration: float, difference:
 def test_limits_that_are_not_reached_make_no_difference(
     data: st.DataObject, way: float, loose: float
 ) -> None:
-    """Also where a motion stays far below them, it takes its time and ends at its goal."""
+    """A motion that stays far below the limits still ends at its goal."""
     jerk = 40.0
     # The orders of magnitude that belong to the displacement at that jerk.
     sizes = way, 0.25 * (jerk * way * way) ** (1 / 3), 0.25 * (jerk * jerk * way) ** (1 / 3)
-    start, goal = (State(*(data.draw(shares) * size for size in sizes)) for _ in range(2))
+    start, goal = (MotionState(*(data.draw(shares) * size for size in sizes)) for _ in range(2))
     least = fastest(start, goal, Bounds(100.0, 100.0, jerk)).duration
     for limits in (
         Bounds(loose, 100.0, jerk),
@@ -131,8 +133,8 @@ def test_a_motion_with_a_loose_velocity_limit_takes_time(highest: float) -> None
     assert loose.duration == pytest.approx(tight.duration, rel=1e-3)
 
 
-def test_a_fast_joint_cannot_wait_but_can_come_back() -> None:
-    start, goal, limits = State(0.0, 1.0), State(0.4, 1.0), Bounds(1.0, 2.0, 80.0)
+def test_the_possible_durations_of_a_fast_joint_have_a_gap() -> None:
+    start, goal, limits = MotionState(0.0, 1.0), MotionState(0.4, 1.0), Bounds(1.0, 2.0, 80.0)
     least, *_, last = durations(start, goal, limits)
     assert least == pytest.approx(0.4)
     assert last > 1.0
@@ -153,7 +155,7 @@ def test_random_states_of_one_joint_take_no_longer_than_ruckig() -> None:
 
 @given(problems(), st.floats(0.0, 5.0))
 def test_a_motion_of_a_duration_is_found_where_there_is_one(
-    problem: tuple[State, State, Bounds], extra: float
+    problem: tuple[MotionState, MotionState, Bounds], extra: float
 ) -> None:
     start, goal, limits = problem
     changes = durations(start, goal, limits)
@@ -190,11 +192,11 @@ def test_random_states_of_four_joints_take_no_longer_than_ruckig() -> None:
     assert refused < 250, "most stay between the position limits"
 
 
-def _random_state(rng: np.random.Generator, limits: Bounds, position: float) -> State:
+def _random_state(rng: np.random.Generator, limits: Bounds, position: float) -> MotionState:
     most, hardest, jerk = limits
     acceleration = rng.uniform(-1, 1) * min(hardest, math.sqrt(1.99 * jerk * most))
     room = most - acceleration**2 / (2.0 * jerk)
-    return State(position, rng.uniform(-room, room), acceleration)
+    return MotionState(position, rng.uniform(-room, room), acceleration)
 
 
 def _within(motion: Trajectory, limits: Sequence[Limit] = LIMITS) -> None:
@@ -230,7 +232,7 @@ def test_point_to_point_goes_from_rest_to_rest_within_limits(
 
 
 @pytest.mark.parametrize(("jerk_limited", "most"), [(False, 0.7706), (True, 0.7956)])
-def test_the_move_of_the_field_is_as_fast_as_it_can_be(jerk_limited: bool, most: float) -> None:
+def test_the_reference_motion_is_within_its_bound_of_time(jerk_limited: bool, most: float) -> None:
     motion = point_to_point(NAMES, (0.0,) * 4, GOAL, FIELD, jerk_limited=jerk_limited)
     assert motion.duration <= most
     _within(motion, FIELD)
@@ -246,13 +248,13 @@ def test_a_goal_that_is_the_start_takes_no_time() -> None:
 
 
 @pytest.mark.parametrize("speed", [0.0, 1e-200, 1e-120, 9e-4, -1.0, 10.0, math.nan])
-def test_an_odd_speed_is_refused(speed: float) -> None:
+def test_a_speed_out_of_range_is_refused(speed: float) -> None:
     with pytest.raises(InvalidArgumentError, match=r"speed .* outside 0\.001 \.\. 1|nan"):
         point_to_point(NAMES, (0.0,) * 4, GOAL, LIMITS, speed=speed)
 
 
 @pytest.mark.parametrize("speed", [1.0, 0.3])
-def test_from_beyond_a_limit_it_goes_back_and_no_farther_out(speed: float) -> None:
+def test_from_beyond_a_limit_a_motion_only_leads_back(speed: float) -> None:
     start, goal = (-3.2, 0.35, 2.9, 0.0), (-3.0, 0.338, -2.6, 0.5)
     way = point_to_point(NAMES, start, goal, LIMITS, speed=speed)
     positions, _, _ = way.sample_many(np.linspace(0.0, way.duration, 1000))
@@ -273,7 +275,7 @@ def test_from_beyond_a_limit_it_goes_back_and_no_farther_out(speed: float) -> No
         ((0.0, 0.0), (0.0, 0.0, 0.0, 0.0), "start: 2 values for 4 joints"),
     ],
 )
-def test_places_that_do_not_exist_are_refused(
+def test_positions_beyond_limits_or_not_finite_are_refused(
     start: tuple[float, ...], goal: tuple[float, ...], words: str
 ) -> None:
     with pytest.raises(TrajectoryError, match=words):
@@ -283,14 +285,17 @@ def test_places_that_do_not_exist_are_refused(
 @pytest.mark.parametrize(
     ("start", "words"),
     [
-        (State(0.0, 1.1, 0.0), r"j1: velocity of the start, 1\.1 rad/s, exceeds .* 1 rad/s"),
-        (State(0.0, 0.0, -3.0), r"j1: acceleration of the start, -3 rad/s\^2, exceeds"),
-        (State(0.0, 0.99, 2.0), r"j1: velocity where the acceleration is zero of the start, 1\.0"),
-        (State(0.0, math.nan, 0.0), "j1: velocity of the start, nan"),
-        (State(3.0, 0.9, 0.0), r"j1 at .* position 3\.\d+ rad is outside"),
+        (MotionState(0.0, 1.1, 0.0), r"j1: velocity of the start, 1\.1 rad/s, exceeds .* 1 rad/s"),
+        (MotionState(0.0, 0.0, -3.0), r"j1: acceleration of the start, -3 rad/s\^2, exceeds"),
+        (
+            MotionState(0.0, 0.99, 2.0),
+            r"j1: velocity where the acceleration is zero of the start, 1\.0",
+        ),
+        (MotionState(0.0, math.nan, 0.0), "j1: velocity of the start, nan"),
+        (MotionState(3.0, 0.9, 0.0), r"j1 at .* position 3\.\d+ rad is outside"),
     ],
 )
-def test_states_that_cannot_be_left_are_refused(start: State, words: str) -> None:
-    rest = [State(0.0)] * 3
+def test_states_that_cannot_be_left_are_refused(start: MotionState, words: str) -> None:
+    rest = [MotionState(0.0)] * 3
     with pytest.raises(TrajectoryError, match=words):
-        state_to_state(NAMES, [start, *rest], [State(0.0), *rest], LIMITS)
+        state_to_state(NAMES, [start, *rest], [MotionState(0.0), *rest], LIMITS)

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError, UnreachableError
 from bioscara.kinematics import Geometry, Joints, Pose, Scara, batch
+from bioscara.planning.limits import ToolLimits
 from bioscara.planning.motions.sequence import sequence
 from bioscara.planning.motions.waypoints import Motion, Waypoint, approach, retract
 from bioscara.planning.paths.blending import rounded
-from bioscara.planning.paths.path import Line
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.paths.segments import Line
 from bioscara.planning.topp.topp import parameterise
 from bioscara.planning.trajectory.validation import check
 from planning.limits import LIMITS
@@ -85,7 +85,7 @@ def test_every_waypoint_is_passed_within_its_blend_and_every_limit_kept(wanted):
     assert np.abs(np.remainder(yaws + math.pi, 2 * math.pi) - math.pi).max() < 0.02
 
 
-def test_each_way_has_its_speed_and_a_blend_the_lower_one():
+def test_each_segment_has_its_speed_and_a_blend_the_lower_one():
     goals = (Pose(0.45, 0.2, 0.2, 0.2), Pose(0.35, 0.2, 0.2, 0.2))
     ways = [Waypoint(goals[0], blend=0.02), Waypoint(goals[1], speed=0.1)]
     trajectory, _ = sequence(ARM, START, ways, LIMITS)
@@ -96,7 +96,7 @@ def test_each_way_has_its_speed_and_a_blend_the_lower_one():
 
 
 @pytest.mark.parametrize("count", [4, 60])
-def test_a_slow_way_or_many_ways_leave_the_tool_on_its_lines(count):
+def test_a_low_speed_or_many_lines_keep_the_tool_on_its_lines(count):
     """The slow line takes a thousand times its least duration: the rest needs points too."""
     places = np.random.default_rng(3).uniform((0.3, -0.2, 0.16), (0.45, 0.2, 0.3), (count, 3))
     corners = np.vstack((ARM.forward(START)[:3], places))
@@ -161,7 +161,7 @@ def test_radii_that_just_fit_are_no_warning():
 
 @pytest.mark.parametrize("direction", [1.0, -1.0])
 @pytest.mark.parametrize("noise", [0.0, 1e-15, -1e-15])
-def test_half_a_turn_goes_the_way_that_its_sign_says(direction, noise):
+def test_half_a_turn_goes_in_the_direction_of_its_sign(direction, noise):
     start = ARM.solve(Pose(0.4, 0.0, 0.2, 0.0), START)._replace(j4=-1.4 * direction)
     here = ARM.forward(start)
     turned = here.yaw + direction * math.pi + noise
@@ -199,7 +199,7 @@ def test_approach_and_retract_are_straight_beside_the_target():
     assert speeds[down].max() == pytest.approx(0.1 * LIMITS[1].max_velocity, rel=1e-3)
 
 
-def test_beside_the_target_is_in_its_frame():
+def test_the_approach_is_in_the_frame_of_the_target():
     target = Pose(0.4, 0.1, 0.2, math.pi / 2)
     first, last = approach(target, Pose(-0.05, 0.0, 0.0))
     assert (first.motion, last.motion) == (PTP, LIN)
@@ -252,7 +252,7 @@ A, B, C = RECTANGLE[:3]
         ([Waypoint(A), Waypoint(A, CIRC, 0.0, B)], r"waypoint 1: .* two arcs"),
     ],
 )
-def test_bad_waypoints_are_refused_by_number(ways, text):
+def test_bad_waypoints_are_refused_with_their_number(ways, text):
     with pytest.raises(InvalidArgumentError, match=text):
         sequence(ARM, START, ways, LIMITS)
 
@@ -265,12 +265,12 @@ def test_bad_waypoints_are_refused_by_number(ways, text):
         (Pose(0.4, 0.1, 0.9), r"waypoint 1: .* j2"),
     ],
 )
-def test_a_waypoint_out_of_reach_is_refused_by_number(pose, text):
+def test_a_waypoint_out_of_reach_is_refused_with_its_number(pose, text):
     with pytest.raises(UnreachableError, match=text):
         sequence(ARM, START, [Waypoint(A), Waypoint(pose)], LIMITS)
 
 
-def test_a_way_that_the_arm_cannot_go_is_refused_by_number():
+def test_a_path_that_the_arm_cannot_follow_is_refused_with_its_waypoint():
     behind = ARM.forward(Joints(START.j1 + 3.0, START.j2, START.j3, START.j4))
     with pytest.raises(InvalidArgumentError, match="waypoint 1: "):
         sequence(ARM, START, [Waypoint(A, blend=0.01), Waypoint(behind)], LIMITS)
@@ -305,7 +305,7 @@ def test_yaw_goes_on_across_the_half_turn():
     assert np.allclose(other.sample_many(at)[0], plain.sample_many(at)[0], atol=1e-5)
 
 
-def test_the_tool_goes_back_the_way_it_came_without_reaching_the_turning_point():
+def test_the_tool_reverses_before_it_reaches_the_turning_point():
     there, back = Pose(0.45, 0.15, 0.2, 0.2), Pose(0.45, 0.05, 0.2, 0.2)
     trajectory, _ = sequence(ARM, START, [Waypoint(there, blend=0.02), Waypoint(back)], LIMITS)
     _, poses, _ = motion_of(trajectory)
@@ -314,14 +314,14 @@ def test_the_tool_goes_back_the_way_it_came_without_reaching_the_turning_point()
     assert check(trajectory, LIMITS) == []
 
 
-def test_a_share_for_each_piece_is_the_share_for_all_where_they_are_equal():
+def test_a_share_for_each_segment_is_the_share_for_all_where_they_are_equal():
     here = ARM.forward(START)
-    pieces = [Line(here, A), Line(A, B)]
-    path = rounded(pieces, [0.01]).path
+    segments = [Line(here, A), Line(A, B)]
+    path = rounded(segments, [0.01]).path
     one = parameterise(ARM, path, START, LIMITS, speed=0.4)
     each = parameterise(ARM, path, START, LIMITS, speed=[0.4, 0.4, 0.4])
     assert each.duration == pytest.approx(one.duration, rel=1e-9)
-    with pytest.raises(InvalidArgumentError, match="2 shares of speed do not fit the 3 pieces"):
+    with pytest.raises(InvalidArgumentError, match="2 shares of speed do not fit the 3 segments"):
         parameterise(ARM, path, START, LIMITS, speed=[0.4, 0.4])
     with pytest.raises(InvalidArgumentError, match=r"speed 1.5 is outside"):
         parameterise(ARM, path, START, LIMITS, speed=[0.4, 1.5, 1.0])

@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bioscara.kinematics import Joints, batch
+from bioscara.planning.limits import REDUCED_SPEED
 from bioscara.planning.motions.point_to_point import point_to_point
-from bioscara.planning.motions.tool_speed import REDUCED_SPEED, peak_tool_speed, reduced
+from bioscara.planning.motions.tool_speed import peak_tool_speed, reduced
 from bioscara.planning.trajectory.trajectory import Trajectory
 from planning.limits import LIMITS, NAMES
 from planning.scenes import ARM, random_joints

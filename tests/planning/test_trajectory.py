@@ -1,4 +1,4 @@
-"""The curve between the points, the checks on it, stretching and ramps: laws."""
+"""The curve between the points, the checks on it, stretching and ramps: invariants."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from bioscara.errors import TrajectoryError
 from bioscara.planning import Trajectory, check, fit
-from bioscara.planning.trajectory.extrema import extrema
+from bioscara.planning.trajectory.extrema import joint_extrema
 from planning.limits import LIMITS, NAMES
 
 
@@ -83,10 +83,10 @@ def fit_positions(trajectory: Trajectory) -> bool:
 
 
 @given(trajectories())
-def test_extrema_are_on_the_curve_and_nothing_lies_beyond(trajectory: Trajectory) -> None:
+def test_extrema_are_on_the_curve_and_bound_it(trajectory: Trajectory) -> None:
     grid = np.linspace(0.0, trajectory.duration, 3000)
     sampled = trajectory.sample_many(grid)
-    for joint, ranges in enumerate(extrema(trajectory)):
+    for joint, ranges in enumerate(joint_extrema(trajectory)):
         for order, (low, high) in enumerate(ranges):
             values = sampled[order][:, joint]
             room = 1e-9 * max(1.0, float(np.abs(values).max()))
@@ -104,7 +104,7 @@ def test_extrema_are_on_the_curve_and_nothing_lies_beyond(trajectory: Trajectory
                 assert min(abs(value - extremum.value) for value in near) <= 1e-6 + room
 
 
-def test_there_is_no_state_at_no_time() -> None:
+def test_a_time_that_is_nan_is_refused() -> None:
     motion = Trajectory(("j1",), [0.0, 1.0], [[0.0], [1.0]])
     with pytest.raises(TrajectoryError, match="nan"):
         motion.sample(float("nan"))
@@ -113,7 +113,7 @@ def test_there_is_no_state_at_no_time() -> None:
 
 
 @given(trajectories())
-def test_what_fits_stays_within_every_limit(trajectory: Trajectory) -> None:
+def test_a_fitted_trajectory_stays_within_every_limit(trajectory: Trajectory) -> None:
     try:
         fitted, factor = fit(trajectory, LIMITS)
     except TrajectoryError:
@@ -147,7 +147,7 @@ def test_what_fits_stays_within_every_limit(trajectory: Trajectory) -> None:
         ([0, 1], [[0, 0.1, 0, 0], [0, float("inf"), 0, 0]], "point 1: position of j2 is inf"),
     ],
 )
-def test_what_is_no_trajectory_is_refused(
+def test_a_file_without_a_trajectory_is_refused(
     times: list[float], positions: list[list[float]], words: str
 ) -> None:
     with pytest.raises(TrajectoryError, match=words):
@@ -180,7 +180,7 @@ def test_values_too_large_for_a_curve_are_refused() -> None:
 
 
 def test_a_trajectory_cannot_be_changed() -> None:
-    """Its curves are kept twice, as arrays and as plain floats, which must be the same."""
+    """A curve is evaluated in arrays and in plain floats, which must agree."""
     trajectory = Trajectory(("j1",), [0.0, 1.0], [[0.0], [0.1]], [[0.0]] * 2, [[0.0]] * 2)
     for array in (
         trajectory.times,

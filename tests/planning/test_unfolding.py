@@ -1,4 +1,4 @@
-"""The path by an open elbow: its places, and that it is one motion that rests at each."""
+"""Motions by an open elbow: their positions, and that they are one motion at rest at each."""
 
 from __future__ import annotations
 
@@ -50,6 +50,6 @@ def test_it_is_one_motion_within_the_limits_that_rests_at_each_place(
     assert whole.sample_many(times[-2] + some)[0] == pytest.approx(expected, abs=1e-9)
 
 
-def test_from_a_place_to_itself_there_is_no_motion() -> None:
+def test_a_motion_to_the_same_position_is_empty() -> None:
     here = Joints(0.1, 0.1, 0.1, 0.1)
     assert joined(legs([here, here, here])).duration == 0.0

@@ -1,4 +1,4 @@
-"""Zones keep the arm out, all along its path, and report by how much it is too near."""
+"""Zones keep the arm out along its whole path, and report by how much it is too near."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_clearance_is_the_distance_of_the_nearest_point(seed: int) -> None:
 def test_clearance_is_the_distance_to_a_thin_pole(
     seed: int, distance: float, bearing: float
 ) -> None:
-    """A pole that is moved away from the outermost point of the tool, by known lengths."""
+    """A pole at known distances from the outermost point of the tool."""
     rng = np.random.default_rng(seed)
     joints = random_joints(rng)
     pose = ARM.forward(joints)
@@ -128,7 +128,7 @@ def test_a_thin_pole_is_not_missed_between_two_points() -> None:
 
 @pytest.mark.parametrize("margin", [1e-3, 5e-3, 0.02])
 def test_the_margin_decides(margin: float) -> None:
-    """The tool's point passes a wall in parallel, a little nearer and a little farther."""
+    """The tool's point passes parallel to a wall, slightly inside and outside of the margin."""
     high = ARM.forward(REST).z
     move = Trajectory(NAMES, (0.0, 5.0), (REST, REST._replace(j1=1.0)))
     for miss, fine in ((1e-3, True), (-1e-3, False)):
@@ -216,7 +216,7 @@ def down_to(z: float) -> Trajectory:
 
 
 @pytest.mark.parametrize("holder", ["table", "nest"])
-def test_a_load_is_set_down_on_what_it_may_touch_and_on_nothing_else(holder: str) -> None:
+def test_a_load_may_touch_only_the_bodies_that_are_named(holder: str) -> None:
     point = ARM.forward(REST)
     if holder == "table":
         scene = Scene(table_height=0.0, margin=0.003)
@@ -241,15 +241,15 @@ def test_a_load_is_set_down_on_what_it_may_touch_and_on_nothing_else(holder: str
         replace(beside, margin=0.02).check(ARM, down_to(standing))
 
 
-def test_what_a_load_may_touch_is_in_the_scene() -> None:
+def test_a_load_may_touch_only_bodies_of_the_scene() -> None:
     with pytest.raises(ConfigurationError, match=r"load may touch 'rack', .* no zones and no tab"):
         Scene().carrying(PLATE, touches=["rack"])
     with pytest.raises(ConfigurationError, match=r"load may touch 'table', which is not in"):
         Scene((Cylinder("nest", 0.5, 0.0, 0.1, 0.0, 0.1),)).carrying(PLATE, touches=["table"])
 
 
-def test_what_a_scene_is_made_of_may_be_lists() -> None:
-    """A scene written in a program; its compiled form is kept by value."""
+def test_a_scene_may_be_made_of_lists() -> None:
+    """A scene made in a program; its layout is cached by value."""
     zone = Box("box", [0.5, 0.5, 0.0], [0.6, 0.6, 0.1], links=["gripper"])  # type: ignore[arg-type]
     pole = Cylinder("pole", 0.5, -0.5, 0.1, 0.0, 0.1, links=["gripper"])  # type: ignore[arg-type]
     lists = Scene([zone, pole], mounted=list(GRIPPER))  # type: ignore[arg-type]
@@ -259,7 +259,7 @@ def test_what_a_scene_is_made_of_may_be_lists() -> None:
     assert hash(lists) == hash(replace(lists))
 
 
-def test_joints_without_a_number_are_refused() -> None:
+def test_joints_that_are_not_finite_are_refused() -> None:
     scene = Scene(table_height=0.0)
     turn = point_to_point(NAMES[:1], (0.0,), (1.0,), LIMITS[:1])
     with pytest.raises(InvalidArgumentError, match="a joint is at nan"):
@@ -348,7 +348,7 @@ def test_a_scene_file_is_strict(tmp_path: Path, old: str, new: str, complaint: s
 
 
 @pytest.mark.parametrize("number", ["-1" + "0" * 400, ".inf", "-.inf", "1.0e+300"])
-def test_a_corner_is_no_number_that_cannot_be(tmp_path: Path, number: str) -> None:
+def test_a_corner_out_of_range_is_refused(tmp_path: Path, number: str) -> None:
     zone = f"{{name: a, keep: out, shape: box, lower: [{number}, 0, 0], upper: [1, 1, 1]}}"
     text = GOOD[: GOOD.index("zones:")] + f"zones:\n  - {zone}\n"
     with pytest.raises(ConfigurationError, match=r"line 5: zones\[0\]\.lower: a number is beyond"):
@@ -362,7 +362,7 @@ def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
 
 @given(st.sampled_from([math.nan, math.inf, -math.inf]), st.integers(0, 5))
 @settings(max_examples=20)
-def test_zones_of_no_number_are_refused(value: float, which: int) -> None:
+def test_zones_that_are_not_finite_are_refused(value: float, which: int) -> None:
     corners = [0.1, 0.1, 0.1, 0.2, 0.2, 0.2]
     corners[which] = value
     with pytest.raises(ConfigurationError, match="zone box"):

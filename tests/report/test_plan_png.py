@@ -15,7 +15,7 @@ from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, read
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from bioscara.planning.collision.shapes import Prism
-from bioscara.planning.tool_limits import FULL, ToolLimits
+from bioscara.planning.limits import FULL, ToolLimits
 from bioscara.report.plan_png import draw_plan, require_matplotlib, write_plan
 from bioscara.robot import kinematics_of
 

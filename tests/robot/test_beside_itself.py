@@ -15,7 +15,7 @@ from bioscara.errors import MotionCancelledError, ZoneError
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point
 from bioscara.planning.collision.arm_bodies import WIDTHS
-from bioscara.planning.collision.goal_slack import STAND
+from bioscara.planning.collision.margins import GOAL_SLACK
 from bioscara.planning.collision.scene import Cylinder, Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity
@@ -212,7 +212,7 @@ def test_small_moves_do_not_lead_the_gripper_into_the_base() -> None:
 @pytest.mark.parametrize("off", [1e-4, 4e-4])
 def test_nor_do_they_where_it_always_rests_a_little_nearer(off: float) -> None:
     arm = Beside(FREE)
-    assert approach(arm, off) > arm.plan.scene.margin - 2.0 * STAND
+    assert approach(arm, off) > arm.plan.scene.margin - 2.0 * GOAL_SLACK
     arm.plan.joints(CENTER)
 
 

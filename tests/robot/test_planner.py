@@ -12,8 +12,8 @@ from bioscara.errors import BioscaraError, InvalidArgumentError, ZoneError
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
 from bioscara.planning import check
+from bioscara.planning.limits import FULL, ToolLimits
 from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
-from bioscara.planning.tool_limits import FULL, ToolLimits
 from bioscara.planning.trajectory.trajectory import Trajectory
 from bioscara.robot.planner import Planner
 

@@ -27,7 +27,8 @@ from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read, write_csv
 from bioscara.planning import fit as stretch
 from bioscara.planning.collision.scene import Scene
-from bioscara.planning.motions.tool_speed import REDUCED_SPEED, reduced
+from bioscara.planning.limits import REDUCED_SPEED
+from bioscara.planning.motions.tool_speed import reduced
 from bioscara.report import CycleRecord, History, JointInfo, Outcome, RunFolder, Summary, png, text
 from bioscara.report.folder import TRAJECTORY, default_path
 from bioscara.robot import Robot, kinematics_of

@@ -14,7 +14,7 @@ from bioscara.model import ArmParameters
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.files.scene_file import read_scene
 from bioscara.planning.motions.tool_speed import peak_tool_speed
-from bioscara.planning.trajectory.extrema import extrema
+from bioscara.planning.trajectory.extrema import joint_extrema
 from bioscara.robot.planner import Plan, Planner
 
 
@@ -94,7 +94,7 @@ def describe(plan: Plan, arm: Scara) -> list[str]:
         ),
     ]
     for limit, ranges, goal in zip(
-        arm.limits, extrema(trajectory), trajectory.positions[-1].tolist(), strict=True
+        arm.limits, joint_extrema(trajectory), trajectory.positions[-1].tolist(), strict=True
     ):
         unit = limit.unit
         lines.append(

@@ -12,7 +12,7 @@ from bioscara.cli.taught_table import by_name
 from bioscara.errors import InvalidArgumentError, UnreachableError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
-from bioscara.planning.collision.goal_slack import STAND
+from bioscara.planning.collision.margins import GOAL_SLACK
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.limits import check_share
 from bioscara.robot.planner import Planner
@@ -121,7 +121,7 @@ def _refusal(scene: Scene, arm: Scara, joints: Joints) -> ZoneError | None:
     nearest = int(pairs.argmin())
     pair, missed = layout.pairs[nearest], scene.margin - float(pairs[nearest])
     # An arm that is there already may have a slightly smaller clearance.
-    if missed <= STAND:
+    if missed <= GOAL_SLACK:
         return None
     margin = scene.margin - pair.allowed
     return ZoneError(pair.zone, pair.link, math.nan, missed, margin, "at the target")

@@ -17,7 +17,8 @@ from xml.parsers import expat
 from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError
 from bioscara.model import GripperParameters, JointParameters
-from bioscara.model.checks import JOINTS, UNITS, Section, check_addresses, check_jaws, check_joint
+from bioscara.model.checks import JOINTS, UNITS, check_addresses, check_jaws, check_joint
+from bioscara.model.section import Section
 from bioscara.model.tags import (
     ARM_COMMANDS,
     ARM_COMPONENT,

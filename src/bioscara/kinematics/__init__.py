@@ -7,7 +7,7 @@ whole arrays.
 
 from bioscara.kinematics.joints import Geometry as Geometry
 from bioscara.kinematics.joints import Joints as Joints
-from bioscara.kinematics.joints import Range as Range
+from bioscara.kinematics.joints import PositionLimits as PositionLimits
 from bioscara.kinematics.pose import IDENTITY as IDENTITY
 from bioscara.kinematics.pose import Pose as Pose
 from bioscara.kinematics.scara import Scara as Scara

@@ -100,11 +100,11 @@ def _inverse_block(arm: Scara, poses: Array, result: Array) -> None:
     bearing = np.arctan2(y, x)
     inside = np.arctan2(l2 * np.sqrt((1.0 - cosine) * (1.0 + cosine)), l1 + l2 * cosine)
     for branch, sign in enumerate((1.0, -1.0)):
-        ways = result[:, branch]
+        solution = result[:, branch]
         q1 = _wrap(bearing - sign * inside, arm, 0)
         elbow = _turned(sign * q3, arm, 2)
-        ways[:, 0], ways[:, 1], ways[:, 2] = q1, q2, elbow
-        ways[:, 3] = _wrap(turn - q1 - elbow, arm, 3)
+        solution[:, 0], solution[:, 1], solution[:, 2] = q1, q2, elbow
+        solution[:, 3] = _wrap(turn - q1 - elbow, arm, 3)
 
 
 def jacobian(arm: Scara, joints: npt.ArrayLike) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple, Protocol
 
 
-class Range(Protocol):
+class PositionLimits(Protocol):
     """Limits of one joint; :class:`bioscara.model.JointParameters` is one."""
 
     @property

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 
 from bioscara.arguments import numbers
 from bioscara.errors import InvalidArgumentError, UnreachableError
-from bioscara.kinematics.joints import Geometry, Joints, Range
+from bioscara.kinematics.joints import Geometry, Joints, PositionLimits
 from bioscara.kinematics.pose import (
     ANGLE_MAX,
     IDENTITY,
@@ -57,7 +57,7 @@ class Scara:
     def __init__(
         self,
         geometry: Geometry,
-        limits: Sequence[Range],
+        limits: Sequence[PositionLimits],
         tool: Pose = IDENTITY,
         base: Pose = IDENTITY,
     ) -> None:

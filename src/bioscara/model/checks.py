@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-from abc import ABC, abstractmethod
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from bioscara.arguments import shown
-from bioscara.errors import ConfigurationError
 from bioscara.model.parameters import HomingParameters, JointParameters
-from bioscara.spelling import did_you_mean
+from bioscara.model.section import Section
 
 UNITS = {"j1": "rad", "j2": "m", "j3": "rad", "j4": "rad"}
 """Units of the joints, by name: the second one lifts, the others turn."""
@@ -25,110 +22,6 @@ _MOTOR_ACCELERATION = 365.0
 clamped; firmware of the existing arms takes a small share of it instead."""
 _HOMING_RPM = (1.0, 250.0)
 """Motor speeds that HOME can carry: the original host refuses the bounds themselves."""
-
-
-class Section(ABC):
-    """Group of named values; each error states the name, location and limit of the value.
-
-    Keys are the names of fields in :mod:`bioscara.model.parameters`.
-    """
-
-    @abstractmethod
-    def value(self, key: str) -> Any:
-        """Return the value as written in the file.
-
-        Raises:
-            ConfigurationError: There is none.
-        """
-
-    @abstractmethod
-    def name(self, key: str) -> str:
-        """Return the name of the value in the file."""
-
-    @abstractmethod
-    def error(self, text: str, key: str | None = None) -> ConfigurationError:
-        """Return an error that states the location of the value of ``key``."""
-
-    @abstractmethod
-    def keys(self) -> Iterable[str]:
-        """Return the keys of this section of the file."""
-
-    def number(self, key: str, lower: float, upper: float, unit: str = "") -> float:
-        """Return a finite number from ``lower`` to ``upper``.
-
-        Raises:
-            ConfigurationError: It is missing, no number, or outside; likewise for the methods
-                below.
-        """
-        value = self.value(key)
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            raise self.error(f"{self.name(key)}: {told_of(value)} is not a number", key)
-        if not lower <= value <= upper:
-            told = f"{value:g}" if isinstance(value, float) else told_of(value)
-            text = f"{self.name(key)}: {told} is outside {lower:g} .. {upper:g} {unit}"
-            raise self.error(text.rstrip(), key)
-        return float(value)
-
-    def whole(self, key: str, lower: int, upper: int, unit: str = "") -> int:
-        """Return a whole number from ``lower`` to ``upper``."""
-        value = self.number(key, lower, upper, unit)
-        if not value.is_integer():
-            raise self.error(f"{self.name(key)}: {value:g} is not a whole number", key)
-        return int(value)
-
-    def nonzero(self, key: str, size: float, unit: str = "") -> float:
-        """Return a number of at most ``size`` in either direction, which is not zero."""
-        value = self.number(key, -size, size, unit)
-        if value == 0.0:
-            raise self.error(f"{self.name(key)}: it must not be zero", key)
-        return value
-
-    def above(self, key: str, lower: float, upper: float, unit: str = "") -> float:
-        """Return a number above ``lower``, up to ``upper``."""
-        value = self.number(key, -upper, upper, unit)
-        if value <= lower:
-            raise self.error(f"{self.name(key)}: {value:g} must be above {lower:g}", key)
-        return value
-
-    def flag(self, key: str) -> bool:
-        """Return true or false."""
-        value = self.value(key)
-        if not isinstance(value, bool):
-            raise self.error(f"{self.name(key)}: {told_of(value)} is neither true nor false", key)
-        return value
-
-    def text(self, key: str, allowed: tuple[str, ...] = ()) -> str:
-        """Return a text, one of ``allowed`` if there are any."""
-        value = self.value(key)
-        if not isinstance(value, str) or not value or (allowed and value not in allowed):
-            several = "one of " if len(allowed) > 1 else ""
-            choice = f"; it must be {several}{', '.join(allowed)}" if allowed else ""
-            raise self.error(f"{self.name(key)}: {told_of(value)} is not a valid name{choice}", key)
-        return value
-
-    def refuse_unknown(self, known: Iterable[str]) -> None:
-        """Raise if there is a key that is not ``known``, with a suggestion.
-
-        To be called before anything is read: reporting a misspelt key helps more than a missing
-        one.
-        """
-        names = sorted(known)
-        for key in self.keys():
-            if key in names:
-                continue
-            hint = did_you_mean(str(key), names, f"known here: {', '.join(names)}")
-            raise self.error(f"{self.name(str(key))} is not a known parameter; {hint}", key)
-
-
-def told_of(value: object) -> str:
-    """Return a value of a file as shown in an error.
-
-    Collections are shown by their size: anchors may make their content endless.
-    """
-    if isinstance(value, dict | list):
-        kind = "mapping" if isinstance(value, dict) else "list"
-        return f"a {kind} of {len(value)}"
-    return shown(value)
 
 
 def check_joint(name: str, section: Section, homing: Section) -> JointParameters:

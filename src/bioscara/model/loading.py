@@ -6,25 +6,26 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from bioscara.model.checks import JOINTS, UNITS, check_addresses, check_jaws, check_joint, told_of
+from bioscara.model.checks import JOINTS, UNITS, check_addresses, check_jaws, check_joint
 from bioscara.model.parameters import (
     HIGHEST_RATE,
     LOWEST_RATE,
     ArmParameters,
-    ControllersParameters,
+    ControllerSettings,
     GeometryParameters,
-    GripperControllerParameters,
     GripperParameters,
-    HoldControllerParameters,
-    HomingControllerParameters,
+    GripperSettings,
+    HoldSettings,
     HomingParameters,
+    HomingSettings,
     JointParameters,
+    JointTolerances,
     PwmOutput,
-    Tolerances,
     TrajectoryConstraints,
-    TrajectoryControllerParameters,
+    TrajectorySettings,
     UpdateRates,
 )
+from bioscara.model.section import described
 from bioscara.model.yaml_section import YamlSection, read_sections
 
 _EXISTING_ARMS = Path(__file__).with_name("parameters.yaml")
@@ -82,39 +83,35 @@ def _geometry(section: YamlSection) -> GeometryParameters:
     )
 
 
-def _controllers(top: YamlSection, joints: Sequence[JointParameters]) -> ControllersParameters:
-    top.refuse_unknown(ControllersParameters.__slots__)
+def _controllers(top: YamlSection, joints: Sequence[JointParameters]) -> ControllerSettings:
+    top.refuse_unknown(ControllerSettings.__slots__)
     rate = top.section("update_rate")
     rate.refuse_unknown(UpdateRates.__slots__)
     homing = top.section("homing_controller")
-    homing.refuse_unknown(HomingControllerParameters.__slots__)
+    homing.refuse_unknown(HomingSettings.__slots__)
     hold = top.section("hold_controller")
-    hold.refuse_unknown(HoldControllerParameters.__slots__)
-    return ControllersParameters(
+    hold.refuse_unknown(HoldSettings.__slots__)
+    return ControllerSettings(
         update_rate=UpdateRates(
             version_1=rate.whole("version_1", LOWEST_RATE, HIGHEST_RATE, "Hz"),
             version_2=rate.whole("version_2", LOWEST_RATE, HIGHEST_RATE, "Hz"),
         ),
         joint_trajectory_controller=_trajectory(top.section("joint_trajectory_controller"), joints),
-        homing_controller=HomingControllerParameters(
+        homing_controller=HomingSettings(
             timeout=homing.number("timeout", 1.0, 3600.0, "s"),
             max_travel_share=homing.number("max_travel_share", 1.0, 2.0),
         ),
-        hold_controller=HoldControllerParameters(
-            hold.number("max_deceleration_share", *_BRAKING_SHARE)
-        ),
+        hold_controller=HoldSettings(hold.number("max_deceleration_share", *_BRAKING_SHARE)),
         gripper_controller=_gripper_controller(top.section("gripper_controller")),
     )
 
 
-def _trajectory(
-    section: YamlSection, joints: Sequence[JointParameters]
-) -> TrajectoryControllerParameters:
-    section.refuse_unknown(TrajectoryControllerParameters.__slots__)
+def _trajectory(section: YamlSection, joints: Sequence[JointParameters]) -> TrajectorySettings:
+    section.refuse_unknown(TrajectorySettings.__slots__)
     limits = section.section("constraints")
     own = (key for key in TrajectoryConstraints.__slots__ if key != "joints")
     limits.refuse_unknown((*own, *JOINTS))
-    return TrajectoryControllerParameters(
+    return TrajectorySettings(
         allow_partial_joints_goal=section.flag("allow_partial_joints_goal"),
         allow_nonzero_velocity_at_trajectory_end=section.flag(
             "allow_nonzero_velocity_at_trajectory_end"
@@ -130,19 +127,19 @@ def _trajectory(
     )
 
 
-def _tolerances(section: YamlSection, joint: JointParameters) -> Tolerances:
-    section.refuse_unknown(Tolerances.__slots__)
+def _tolerances(section: YamlSection, joint: JointParameters) -> JointTolerances:
+    section.refuse_unknown(JointTolerances.__slots__)
     # A tolerance above the joint's range can never be violated.
     span = joint.upper - joint.lower
-    return Tolerances(
+    return JointTolerances(
         trajectory=section.number("trajectory", 0.0, span, joint.unit),
         goal=section.number("goal", 0.0, span, joint.unit),
     )
 
 
-def _gripper_controller(section: YamlSection) -> GripperControllerParameters:
-    section.refuse_unknown(GripperControllerParameters.__slots__)
-    return GripperControllerParameters(
+def _gripper_controller(section: YamlSection) -> GripperSettings:
+    section.refuse_unknown(GripperSettings.__slots__)
+    return GripperSettings(
         goal_tolerance=section.number("goal_tolerance", 1e-5, 0.1, "m"),
         allow_stalling=section.flag("allow_stalling"),
         stall_velocity_threshold=section.number("stall_velocity_threshold", 1e-6, 1.0, "m/s"),
@@ -161,7 +158,7 @@ def _arm(top: YamlSection) -> ArmParameters:
     names = isinstance(order, list) and all(isinstance(name, str) for name in order)
     if not names or sorted(order) != sorted(JOINTS):
         raise top.error(
-            f"homing_order: {told_of(order)} must name each of {', '.join(JOINTS)} once",
+            f"homing_order: {described(order)} must name each of {', '.join(JOINTS)} once",
             "homing_order",
         )
     return ArmParameters(

@@ -167,7 +167,7 @@ class UpdateRates:
 
 
 @dataclass(frozen=True, slots=True)
-class Tolerances:
+class JointTolerances:
     """Tolerances of one joint for following a trajectory.
 
     Attributes:
@@ -196,11 +196,11 @@ class TrajectoryConstraints:
     stopped_velocity_tolerance: float
     goal_time: float
     max_deceleration_on_cancel_share: float
-    joints: tuple[Tolerances, ...]
+    joints: tuple[JointTolerances, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class TrajectoryControllerParameters:
+class TrajectorySettings:
     """How trajectories are followed.
 
     Attributes:
@@ -216,7 +216,7 @@ class TrajectoryControllerParameters:
 
 
 @dataclass(frozen=True, slots=True)
-class HomingControllerParameters:
+class HomingSettings:
     """Limits of homing, beyond which it fails.
 
     Attributes:
@@ -229,7 +229,7 @@ class HomingControllerParameters:
 
 
 @dataclass(frozen=True, slots=True)
-class HoldControllerParameters:
+class HoldSettings:
     """Deceleration of joints to rest.
 
     Attributes:
@@ -240,7 +240,7 @@ class HoldControllerParameters:
 
 
 @dataclass(frozen=True, slots=True)
-class GripperControllerParameters:
+class GripperSettings:
     """Conditions for the gripper's arrival and stall.
 
     Attributes:
@@ -257,7 +257,7 @@ class GripperControllerParameters:
 
 
 @dataclass(frozen=True, slots=True)
-class ControllersParameters:
+class ControllerSettings:
     """Parameters of the controllers, named as in ros2_controllers where it has the parameter.
 
     Attributes:
@@ -269,10 +269,10 @@ class ControllersParameters:
     """
 
     update_rate: UpdateRates
-    joint_trajectory_controller: TrajectoryControllerParameters
-    homing_controller: HomingControllerParameters
-    hold_controller: HoldControllerParameters
-    gripper_controller: GripperControllerParameters
+    joint_trajectory_controller: TrajectorySettings
+    homing_controller: HomingSettings
+    hold_controller: HoldSettings
+    gripper_controller: GripperSettings
 
 
 @dataclass(frozen=True, slots=True)
@@ -291,7 +291,7 @@ class ArmParameters:
     geometry: GeometryParameters
     gripper: GripperParameters
     homing_order: tuple[str, ...]
-    controllers: ControllersParameters
+    controllers: ControllerSettings
 
     @property
     def belt_periods(self) -> tuple[float, ...]:

@@ -9,12 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
-from bioscara.model.solids import Moments, Solid, box, capsule, cylinder, filled, prism, shell
+from bioscara.model.solids import Solid, box, capsule, cylinder, prism
 
 PLA = 1240.0
 """Density of the printed material [kg/m^3]."""
-WALL = 0.004
-"""Wall of a printed part: perimeters and infill together, spread over the surface [m]."""
 STEEL, ALUMINIUM, RUBBER = 7850.0, 2700.0, 1200.0
 """Densities [kg/m^3]."""
 MOTOR = 4000.0
@@ -35,12 +33,6 @@ class Part(NamedTuple):
     solid: Solid
     density: float
     printed: bool
-
-    def moments(self) -> Moments:
-        """Return its mass and moments."""
-        if self.printed:
-            return shell(self.solid, self.density, WALL)
-        return filled(self.solid, self.density)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,9 +1,9 @@
-"""Convex solids as triangles, and their mass properties. Metres, in the frame of a link."""
+"""Convex solids, and upright shapes that contain them. Metres, in the frame of a link."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -17,7 +17,8 @@ FIT = 4.5e-3
 """Distance by which a solid's upright shapes may exceed it [m]: rounded solids are sliced."""
 _SIDES = 32
 """Sides of the polygon that approximates a circle."""
-_AXES = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
+AXES = {"x": (1, 2, 0), "y": (2, 0, 1), "z": (0, 1, 2)}
+"""Coordinates of an outline and of the axis along which it is extruded, by that axis."""
 
 
 class Upright(NamedTuple):
@@ -44,20 +45,21 @@ class Upright(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class Solid:
-    """A convex body.
+    """A convex polygon, extruded along an axis.
 
     Attributes:
-        triangles: Its surface, shape (n, 3 corners, 3): corners counter-clockwise from outside.
+        outline: Corners counter-clockwise, shape (n, 2): x, y for axis z; y, z for x; z, x for y.
+        lower: Its start along the axis [m].
+        upper: Its end [m].
+        axis: ``"x"``, ``"y"`` or ``"z"``.
         uprights: Upright shapes that contain it together and reach at most :data:`FIT` beyond it.
     """
 
-    triangles: Array
+    outline: Array
+    lower: float
+    upper: float
+    axis: str
     uprights: tuple[Upright, ...]
-
-    def doubled_areas(self) -> Array:
-        """Return the outward normal of each triangle, twice as long as its area, shape (n, 3)."""
-        first, second, third = np.moveaxis(self.triangles, 1, 0)
-        return np.cross(second - first, third - first)
 
 
 def prism(outline: npt.ArrayLike, lower: float, upper: float, axis: str = "z") -> Solid:
@@ -70,30 +72,12 @@ def prism(outline: npt.ArrayLike, lower: float, upper: float, axis: str = "z") -
         axis: ``"x"``, ``"y"`` or ``"z"``.
     """
     corners = np.asarray(outline, dtype=np.float64)
-    return Solid(_extruded(corners, lower, upper, axis), _sliced(corners, lower, upper, axis))
-
-
-def _extruded(corners: Array, lower: float, upper: float, axis: str) -> Array:
-    count = len(corners)
-    points = np.zeros((2, count, 3))
-    first, second, along = _AXES[axis]
-    points[:, :, first], points[:, :, second] = corners[:, 0], corners[:, 1]
-    points[0, :, along], points[1, :, along] = lower, upper
-    (bottom, top), after = points, np.roll(np.arange(count), -1)
-    fan, rest = np.arange(1, count - 1), np.arange(2, count)
-    start = np.zeros_like(fan)
-    triangles = (
-        np.stack((bottom[start], bottom[rest], bottom[fan]), axis=1),
-        np.stack((top[start], top[fan], top[rest]), axis=1),
-        np.stack((bottom, bottom[after], top[after]), axis=1),
-        np.stack((bottom, top[after], top), axis=1),
-    )
-    return np.concatenate(triangles)
+    return Solid(corners, lower, upper, axis, _sliced(corners, lower, upper, axis))
 
 
 def _sliced(corners: Array, lower: float, upper: float, axis: str) -> tuple[Upright, ...]:
     """Return boxes around slices of a polygon, as few as keep within :data:`FIT` of it."""
-    first, second, along = _AXES[axis]
+    first, second, along = AXES[axis]
     for count in itertools.count(1):
         cuts = np.linspace(*_range(corners[:, 0]), count + 1)
         slices = [(low, high, *_width(corners, low, high)) for low, high in pairwise(cuts)]
@@ -142,7 +126,7 @@ def box(lower: Sequence[float], upper: Sequence[float]) -> Solid:
     """Return a box with its edges along the axes, from corner to corner."""
     (x0, y0, z0), (x1, y1, z1) = lower, upper
     outline = np.array(((x0, y0), (x1, y0), (x1, y1), (x0, y1)), dtype=np.float64)
-    return Solid(_extruded(outline, z0, z1, "z"), (_upright(lower, upper),))
+    return Solid(outline, z0, z1, "z", (_upright(lower, upper),))
 
 
 def capsule(start: float, end: float, radius: float, lower: float, upper: float) -> Solid:
@@ -159,7 +143,7 @@ def capsule(start: float, end: float, radius: float, lower: float, upper: float)
     arc = radius * np.column_stack((np.cos(half), np.sin(half)))
     right, left = arc + np.array((end, 0.0)), np.array((start, 0.0)) - arc
     upright = Upright((start + end) / 2.0, 0.0, (end - start) / 2.0, 0.0, lower, upper, radius)
-    return Solid(_extruded(np.concatenate((right, left)), lower, upper, "z"), (upright,))
+    return Solid(np.concatenate((right, left)), lower, upper, "z", (upright,))
 
 
 def cylinder(
@@ -179,68 +163,4 @@ def cylinder(
     if axis != "z":
         return prism(outline, lower, upper, axis)
     upright = Upright(centre[0], centre[1], 0.0, 0.0, lower, upper, radius)
-    return Solid(_extruded(outline, lower, upper, axis), (upright,))
-
-
-class Inertial(NamedTuple):
-    """Mass, centre and inertia of a body.
-
-    Attributes:
-        mass: Mass [kg].
-        centre: Centre of mass in the link's frame [m], shape (3,).
-        inertia: Inertia about the centre, along the link's axes [kg m^2], shape (3, 3).
-    """
-
-    mass: float
-    centre: Array
-    inertia: Array
-
-
-class Moments(NamedTuple):
-    """Integrals over a body; those of several bodies add up.
-
-    Attributes:
-        mass: Mass [kg].
-        first: Integral of position [kg m], shape (3,).
-        second: Integral of position times position [kg m^2], shape (3, 3).
-    """
-
-    mass: float
-    first: Array
-    second: Array
-
-
-def filled(solid: Solid, density: float) -> Moments:
-    """Return the integrals over a solid body of a density [kg/m^3]."""
-    volumes = np.linalg.det(solid.triangles) / 6.0
-    return _moments(solid, density * volumes, corners=4)
-
-
-def shell(solid: Solid, density: float, wall: float) -> Moments:
-    """Return the integrals over a body with a thin wall [m]; a body too thin for it is filled."""
-    areas = np.linalg.norm(solid.doubled_areas(), axis=1) / 2.0
-    whole = filled(solid, density)
-    if density * wall * float(areas.sum()) >= whole.mass:
-        return whole
-    return _moments(solid, density * wall * areas, corners=3)
-
-
-def _moments(solid: Solid, masses: Array, corners: int) -> Moments:
-    """Return the integrals over triangles (3 corners), or the tetrahedra to the origin (4)."""
-    points = solid.triangles
-    sums = points.sum(axis=1)
-    squares = np.einsum("nci,ncj->nij", points, points) + np.einsum("ni,nj->nij", sums, sums)
-    return Moments(
-        float(masses.sum()),
-        masses @ sums / corners,
-        np.einsum("n,nij->ij", masses, squares) / (corners * (corners + 1)),
-    )
-
-
-def weigh(bodies: Iterable[Moments]) -> Inertial:
-    """Return mass, centre and inertia of several bodies combined."""
-    masses, firsts, seconds = zip(*bodies, strict=True)
-    mass = float(sum(masses))
-    centre = sum(firsts, np.zeros(3)) / mass
-    second = sum(seconds, np.zeros((3, 3))) - mass * np.outer(centre, centre)
-    return Inertial(mass, centre, np.trace(second) * np.eye(3) - second)
+    return Solid(outline, lower, upper, axis, (upright,))

@@ -8,7 +8,7 @@ from typing import Any
 
 from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError
-from bioscara.model.checks import Section
+from bioscara.model.section import Section
 
 SIZE_MAX = 2**20
 """Largest file that is read [bytes]; the arm's own has a hundredth of it."""

@@ -3,8 +3,8 @@
 Begin with ``motions``, the user's interface, and ``trajectory``, the one type that all layers above
 execute. Between them a tool path from ``paths`` gets its timing in ``topp``, a joint motion from
 ``profiles``. ``collision`` checks the clearance of all of them, ``files`` stores them. ``limits``
-and ``tool_limits`` are the limits of joints and tool; ``moving_average`` keeps streamed values
-from exciting belt oscillations.
+are the limits of joints and tool; ``moving_average`` keeps motions from exciting belt oscillations;
+``arrays`` names the types of arrays.
 
 A trajectory that ``trajectory.validation`` accepts stays within every limit at every instant.
 """
@@ -13,6 +13,7 @@ from bioscara.planning.files.trajectory_file import TrajectoryFile as Trajectory
 from bioscara.planning.files.trajectory_file import read as read
 from bioscara.planning.files.trajectory_file import write_csv as write_csv
 from bioscara.planning.limits import JointLimits as JointLimits
+from bioscara.planning.limits import ToolLimits as ToolLimits
 from bioscara.planning.motions.cartesian import circular as circular
 from bioscara.planning.motions.cartesian import linear as linear
 from bioscara.planning.motions.point_to_point import point_to_point as point_to_point
@@ -23,9 +24,8 @@ from bioscara.planning.motions.waypoints import Motion as Motion
 from bioscara.planning.motions.waypoints import Waypoint as Waypoint
 from bioscara.planning.motions.waypoints import approach as approach
 from bioscara.planning.motions.waypoints import retract as retract
-from bioscara.planning.tool_limits import ToolLimits as ToolLimits
 from bioscara.planning.topp.topp import parameterise as parameterise
+from bioscara.planning.trajectory.polynomials import Sample as Sample
 from bioscara.planning.trajectory.retiming import fit as fit
-from bioscara.planning.trajectory.trajectory import Sample as Sample
 from bioscara.planning.trajectory.trajectory import Trajectory as Trajectory
 from bioscara.planning.trajectory.validation import check as check

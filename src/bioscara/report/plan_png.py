@@ -14,8 +14,7 @@ from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara, batch
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
-from bioscara.planning.limits import JointLimits
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.limits import JointLimits, ToolLimits
 from bioscara.report.plan_views import FREE, LEAST, Way, draw_from_above, draw_height, widen
 from bioscara.report.png import available, save
 

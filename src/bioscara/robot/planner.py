@@ -16,20 +16,14 @@ from bioscara.model.parameters import JERK_TIME
 from bioscara.planning import Trajectory, check
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.unfolding import by_open_elbow, joined
-from bioscara.planning.limits import check_share
+from bioscara.planning.limits import FULL, REDUCED_SPEED, ToolLimits, check_share
 from bioscara.planning.motions.cartesian import circular, linear
 from bioscara.planning.motions.jog import Jog
 from bioscara.planning.motions.point_to_point import point_to_point
 from bioscara.planning.motions.sequence import sequence
-from bioscara.planning.motions.tool_speed import (
-    COMMANDED_SPEED,
-    REDUCED_SPEED,
-    UNPLANNED_SHARE,
-    reduced,
-)
+from bioscara.planning.motions.tool_speed import COMMANDED_SPEED, UNPLANNED_SHARE, reduced
 from bioscara.planning.motions.waypoints import Waypoint
-from bioscara.planning.tool_limits import FULL, ToolLimits
-from bioscara.planning.trajectory.averaging import averaged, most_jerk
+from bioscara.planning.moving_average import averaged, most_jerk
 from bioscara.planning.trajectory.retiming import stretch_factor, stretched
 from bioscara.robot.call_arbiter import CallArbiter, exclusive
 from bioscara.robot.poses import TeachTable
@@ -375,7 +369,8 @@ class Planner:
         """
         if self.full_speed:
             return trajectory, 1.0
-        # Slowed down first: averaged twice it would be as if it had been gentle before.
+        # Slow down before averaging. Stretching an averaged motion would stretch the window too,
+        # which must match the belt's period; and a motion that is slow enough needs no averaging.
         trajectory, factor = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
         hardest = {limit.name: limit.max_acceleration for limit in self._limits}
         jerks = most_jerk(trajectory).tolist()

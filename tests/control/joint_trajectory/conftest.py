@@ -12,7 +12,7 @@ _homed: list[World] = []
 
 @pytest.fixture
 def follower() -> Iterator[Callable[..., Follower]]:
-    """Make controllers on an arm that is shared by all tests and brought back by each."""
+    """Make controllers on an arm that all tests share; each test returns it to the middle."""
     if not _homed:
         _homed.append(World(at=MIDDLE))
     made: list[Follower] = []

@@ -17,7 +17,7 @@ from bioscara.hardware import CommandInterface, StateInterface
 from control.world import BOTH, LIMITS, NAMES, World
 
 MIDDLE = {"j1": 0.1, "j2": 0.15, "j3": 0.2, "j4": -0.1}
-"""Position of the arm at the begin of every test [rad or m]."""
+"""Positions of the joints at the begin of every test [rad or m]."""
 NOTHING = (0.0,) * 4
 BRAKES = {
     "decelerate_on_cancel": True,
@@ -96,10 +96,11 @@ class Follower:
             Goal(self.trajectory(*points, stamp=stamp), **tolerances), self.now
         )
 
-    def move(self, way: float = 0.1, seconds: float = 1.0, *, rest: bool = True) -> Point:
-        """Return a point displaced by ``way`` from the command, j1 to j4 in their proportions."""
+    def move(self, displacement: float = 0.1, seconds: float = 1.0, *, rest: bool = True) -> Point:
+        """Return a point displaced from the last command, j1 to j4 in their proportions."""
         positions = tuple(
-            at + way * share for at, share in zip(self.commanded, (1, 0.05, 1, 1), strict=True)
+            at + displacement * share
+            for at, share in zip(self.commanded, (1, 0.05, 1, 1), strict=True)
         )
         return Point(seconds, positions, NOTHING if rest else ())
 
@@ -131,7 +132,7 @@ def alone(
 
 
 def smooth(arm: Follower, after: float, *, limited: bool = False) -> None:
-    """Assert that commands kept the limits and fit one another since ``after`` [s].
+    """Assert that commands kept the limits and were continuous since ``after`` [s].
 
     Args:
         arm: The follower that ran.

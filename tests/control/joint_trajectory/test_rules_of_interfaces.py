@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import FrozenInstanceError, asdict, replace
 from typing import Any
 
 import pytest
-from pydantic import ValidationError
 
 from bioscara.control.controllers.joint_trajectory import Gains, GoalStatus, Point
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
@@ -44,7 +44,7 @@ def test_rule_36_legal_interfaces_move_the_arm(
 @pytest.mark.parametrize(
     ("values", "why"),
     [
-        ({"command_interfaces": ("effort",)}, "command_interfaces.0 = 'effort'"),
+        ({"command_interfaces": ("effort",)}, "command_interfaces.0: 'effort'"),
         ({"command_interfaces": ("velocity", "position")}, "it is position, velocity, or"),
         ({"command_interfaces": ()}, "it is position, velocity, or"),
         ({"state_interfaces": ("velocity",)}, "it is position, or position and velocity"),
@@ -58,36 +58,48 @@ def test_rule_36_legal_interfaces_move_the_arm(
         ({"constraints": {"j7": {"goal": 1.0}}}, "constraints.j7 is for no joint"),
         (
             {"constraints": {"goal_tim": 1.0}},
-            "unknown parameter constraints.goal_tim; did you mean goal_time?",
+            "constraints.goal_tim is not a known parameter; did you mean goal_time?",
         ),
         (
             {"constraints": {"j1": 1.0}},
-            "unknown parameter constraints.j1; it has stopped_velocity_tolerance, goal_time, "
-            "decelerate_on_cancel, "
-            "least_time_on_cancel, and a section for each joint",
+            "constraints.j1 is not a known parameter; known here: stopped_velocity_tolerance, "
+            "goal_time, decelerate_on_cancel, least_time_on_cancel, a group for each joint",
         ),
         (
             {"constraints": {"j1": {"trajektory": 1.0}}},
-            "unknown parameter constraints.j1.trajektory; did you mean trajectory?",
+            "constraints.j1.trajektory is not a known parameter; did you mean trajectory?",
         ),
         (
             {"speed_scaling": {"initial_scaling_facto": 1.0}},
-            "unknown parameter speed_scaling.initial_scaling_facto; did you mean initial_scaling_",
+            "speed_scaling.initial_scaling_facto is not a known parameter; did you mean "
+            "initial_scaling_factor?",
         ),
         (
             {"positions_upsampling": {"rate": 1.0}},
-            "unknown parameter positions_upsampling.rate; it has enable, policy_frequency",
+            "positions_upsampling.rate is not a known parameter; known here: enable, "
+            "policy_frequency",
         ),
         (
             {"gains": {"j1": {"ff_velocity_scal": 1.0}}},
-            "unknown parameter gains.j1.ff_velocity_scal; did you mean ff_velocity_scale?",
+            "gains.j1.ff_velocity_scal is not a known parameter; did you mean ff_velocity_scale?",
         ),
-        ({"constraints": {"goal_time": math.inf}}, "constraints.goal_time = inf"),
-        ({"constraints": {"j1": {"goal": -1.0}}}, "constraints.j1.goal = -1.0"),
-        ({"gains": {"j1": {"p": math.nan}}}, "gains.j1.p = nan"),
-        ({"gains": {"j1": {"u_clamp_min": 1.0, "u_clamp_max": 0.0}}}, "u_clamp_min 1 must not"),
-        ({"speed_scaling": {"state_interface": "a/b"}}, "speed_scaling.state_interface = 'a/b'"),
-        ({"joint": NAMES}, "unknown parameter joint; did you mean joints"),
+        ({"constraints": {"goal_time": math.inf}}, "constraints.goal_time: inf"),
+        ({"constraints": {"j1": {"goal": -1.0}}}, "constraints.j1.goal: -1"),
+        ({"gains": {"j1": {"p": math.nan}}}, "gains.j1.p: nan"),
+        (
+            {"gains": {"j1": {"u_clamp_min": 1.0, "u_clamp_max": 0.0}}},
+            "gains.j1: u_clamp_min 1 must not",
+        ),
+        ({"speed_scaling": {"state_interface": "a/b"}}, "speed_scaling.state_interface: 'a/b'"),
+        ({"joints": "j1"}, "joints: 'j1' is not a list"),
+        ({"joints": ("j1", 2)}, "joints.1: 2 is not a valid name"),
+        ({"gains": 5.0}, "gains must be a mapping of names to values"),
+        ({"gains": {"j1": 5.0}}, "gains.j1 must be a mapping of names to values"),
+        ({"constraints": {5: {}}}, "constraints.5 is not a known parameter"),
+        ({"cmd_timeout": "1.5"}, "cmd_timeout: '1.5' is not a number"),
+        ({"allow_partial_joints_goal": 1}, "allow_partial_joints_goal: 1 is neither true nor"),
+        ({"update_rate": 2.5}, "update_rate: 2.5 is not a whole number"),
+        ({"joint": NAMES}, "joint is not a known parameter; did you mean joints"),
     ],
 )
 def test_rule_36_everything_else_is_refused(values: dict[str, Any], why: str) -> None:
@@ -96,7 +108,7 @@ def test_rule_36_everything_else_is_refused(values: dict[str, Any], why: str) ->
     assert why in str(caught.value)
 
 
-def test_rule_36_and_so_is_its_configuration(arm: Follower) -> None:
+def test_rule_36_a_configuration_without_joints_is_refused(arm: Follower) -> None:
     manager = arm.world.manager
     manager.load("bad", TYPE, {"joints": ()})
     with pytest.raises(ConfigurationError, match="bad: parameter joints must name at least one"):
@@ -147,7 +159,7 @@ def test_rule_37_positions_are_forwarded_without_a_pid(follower: Callable[..., F
 
 
 def test_rule_38_gains_are_zero_unless_given() -> None:
-    assert Gains().model_dump() == {
+    assert asdict(Gains()) == {
         "p": 0.0,
         "i": 0.0,
         "d": 0.0,
@@ -225,7 +237,7 @@ def test_rule_39_conditional_integration_stops_only_further_saturation() -> None
     assert pid.update(0.0, 0.0, 1.0) == pytest.approx(0.4)
     pid.update(0.4, 0.0, 1.0)
     assert pid.update(-0.1, 0.0, 1.0) == pytest.approx(0.3)
-    pid = Pid(gains.model_copy(update={"d": 10.0}))
+    pid = Pid(replace(gains, d=10.0))
     assert pid.update(-0.2, 1.0, 1.0) == 0.5  # Saturated by its derivative, but brought back.
     assert pid.update(0.0, 0.0, 1.0) == pytest.approx(-0.2)
 
@@ -275,7 +287,10 @@ def test_rule_39_no_period_repeats_no_number_is_none_and_the_deadband_integrates
 
 
 def test_rule_40_defaults() -> None:
-    assert parameters().model_dump(exclude={"constraints", "gains", "joints"}) == {
+    given = asdict(parameters())
+    for name in ("constraints", "gains", "joints"):
+        del given[name]
+    assert given == {
         "update_rate": 0,
         "fallback_controllers": (),
         "command_interfaces": ("position",),
@@ -311,7 +326,7 @@ def test_rule_40_defaults() -> None:
 )
 def test_rule_40_parameters_are_read_only(name: str) -> None:
     made = parameters()
-    with pytest.raises(ValidationError, match="frozen"):
+    with pytest.raises(FrozenInstanceError):
         setattr(made, name, getattr(made, name))
 
 
@@ -369,7 +384,7 @@ def test_rule_41_the_trajectory_answers_where_it_will_be(arm: Follower) -> None:
         arm.jtc.query_state(begin + 0.5)
 
 
-def test_rule_41_and_where_it_will_be_at_the_scaled_speed(
+def test_rule_41_the_trajectory_answers_at_the_scaled_speed(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower(speed_scaling={"initial_scaling_factor": 0.5})

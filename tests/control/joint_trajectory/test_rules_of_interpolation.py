@@ -12,9 +12,10 @@ from numpy.polynomial import Polynomial
 
 from bioscara.control.controllers.joint_trajectory import GoalStatus, Point
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory, JointValues
+from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory
 from bioscara.control.controllers.joint_trajectory.upsampling import timed, upsampled
 from bioscara.errors import GoalRejectedError
+from bioscara.planning import Sample
 from control.joint_trajectory.follower import NOTHING, Follower
 from control.world import NAMES
 
@@ -27,7 +28,7 @@ def test_rule_11_a_quintic_a_cubic_or_a_line_by_what_both_ends_have() -> None:
         Point(3.0, (4.0,), (0.0,), (0.0,)),
     ]
     course = Interpolator(points)
-    assert course.sample(0.25).values == JointValues((0.5,), (2.0,), (0.0,))
+    assert course.sample(0.25).values == Sample((0.5,), (2.0,), (0.0,))
     cubic = course.sample(1.25).values
     assert cubic.positions == pytest.approx((2.0 + 3 * 0.25**2 - 2 * 0.25**3,))
     assert cubic.velocities == pytest.approx((6 * 0.25 - 6 * 0.25**2,))
@@ -35,7 +36,7 @@ def test_rule_11_a_quintic_a_cubic_or_a_line_by_what_both_ends_have() -> None:
     quintic = course.sample(2.25).values
     assert quintic.positions == pytest.approx((3.0 + 10 * 0.25**3 - 15 * 0.25**4 + 6 * 0.25**5,))
     line = Interpolator([points[1], Point(3.0, (4.0,))]).sample(1.5).values
-    assert line == JointValues((2.5,), (1.0,), (0.0,))
+    assert line == Sample((2.5,), (1.0,), (0.0,))
 
 
 @pytest.mark.parametrize("fields", [2, 3])
@@ -61,7 +62,7 @@ def test_rule_11_the_curve_is_the_polynomial_of_what_both_ends_have(
 
 
 def test_rule_12_before_the_first_point_it_comes_from_the_start_state() -> None:
-    state = JointValues((1.0,), (0.5,), (0.0,))
+    state = Sample((1.0,), (0.5,), (0.0,))
     cubic, line = Interpolator([Point(1.0, (2.0,), (0.0,))]), Interpolator([Point(1.0, (2.0,))])
     for course in (cubic, line):
         course.begin(state, 0.0)
@@ -80,7 +81,9 @@ def test_rule_12_the_start_state_is_measured(arm: Follower) -> None:
     assert arm.finish(handle).status is GoalStatus.SUCCEEDED
 
 
-def test_rule_12_or_what_was_commanded(follower: Callable[..., Follower]) -> None:
+def test_rule_12_the_start_state_is_commanded_if_configured(
+    follower: Callable[..., Follower],
+) -> None:
     arm = follower(interpolate_from_desired_state=True, allow_trajectory_replacement=False)
     arm.send(arm.move(0.2, 1.0))
     before = arm.run(0.5)[-1]
@@ -117,15 +120,15 @@ def test_rule_13_a_first_point_at_time_zero_is_stepped_to_within_the_limits(
 
 def test_rule_14_after_the_last_point_it_stays_there_at_rest() -> None:
     course = Interpolator([Point(0.0, (0.0,), (0.0,)), Point(1.0, (2.0,), (1.0,))])
-    assert course.sample(1.0).values == JointValues((2.0,), (1.0,), (0.0,))
-    assert course.sample(1.5).values == JointValues((2.0,), (0.0,), (0.0,))
+    assert course.sample(1.0).values == Sample((2.0,), (1.0,), (0.0,))
+    assert course.sample(1.5).values == Sample((2.0,), (0.0,), (0.0,))
     assert course.sample(1.5).point == 2
 
 
 def test_rule_15_without_interpolation_the_next_point_is_output() -> None:
     points = [Point(1.0, (1.0,)), Point(2.0, (2.0,)), Point(3.0, (5.0,))]
     course = Interpolator(points, interpolate=False)
-    course.begin(JointValues((0.5,), (9.0,), (0.0,)), 0.0)
+    course.begin(Sample((0.5,), (9.0,), (0.0,)), 0.0)
     outputs = [course.sample(time).values.positions[0] for time in (0.0, 0.9, 1.1, 2.5, 3.5)]
     assert outputs == [0.5, 0.5, 2.0, 5.0, 5.0]
     assert course.sample(0.9).values.velocities == (0.0,)

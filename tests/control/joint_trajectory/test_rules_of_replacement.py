@@ -17,8 +17,8 @@ from bioscara.control.controllers.joint_trajectory import (
     Tolerance,
 )
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.messages import JointValues
 from bioscara.errors import GoalRejectedError
+from bioscara.planning import Sample
 from control.joint_trajectory.follower import BRAKES, NOTHING, Follower, alone, smooth
 from control.world import LIMITS, NAMES
 
@@ -143,7 +143,7 @@ def test_rule_20_a_ramp_to_rest_is_replaced_at_once(follower: Callable[..., Foll
 def test_rule_20_one_that_is_over_when_it_is_taken_leaves_the_joints_at_its_end() -> None:
     course = Interpolator([Point(0.0, (0.0,), (0.0,)), Point(1.0, (2.0,), (0.0,))])
     now = 1.0 - 5e-7
-    course.begin(JointValues((0.5,), (0.0,), (0.0,)), now, bridge=True)
+    course.begin(Sample((0.5,), (0.0,), (0.0,)), now, bridge=True)
     assert course.sample(now).values.positions == pytest.approx((2.0,))
 
 
@@ -206,7 +206,7 @@ def test_rule_23_cancel_holds_what_is_measured_at_that_moment(
     assert arm.jtc.holding
 
 
-def test_rule_23_or_ramps_down_at_the_given_deceleration(
+def test_rule_23_cancel_ramps_down_at_the_given_deceleration(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower(constraints=BRAKES)
@@ -295,7 +295,7 @@ def test_rule_25_activation_resets_the_pid() -> None:
     assert jtc.command_handles[0].value == 0.0
 
 
-def test_rule_25_or_what_is_measured(follower: Callable[..., Follower]) -> None:
+def test_rule_25_else_the_measured_positions_are_held(follower: Callable[..., Follower]) -> None:
     arm = follower(set_last_command_interface_value_as_state_on_activation=False)
     arm.world.switch(off=("jtc",))
     measured = arm.measured
@@ -323,7 +323,7 @@ def test_rule_27_the_last_point_is_held_after_success(arm: Follower) -> None:
     assert arm.seen[-1].velocities == NOTHING
 
 
-def test_rule_27_what_is_measured_is_held_after_a_violation(
+def test_rule_27_the_measured_state_is_held_after_a_violation(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower(constraints={"j1": {"trajectory": 1e-5}})

@@ -14,8 +14,7 @@ from bioscara.control.controllers.joint_trajectory import (
     Point,
     Tolerance,
 )
-from bioscara.control.controllers.joint_trajectory.messages import JointValues
-from bioscara.control.controllers.joint_trajectory.parameters import Constraints
+from bioscara.control.controllers.joint_trajectory.parameters import Constraints, JointConstraints
 from bioscara.control.controllers.joint_trajectory.tolerances import (
     ToleranceMonitor,
     TrajectoryTolerances,
@@ -25,6 +24,7 @@ from bioscara.control.controllers.joint_trajectory.tolerances import (
     defaults,
     violated,
 )
+from bioscara.planning import Sample
 from control.joint_trajectory.follower import NOTHING, Follower
 
 JOINTS = ("a", "b")
@@ -37,7 +37,7 @@ def test_rule_29_defaults_check_nothing_but_standstill() -> None:
     assert defaults(JOINTS, Constraints()) == TrajectoryTolerances(
         ((0.0, 0.0, 0.0),) * 2, ((0.0, 0.01, 0.0),) * 2, 0.0
     )
-    given = Constraints.model_validate({"b": {"trajectory": 0.1, "goal": 0.2}, "goal_time": 3.0})
+    given = Constraints(joints={"b": JointConstraints(trajectory=0.1, goal=0.2)}, goal_time=3.0)
     assert defaults(JOINTS, given) == TrajectoryTolerances(
         ((0.0, 0.0, 0.0), (0.1, 0.0, 0.0)), ((0.0, 0.01, 0.0), (0.2, 0.01, 0.0)), 3.0
     )
@@ -47,7 +47,7 @@ def test_rule_29_what_is_0_is_not_checked_and_a_joint_that_moves_has_not_arrived
     default = defaults(JOINTS, Constraints())
 
     def at_end(speed: float) -> Verdict | None:
-        error = JointValues((9.0, -9.0), (0.0, speed), (9.0, 9.0))
+        error = Sample((9.0, -9.0), (0.0, speed), (9.0, 9.0))
         monitor = ToleranceMonitor(JOINTS, default, 0.0, velocity=True)
         assert monitor.before_the_end(error, 1.0) is None
         return monitor.after_the_end(error, 5.0)
@@ -86,7 +86,7 @@ def test_rule_30_values_of_the_goal_replace_keep_or_erase() -> None:
         (Goal(EMPTY, (Tolerance("b", 0.5),), (), -0.5), "goal_time_tolerance -0.5 s"),
     ],
 )
-def test_rule_30_one_that_makes_no_sense_discards_all(goal: Goal, why: str) -> None:
+def test_rule_30_an_invalid_tolerance_discards_all(goal: Goal, why: str) -> None:
     default = defaults(JOINTS, Constraints())
     chosen, warning = choose(goal, JOINTS, default)
     assert chosen == default
@@ -127,7 +127,7 @@ def test_rule_31_a_path_violation_aborts_with_joint_value_and_limit(arm: Followe
     assert arm.seen[-1].positions == pytest.approx(goal.feedback.actual.positions, abs=5e-4)
 
 
-def test_rule_31_what_a_violation_would_have_commanded_is_not_written(
+def test_rule_31_the_command_of_a_violating_cycle_is_not_written(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower(interpolation_method="none", constraints={"j1": {"trajectory": 0.01}})
@@ -139,12 +139,12 @@ def test_rule_31_what_a_violation_would_have_commanded_is_not_written(
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
-def test_rule_31_both_directions_are_judged_up_to_the_limit(sign: float) -> None:
+def test_rule_31_both_directions_are_checked_up_to_the_limit(sign: float) -> None:
     limits = ((0.1, 0.2, 0.0),) * 2
     nothing = (0.0, 0.0)
 
     def judge(position: float, velocity: float) -> Violation | None:
-        error = JointValues((0.0, sign * position), (0.0, sign * velocity), nothing)
+        error = Sample((0.0, sign * position), (0.0, sign * velocity), nothing)
         return violated(limits, error, velocity=True)
 
     assert judge(0.1, 0.2) is None
@@ -152,7 +152,7 @@ def test_rule_31_both_directions_are_judged_up_to_the_limit(sign: float) -> None
     assert judge(0.0, 0.21) == Violation(1, "velocity", sign * 0.21, 0.2)
 
 
-def test_rule_31_velocity_is_judged_where_it_is_commanded(
+def test_rule_31_velocity_is_checked_if_it_is_commanded(
     follower: Callable[..., Follower],
 ) -> None:
     arm = follower()
@@ -170,7 +170,7 @@ def test_rule_31_velocity_is_judged_where_it_is_commanded(
 
 
 def test_rule_31_an_error_that_is_no_number_is_a_violation() -> None:
-    error = JointValues((float("nan"), 0.0), (0.0, 0.0), (0.0, 0.0))
+    error = Sample((float("nan"), 0.0), (0.0, 0.0), (0.0, 0.0))
     assert violated(((0.1, 0.0, 0.0),) * 2, error, velocity=True) is not None
     assert violated(((0.0, 0.0, 0.0),) * 2, error, velocity=True) is None
 
@@ -243,7 +243,7 @@ def test_rule_34_a_goals_tolerances_end_with_it(arm: Follower) -> None:
     assert not arm.jtc.warnings
 
 
-def test_rule_35_feedback_and_result_are_there_in_the_cycle_that_brings_them(
+def test_rule_35_feedback_and_result_are_there_in_the_cycle_of_their_measurement(
     arm: Follower,
 ) -> None:
     first, second = arm.move(0.05, 0.5), arm.move(0.1, 1.0)

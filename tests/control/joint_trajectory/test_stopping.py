@@ -14,11 +14,10 @@ from hypothesis import strategies as st
 from bioscara.control.controllers.joint_trajectory import JointTrajectory
 from bioscara.control.controllers.joint_trajectory.braking import Braked
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.messages import JointValues
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.requests import Request
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
-from bioscara.planning import point_to_point
+from bioscara.planning import Sample, point_to_point
 from bioscara.robot.planner import RESERVE
 from planning.limits import LIMITS, NAMES
 from planning.scenes import random_joints
@@ -68,7 +67,7 @@ def test_it_takes_as_long_as_the_slowest_joint_needs() -> None:
 
 @pytest.mark.parametrize("pace", [0.0, 1.0, 50.0])
 @pytest.mark.parametrize("begin", [-1.0, 0.0, 1e3])
-def test_where_nothing_moves_nothing_begins(begin: float, pace: float) -> None:
+def test_a_stop_at_an_end_of_the_course_stays_there(begin: float, pace: float) -> None:
     move = point_to_point(NAMES, (0.0, 0.2, 0.0, 0.0), (1.0, 0.2, 1.0, 1.0), LIMITS)
     course = Interpolator(JointTrajectory.of(move).points)
     ramp = Braked(course, begin, pace, MOST, PERIOD)
@@ -84,7 +83,7 @@ def test_an_interrupted_stop_can_be_requested_again(line: int, *, collision_chec
     player = TrajectorySampler(JointTrajectoryParameters(joints=NAMES), PERIOD, begin, 0.0)
     course = Interpolator(JointTrajectory.of(move).points)
     player.waiting = Request(course, 0.0, frozenset(), collision_checked=collision_checked)
-    nowhere = JointValues(tuple(begin), (0.0,) * 4, (0.0,) * 4)
+    nowhere = Sample(tuple(begin), (0.0,) * 4, (0.0,) * 4)
     times = PERIOD * np.arange(1, 500)
     left = line
 
@@ -118,7 +117,7 @@ def test_an_interrupted_stop_can_be_requested_again(line: int, *, collision_chec
     assert player.at_rest
 
 
-def test_where_it_takes_a_least_time_the_pace_bends_gradually() -> None:
+def test_with_a_least_time_the_pace_changes_gradually() -> None:
     move = point_to_point(NAMES, (-0.5, 0.2, 0.3, 0.0), (0.5, 0.2, 0.3, 0.0), PLANNED, speed=0.3)
     course, cruise, least = Interpolator(JointTrajectory.of(move).points), move.duration / 2.0, 0.27
     ramp = Braked(course, cruise, 1.0, MOST, PERIOD, least)

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated
-
-from pydantic import Field
 
 from bioscara.arguments import numbers, shown
 from bioscara.control.controllers.controller import Controller, interfaces
@@ -16,7 +13,7 @@ from bioscara.control.controllers.gripper_messages import (
     GripperGoalHandle,
     GripperResult,
 )
-from bioscara.control.controllers.parameters import Parameters, Positive
+from bioscara.control.controllers.parameters import Name, Parameters, Positive
 from bioscara.errors import ConfigurationError, ControllerError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, LifecycleState
 
@@ -42,7 +39,7 @@ class GripperActionParameters(Parameters):
             alone bounds it.
     """
 
-    joint: Annotated[str, Field(min_length=1)]
+    joint: Name
     action_monitor_rate: Positive = 20.0
     goal_tolerance: Positive = 0.01
     allow_stalling: bool = False

@@ -16,7 +16,7 @@ import numpy as np
 
 from bioscara.control.limits.joint_limiter import JointLimiter
 from bioscara.control.limits.limiter import CommandSource
-from bioscara.planning.collision.shapes import Array
+from bioscara.planning.arrays import Array
 from bioscara.planning.moving_average import Smoothed
 
 _STRIDE = 3

@@ -16,8 +16,8 @@ from bioscara.control.limits.joint_limiter import JointLimiter
 from bioscara.control.limits.limiter import CommandSource
 from bioscara.errors import InvalidArgumentError, ZoneError
 from bioscara.kinematics import Scara
+from bioscara.planning.arrays import Array
 from bioscara.planning.collision.scene import Scene
-from bioscara.planning.collision.shapes import Array
 from bioscara.planning.collision.stop_guard import StopGuard
 from bioscara.planning.collision.swept import COARSE
 

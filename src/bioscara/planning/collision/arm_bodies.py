@@ -15,7 +15,8 @@ import numpy as np
 
 from bioscara.kinematics import Geometry, Pose, Scara
 from bioscara.model.parts import Link, drawing, hand
-from bioscara.planning.collision.shapes import Array, Prism
+from bioscara.planning.arrays import Array
+from bioscara.planning.collision.shapes import Prism
 
 BASE, COLUMN, UPPER_ARM, FOREARM, WRIST, LEFT_JAW, RIGHT_JAW = range(7)
 """Frames of the bodies; the lift's is that of the upper arm. Those of the jaws are rotated like the
@@ -26,7 +27,7 @@ the forearm's hub."""
 WIDTHS = (0.04, 0.12)
 """Smallest and largest width of the existing gripper [m], as in the committed parameters."""
 _JAWS = {LEFT_JAW: 0.5, RIGHT_JAW: -0.5}
-"""Position of each jaw along the wrist's y, as a multiple of the width between them."""
+"""Position of each jaw along the wrist's y, as a share of the gripper's width."""
 
 
 class Body(NamedTuple):
@@ -52,7 +53,7 @@ def _bodies(link: Link, name: str, frame: int) -> tuple[Body, ...]:
     )
 
 
-def _across(body: Body) -> Body:
+def _in_wrist_axes(body: Body) -> Body:
     """Return a body of the gripper in the wrist's axes; the gripper's x is the wrist's y."""
     turned = tuple(
         Prism(-s.y, s.x, s.half_y, s.half_x, s.low, s.high, s.radius) for s in body.shapes
@@ -62,7 +63,7 @@ def _across(body: Body) -> Body:
 
 _GRIPPER, *_HAND = hand()
 GRIPPER = tuple(
-    _across(body)
+    _in_wrist_axes(body)
     for link, name, frame in (
         (_GRIPPER, "gripper", WRIST),
         *zip(_HAND, ("jaws", "jaws"), _JAWS, strict=True),

@@ -8,6 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from bioscara.kinematics import Geometry
+from bioscara.planning.arrays import Index
 from bioscara.planning.collision.arm_bodies import (
     ATTACHED,
     BASE,
@@ -18,27 +19,24 @@ from bioscara.planning.collision.arm_bodies import (
     Body,
     extent,
 )
-from bioscara.planning.collision.shape_arrays import Table
-from bioscara.planning.collision.shapes import Index, Prism, distances
+from bioscara.planning.collision.margins import OWN_MARGIN
+from bioscara.planning.collision.shapes import Prism, Table, distances
 
-OWN_MARGIN = 5e-3
-"""Margin between the arm's own parts where that of the scene is larger [m]: their geometry is
-known, and in the folded position after homing they are 15 mm apart."""
 _BEYOND_END = 5e-3
 """How far the lift may be beyond its limits when pushed by hand [m]."""
 _TURNS = 201
 """Number of elbow angles at which its range is sampled."""
 _ROUNDING = 1e-9
-Range = tuple[float, float]
+Span = tuple[float, float]
 """Lowest and highest value."""
-Meeting = tuple[int, int, tuple[Index, Index]]
-"""Numbers of two bodies, and of the parts of each that can collide, pair by pair."""
+PartPairs = tuple[int, int, tuple[Index, Index]]
+"""Indices of two bodies, and of the parts of each that can collide, pair by pair."""
 
 
-def meetings(
-    arm: tuple[Body, ...], links: int, geometry: Geometry, ranges: tuple[Range, Range]
-) -> list[Meeting]:
-    """Return the numbers of the bodies of an arm that can collide, and of their parts.
+def colliding_pairs(
+    arm: tuple[Body, ...], links: int, geometry: Geometry, ranges: tuple[Span, Span]
+) -> list[PartPairs]:
+    """Return the bodies of an arm that can collide, and their parts, by their indices.
 
     Args:
         arm: All of its bodies; the last is the tool's point, which is not checked here.
@@ -46,30 +44,32 @@ def meetings(
         geometry: Of the arm.
         ranges: Of lift and elbow.
     """
-    found = list(_links_meeting(arm[:links], geometry, ranges))
+    found = list(_colliding_links(arm[:links], geometry, ranges))
     for k in range(links, len(arm) - 1):
         for i in range(k):
-            parts = _meeting(arm[i], arm[k], geometry.height, ranges[0])
+            parts = _overlapping_parts(arm[i], arm[k], geometry.height, ranges[0])
             if parts is not None:
                 found.append((i, k, parts))
     return found
 
 
 @lru_cache(maxsize=4)
-def _links_meeting(
-    links: tuple[Body, ...], geometry: Geometry, ranges: tuple[Range, Range]
-) -> tuple[Meeting, ...]:
-    """Return the links that can collide; on the existing arm none, within its elbow's range."""
+def _colliding_links(
+    links: tuple[Body, ...], geometry: Geometry, ranges: tuple[Span, Span]
+) -> tuple[PartPairs, ...]:
+    """Return the links that can collide; on the existing arm none can, within its elbow's range."""
     found = []
     for k, other in enumerate(links):
         for i, one in enumerate(links[:k]):
-            parts = _meeting(one, other, geometry.height, ranges[0])
-            if parts is not None and _near(one, other, parts, geometry, ranges[1]):
+            parts = _overlapping_parts(one, other, geometry.height, ranges[0])
+            if parts is not None and _near_in_plan(one, other, parts, geometry, ranges[1]):
                 found.append((i, k, parts))
     return tuple(found)
 
 
-def _meeting(one: Body, other: Body, height: float, lift: Range) -> tuple[Index, Index] | None:
+def _overlapping_parts(
+    one: Body, other: Body, height: float, lift: Span
+) -> tuple[Index, Index] | None:
     """Return the parts of two bodies of the arm that can collide by their heights, if any.
 
     Bodies of one frame, or of links that overlap by construction, are not paired.
@@ -79,13 +79,13 @@ def _meeting(one: Body, other: Body, height: float, lift: Range) -> tuple[Index,
     lifted = [body.frame >= UPPER_ARM for body in (one, other)]
     ranges = []
     for body, up in zip((one, other), lifted, strict=True):
-        stands = 0.0 if body.frame == BASE else height
+        base = 0.0 if body.frame == BASE else height
         down, raised = lift if up and not all(lifted) else (0.0, 0.0)
         beyond = 0.0 if all(lifted) or not any(lifted) else _BEYOND_END
         ranges.append(
             (
-                np.array([shape.low for shape in body.shapes]) + (stands + down - beyond),
-                np.array([shape.high for shape in body.shapes]) + (stands + raised + beyond),
+                np.array([shape.low for shape in body.shapes]) + (base + down - beyond),
+                np.array([shape.high for shape in body.shapes]) + (base + raised + beyond),
             )
         )
     (low_one, high_one), (low_other, high_other) = ranges
@@ -95,10 +95,10 @@ def _meeting(one: Body, other: Body, height: float, lift: Range) -> tuple[Index,
     return (first, second) if len(first) else None
 
 
-def _near(
-    one: Body, other: Body, parts: tuple[Index, Index], geometry: Geometry, elbow: Range
+def _near_in_plan(
+    one: Body, other: Body, parts: tuple[Index, Index], geometry: Geometry, elbow: Span
 ) -> bool:
-    """Return whether a link before the elbow and one after it come near each other.
+    """Return whether a link before the elbow and one after it can come within the margin.
 
     Evaluated in plan view, with the wrist as its full circle of rotation.
     """

@@ -1,8 +1,8 @@
 """Named zones, the table and the arm itself, from which the arm keeps a margin.
 
-All coordinates are in the frame of the arm's base, independent of where the base stands. No body
-may enter a keep-out zone, no body may leave a keep-in zone. All parts of the arm that can collide
-are checked against each other.
+All coordinates are in the frame of the arm's base, wherever the base is mounted. No body may enter
+a keep-out zone, no body may leave a keep-in zone. All parts of the arm that can collide are checked
+against each other.
 """
 
 from __future__ import annotations
@@ -14,26 +14,21 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from bioscara.arguments import flag, shown
+from bioscara.arguments import flag, items, number, shown
 from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara
+from bioscara.planning.arrays import Array
 from bioscara.planning.collision.arm_bodies import GRIPPER, WIDTHS, WRIST, Body
-from bioscara.planning.collision.goal_slack import goal_slack
-from bioscara.planning.collision.scene_pairs import Layout, layout_of
-from bioscara.planning.collision.scene_values import (
-    FAR,
-    check_name,
-    check_number,
-    check_range,
-    make_tuples,
-    replace_values,
-)
-from bioscara.planning.collision.shapes import Array, Prism
+from bioscara.planning.collision.margins import MARGINS, goal_slack
+from bioscara.planning.collision.scene_pairs import LINKS, Layout, layout_of
+from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.collision.swept import refusal, sweep
 from bioscara.planning.trajectory.trajectory import Trajectory
 
-MARGINS = (1e-3, 0.1)
-"""Smallest and largest margin [m]; the error between samples is less than the smallest."""
+_LONGEST = 100
+"""Largest length of a zone's name [characters]."""
+FAR = 10.0
+"""Largest coordinate of a scene [m]: a larger one is taken for millimetres."""
 _ROUNDING = 1e-9
 
 
@@ -61,15 +56,15 @@ class Box:
     links: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        make_tuples(self, "lower", "upper", "links")
-        check_name(self.name, self.links)
+        _make_tuples(self, "lower", "upper", "links")
+        _check_name(self.name, self.links)
         if len(self.lower) != 3 or len(self.upper) != 3:
             raise ConfigurationError(f"zone {self.name}: lower and upper are x, y, z [m] each")
         edges = zip("xyz", self.lower, self.upper, strict=True)
-        lower, upper = zip(*(check_range(self.name, *edge) for edge in edges), strict=True)
-        yaw = check_number(f"zone {self.name}: yaw", self.yaw, -2 * math.pi, 2 * math.pi, "rad")
+        lower, upper = zip(*(_check_range(self.name, *edge) for edge in edges), strict=True)
+        yaw = _check_number(f"zone {self.name}: yaw", self.yaw, -2 * math.pi, 2 * math.pi, "rad")
         flag(f"zone {self.name}: keep_in", self.keep_in, error=ConfigurationError)
-        replace_values(self, lower=lower, upper=upper, yaw=yaw)
+        _replace_values(self, lower=lower, upper=upper, yaw=yaw)
 
     @property
     def shape(self) -> Prism:
@@ -105,14 +100,14 @@ class Cylinder:
     links: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        make_tuples(self, "links")
-        check_name(self.name, self.links)
-        low, high = check_range(self.name, "z", self.low, self.high)
-        replace_values(
+        _make_tuples(self, "links")
+        _check_name(self.name, self.links)
+        low, high = _check_range(self.name, "z", self.low, self.high)
+        _replace_values(
             self,
-            x=check_number(f"zone {self.name}: x", self.x, -FAR, FAR),
-            y=check_number(f"zone {self.name}: y", self.y, -FAR, FAR),
-            radius=check_number(f"zone {self.name}: radius", self.radius, 1e-4, FAR),
+            x=_check_number(f"zone {self.name}: x", self.x, -FAR, FAR),
+            y=_check_number(f"zone {self.name}: y", self.y, -FAR, FAR),
+            radius=_check_number(f"zone {self.name}: radius", self.radius, 1e-4, FAR),
             low=low,
             high=high,
         )
@@ -134,9 +129,10 @@ class Scene:
     Attributes:
         zones: Named spaces to keep in or out of.
         table_height: Height of the table's top in the base frame [m]; None if there is no table.
-        margin: Distance to keep from everything [m], within :data:`MARGINS`; the arm's own parts
+        margin: Distance to keep from everything [m], within
+            :data:`~bioscara.planning.collision.margins.MARGINS`; the arm's own parts
             keep at most
-            :data:`~bioscara.planning.collision.arm_pairs.OWN_MARGIN` from each other.
+            :data:`~bioscara.planning.collision.margins.OWN_MARGIN` from each other.
         mounted: Bodies that the wrist carries; the gripper, unless another tool is mounted.
         widths: Smallest and largest width that the gripper may have [m]; its full range unless
             given. A robot plans with the commanded width of its gripper.
@@ -152,13 +148,13 @@ class Scene:
     widths: tuple[float, float] = WIDTHS
 
     def __post_init__(self) -> None:
-        make_tuples(self, "zones", "mounted", "widths")
+        _make_tuples(self, "zones", "mounted", "widths")
         for what, kind in ((self.zones, Zone), (self.mounted, Body)):
             for item in what:
                 if not isinstance(item, kind):
                     raise ConfigurationError(f"{shown(item)} is no part of a scene")
         for width in self.widths:
-            check_number("gripper width", width, 0.0, FAR)
+            _check_number("gripper width", width, 0.0, FAR)
         names = [zone.name for zone in self.zones]
         for name in names:
             if names.count(name) > 1:
@@ -171,10 +167,10 @@ class Scene:
                         f"{body.link} may touch {name!r}, which is not in the scene; there are "
                         f"{', '.join(known) or 'no zones and no table'}"
                     )
-        replace_values(self, margin=check_number("margin", self.margin, *MARGINS))
+        _replace_values(self, margin=_check_number("margin", self.margin, *MARGINS))
         if self.table_height is not None:
-            height = check_number("table_height", self.table_height, -FAR, FAR)
-            replace_values(self, table_height=height)
+            height = _check_number("table_height", self.table_height, -FAR, FAR)
+            _replace_values(self, table_height=height)
 
     def carrying(self, load: Prism, touches: Sequence[str] = ()) -> Scene:
         """Return the scene of an arm whose tool holds a load.
@@ -182,7 +178,8 @@ class Scene:
         Args:
             load: Its shape in the frame of the wrist, like the tool.
             touches: Names of the zones, or ``"table"``, that it is taken from or set down on. Only
-                the load may touch these, and be up to 0.9 mm inside, which is :data:`STAND`.
+                the load may touch these, and be up to 0.9 mm inside, which is
+                :data:`~bioscara.planning.collision.margins.GOAL_SLACK`.
 
         Raises:
             ConfigurationError: The scene has no zone of such a name, or no table.
@@ -194,8 +191,8 @@ class Scene:
         """Return the scene prepared for one arm and its tool."""
         zones = tuple((zone.name, zone.shape, zone.keep_in, zone.links) for zone in self.zones)
         _, lift, elbow, _ = ((limit.lower, limit.upper) for limit in arm.limits)
-        stands = zones, self.table_height, self.mounted, self.widths
-        return layout_of(*stands, arm.geometry, arm.tool, (lift, elbow), self.margin)
+        scene = zones, self.table_height, self.mounted, self.widths
+        return layout_of(*scene, arm.geometry, arm.tool, (lift, elbow), self.margin)
 
     def clearance(self, arm: Scara, joints: npt.ArrayLike) -> Array:
         """Return the exact clearance of the arm.
@@ -208,8 +205,8 @@ class Scene:
             Distance of the nearest pair [m], shape (n,); negative values are penetration depths.
             The margin is not subtracted. For pairs that may come nearer than the margin, that
             allowance is added: for a load and bodies that it may touch, the margin and
-            :data:`~bioscara.planning.collision.goal_slack.STAND`; for the arm's own parts, the
-            excess of the margin over :data:`~bioscara.planning.collision.arm_pairs.OWN_MARGIN`.
+            :data:`~bioscara.planning.collision.margins.GOAL_SLACK`; for the arm's own parts, the
+            excess of the margin over :data:`~bioscara.planning.collision.margins.OWN_MARGIN`.
 
         Raises:
             InvalidArgumentError: A joint is not a finite number.
@@ -223,8 +220,8 @@ class Scene:
     ) -> None:
         """Make sure that the arm keeps the margin throughout a trajectory.
 
-        A motion may start with the arm slightly nearer to a body than commanded; after the arm was
-        pushed by hand, it may also start with the arm's own parts nearer to each other, if the
+        A motion may start nearer to a body than the margin, by the slack of a goal. After the arm
+        was pushed by hand, its own parts may also be nearer to each other at the start, if the
         motion moves them apart.
 
         Between samples, the speed of the fastest points of the arm bounds how near it can come;
@@ -299,3 +296,74 @@ def _check_finite(joints: Array) -> None:
     if not np.isfinite(joints).all():
         bad = joints[~np.isfinite(joints)][0]
         raise InvalidArgumentError(f"a joint is at {bad}: zones need finite positions")
+
+
+def _make_tuples(owner: object, *sequences: str) -> None:
+    """Convert attributes that may be lists to tuples: layouts are cached by value.
+
+    Args:
+        owner: A frozen dataclass that is being constructed.
+        sequences: Names of its attributes.
+    """
+    for name in sequences:
+        what = f"the {name} of a zone or scene"
+        values = items(what, getattr(owner, name), error=ConfigurationError)
+        object.__setattr__(owner, name, values)
+
+
+def _replace_values(owner: object, **values: object) -> None:
+    """Set checked values in a frozen dataclass that is being constructed."""
+    for name, value in values.items():
+        object.__setattr__(owner, name, value)
+
+
+def _check_name(name: str, links: tuple[str, ...]) -> None:
+    """Make sure that the name of a zone is valid and that its links exist.
+
+    Raises:
+        ConfigurationError: The name is invalid, or a link does not exist.
+    """
+    if not isinstance(name, str) or not name.strip():
+        raise ConfigurationError(f"zone {shown(name)}: it needs a name")
+    if len(name) > _LONGEST or not name.isprintable():
+        raise ConfigurationError(
+            f"zone {shown(name)}: a name is one printable line of at most {_LONGEST} characters"
+        )
+    if name in (*LINKS, "base_link", "table"):
+        raise ConfigurationError(f"zone {name}: the name is taken by the table or a link")
+    for link in links:
+        if not isinstance(link, str) or link not in LINKS:
+            raise ConfigurationError(
+                f"zone {name}: {shown(link)} is not a link that moves; those are {', '.join(LINKS)}"
+            )
+
+
+def _check_range(name: str, axis: str, low: float, high: float) -> tuple[float, float]:
+    """Check a range of coordinates [m] and return it.
+
+    Raises:
+        ConfigurationError: A coordinate is too large, or the first is not the smaller.
+    """
+    low, high = (_check_number(f"zone {name}: {axis}", value, -FAR, FAR) for value in (low, high))
+    if not low < high:
+        raise ConfigurationError(
+            f"zone {name}: {axis} goes from {low:g} m to {high:g} m; the first must be the smaller"
+        )
+    return low, high
+
+
+def _check_number(what: str, value: float, lower: float, upper: float, unit: str = "m") -> float:
+    """Check that a number is between two bounds and return it.
+
+    Raises:
+        ConfigurationError: It is not; the message names ``what`` and the bounds.
+    """
+    value = number(what, value, error=ConfigurationError)
+    if not lower <= value <= upper:
+        hint = "; are these millimetres? lengths are metres" if unit == "m" else ""
+        if abs(value) <= FAR:
+            hint = ""
+        raise ConfigurationError(
+            f"{what}: {value:g} {unit} is outside {lower:g} .. {upper:g} {unit}{hint}"
+        )
+    return value

@@ -1,7 +1,7 @@
 """A scene prepared for one arm: the pairs of bodies to check, as arrays.
 
-Every pair is checked in two steps. One hull around each of the two gives a lower bound of their
-distance; only where that does not suffice, their parts are evaluated.
+Every pair is checked in two steps: the hulls of the two bodies give a lower bound of their
+distance, and only where that is too small, their parts are evaluated.
 """
 
 from __future__ import annotations
@@ -16,28 +16,28 @@ import numpy as np
 import numpy.typing as npt
 
 from bioscara.kinematics import Geometry, Pose, Scara
+from bioscara.planning.arrays import Array, Index
 from bioscara.planning.collision.arm_bodies import BASE, Body, arm_of, frames, hull, reaches
-from bioscara.planning.collision.arm_pairs import OWN_MARGIN, Range, meetings
-from bioscara.planning.collision.goal_slack import STAND
-from bioscara.planning.collision.shape_arrays import Frames, Table
+from bioscara.planning.collision.arm_pairs import Span, colliding_pairs
+from bioscara.planning.collision.margins import GOAL_SLACK, OWN_MARGIN
 from bioscara.planning.collision.shapes import (
-    Array,
-    Index,
+    Frames,
     Placed,
     Prism,
+    Table,
+    distance_bounds,
     distances,
-    least,
     room_within,
 )
 
 LINKS = ("link_1", "link_2", "link_3", "link_4", "gripper", "jaws", "tool", "load")
 """Links that move; ``tool`` is the tool's point, ``load`` the load of a tool."""
 _ON_TABLE = ("base_link", "link_1")
-"""Links that stand on the table."""
+"""Links that are mounted on the table."""
 _AT_ONCE, _PARTS_AT_ONCE = 512, 16384
 """Instants, and parts at instants, processed at once: they fit the processor's cache."""
 _FEW = 1000
-"""Up to this number of distances, all are computed rather than only those that matter."""
+"""Up to this number of distances, all are computed exactly instead of only the small ones."""
 _FEW_PARTS = 3
 """Up to this ratio of parts to pairs, parts are evaluated directly, without the step of hulls."""
 ZoneShape = tuple[str, Prism, bool, tuple[str, ...]]
@@ -209,7 +209,7 @@ class Layout:
         if apart.size <= _FEW:
             apart[:] = distances(hulls.take(one), hulls.take(other))
         else:
-            apart[:] = least(hulls, one, other)
+            apart[:] = distance_bounds(hulls, one, other)
         result += self._allowed
         return hulls
 
@@ -258,7 +258,7 @@ class Layout:
 
 
 def _between(cuts: Index, end: int) -> Iterator[tuple[int, int]]:
-    """Yield start and end of the pieces between cuts."""
+    """Yield start and end of the intervals between cuts."""
     edges = [0, *(cut for cut in cuts.tolist() if 0 < cut < end), end]
     return pairwise(edges)
 
@@ -306,7 +306,7 @@ def layout_of(
     widths: tuple[float, float],
     geometry: Geometry,
     tool: Pose,
-    ranges: tuple[Range, Range],
+    ranges: tuple[Span, Span],
     margin: float,
 ) -> Layout:
     """Return the layout of a scene for one arm.
@@ -324,7 +324,7 @@ def layout_of(
     arm = arm_of(geometry, tool, mounted, widths)
     # The base's frame, which is also that of the zones, is the first.
     rows = _Rows((*arm, *(Body(name, BASE, (shape,)) for name, shape, _, _ in zones)))
-    own = meetings(arm, len(arm) - len(mounted) - 1, geometry, ranges)
+    own = colliding_pairs(arm, len(arm) - len(mounted) - 1, geometry, ranges)
     zoned = [
         (i, len(arm) + number, keep_in)
         for number, (_, _, keep_in, links) in enumerate(zones)
@@ -374,4 +374,4 @@ def layout_of(
 
 
 def _allowed(body: Body, zone: str, margin: float) -> float:
-    return margin + STAND if zone in body.touches else 0.0
+    return margin + GOAL_SLACK if zone in body.touches else 0.0

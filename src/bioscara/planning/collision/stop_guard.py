@@ -13,22 +13,22 @@ import numpy as np
 
 from bioscara.errors import InvalidArgumentError, ZoneError
 from bioscara.kinematics import Scara
-from bioscara.planning.collision.broad_phase import Nearby
+from bioscara.planning.arrays import Array
+from bioscara.planning.collision.broad_phase import BroadPhase
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.scene_pairs import Layout, Pair
-from bioscara.planning.collision.shapes import Array
-from bioscara.planning.collision.swept import COARSE, SLACK, look_between
+from bioscara.planning.collision.swept import COARSE, SLACK, subdivide
 
 _ROUNDING = 1e-9
 """Rounding error of a distance [m]."""
 _AHEAD = 0.08
 """Distance added to the required one when all pairs are evaluated [m]."""
 _ENOUGH = COARSE / 4.0
-"""Room with which the arm continues without a new evaluation [m]."""
+"""Deviation that must be left for the arm to continue without a new evaluation [m]."""
 
 
 class StopGuard:
-    """Check of the room that an arm has in a scene.
+    """Check that an arm in a scene can come to rest clear of everything.
 
     Args:
         arm: The arm with its tool.
@@ -43,7 +43,7 @@ class StopGuard:
         self.arm, self.scene = arm, scene
         layout = scene.layout(arm)
         self._reach: Sequence[float] = layout.reach.tolist()
-        self._view = _View(arm, layout, scene.margin) if layout.pairs else None
+        self._clearances = _Clearances(arm, layout, scene.margin) if layout.pairs else None
 
     @property
     def reach(self) -> Sequence[float]:
@@ -57,7 +57,7 @@ class StopGuard:
         *,
         together: bool = True,
     ) -> float:
-        """Make sure that the arm may go on to a state.
+        """Make sure that the arm may move to a state.
 
         It may if it keeps the margin on the path there and on the stopping path from there, plus a
         reserve so that positions between samples and later measured ones keep the margin too. A
@@ -72,24 +72,26 @@ class StopGuard:
                 before another, so that the joints may be anywhere between the states.
 
         Returns:
-            How far any point of the arm may deviate from all this and still keep the margin [m].
+            How far any point of the arm may deviate from these paths and still keep the margin [m].
 
         Raises:
-            ZoneError: It may not go on.
+            ZoneError: It may not.
             InvalidArgumentError: The position of a joint is not a finite number.
         """
-        if self._view is None:
+        if self._clearances is None:
             return math.inf
-        way = np.array(corners)
-        ends = way if states is None else np.array(states)
-        if not (np.isfinite(way).all() and np.isfinite(ends).all()):
-            raise InvalidArgumentError("a joint is nowhere: zones need finite positions")
+        path = np.array(corners)
+        ends = path if states is None else np.array(states)
+        if not (np.isfinite(path).all() and np.isfinite(ends).all()):
+            raise InvalidArgumentError(
+                "a joint position is not a finite number: zones cannot be checked"
+            )
         if together:
-            return self._view.look(way)
-        return self._view.look_around(way, np.array((ends.min(axis=0), ends.max(axis=0))))
+            return self._clearances.check_path(path)
+        return self._clearances.check_between(path, np.array((ends.min(axis=0), ends.max(axis=0))))
 
 
-class _View:
+class _Clearances:
     """The pairs of a layout and their clearances at the last evaluation.
 
     Args:
@@ -101,12 +103,12 @@ class _View:
     def __init__(self, arm: Scara, layout: Layout, margin: float) -> None:
         self._arm, self._layout, self._margin = arm, layout, margin
         self._wanted = margin + SLACK
-        self._nearby = Nearby(arm, layout, self._wanted + COARSE, _AHEAD)
+        self._broad_phase = BroadPhase(arm, layout, self._wanted + COARSE, _AHEAD)
         self._reach = layout.reach
         self._highest = np.full((len(layout.pairs), 1), -math.inf)
-        self._spots, self._frees = np.empty((0, len(self._reach))), np.empty(0)
+        self._samples, self._frees = np.empty((0, len(self._reach))), np.empty(0)
 
-    def look_around(self, corners: Array, ends: Array) -> float:
+    def check_between(self, corners: Array, ends: Array) -> float:
         """Check all positions between two states; return the deviation allowed from them [m].
 
         Args:
@@ -119,40 +121,40 @@ class _View:
         free = self._around(ends)
         if free < _ENOUGH:
             far = np.abs(ends - corners[0]).max(axis=0) @ self._reach
-            near, pairs = self._place(corners, float(far))
+            near, pairs = self._evaluate(corners, float(far))
             free = self._around(ends)
             if free <= 0.0:
                 nearest = int(pairs[:, 0].argmin())
                 raise self._refusal(near.pairs[nearest], self._wanted - float(pairs[nearest, 0]))
         return free
 
-    def look(self, corners: Array) -> float:
+    def check_path(self, corners: Array) -> float:
         """Check the path from corner to corner; return how far points may deviate from it [m].
 
         Raises:
             ZoneError: The path is not clear.
         """
         steps = np.diff(corners, axis=0)
-        ways = np.abs(steps) @ self._reach
-        gaps = np.abs(corners[:, None] - self._spots) @ self._reach
-        free = _least((self._frees - gaps).max(axis=1, initial=-math.inf), ways)
+        paths = np.abs(steps) @ self._reach
+        gaps = np.abs(corners[:, None] - self._samples) @ self._reach
+        free = _least((self._frees - gaps).max(axis=1, initial=-math.inf), paths)
         if free >= _ENOUGH:
             return free
-        counts = np.maximum(np.ceil(ways / COARSE), 1.0)
+        counts = np.maximum(np.ceil(paths / COARSE), 1.0)
         segments = np.repeat(np.arange(len(steps)), counts.astype(np.intp))
         first = np.cumsum(counts) - counts
         starts = segments + (np.arange(len(segments)) - first[segments]) / counts[segments]
 
         def at(times: Array) -> Array:
-            """Return the joints at times that count corners: each is 1 after the one before."""
+            """Return the joints at path parameters that increase by 1 from corner to corner."""
             index = np.minimum(times.astype(np.intp), len(steps) - 1)
             joints: Array = corners[index] + (times - index)[:, None] * steps[index]
             return joints
 
-        spots = at(np.append(starts, len(steps)))
+        samples = at(np.append(starts, len(steps)))
         far = float((np.abs(corners - corners[0]) @ self._reach).max())
-        near, pairs = self._place(spots, far)
-        lengths, speeds = 1.0 / counts[segments], ways[segments]
+        near, pairs = self._evaluate(samples, far)
+        lengths, speeds = 1.0 / counts[segments], paths[segments]
         if not len(pairs):
             return _least(self._frees, speeds * lengths)
         floor = self._floor(near, pairs[:, :1])
@@ -165,35 +167,35 @@ class _View:
                 raise self._refusal(near.pairs[int(row)], -float(free.min()))
             return free
 
-        def look(times: Array) -> Array:
+        def evaluate(times: Array) -> Array:
             return room(near.clearances(self._arm, at(times), self._wanted + COARSE))
 
-        look_between(look, (starts, lengths, speeds), room(pairs))
+        subdivide(evaluate, (starts, lengths, speeds), room(pairs))
         return _least(self._frees, speeds * lengths)
 
-    def _place(self, spots: Array, far: float) -> tuple[Layout, Array]:
-        """Evaluate the clearances at some joint positions and store the room there.
+    def _evaluate(self, samples: Array, far: float) -> tuple[Layout, Array]:
+        """Evaluate the clearances at some joint positions and store the free distance there.
 
         Args:
-            spots: Joints, the present ones first, shape (n, 4).
+            samples: Joints, the present ones first, shape (n, 4).
             far: Longest path of any point of the arm from there [m].
 
         Returns:
             The pairs that may come near, and their distances [m], shape (pairs, n).
         """
-        near = self._nearby.on(spots[0], far)
-        # All pairs that are left out are farther than this.
-        self._spots, self._frees = spots, self._nearby.free(spots) + COARSE
+        near = self._broad_phase.candidates(samples[0], far)
+        # All pairs that the broad phase leaves out are farther apart than this.
+        self._samples, self._frees = samples, self._broad_phase.free_distance(samples) + COARSE
         if near is None:
             self._highest[:] = self._wanted
-            return self._layout, np.empty((0, len(spots)))
-        pairs = near.clearances(self._arm, spots, self._wanted + COARSE)
+            return self._layout, np.empty((0, len(samples)))
+        pairs = near.clearances(self._arm, samples, self._wanted + COARSE)
         self._frees = np.minimum(self._frees, pairs.min(axis=0) - self._wanted)
         return near, pairs
 
     def _around(self, ends: Array) -> float:
-        """Return the verified room left around all positions between two states [m]."""
-        gaps = np.abs(ends[:, None] - self._spots).max(axis=0) @ self._reach
+        """Return the free distance left around all positions between two states [m]."""
+        gaps = np.abs(ends[:, None] - self._samples).max(axis=0) @ self._reach
         return float((self._frees - gaps).max(initial=-math.inf))
 
     def _floor(self, near: Layout, pairs: Array) -> Array:
@@ -208,7 +210,7 @@ class _View:
             return np.full(pairs.shape, self._wanted)
         all_pairs = np.full(self._highest.shape, self._wanted)
         np.minimum.at(all_pairs, near.rows, pairs)
-        # Positions may be rounded where some joints move the arm away while others hold.
+        # Where some joints hold while others move the arm away, positions may be off by rounding.
         kept = np.where(all_pairs < self._margin, all_pairs - SLACK, self._margin)
         floor = np.where(all_pairs < self._wanted, kept, self._wanted)
         self._highest = np.maximum(self._highest, floor)
@@ -221,12 +223,12 @@ class _View:
         return ZoneError(pair.zone, pair.link, 0.0, depth, margin, where)
 
 
-def _least(rooms: Array, ways: Array) -> float:
+def _least(rooms: Array, paths: Array) -> float:
     """Return a lower bound of the room on a path through sampled positions [m].
 
     Args:
         rooms: Room at these [m].
-        ways: Longest path of any point of the arm from each to the next [m].
+        paths: Longest path of any point of the arm from each to the next [m].
     """
     # No clearance changes by more than the path length, which bounds it between the two ends.
-    return float((rooms[:-1] + rooms[1:] - ways).min()) / 2.0
+    return float((rooms[:-1] + rooms[1:] - paths).min()) / 2.0

@@ -9,17 +9,17 @@ import numpy as np
 import numpy.typing as npt
 
 from bioscara.kinematics import Scara, batch
-from bioscara.planning.collision.broad_phase import Nearby
-from bioscara.planning.collision.goal_slack import goal_slack
+from bioscara.planning.arrays import Array
+from bioscara.planning.collision.broad_phase import BroadPhase
+from bioscara.planning.collision.margins import goal_slack
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.scene_pairs import Layout
-from bioscara.planning.collision.shapes import Array
 from bioscara.planning.collision.swept import SLACK, refusal
 from bioscara.planning.limits import JointLimits
 
-Bounds = tuple[tuple[float, ...], tuple[float, ...]]
+VelocityBounds = tuple[tuple[float, ...], tuple[float, ...]]
 """Lowest and highest velocity of each joint [rad/s or m/s]."""
-Ranges = tuple[Array, Array]
+PositionBounds = tuple[Array, Array]
 """Lowest and highest position of each joint [rad or m], each of shape (4,)."""
 _SAMPLES = (6, 48)
 """Fewest and most samples of a step, and of the stopping path after it."""
@@ -43,10 +43,10 @@ class StoppingCheck:
         self._fastest = tuple(limit.max_velocity for limit in limits)
         self._braking = np.array([limit.max_acceleration for limit in limits])
         self._margin = math.inf if scene is None else scene.margin
-        self._stand = 0.0 if scene is None else goal_slack(scene.margin)
+        self._slack = 0.0 if scene is None else goal_slack(scene.margin)
         self._layout: Layout | None = None
         if scene is not None and (layout := scene.layout(arm)).pairs:
-            self._layout, self._nearby = layout, Nearby(arm, layout, scene.margin)
+            self._layout, self._broad_phase = layout, BroadPhase(arm, layout, scene.margin)
 
     def check_start(self, positions: Sequence[float]) -> None:
         """Make sure that the arm keeps the margin at its present position.
@@ -59,8 +59,8 @@ class StoppingCheck:
         clearances = self._layout.clearances(self._arm, np.array([positions]), self._margin)
         floor = np.full((len(self._layout.pairs), 1), self._margin)
         floor[self._layout.own] = -math.inf
-        # The next motion begins where the last one ended, even if the arm stopped there inexactly.
-        if (clearances < floor - self._stand).any():
+        # The next motion begins where the last one ended, which may be off its goal by the slack.
+        if (clearances < floor - self._slack).any():
             raise refusal(self._layout, np.zeros(1), clearances, self._margin, floor)
 
     def approach(self, moving: Array, targets: Array, period: float, straight: bool) -> Array:
@@ -90,10 +90,10 @@ class StoppingCheck:
         self,
         positions: Sequence[float],
         velocities: Sequence[float],
-        ranges: Ranges,
+        ranges: PositionBounds,
         period: float,
         share: float = 1.0,
-    ) -> Bounds:
+    ) -> VelocityBounds:
         """Return the velocities after a period from which each joint can stop within a range.
 
         Args:
@@ -138,11 +138,11 @@ class StoppingCheck:
         next_: Array,
         period: float,
         fastest: float,
-        ranges: Ranges,
+        ranges: PositionBounds,
     ) -> tuple[int | None, str]:
         """Return the first step after which the arm can still come to rest, or None.
 
-        Also returned is what hinders the very first step, ``""`` if nothing does.
+        Also return the reason why the first step is not possible, ``""`` if it is.
 
         Args:
             here: Joints before the step, shape (4,).
@@ -159,18 +159,18 @@ class StoppingCheck:
         times = np.outer(seconds, np.linspace(0.0, 1.0, samples))
         # The tool's speed has a corner where one joint comes to rest before the others.
         corners = np.abs(next_) / self._braking
-        way, speeds = self._braked(there, next_, np.hstack((times, corners)))
-        speed = batch.tool_speeds(self._arm, way, speeds)
-        way = way[:, :samples]
-        # Not a sum: an excess added to at each step would grow without bound.
+        stop, speeds = self._braked(there, next_, np.hstack((times, corners)))
+        speed = batch.tool_speeds(self._arm, stop, speeds)
+        stop = stop[:, :samples]
+        # The maximum, not the sum: a joint beyond its limit must not move further at each step.
         room = np.maximum(np.maximum(lower - here, here - upper), _ROUNDING)
         # A joint that reverses is farther out at the end of the step than at rest.
-        ends = np.stack((there, way[:, -1]))
+        ends = np.stack((there, stop[:, -1]))
         beyond: npt.NDArray[np.bool_] = np.any(
             (ends < lower - room) | (ends > upper + room), axis=0
         )
         inside = np.asarray(~beyond.any(axis=1))
-        # The most that a parabola through three neighbours rises above the middle one.
+        # Bound of the height of a parabola through three neighbours above the middle one.
         speed[:, 1 : samples - 1] += np.abs(np.diff(speed[:, :samples], 2, axis=1)) / 8.0
         slow = np.asarray(speed.max(axis=1) <= fastest * _SPEED_ROUNDING)
         good: npt.NDArray[np.bool_] = np.logical_and(inside, slow)
@@ -181,13 +181,13 @@ class StoppingCheck:
         if self._layout is None:
             return (int(candidates[0]) if len(candidates) else None), hindrance
         step, passed = self._step(here, moving, next_, period)
-        ways = np.concatenate((passed, np.abs(np.diff(way, axis=1))), axis=1)
-        path, zone = np.concatenate((step, way), axis=1), ""
-        # Checking zones takes longest. Where something else hinders the first step, the first step
-        # without such a hindrance is mostly clear of zones.
+        displacements = np.concatenate((passed, np.abs(np.diff(stop, axis=1))), axis=1)
+        path, zone = np.concatenate((step, stop), axis=1), ""
+        # Checking zones takes longest. If the first step violates another limit, the first one
+        # that violates none is usually clear of zones.
         parts = [candidates] if good[0] else [np.append(0, candidates[:1]), candidates[1:]]
         for rows in filter(len, parts):
-            clear, touched = self._clear(path[rows], ways[rows])
+            clear, touched = self._clear(path[rows], displacements[rows])
             if rows[0] == 0:
                 zone = touched
             found = rows[clear & good[rows]]
@@ -203,11 +203,11 @@ class StoppingCheck:
         step = here + (moving + change * times / 2.0) * times
         return step, np.repeat(passed[:, None] / len(times), len(times), axis=1)
 
-    def _samples(self, way: Array) -> int:
+    def _samples(self, displacement: Array) -> int:
         """Return the number of samples for joint displacements [rad or m], shape (4,)."""
         if self._layout is None:
             return _SAMPLES[1]
-        count = math.ceil(float(way @ self._layout.reach) / (2.0 * SLACK)) + 1
+        count = math.ceil(float(displacement @ self._layout.reach) / (2.0 * SLACK)) + 1
         return min(max(count, _SAMPLES[0]), _SAMPLES[1])
 
     def _braked(self, there: Array, moving: Array, times: Array) -> tuple[Array, Array]:
@@ -217,15 +217,15 @@ class StoppingCheck:
         sign = np.sign(moving)[:, None]
         return there[:, None] + sign * (speed - a * time / 2.0) * time, sign * (speed - a * time)
 
-    def _clear(self, path: Array, ways: Array) -> tuple[npt.NDArray[np.bool_], str]:
-        """Return which paths keep the margin, and the zone that the first path violates.
+    def _clear(self, path: Array, displacements: Array) -> tuple[npt.NDArray[np.bool_], str]:
+        """Return which paths keep the margin, and the zone that the first path enters.
 
         Args:
             path: Joints, shape (k, m, 4); all paths begin at the arm's present position.
-            ways: Displacements of the joints between them, shape (k, m - 1, 4).
+            displacements: Displacements of the joints between them, shape (k, m - 1, 4).
         """
-        lengths = ways @ self._nearby.reach
-        layout = self._nearby.on(path[0, 0], float(lengths.sum(axis=1).max()))
+        lengths = displacements @ self._broad_phase.reach
+        layout = self._broad_phase.candidates(path[0, 0], float(lengths.sum(axis=1).max()))
         if layout is None:
             return np.ones(len(path), dtype=np.bool_), ""
         exact = self._margin + float(lengths.max())

@@ -8,13 +8,13 @@ import numpy as np
 
 from bioscara.errors import TrajectoryError, ZoneError
 from bioscara.kinematics import Scara
+from bioscara.planning.arrays import Array
 from bioscara.planning.collision.scene_pairs import Layout
-from bioscara.planning.collision.shapes import Array
 from bioscara.planning.trajectory.trajectory import Trajectory
 
 SLACK = 4e-4
 """Part of the margin that may be lost between two samples [m]: otherwise the check of an arm that
-touches the margin without violating it would subdivide without end."""
+touches the margin without violating it would not terminate."""
 COARSE = 0.02
 """Longest path of any point of the arm between the first samples [m]."""
 _LONGEST = 1e4
@@ -58,7 +58,7 @@ def sweep(
     if not layout.pairs:
         return
 
-    def look(times: Array) -> Array:
+    def evaluate(times: Array) -> Array:
         joints = np.tile(rest, (len(times), 1))
         joints[:, columns] = trajectory.sample_many(times)[0]
         pairs = layout.clearances(arm, joints, margin + COARSE)
@@ -68,17 +68,17 @@ def sweep(
         return room
 
     starts, lengths, speeds = _steps(trajectory, layout.reach[columns])
-    nodes = look(np.append(starts, trajectory.times[-1]))
-    look_between(look, (starts, lengths, speeds), nodes)
+    nodes = evaluate(np.append(starts, trajectory.times[-1]))
+    subdivide(evaluate, (starts, lengths, speeds), nodes)
 
 
-def look_between(
-    look: Callable[[Array], Array], steps: tuple[Array, Array, Array], nodes: Array
+def subdivide(
+    evaluate: Callable[[Array], Array], steps: tuple[Array, Array, Array], nodes: Array
 ) -> None:
     """Subdivide steps until no clearance that is too small can be missed between samples.
 
     Args:
-        look: Returns the room at some instants [m]; raises where that is below zero.
+        evaluate: Returns the room at some instants [m]; raises where that is below zero.
         steps: Start and length of each step [s], one after the other, and the highest speed of
             any point of the arm in it [m/s].
         nodes: Room at all starts and at the end of the last step [m].
@@ -86,14 +86,14 @@ def look_between(
     starts, lengths, speeds = steps
     first, last = nodes[:-1], nodes[1:]
     while True:
-        ways = speeds * lengths
+        paths = speeds * lengths
         # No clearance changes by more than the path length, which bounds it between the two ends.
-        near = (first + last - ways) / 2.0 < -SLACK
+        near = (first + last - paths) / 2.0 < -SLACK
         if not near.any():
             return
         starts, lengths, speeds = starts[near], lengths[near] / 2.0, speeds[near]
         first, last = first[near], last[near]
-        middle = look(starts + lengths)
+        middle = evaluate(starts + lengths)
         starts = np.concatenate((starts, starts + lengths))
         lengths, speeds = np.tile(lengths, 2), np.tile(speeds, 2)
         first, last = np.concatenate((first, middle)), np.concatenate((middle, last))
@@ -103,13 +103,14 @@ def _steps(trajectory: Trajectory, reach: Array) -> tuple[Array, Array, Array]:
     """Return start [s], length [s] and highest speed of any point [m/s] of the first steps."""
     durations = np.diff(trajectory.times)
     speeds = highest_rates(trajectory) @ reach
-    ways = speeds * durations
-    if not ways.sum() < _LONGEST:
+    paths = speeds * durations
+    if not paths.sum() < _LONGEST:
         raise TrajectoryError(
-            f"a point of the arm would go up to {ways.sum():.3g} m; ways above {_LONGEST:g} m are "
-            "not looked through for zones; check the limits, or cut the motion in two"
+            f"a point of the arm would move up to {paths.sum():.3g} m; motions above "
+            f"{_LONGEST:g} m are not checked for collisions; check the limits, or cut the "
+            "motion in two"
         )
-    counts = np.maximum(np.ceil(ways / COARSE), 1.0).astype(np.intp)
+    counts = np.maximum(np.ceil(paths / COARSE), 1.0).astype(np.intp)
     segment = np.repeat(np.arange(len(counts)), counts)
     within = np.arange(len(segment)) - np.repeat(np.cumsum(counts) - counts, counts)
     lengths = (durations / counts)[segment]
@@ -125,7 +126,7 @@ def highest_rates(trajectory: Trajectory) -> Array:
 
 
 def refusal(layout: Layout, times: Array, pairs: Array, margin: float, floor: Array) -> ZoneError:
-    """Return the error that states where a distance is not kept.
+    """Return the error that states which distance is not kept, and when.
 
     Args:
         layout: The pairs checked.
@@ -140,11 +141,11 @@ def refusal(layout: Layout, times: Array, pairs: Array, margin: float, floor: Ar
     pair = layout.pairs[int(row)]
     margin, clearance = margin - pair.allowed, float(pairs[row, sample]) - pair.allowed
     where = "at the start" if begins <= 0.0 else f"from {begins:.3f} s on"
-    nearest = f"{where}, nearest at {times[sample]:.3f} s: {_told(pair.keep_in, clearance)}"
+    nearest = f"{where}, nearest at {times[sample]:.3f} s: {_described(pair.keep_in, clearance)}"
     return ZoneError(pair.zone, pair.link, begins, margin - clearance, margin, nearest)
 
 
-def _told(keep_in: bool, clearance: float) -> str:
+def _described(keep_in: bool, clearance: float) -> str:
     if keep_in:
         return (
             f"{clearance * 1e3:.1f} mm from the zone's border"

@@ -41,7 +41,7 @@ def by_open_elbow(start: Sequence[float], goal: Sequence[float]) -> list[Joints]
 
 
 def joined(legs: Sequence[Trajectory]) -> Trajectory:
-    """Join point-to-point motions into one that rests between them.
+    """Join point-to-point motions into one trajectory, at rest between them.
 
     Args:
         legs: Motions of the same joints; each begins where the one before ends.
@@ -51,7 +51,7 @@ def joined(legs: Sequence[Trajectory]) -> Trajectory:
         return legs[0]
     times, positions, velocities, cubics = [np.zeros(1)], [], [], []
     for leg in moving:
-        # The point where two legs meet is taken from the later one.
+        # The point that two legs share is taken from the later one.
         times.append(times[-1][-1] + leg.times[1:])
         positions.append(leg.positions if leg is moving[-1] else leg.positions[:-1])
         rates = np.zeros_like(leg.positions) if leg.velocities is None else leg.velocities

@@ -69,7 +69,7 @@ def first_document(text: str) -> Document:
     lines, ended, more = _lines(text)
     if not lines:
         return Document(None, (), more)
-    reader = _Reader(lines)
+    reader = _Parser(lines)
     value = reader.read()
     return Document(value, () if ended else tuple(reader.unfinished), more)
 
@@ -119,7 +119,7 @@ class _Token(NamedTuple):
     text: str
 
 
-class _Reader:
+class _Parser:
     """Reads lines into nodes, from the first line to the last."""
 
     def __init__(self, lines: list[_Line]) -> None:
@@ -131,7 +131,7 @@ class _Reader:
         value = self._node(1)
         if self._at < len(self._lines):
             line = self._lines[self._at]
-            raise _error(line.number, f"{shown(line.content)} does not belong to what stands above")
+            raise _error(line.number, f"{shown(line.content)} does not belong to the lines above")
         return value
 
     def _node(self, depth: int) -> Node:

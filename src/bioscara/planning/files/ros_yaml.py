@@ -6,12 +6,12 @@ the format of ``ros2 topic echo``: comment lines, messages terminated by ``---``
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import TypeAlias
 
 from bioscara.arguments import shown
 from bioscara.errors import TrajectoryError
-from bioscara.planning.files.numbers import number
 from bioscara.planning.files.ros_message_parser import FULL_LENGTH, Document, Node, first_document
 from bioscara.planning.trajectory.trajectory import Trajectory
 from bioscara.spelling import did_you_mean
@@ -21,6 +21,7 @@ _Fields: TypeAlias = dict[str, Node]
 _QUANTITIES = ("positions", "velocities", "accelerations")
 _POINT = (*_QUANTITIES, "effort", "time_from_start")
 _STAMP = ("sec", "nanosec")
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?")
 
 
 def trajectory_of_yaml(text: str) -> tuple[Trajectory, tuple[str, ...]]:
@@ -38,6 +39,21 @@ def trajectory_of_yaml(text: str) -> tuple[Trajectory, tuple[str, ...]]:
     trajectory = _trajectory(message)
     _refuse_open_end(document, message)
     return trajectory, tuple(notes)
+
+
+def decimal(text: str, where: str) -> float:
+    """Parse the decimal number in ``text``.
+
+    ``float`` accepts more than a planner writes: ``1_0.0``, ``infinity``, digits of other scripts.
+
+    Raises:
+        TrajectoryError: It is not a decimal number; the message begins with ``where``.
+    """
+    if _NUMBER.fullmatch(text) is None:
+        raise TrajectoryError(
+            f"{where}: {shown(text)} is not a number; write it like -0.25 or 1e-3"
+        )
+    return float(text)
 
 
 def _refuse_open_end(document: Document, message: _Fields) -> None:
@@ -118,7 +134,7 @@ def _values(point: _Fields, quantity: str, index: int, count: int) -> list[float
     if quantity not in point:
         return []
     where = f"point {index}: {quantity}"
-    values = [number(_word(value, where), where) for value in _list(point[quantity], where)]
+    values = [decimal(_word(value, where), where) for value in _list(point[quantity], where)]
     if values and len(values) != count:
         raise TrajectoryError(
             f"point {index}: {len(values)} {quantity} for {count} joints; is the file truncated?"
@@ -132,7 +148,7 @@ def _seconds(point: _Fields, index: int) -> float:
     _refuse_unknown(stamp, _STAMP, where)
     if len(stamp) != len(_STAMP):
         raise TrajectoryError(f"{where} needs sec and nanosec; is the file truncated?")
-    seconds, nanoseconds = (number(_word(stamp[key], where), where) for key in _STAMP)
+    seconds, nanoseconds = (decimal(_word(stamp[key], where), where) for key in _STAMP)
     return seconds + 1e-9 * nanoseconds
 
 

@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from bioscara.errors import ConfigurationError
-from bioscara.model.checks import told_of
+from bioscara.model.section import described
 from bioscara.model.yaml_section import YamlSection, read_sections
-from bioscara.planning.collision.scene import MARGINS, Box, Cylinder, Scene, Zone
-from bioscara.planning.collision.scene_values import FAR
+from bioscara.planning.collision.margins import MARGINS
+from bioscara.planning.collision.scene import FAR, Box, Cylinder, Scene, Zone
 
 VERSION = 1
 """Version of the format that is read."""
@@ -40,7 +40,7 @@ def read_scene(path: Path) -> Scene:
     version = top.value("version")
     if version != VERSION or isinstance(version, bool):
         raise top.error(
-            f"version: {told_of(version)} cannot be read; this program reads {VERSION}", "version"
+            f"version: {described(version)} cannot be read; this program reads {VERSION}", "version"
         )
     table = top.value("table_height")
     zones = [] if top.value("zones") == [] else top.sections("zones")
@@ -81,7 +81,7 @@ def _links(section: YamlSection) -> tuple[str, ...]:
     links = section.value("links")
     if not isinstance(links, list) or not links:
         raise section.error(
-            f"{section.name('links')}: {told_of(links)} is not a list of links", "links"
+            f"{section.name('links')}: {described(links)} is not a list of links", "links"
         )
     return tuple(str(link) for link in links)
 
@@ -91,7 +91,7 @@ def _corner(section: YamlSection, key: str) -> tuple[float, float, float]:
     fits = isinstance(value, list) and len(value) == 3
     if not fits or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in value):
         raise section.error(
-            f"{section.name(key)}: {told_of(value)} is not [x, y, z] in metres", key
+            f"{section.name(key)}: {described(value)} is not [x, y, z] in metres", key
         )
     if any(abs(v) > _ANY for v in value):  # YAML has integers beyond any float
         raise section.error(f"{section.name(key)}: a number is beyond {_ANY:g} m", key)

@@ -11,9 +11,8 @@ from typing import NamedTuple
 
 from bioscara.arguments import shown
 from bioscara.errors import TrajectoryError
-from bioscara.planning.files.numbers import number
 from bioscara.planning.files.ros_message_parser import ITEMS_MAX
-from bioscara.planning.files.ros_yaml import trajectory_of_yaml
+from bioscara.planning.files.ros_yaml import decimal, trajectory_of_yaml
 from bioscara.planning.trajectory.trajectory import STEP_MIN, Trajectory
 
 SIZE_MAX = 8 * 2**20
@@ -146,7 +145,7 @@ def _trajectory_of_csv(text: str) -> Trajectory:
             )
         if len(times) == ITEMS_MAX:
             raise TrajectoryError(f"line {line}: more than {ITEMS_MAX} points; split the file")
-        values = [number(cell.strip(), f"line {line}") for cell in cells]
+        values = [decimal(cell.strip(), f"line {line}") for cell in cells]
         times.append(values[0])
         for table, indices in zip(tables, columns, strict=True):
             table.append([values[index] for index in indices])

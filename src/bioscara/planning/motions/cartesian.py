@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.kinematics.pose import require_pose
-from bioscara.planning.limits import JointLimits
-from bioscara.planning.paths.path import Arc, Line
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.limits import JointLimits, ToolLimits
+from bioscara.planning.paths.segments import Arc, Line
 from bioscara.planning.topp.topp import parameterise
 from bioscara.planning.trajectory.trajectory import Trajectory
 
@@ -38,8 +37,7 @@ def linear(
         InvalidArgumentError: A value is not finite, or the goal is the present pose of the tool.
         UnreachableError: Start, goal or a pose between is out of reach or limits.
     """
-    goal = require_pose("the goal", goal)
-    arm.solve(goal, start)
+    goal = _reachable(arm, start, goal)
     path = Line(arm.forward(start), goal)
     return parameterise(arm, path, start, limits, tool, speed=speed, window=window)
 
@@ -71,7 +69,13 @@ def circular(
         InvalidArgumentError: A value is not finite, or the points are on one line.
         UnreachableError: Start, goal or a pose between is out of reach or limits.
     """
-    goal = require_pose("the goal", goal)
-    arm.solve(goal, start)
+    goal = _reachable(arm, start, goal)
     path = Arc.through(arm.forward(start), via, goal)
     return parameterise(arm, path, start, limits, tool, speed=speed, window=window)
+
+
+def _reachable(arm: Scara, start: Joints, goal: object) -> Pose:
+    """Return the goal; an unreachable one is refused as such, before the path to it."""
+    pose = require_pose("the goal", goal)
+    arm.solve(pose, start)
+    return pose

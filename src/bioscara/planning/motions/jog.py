@@ -20,32 +20,31 @@ import numpy as np
 from bioscara.arguments import number, numbers, shown
 from bioscara.errors import InvalidArgumentError, LimitError, UnreachableError
 from bioscara.kinematics import Joints, Scara
+from bioscara.planning.arrays import Array
 from bioscara.planning.collision.scene import Scene
-from bioscara.planning.collision.shapes import Array
-from bioscara.planning.collision.stopping import Bounds, Ranges, StoppingCheck
-from bioscara.planning.limits import JointLimits
-from bioscara.planning.motions.tool_speed import REDUCED_SPEED
+from bioscara.planning.collision.stopping import PositionBounds, StoppingCheck, VelocityBounds
+from bioscara.planning.limits import REDUCED_SPEED, JointLimits
 from bioscara.planning.moving_average import Smoothed
 
 EXPIRY = 0.15
-"""Validity of a command [s]: the arm must not keep moving when a client vanishes."""
+"""Validity of a command [s]: the arm must not keep moving when its client disconnects."""
 _FASTEST = 1.0
 """Largest tool velocity accepted as a command [m/s]: a larger one is taken for mm/s."""
 _STRETCHED = 0.02
-"""Elbow angle from stretched or folded that tool velocities keep [rad]: past it the arm would
-flip over."""
+"""Elbow angle from stretched or folded that tool velocities keep [rad]: beyond it the elbow would
+change sides."""
 _ROUNDING = 1e-12
 _REST = (0.0,) * 4
 _FOLLOWED = 0.8
 """Share of a joint's acceleration for changes of the command; the rest is for path curvature."""
 _GENTLE = 0.4
-"""Acceleration of the tool when speeding up where commands are averaged [m/s^2]."""
-_EARLY = 0.2
-"""Share of its deceleration with which a joint then approaches its limits."""
-_MUCH = 0.8
-"""Share of the wanted velocity below which averaging restarts from the present velocity."""
+"""Acceleration of the tool when its speed increases and commands are averaged [m/s^2]."""
+_APPROACH = 0.2
+"""Share of its deceleration with which a joint approaches its limits if commands are averaged."""
+_RESTART = 0.8
+"""Share of the target velocity below which averaging restarts from the present velocity."""
 _SHARES = (0.97, 0.9, 0.8, 0.65, 0.5, 0.3, 0.1, 0.0)
-"""Shares of the target velocity that are tried when all of it is too much."""
+"""Shares of the target velocity that are tried if the whole is not possible."""
 
 
 class JointVelocity(NamedTuple):
@@ -129,7 +128,7 @@ class Jog:
         self.positions, self.velocities = Joints(*start), Joints(0.0, 0.0, 0.0, 0.0)
         self.reason = ""
         self._velocity: JointVelocity | ToolVelocity = JointVelocity()
-        self._since, self._held_up = -math.inf, False
+        self._since, self._slowed = -math.inf, False
         self._windows = tuple(windows)
         self._soon = (0.0, *itertools.accumulate(windows))
         self._smoothed = Smoothed(windows, _REST)
@@ -193,40 +192,40 @@ class Jog:
         target = np.array(self._target(time, period))
         here, moving = np.array(self.positions), np.array(self.velocities)
         ranges, straight = self._ranges(), self._kind is ToolVelocity
-        # An arm that was held up mostly still is: then all shares are checked at once.
-        for shares in ((1.0, *_SHARES),) if self._held_up else ((1.0,), _SHARES):
+        # An arm that was slowed down before usually still is: then all shares are checked at once.
+        for shares in ((1.0, *_SHARES),) if self._slowed else ((1.0,), _SHARES):
             next_ = self._stops.approach(moving, np.outer(shares, target), period, straight)
             there = here + (moving + next_) * (period / 2.0)
             first, hindrance = self._stops.allowed(
                 here, moving, there, next_, period, self.tool_speed, ranges
             )
-            self._held_up = first is None or shares[first] < 1.0
-            if self._held_up:
+            self._slowed = first is None or shares[first] < 1.0
+            if self._slowed:
                 self.reason = hindrance or self.reason
             if first is not None:
-                if shares[first] < _MUCH:
-                    self._begin_again(next_[first].tolist())
-                return self._go(there[first], next_[first])
+                if shares[first] < _RESTART:
+                    self._restart_averaging(next_[first].tolist())
+                return self._set(there[first], next_[first])
         positions, velocities = self._stops.brake(here, moving, period)
-        self._begin_again(velocities.tolist())
-        return self._go(positions, velocities)
+        self._restart_averaging(velocities.tolist())
+        return self._set(positions, velocities)
 
-    def _go(self, positions: Array, velocities: Array) -> tuple[Joints, Joints]:
+    def _set(self, positions: Array, velocities: Array) -> tuple[Joints, Joints]:
         self.positions = Joints(*positions.tolist())
         self.velocities = Joints(*velocities.tolist())
         return self.positions, self.velocities
 
-    def _begin_again(self, velocities: Sequence[float]) -> None:
-        """Restart averaging from the present velocity: a hindrance may vanish at any instant."""
-        self._smoothed.fill(self._as_asked(velocities))
+    def _restart_averaging(self, velocities: Sequence[float]) -> None:
+        """Restart averaging from the present velocity: the reason may vanish at any instant."""
+        self._smoothed.fill(self._as_commanded(velocities))
 
-    def _as_asked(self, velocities: Sequence[float]) -> Sequence[float]:
+    def _as_commanded(self, velocities: Sequence[float]) -> Sequence[float]:
         """Convert joint velocities to the kind commanded: of the joints, or of the tool."""
         if self._kind is JointVelocity:
             return velocities
         return [sum(map(mul, row, velocities)) for row in self._arm.jacobian(self.positions)]
 
-    def _asked(self, time: float, ahead: Sequence[float]) -> tuple[float, ...]:
+    def _command_now(self, time: float, ahead: Sequence[float]) -> tuple[float, ...]:
         """Return the present command, reduced to the tool's speed limit."""
         if not any(self._velocity):
             return _REST
@@ -234,19 +233,16 @@ class Jog:
             self.reason = "expired"
             return _REST
         kind = type(self._velocity)
-        if kind is ToolVelocity:
-            try:
-                self._arm.rates(ahead, self._velocity)
-            except UnreachableError:
-                self.reason = "stretched"
-                kind = JointVelocity
+        if kind is ToolVelocity and self._rates(ahead, self._velocity) is None:
+            self.reason = "stretched"
+            kind = JointVelocity
         if kind is not self._kind:
             if self._windows and any(self.velocities) and not self.reason:
                 # A smooth motion of the tool is not smooth for the joints, and vice versa.
                 self.reason = "resting"
                 return _REST
             self._kind = kind
-            self._begin_again(self.velocities)
+            self._restart_averaging(self.velocities)
         if self.reason:
             return _REST
         if self._kind is JointVelocity:
@@ -260,28 +256,44 @@ class Jog:
             )
         else:
             speed = math.hypot(*self._velocity[:3])
-        if speed <= self.tool_speed:
-            return tuple(self._velocity)
-        self.reason = "tool speed"
-        return tuple([value * self.tool_speed / speed for value in self._velocity])
+        return self._within_tool_speed(self._velocity, speed)
 
-    def _in_time(self, asked: Sequence[float], ahead: Sequence[float]) -> Sequence[float]:
+    def _within_tool_speed(self, velocity: Sequence[float], speed: float) -> tuple[float, ...]:
+        """Return a velocity, scaled down if the tool's speed at it exceeds the limit.
+
+        Args:
+            velocity: Of the joints or of the tool.
+            speed: Speed of the tool at this velocity [m/s].
+        """
+        if speed <= self.tool_speed:
+            return tuple(velocity)
+        self.reason = self.reason or "tool speed"
+        return tuple([value * self.tool_speed / speed for value in velocity])
+
+    def _rates(self, positions: Sequence[float], velocity: Sequence[float]) -> Joints | None:
+        """Return the joint velocities for a velocity of the tool, None on a stretched arm."""
+        try:
+            return self._arm.rates(positions, velocity)
+        except UnreachableError:
+            return None
+
+    def _rate_limited(self, command: Sequence[float], ahead: Sequence[float]) -> Sequence[float]:
         """Return the command, its change bounded to what the joints can follow.
 
         Components decrease as fast as the joints can. They increase gently, and rest before they
         reverse: a load that breaks away from its friction swings.
         """
         if not self._windows:
-            return asked
+            return command
         oldest = self._smoothed.oldest
         less, more = [0.0] * 4, [0.0] * 4
-        for index, (before, after) in enumerate(zip(oldest, asked, strict=True)):
+        for index, (before, after) in enumerate(zip(oldest, command, strict=True)):
             aim = after if before * after >= 0.0 else 0.0
             (less if abs(aim) < abs(before) else more)[index] = aim - before
-        less, more = self._followed(less, ahead), self._followed(more, ahead, _GENTLE)
+        less, more = self._feasible(less, ahead), self._feasible(more, ahead, _GENTLE)
         return [a + b + c for a, b, c in zip(oldest, less, more, strict=True)]
 
-    def _followed(
+    def _feasible(
         self, change: list[float], ahead: Sequence[float], gentle: float = math.inf
     ) -> list[float]:
         """Return the share of a change that joints and tool can make in the first average.
@@ -293,12 +305,9 @@ class Jog:
         """
         if not any(change):
             return change
-        rates: Sequence[float] = change
-        if self._kind is ToolVelocity:
-            try:
-                rates = self._arm.rates(ahead, change)
-            except UnreachableError:
-                return change
+        rates = change if self._kind is JointVelocity else self._rates(ahead, change)
+        if rates is None:
+            return change
         window = self._windows[0]
         share = max(
             self._arm.tool_speed(ahead, rates) / (gentle * window),
@@ -313,29 +322,24 @@ class Jog:
         """Return the target joint velocities, within limits of joints and tool."""
         self.reason = ""
         ahead = [p + v * period for p, v in zip(self.positions, self.velocities, strict=True)]
-        a, b, c, d = self._in_time(self._asked(time, ahead), ahead)
-        asked = self._smoothed.step((a, b, c, d), period)
-        if not any(asked):
+        a, b, c, d = self._rate_limited(self._command_now(time, ahead), ahead)
+        command = self._smoothed.step((a, b, c, d), period)
+        if not any(command):
             return _REST
-        share = _EARLY if self._windows else 1.0
+        share = _APPROACH if self._windows else 1.0
         bounds = self._stops.speeds(self.positions, self.velocities, self._ranges(), period, share)
         if self._kind is JointVelocity:
-            wanted = self._clipped(asked, bounds)
+            wanted = self._clipped(command, bounds)
         else:
-            try:
-                rates = self._arm.rates(ahead, asked)
-            except UnreachableError:
+            rates = self._rates(ahead, command)
+            if rates is None:
                 self.reason = "stretched"
-                self._begin_again(self.velocities)
+                self._restart_averaging(self.velocities)
                 return _REST
             wanted = self._scaled(rates, bounds)
-        speed = self._arm.tool_speed(ahead, wanted)
-        if speed <= self.tool_speed:
-            return wanted
-        self.reason = self.reason or "tool speed"
-        return tuple(value * self.tool_speed / speed for value in wanted)
+        return self._within_tool_speed(wanted, self._arm.tool_speed(ahead, wanted))
 
-    def _ranges(self) -> Ranges:
+    def _ranges(self) -> PositionBounds:
         """Return the allowed joint positions; tool velocities keep the elbow on its side."""
         lower = [limit.lower for limit in self._limits]
         upper = [limit.upper for limit in self._limits]
@@ -347,7 +351,7 @@ class Jog:
             upper[2] = min(upper[2], max(elbow, side + math.pi - _STRETCHED))
         return np.array(lower), np.array(upper)
 
-    def _clipped(self, wanted: Sequence[float], bounds: Bounds) -> tuple[float, ...]:
+    def _clipped(self, wanted: Sequence[float], bounds: VelocityBounds) -> tuple[float, ...]:
         result = []
         for limit, value, low, high in zip(self._limits, wanted, *bounds, strict=True):
             result.append(min(max(value, low), high))
@@ -355,7 +359,7 @@ class Jog:
                 self.reason = f"{limit.name} limit"
         return tuple(result)
 
-    def _scaled(self, wanted: Sequence[float], bounds: Bounds) -> tuple[float, ...]:
+    def _scaled(self, wanted: Sequence[float], bounds: VelocityBounds) -> tuple[float, ...]:
         """Return all velocities times one share, so that the tool keeps its direction."""
         share = 1.0
         for index, (value, low, high) in enumerate(zip(wanted, *bounds, strict=True)):
@@ -365,6 +369,6 @@ class Jog:
                 limit, up = self._limits[index], value > 0.0
                 own = self._ranges()[int(up)][index] == (limit.upper if up else limit.lower)
                 self.reason = f"{limit.name} limit" if own else "stretched"
-        if share < _MUCH:
-            self._begin_again(self.velocities)
+        if share < _RESTART:
+            self._restart_averaging(self.velocities)
         return tuple(value * share for value in wanted)

@@ -13,7 +13,7 @@ from bioscara.errors import TrajectoryError
 from bioscara.kinematics.pose import unit_hint
 from bioscara.planning.limits import JointLimits, check_share
 from bioscara.planning.profiles.double_s import durations, fastest, lasting
-from bioscara.planning.profiles.segments import Bounds, Knot, State
+from bioscara.planning.profiles.segments import Bounds, Knot, MotionState
 from bioscara.planning.trajectory.trajectory import Trajectory
 from bioscara.planning.trajectory.validation import check
 
@@ -35,7 +35,7 @@ def point_to_point(
 ) -> Trajectory:
     """Return the fastest motion from rest to rest in which all joints start and end together.
 
-    The slowest joint determines the duration; the others do not use their limits fully. At speed s
+    The slowest joint determines the duration; the others stay below their limits. At speed s
     the motion is the same with 1/s times the duration.
 
     Args:
@@ -59,22 +59,21 @@ def point_to_point(
     for limit, there in zip(limits, goal, strict=True):
         _require_inside(limit, "goal", there)
     bounds = [_bounds(limit, speed) for limit in limits]
-    begin, end = [State(p) for p in start], [State(p) for p in goal]
+    begin, end = [MotionState(p) for p in start], [MotionState(p) for p in goal]
     if jerk_limited:
         return _assembled(joint_names, begin, end, _synchronised(begin, end, bounds))
-    ways = [there - here for here, there in zip(start, goal, strict=True)]
-    duration = max(_quickest(way, bound) for way, bound in zip(ways, bounds, strict=True))
-    pieces = [
-        _trapezoid(here, way, bound, duration)
-        for here, way, bound in zip(start, ways, bounds, strict=True)
+    joints = [
+        (here, there - here, bound) for here, there, bound in zip(start, goal, bounds, strict=True)
     ]
+    duration = max(_quickest(displacement, bound) for _, displacement, bound in joints)
+    pieces = [_trapezoid(*joint, duration) for joint in joints]
     return _assembled(joint_names, begin, end, pieces)
 
 
 def state_to_state(
     joint_names: Sequence[str],
-    start: Sequence[State],
-    goal: Sequence[State],
+    start: Sequence[MotionState],
+    goal: Sequence[MotionState],
     limits: Sequence[JointLimits],
 ) -> Trajectory:
     """Return the fastest jerk-limited motion between two states of motion, synchronised.
@@ -82,7 +81,7 @@ def state_to_state(
     Args:
         joint_names: The joints.
         start: Their positions, velocities and accelerations at the start.
-        goal: ... and at the end.
+        goal: The same at the end.
         limits: Of these joints, in the same order.
 
     Raises:
@@ -126,7 +125,7 @@ def _require_inside(limit: JointLimits, what: str, value: float) -> None:
         )
 
 
-def _require_possible(limit: JointLimits, what: str, state: State) -> None:
+def _require_possible(limit: JointLimits, what: str, state: MotionState) -> None:
     """Make sure that a joint can reach a state, or can continue from it, within its limits."""
     _require_inside(limit, what, state.position)
     most, hardest, jerk = _bounds(limit)
@@ -153,7 +152,7 @@ def _bounds(limit: JointLimits, speed: float = 1.0) -> Bounds:
 
 
 def _synchronised(
-    start: Sequence[State], goal: Sequence[State], bounds: Sequence[Bounds]
+    start: Sequence[MotionState], goal: Sequence[MotionState], bounds: Sequence[Bounds]
 ) -> list[tuple[Knot, ...]]:
     """Return motions of equal duration, the least that is possible for all joints."""
     problems = list(zip(start, goal, bounds, strict=True))
@@ -169,42 +168,46 @@ def _synchronised(
     raise TrajectoryError("the joints have no duration in common: the start is beyond a limit")
 
 
-def _candidates(problems: Sequence[tuple[State, State, Bounds]], least: float) -> Iterator[float]:
+def _candidates(
+    problems: Sequence[tuple[MotionState, MotionState, Bounds]], least: float
+) -> Iterator[float]:
     """Yield the least duration, and the longer ones from which on a joint's motion may exist."""
     yield least
     yield from sorted(t for problem in problems for t in durations(*problem) if t > least)
 
 
-def _quickest(way: float, bounds: Bounds) -> float:
+def _quickest(displacement: float, bounds: Bounds) -> float:
     """Return the least duration from rest to rest without a jerk limit [s]."""
     most, hardest, _ = bounds
-    if abs(way) * hardest <= most * most:
-        return 2.0 * math.sqrt(abs(way) / hardest)
-    return abs(way) / most + most / hardest
+    if abs(displacement) * hardest <= most * most:
+        return 2.0 * math.sqrt(abs(displacement) / hardest)
+    return abs(displacement) / most + most / hardest
 
 
-def _trapezoid(start: float, way: float, bounds: Bounds, duration: float) -> tuple[Knot, ...]:
+def _trapezoid(
+    start: float, displacement: float, bounds: Bounds, duration: float
+) -> tuple[Knot, ...]:
     """Return the motion from rest to rest in a given time, without a jerk limit."""
     if duration <= 0.0:
         return (Knot(0.0, start, 0.0, 0.0, 0.0),)
     ramp = min(bounds.velocity / bounds.acceleration, duration / 2.0)
     cruise = duration - 2.0 * ramp
-    velocity = way / (ramp + cruise)
-    rise = way * ramp / (ramp + cruise) / 2.0
+    velocity = displacement / (ramp + cruise)
+    rise = displacement * ramp / (ramp + cruise) / 2.0
     acceleration = velocity / ramp
     knots = [
         Knot(0.0, start, 0.0, acceleration, 0.0),
         Knot(ramp, start + rise, velocity, 0.0, 0.0),
-        Knot(ramp + cruise, start + way - rise, velocity, -acceleration, 0.0),
-        Knot(duration, start + way, 0.0, 0.0, 0.0),
+        Knot(ramp + cruise, start + displacement - rise, velocity, -acceleration, 0.0),
+        Knot(duration, start + displacement, 0.0, 0.0, 0.0),
     ]
     return tuple(knots)
 
 
 def _assembled(
     names: Sequence[str],
-    start: Sequence[State],
-    goal: Sequence[State],
+    start: Sequence[MotionState],
+    goal: Sequence[MotionState],
     pieces: Sequence[tuple[Knot, ...]],
 ) -> Trajectory:
     """Combine the motions of all joints, which have equal durations, into one trajectory."""

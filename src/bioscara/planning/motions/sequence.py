@@ -13,7 +13,7 @@ import numpy as np
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.planning.limits import JointLimits
+from bioscara.planning.limits import JointLimits, ToolLimits
 from bioscara.planning.motions.point_to_point import point_to_point
 from bioscara.planning.motions.tool_speed import reduced
 from bioscara.planning.motions.waypoints import (
@@ -24,15 +24,14 @@ from bioscara.planning.motions.waypoints import (
     check_waypoints,
 )
 from bioscara.planning.paths.blending import Blend, Rounded, rounded
-from bioscara.planning.paths.path import Arc, Line, shorter_turn
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.paths.segments import Arc, Line, shorter_turn
 from bioscara.planning.topp.topp import parameterise
 from bioscara.planning.trajectory.trajectory import Trajectory
 
 _BETWEEN = 1e-5
 """Share by which the tool may be faster between the samples of its speed."""
 _ROUNDING = 1e-9
-"""Share by which a blend may exceed half of a piece by rounding."""
+"""Share by which a blend may exceed half of a segment by rounding."""
 
 
 class Sequenced(NamedTuple):
@@ -80,8 +79,8 @@ def sequence(
             with about(first):
                 motion = _free(arm, joints, run[0], limits, tool)
         else:
-            pieces = _pieces(arm.forward(joints), first, run)
-            path = rounded(pieces, [waypoint.blend for waypoint in run[:-1]])
+            segments = _segments(arm.forward(joints), first, run)
+            path = rounded(segments, [waypoint.blend for waypoint in run[:-1]])
             warnings.extend(_shrunk(first, run, path))
             with about(first, path.corners):
                 speeds = _speeds(run, path)
@@ -116,36 +115,36 @@ def _free(
     return reduced(motion, arm, joints, (1.0 - _BETWEEN) * tool.speed * waypoint.speed)[0]
 
 
-def _pieces(here: Pose, first: int, run: Sequence[Waypoint]) -> list[Line | Arc]:
-    pieces: list[Line | Arc] = []
+def _segments(here: Pose, first: int, run: Sequence[Waypoint]) -> list[Line | Arc]:
+    segments: list[Line | Arc] = []
     for index, waypoint in enumerate(run, first):
         pose, via = waypoint.pose, waypoint.via
         with about(index):
-            pieces.append(Line(here, pose) if via is None else Arc.through(here, via, pose))
-        # The next piece continues from the unwrapped yaw of this one.
+            segments.append(Line(here, pose) if via is None else Arc.through(here, via, pose))
+        # The next segment continues from the unwrapped yaw of this one.
         here = pose._replace(yaw=here.yaw + shorter_turn(here.yaw, pose.yaw))
-    return pieces
+    return segments
 
 
 def _shrunk(first: int, run: Sequence[Waypoint], path: Rounded) -> Iterator[str]:
     for index, (waypoint, radius) in enumerate(zip(run[:-1], path.radii, strict=True), first):
         if radius < LEAST_BLEND:
             raise InvalidArgumentError(
-                f"waypoint {index}: blend {waypoint.blend:g} m, but the way to it or from it is "
+                f"waypoint {index}: blend {waypoint.blend:g} m, but the path to it or from it is "
                 f"only {2.0 * radius:.4g} m; leave one of the two waypoints out, or give blend 0"
             )
         if radius < (1.0 - _ROUNDING) * waypoint.blend:
             yield (
-                f"waypoint {index}: blend {waypoint.blend:g} m is more than half of the way to it "
+                f"waypoint {index}: blend {waypoint.blend:g} m is more than half of the path to it "
                 f"or from it; {radius:.4g} m is used"
             )
 
 
 def _speeds(run: Sequence[Waypoint], path: Rounded) -> list[float]:
-    """Return the speed share of each piece of the path."""
+    """Return the speed share of each segment of the path."""
     speeds, index = [], 0
-    for piece in path.path.pieces:
-        if isinstance(piece, Blend):
+    for segment in path.path.segments:
+        if isinstance(segment, Blend):
             speeds.append(min(run[index].speed, run[index + 1].speed))
             index += 1
         else:

@@ -1,4 +1,4 @@
-"""Limiting of the tool's speed by stretching a trajectory in time."""
+"""Limit the tool's speed by stretching a trajectory in time."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ from numpy.polynomial.polynomial import polyder, polyval
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.kinematics import Scara, batch
-from bioscara.planning.collision.shapes import Array, Index
+from bioscara.planning.arrays import Array, Index
 from bioscara.planning.collision.swept import highest_rates
+from bioscara.planning.limits import REDUCED_SPEED
 from bioscara.planning.trajectory.retiming import stretched
 from bioscara.planning.trajectory.trajectory import Trajectory
 
-REDUCED_SPEED = 0.25
-"""Speed limit of the tool unless full speed is requested [m/s]: reduced speed of ISO 10218-1."""
 COMMANDED_SPEED = 0.86 * REDUCED_SPEED
 """Highest commanded speed that keeps the tool within that limit [m/s]. A load that reverses sticks
 for a moment by dry friction, breaks away and swings, even if its motor moves gently: on the
@@ -51,8 +50,8 @@ def peak_tool_speed(trajectory: Trajectory, arm: Scara, elsewhere: Sequence[floa
         raise TrajectoryError(f"{unknown[0]} is not a joint of the arm; it has {', '.join(names)}")
     columns = [names.index(name) for name in trajectory.joint_names]
     durations = np.diff(trajectory.times)
-    ways = highest_rates(trajectory).sum(axis=1) * durations
-    often = np.maximum(ways / _TURN, _LEAST)
+    displacements = highest_rates(trajectory).sum(axis=1) * durations
+    often = np.maximum(displacements / _TURN, _LEAST)
     counts = np.maximum(np.ceil(np.minimum(durations / _STEP, often)), 2.0).astype(np.intp) + 1
     ends = np.cumsum(counts)
     peak = 0.0

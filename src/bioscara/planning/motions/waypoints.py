@@ -14,10 +14,10 @@ from bioscara.errors import InvalidArgumentError, PathError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.kinematics.pose import require_near, require_pose, wrapped
 from bioscara.planning.limits import check_share
-from bioscara.planning.paths.path import LEVER, SHORTEST
+from bioscara.planning.paths.segments import LEVER, SHORTEST
 
 LEAST_BLEND = 1e-4
-"""Smallest blend [m]; at a smaller one the tool almost stops, which 0 does better."""
+"""Smallest blend [m]: at a smaller one the tool almost stops; 0 stops there."""
 _MOST_BLEND = 1.0
 """Largest blend accepted [m]: a larger one is taken for millimetres."""
 
@@ -40,8 +40,8 @@ class Waypoint:
     Attributes:
         pose: Of the tool in the base, or in the world frame given to the arm's kinematics.
         motion: Kind of motion to it.
-        blend: Distance from the pose at which the tool may turn off to the next waypoint [m]; 0
-            rests there.
+        blend: Distance from the pose at which the tool may leave the path to it towards the next
+            waypoint [m]; 0 rests at the pose.
         via: Point that an arc passes; its yaw does not matter. Required for CIRC, only for it.
         speed: Share of the possible speed of the motion to it, 0.001 to 1. A blend has the
             lower speed of the two motions that it joins.
@@ -113,7 +113,7 @@ def check_waypoints(
         following = checked[index + 1] if index + 1 < len(checked) else None
         with about(index):
             _check_blend(waypoint, following)
-            _check_way(here, waypoint)
+            _check_distance(here, waypoint)
             arm.solve(waypoint.pose, start)
         here = waypoint.pose
     return tuple(checked)
@@ -156,9 +156,9 @@ def _check_blend(waypoint: Waypoint, following: Waypoint | None) -> None:
     raise InvalidArgumentError(f"blend {waypoint.blend:g} m, but {why}; give blend 0")
 
 
-def _check_way(here: Pose, waypoint: Waypoint) -> None:
+def _check_distance(here: Pose, waypoint: Waypoint) -> None:
     if waypoint.motion is Motion.CIRC:
-        return  # the arc complains of its points
+        return  # Arc checks its points
     distance = math.dist(here[:3], waypoint.pose[:3])
     turn = abs(wrapped(waypoint.pose.yaw - here.yaw))
     if max(distance, LEVER * turn) < SHORTEST:

@@ -1,5 +1,5 @@
 """Paths of the tool: geometry without times.
 
-``path`` has lines and arcs, ``blending`` rounds the corners between them; ``inverse_kinematics``
-gives the joints along a path.
+``segments`` has lines and arcs, ``blending`` rounds the corners between them;
+``inverse_kinematics`` gives the joints along a path.
 """

@@ -1,8 +1,8 @@
 """Blends: corners of a path, rounded so that the tool need not stop at them.
 
-A blend leaves the piece before a corner one radius ahead of it and joins the piece after it one
+A blend leaves the segment before a corner one radius ahead of it and joins the segment after it one
 radius behind it, each measured in the path's parameter. In between it is the unique quintic with
-the pose, direction and curvature of the pieces at its ends and twice the radius as its length.
+the pose, direction and curvature of the segments at its ends and twice the radius as its length.
 Between lines its derivative changes from one direction to the other by a smooth step, so that the
 tool is nowhere faster along it than on the lines.
 
@@ -19,12 +19,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bioscara.planning.paths.curve import Array, Curve, Formulas
-from bioscara.planning.paths.path import Joined
+from bioscara.planning.arrays import Array
+from bioscara.planning.paths.segments import Formulas, Joined, Segment
 
 _LEAST = 1e-10
-"""Length below which the rest of a piece between two blends is left out [m]: the resulting step is
-well within the one allowed between joined pieces."""
+"""Length below which the rest of a segment between two blends is left out [m]: the resulting step
+is well within the one allowed between joined segments."""
 
 _HERMITE = np.array(
     [
@@ -40,7 +40,7 @@ _HERMITE = np.array(
 """Converts given ends to coefficients of the powers 0 to 5 of the quintic over 0 .. 1."""
 
 
-class Blend(Curve):
+class Blend(Segment):
     """The quintic from one point of a path to another, with pose, direction and curvature of both.
 
     Args:
@@ -60,10 +60,10 @@ class Blend(Curve):
 
 
 class Rounded(NamedTuple):
-    """Pieces with the corners between them rounded.
+    """Segments with the corners between them rounded.
 
     Attributes:
-        path: The whole path, its curvature continuous within each piece and at each blend.
+        path: The whole path, its curvature continuous within each segment and at each blend.
         radii: Radius of each blend [m], at most the requested one.
         corners: Parameter of the path at the middle of each blend.
     """
@@ -73,26 +73,26 @@ class Rounded(NamedTuple):
     corners: tuple[float, ...]
 
 
-def rounded(pieces: Sequence[Curve], radii: Sequence[float]) -> Rounded:
-    """Join pieces into one path, with blends where they meet.
+def rounded(segments: Sequence[Segment], radii: Sequence[float]) -> Rounded:
+    """Join segments into one path, with blends where they meet.
 
     Args:
-        pieces: Each begins where the one before it ends; the transitions need not be smooth.
-        radii: Of the blend between each piece and the next [m], all above 0. A radius longer than
-            half of an adjacent piece is reduced to that.
+        segments: Each begins where the one before it ends; the transitions need not be smooth.
+        radii: Of the blend between each segment and the next [m], all above 0. A radius longer than
+            half of an adjacent segment is reduced to that.
     """
     fitted = tuple(
         min(radius, before.length / 2.0, after.length / 2.0)
-        for radius, (before, after) in zip(radii, pairwise(pieces), strict=True)
+        for radius, (before, after) in zip(radii, pairwise(segments), strict=True)
     )
-    ends = [piece.length - left for piece, left in zip(pieces, (*fitted, 0.0), strict=True)]
-    blends = _blends(pieces, ends[:-1], fitted)
-    parts: list[Curve] = []
+    ends = [segment.length - left for segment, left in zip(segments, (*fitted, 0.0), strict=True)]
+    blends = _blends(segments, ends[:-1], fitted)
+    parts: list[Segment] = []
     corners: list[float] = []
     length = 0.0
-    for index, (piece, begin, end) in enumerate(zip(pieces, (0.0, *fitted), ends, strict=True)):
+    for index, (segment, begin, end) in enumerate(zip(segments, (0.0, *fitted), ends, strict=True)):
         if end - begin > _LEAST:
-            parts.append(piece.part(begin, end))
+            parts.append(segment.part(begin, end))
         length += end - begin
         if index < len(blends):
             parts.append(blends[index])
@@ -102,9 +102,11 @@ def rounded(pieces: Sequence[Curve], radii: Sequence[float]) -> Rounded:
     return Rounded(Joined(parts), fitted, tuple(corners))
 
 
-def _blends(pieces: Sequence[Curve], ends: Sequence[float], radii: Sequence[float]) -> list[Blend]:
-    """Return the blends from ``ends`` of each piece to ``radii`` of the next one."""
-    formulas, number = Formulas.of(pieces), np.arange(len(pieces))
+def _blends(
+    segments: Sequence[Segment], ends: Sequence[float], radii: Sequence[float]
+) -> list[Blend]:
+    """Return the blends from ``ends`` of each segment to ``radii`` of the next one."""
+    formulas, number = Formulas.of(segments), np.arange(len(segments))
     before = formulas.sample(number[:-1], np.array(ends))
     after = formulas.sample(number[1:], np.array(radii))
     corners = np.stack((*before, *after), axis=1)

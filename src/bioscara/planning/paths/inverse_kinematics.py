@@ -18,8 +18,8 @@ import numpy as np
 
 from bioscara.kinematics import Joints, Scara
 from bioscara.kinematics.pose import TURN
-from bioscara.planning.paths.curve import PathSamples
-from bioscara.planning.trajectory.trajectory import Array
+from bioscara.planning.arrays import Array
+from bioscara.planning.paths.segments import PathSamples
 
 
 class JointSamples(NamedTuple):

@@ -1,7 +1,7 @@
 """Motion of one joint from state to state with limited velocity, acceleration and jerk.
 
 The theory in short. For fixed velocities and accelerations at both ends, and a fixed duration, the
-possible displacements of a joint are an interval, because all limits are convex. For the largest
+possible displacements of a joint form an interval, because all limits are convex. For the largest
 displacement the acceleration rises to a peak, falls to a valley and rises again, staying constant
 at the limits; the smallest one is its mirror image. So both families have one parameter, and
 
@@ -15,11 +15,11 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from bioscara.planning.profiles.extremal import LongestWays, Member
-from bioscara.planning.profiles.segments import Bounds, Phase, Profile, State
+from bioscara.planning.profiles.extremal import ExtremalProfiles, Member
+from bioscara.planning.profiles.segments import Bounds, MotionState, Phase, Profile
 
 
-def durations(start: State, goal: State, bounds: Bounds) -> list[float]:
+def durations(start: MotionState, goal: MotionState, bounds: Bounds) -> list[float]:
     """Return the durations at which a motion begins or ceases to be possible [s], ascending.
 
     The first is the least one. From the last on, every duration is possible.
@@ -29,15 +29,17 @@ def durations(start: State, goal: State, bounds: Bounds) -> list[float]:
         goal: Its end state, within the bounds.
         bounds: Limits of the joint.
     """
-    way = goal.position - start.position
+    displacement = goal.position - start.position
     return sorted(
         duration
         for sign in (1.0, -1.0)
-        for duration, _ in LongestWays.of(start, goal, bounds, sign).crossings(sign * way)
+        for duration, _ in ExtremalProfiles.of(start, goal, bounds, sign).crossings(
+            sign * displacement
+        )
     )
 
 
-def fastest(start: State, goal: State, bounds: Bounds) -> Profile:
+def fastest(start: MotionState, goal: MotionState, bounds: Bounds) -> Profile:
     """Return the motion of least duration.
 
     Args:
@@ -45,11 +47,11 @@ def fastest(start: State, goal: State, bounds: Bounds) -> Profile:
         goal: Its end state, within the bounds.
         bounds: Limits of the joint.
     """
-    way = goal.position - start.position
-    best: tuple[float, float, LongestWays, Member] | None = None
+    displacement = goal.position - start.position
+    best: tuple[float, float, ExtremalProfiles, Member] | None = None
     for sign in (1.0, -1.0):
-        family = LongestWays.of(start, goal, bounds, sign)
-        for duration, point in family.crossings(sign * way):
+        family = ExtremalProfiles.of(start, goal, bounds, sign)
+        for duration, point in family.crossings(sign * displacement):
             if best is None or duration < best[0]:
                 best = duration, sign, family, point
     if best is None:  # the two families share their ends, so that one has every displacement
@@ -58,7 +60,9 @@ def fastest(start: State, goal: State, bounds: Bounds) -> Profile:
     return Profile(start, [(t, sign * jerk) for t, jerk in family.phases(point)])
 
 
-def lasting(duration: float, start: State, goal: State, bounds: Bounds) -> Profile | None:
+def lasting(
+    duration: float, start: MotionState, goal: MotionState, bounds: Bounds
+) -> Profile | None:
     """Return the motion of a given duration, or None if the bounds allow none.
 
     It is the mixture of the motions with the largest and the smallest displacement of that
@@ -70,20 +74,20 @@ def lasting(duration: float, start: State, goal: State, bounds: Bounds) -> Profi
         goal: Its end state, within the bounds.
         bounds: Limits of the joint.
     """
-    way = goal.position - start.position
+    displacement = goal.position - start.position
     ends = []
     for sign in (1.0, -1.0):
-        family = LongestWays.of(start, goal, bounds, sign)
+        family = ExtremalProfiles.of(start, goal, bounds, sign)
         point = family.lasting(duration)
         if point is None:
             return None
         phases = [(t, sign * jerk) for t, jerk in family.phases(point)]
-        ends.append((sign * family.way(point), phases))
+        ends.append((sign * family.displacement(point), phases))
     (longest, up), (shortest, down) = ends
     room, tiny = longest - shortest, family.rounding(duration)
-    if not shortest - tiny <= way <= longest + tiny:
+    if not shortest - tiny <= displacement <= longest + tiny:
         return None
-    share = min(max((way - shortest) / room, 0.0), 1.0) if room > tiny else 0.5
+    share = min(max((displacement - shortest) / room, 0.0), 1.0) if room > tiny else 0.5
     return Profile(start, list(_mixed(up, down, share)))
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
-from bioscara.planning.profiles.segments import Bounds, Phase, State
+from bioscara.planning.profiles.segments import Bounds, MotionState, Phase
 
 _EXACT = 1e-13
 """Share of a joint's usual displacement that is treated as zero: rounding of the sums here."""
@@ -22,7 +22,7 @@ class Member(NamedTuple):
     cruise: float
 
 
-class LongestWays(NamedTuple):
+class ExtremalProfiles(NamedTuple):
     """Profiles of largest displacement, with given velocities and accelerations at both ends.
 
     Member ``depth``: the acceleration rises from a0 to a peak, falls to a valley, rises to a1. The
@@ -47,7 +47,9 @@ class LongestWays(NamedTuple):
     """Depth at which the highest velocity is reached."""
 
     @classmethod
-    def of(cls, start: State, goal: State, bounds: Bounds, sign: float) -> LongestWays:
+    def of(
+        cls, start: MotionState, goal: MotionState, bounds: Bounds, sign: float
+    ) -> ExtremalProfiles:
         """Return the family of largest displacements, or for sign -1 of the smallest, mirrored."""
         highest, limit, jerk = bounds
         (v0, a0), (v1, a1) = (sign * x for x in start[1:]), (sign * x for x in goal[1:])
@@ -80,10 +82,10 @@ class LongestWays(NamedTuple):
         peak, high, valley, low = self.shape(depth)
         return (2.0 * (peak - valley) + self.a1 - self.a0) / self.bounds.jerk + high + low
 
-    def way(self, point: Member) -> float:
+    def displacement(self, point: Member) -> float:
         """Return the displacement of a member [unit]."""
-        # The cruise is added separately: integrated with the phases, a residual acceleration would
-        # act throughout it.
+        # The cruise is added separately: integrated with the phases, a rounding error of the
+        # acceleration would act throughout it.
         p, v, a = point.cruise * self.bounds.velocity, self.v0, self.a0
         for t, jerk in self._phases(Member(point.depth, 0.0)):
             p += t * (v + t * (a / 2.0 + t * jerk / 6.0))
@@ -92,7 +94,7 @@ class LongestWays(NamedTuple):
         return p
 
     def rounding(self, duration: float) -> float:
-        """Return the displacement treated as zero for a duration [unit].
+        """Return the displacement that counts as zero for a duration [unit].
 
         It scales with the speed reachable in that time, which may be far below the limit.
         """
@@ -140,14 +142,14 @@ class LongestWays(NamedTuple):
                 return Member(_root(lambda y: self.duration(y) - duration, first, last), 0.0)
         return Member(self.cap, duration - self.duration(self.cap))
 
-    def crossings(self, way: float) -> Iterator[tuple[float, Member]]:
+    def crossings(self, displacement: float) -> Iterator[tuple[float, Member]]:
         """Yield duration and member of every profile with this displacement [unit]."""
 
         def excess(depth: float) -> float:
-            return self.way(Member(depth, 0.0)) - way
+            return self.displacement(Member(depth, 0.0)) - displacement
 
         def tiny(depth: float) -> float:
-            return self.rounding(self.duration(depth)) + _EXACT * abs(way)
+            return self.rounding(self.duration(depth)) + _EXACT * abs(displacement)
 
         for first, last in self._monotone():
             before, after = excess(first), excess(last)

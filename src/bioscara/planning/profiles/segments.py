@@ -21,7 +21,7 @@ class Bounds(NamedTuple):
     jerk: float
 
 
-class State(NamedTuple):
+class MotionState(NamedTuple):
     """State of one joint.
 
     Attributes:
@@ -68,7 +68,7 @@ class Profile:
         knots: The start of each piece, and the end.
     """
 
-    def __init__(self, start: State, phases: Sequence[Phase]) -> None:
+    def __init__(self, start: MotionState, phases: Sequence[Phase]) -> None:
         time, (p, v, a) = 0.0, start
         knots = []
         for t, jerk in phases:
@@ -87,11 +87,11 @@ class Profile:
         """Time from start to end [s]."""
         return self._times[-1]
 
-    def at(self, time: float) -> State:
+    def at(self, time: float) -> MotionState:
         """Return the state at a time [s]; before the start or after the end, the state there."""
         index = max(bisect_right(self._times, time) - 1, 0)
         begin, p, v, a, jerk = self.knots[index]
         t = max(time - begin, 0.0) if index < len(self.knots) - 1 else 0.0
-        return State(
+        return MotionState(
             p + t * (v + t * (a / 2.0 + t * jerk / 6.0)), v + t * (a + t * jerk / 2.0), a + t * jerk
         )

@@ -9,20 +9,18 @@ from typing import NamedTuple
 import numpy as np
 
 from bioscara.kinematics import Joints, Scara
-from bioscara.planning.limits import JointLimits
-from bioscara.planning.paths.curve import Index, PathSamples
+from bioscara.planning.arrays import Array, Index
+from bioscara.planning.limits import JointLimits, ToolLimits
 from bioscara.planning.paths.inverse_kinematics import JointSamples, along
-from bioscara.planning.paths.path import Path
-from bioscara.planning.tool_limits import ToolLimits
+from bioscara.planning.paths.segments import Path, PathSamples
 from bioscara.planning.topp.phase_plane import Rows
-from bioscara.planning.trajectory.trajectory import Array
 
 _SIDES = 8
 """Half the number of sides of the polygon that approximates the circle of the tool's accelerations.
 It lies inside the circle and loses at most 2 % of it, none purely along or across the path."""
 
 
-class Look(NamedTuple):
+class GridSamples(NamedTuple):
     """A path and the joints on it, at the points of a grid.
 
     Attributes:
@@ -40,13 +38,13 @@ class Look(NamedTuple):
     joints_before: JointSamples
 
 
-def look(arm: Scara, path: Path, start: Joints, grid: Array) -> Look:
+def sample_grid(arm: Scara, path: Path, start: Joints, grid: Array) -> GridSamples:
     """Evaluate the path at the points of a grid, which contains all its breaks."""
     tool = path.sample(grid)
     if not path.breaks:
         joints = along(arm, tool, start)
-        return Look(grid, tool, joints, tool, joints)
-    # Only second derivatives jump; poses sampled next to a break would appear as accelerations.
+        return GridSamples(grid, tool, joints, tool, joints)
+    # Only second derivatives jump there; poses sampled next to a break would add accelerations.
     breaks = np.flatnonzero(np.isin(grid, path.breaks))
     edges, jumps = PathSamples(*(part[breaks] for part in tool)), []
     for beside in (1e-9 * path.length, -1e-9 * path.length):
@@ -54,7 +52,7 @@ def look(arm: Scara, path: Path, start: Joints, grid: Array) -> Look:
         jumps.append((second, along(arm, edges._replace(second=second), start).second))
     joints = along(arm, tool, start)
     (after, joints_after), (before, joints_before) = jumps
-    return Look(
+    return GridSamples(
         grid,
         tool._replace(second=_with(tool.second, breaks, after)),
         joints._replace(second=_with(joints.second, breaks, joints_after)),
@@ -69,27 +67,29 @@ def _with(values: Array, rows: Index, instead: Array) -> Array:
     return result
 
 
-def caps(look: Look, limits: Sequence[JointLimits], tool: ToolLimits) -> Array:
+def speed_limits(samples: GridSamples, limits: Sequence[JointLimits], tool: ToolLimits) -> Array:
     """Return the square of the speed along the path that each point allows, shape (n,)."""
     velocities = np.array([limit.max_velocity for limit in limits])
-    first = look.tool.first
+    first = samples.tool.first
     with np.errstate(divide="ignore", over="ignore"):
         speeds = np.minimum(
-            (velocities / np.abs(look.joints.first)).min(axis=1),
+            (velocities / np.abs(samples.joints.first)).min(axis=1),
             tool.speed / np.linalg.norm(first[:, :3], axis=1),
         )
         speeds = np.minimum(speeds, tool.yaw_speed / np.abs(first[:, 3]))
     return np.asarray(speeds * speeds, dtype=np.float64)
 
 
-def rows(look: Look, limits: Sequence[JointLimits], tool: ToolLimits) -> Rows:
+def acceleration_limits(
+    samples: GridSamples, limits: Sequence[JointLimits], tool: ToolLimits
+) -> Rows:
     """Return the limits of acceleration on each piece of the grid, at both of its ends."""
     accelerations = np.array([limit.max_acceleration for limit in limits])
-    straight = not (look.tool.second[:, :3].any() or look.tool_before.second[:, :3].any())
-    begin = _at(look.tool, look.joints, accelerations, tool, straight)
-    end = _at(look.tool_before, look.joints_before, accelerations, tool, straight)
+    straight = not (samples.tool.second[:, :3].any() or samples.tool_before.second[:, :3].any())
+    begin = _at(samples.tool, samples.joints, accelerations, tool, straight)
+    end = _at(samples.tool_before, samples.joints_before, accelerations, tool, straight)
     # At the end of a piece u is the same, and b has grown by 2 u times its length.
-    twice = 2.0 * np.diff(look.grid)[:, None]
+    twice = 2.0 * np.diff(samples.grid)[:, None]
     return Rows(
         np.hstack((begin.along[:-1], end.along[1:] + twice * end.across[1:])),
         np.hstack((begin.across[:-1], end.across[1:])),

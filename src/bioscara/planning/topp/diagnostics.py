@@ -9,11 +9,12 @@ import numpy as np
 
 from bioscara.errors import InvalidArgumentError, PathError, TrajectoryError, UnreachableError
 from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.planning.arrays import Array
 from bioscara.planning.paths.inverse_kinematics import along
-from bioscara.planning.paths.path import Path
-from bioscara.planning.topp.constraints import Look
+from bioscara.planning.paths.segments import Path
+from bioscara.planning.topp.constraints import GridSamples
 from bioscara.planning.topp.singular_ends import STRETCHED
-from bioscara.planning.trajectory.trajectory import Array, Trajectory
+from bioscara.planning.trajectory.trajectory import Trajectory
 
 _NEAR = 1e-6
 """Rounding tolerance between the start of a path and the tool [m or rad]."""
@@ -50,22 +51,22 @@ def check_start(arm: Scara, path: Path, start: Joints) -> None:
         )
 
 
-def check_places(arm: Scara, path: Path, start: Joints, look: Look) -> None:
+def check_places(arm: Scara, path: Path, start: Joints, samples: GridSamples) -> None:
     """Make sure that every pose on the path is within reach and limits, on the elbow's side.
 
     Raises:
         PathError: A pose is not; the message names the first such one.
     """
-    joints = look.joints.joints
+    joints = samples.joints.joints
     missing = np.isnan(joints[:, 2])
     if missing.any():
         index = int(np.argmax(missing))
-        pose = Pose(*look.tool.poses[index].tolist())
+        pose = Pose(*samples.tool.poses[index].tolist())
         try:
             arm.inverse(pose)
         except UnreachableError as error:
-            raise _refusal(arm, path, start, look, index, 2, str(error)) from None
-    _check_ranges(arm, path, start, look, joints)
+            raise _refusal(arm, path, start, samples, index, 2, str(error)) from None
+    _check_ranges(arm, path, start, samples, joints)
     flat = np.abs(np.sin(joints[:, 2])) < STRETCHED
     if flat.any():
         index = int(np.argmax(flat))
@@ -73,17 +74,19 @@ def check_places(arm: Scara, path: Path, start: Joints, look: Look) -> None:
             f"the arm is stretched or folded there (j3 at {joints[index, 2]:.6f} rad), where the "
             "joints cannot lead the tool along the path; stay a millimetre away"
         )
-        raise _refusal(arm, path, start, look, index, 2, why)
+        raise _refusal(arm, path, start, samples, index, 2, why)
 
 
-def check_turns(arm: Scara, path: Path, start: Joints, look: Look, trajectory: Trajectory) -> None:
+def check_turns(
+    arm: Scara, path: Path, start: Joints, samples: GridSamples, trajectory: Trajectory
+) -> None:
     """Make sure that no joint leaves its range between two points of the trajectory.
 
     Args:
         arm: The arm.
         path: The path.
         start: Joints at its beginning.
-        look: The path at the points of the trajectory.
+        samples: The path at the points of the trajectory.
         trajectory: Of cubics.
 
     Raises:
@@ -97,73 +100,75 @@ def check_turns(arm: Scara, path: Path, start: Joints, look: Look, trajectory: T
     root = np.sqrt(np.maximum(np.where(turning, a0 * a0 - 12.0 * c[..., 3] * v0, 1.0), 0.0))
     at = np.where(turning, -2.0 * v0 / np.where(turning, a0 + np.sign(v1) * root, 1.0), 0.0)
     turns = c[..., 0] + at * (v0 + at * (c[..., 2] + at * c[..., 3]))
-    _check_ranges(arm, path, start, look, turns)
+    _check_ranges(arm, path, start, samples, turns)
 
 
-def check_speeds(arm: Scara, path: Path, start: Joints, look: Look, bound: Array) -> None:
+def check_speeds(arm: Scara, path: Path, start: Joints, samples: GridSamples, bound: Array) -> None:
     """Make sure that the tool can pass every point of the path at :data:`SLOWEST` or faster.
 
     Args:
         arm: The arm.
         path: The path.
         start: Joints at its beginning.
-        look: The path at the points of a grid.
+        samples: The path at the points of a grid.
         bound: Square of the highest speed that each piece of the grid allows, shape (n - 1,).
 
     Raises:
         PathError: It cannot; the message states the largest speed at the slowest point.
     """
-    grid = look.grid[:-1]
+    grid = samples.grid[:-1]
     inside = (grid > _NEAR_END) & (grid < path.length - _NEAR_END)
     bound = np.where(inside, bound, np.inf)
     index = int(np.argmin(bound))
     if bound[index] >= SLOWEST**2:
         return
-    joint = _TURNING[int(np.argmax(np.abs(look.joints.second[index, _TURNING])))]
+    joint = _TURNING[int(np.argmax(np.abs(samples.joints.second[index, _TURNING])))]
     largest = math.sqrt(float(bound[index]))
     why = (
         f"{arm.limits[joint].name} would have to turn so suddenly that the tool can pass at "
-        f"{largest:.2g} m/s at most (j3 at {look.joints.joints[index, 2]:.4f} rad: nearly "
+        f"{largest:.2g} m/s at most (j3 at {samples.joints.joints[index, 2]:.4f} rad: nearly "
         "stretched or folded); lead the path further away from there"
     )
-    raise _refusal(arm, path, start, look, index, joint, why, largest)
+    raise _refusal(arm, path, start, samples, index, joint, why, largest)
 
 
-def _check_ranges(arm: Scara, path: Path, start: Joints, look: Look, joints: Array) -> None:
+def _check_ranges(
+    arm: Scara, path: Path, start: Joints, samples: GridSamples, joints: Array
+) -> None:
     lower = np.array([limit.lower for limit in arm.limits]) - 1e-9
     upper = np.array([limit.upper for limit in arm.limits]) + 1e-9
     outside = (joints < lower) | (joints > upper)
     if outside.any():
         index, joint = (int(part) for part in np.argwhere(outside)[0])
         why = f"it would take {', '.join(arm.beyond(joints[index].tolist()))}"
-        raise _refusal(arm, path, start, look, index, joint, why)
+        raise _refusal(arm, path, start, samples, index, joint, why)
 
 
 def _refusal(
     arm: Scara,
     path: Path,
     start: Joints,
-    look: Look,
+    samples: GridSamples,
     index: int,
     joint: int,
     why: str,
     largest_speed: float = 0.0,
 ) -> PathError:
-    s = float(look.grid[index])
+    s = float(samples.grid[index])
     segment = bisect_right(path.breaks, s)
-    piece = f"segment {segment}, " if path.breaks else ""
-    text = f"{piece}{s:.4f} m along the path of {path.length:.4f} m: {why}"
+    where = f"segment {segment}, " if path.breaks else ""
+    text = f"{where}{s:.4f} m along the path of {path.length:.4f} m: {why}"
     name = arm.limits[joint].name
-    instead = _alternative(arm, start, look, elbow=largest_speed == 0.0)
+    instead = _alternative(arm, start, samples, elbow=largest_speed == 0.0)
     return PathError(f"{text}; {instead}", segment, name, s, largest_speed)
 
 
-def _alternative(arm: Scara, start: Joints, look: Look, *, elbow: bool) -> str:
-    """Return the alternatives to the path; the other elbow is as slow as this one."""
+def _alternative(arm: Scara, start: Joints, samples: GridSamples, *, elbow: bool) -> str:
+    """Return the alternatives to the path, those with the other elbow only if requested."""
     offers = []
     for other in arm.inverse(arm.forward(start)):
         if elbow and math.sin(other.j3) * math.sin(start.j3) < 0.0 and not arm.beyond(other):
-            joints = along(arm, look.tool, other).joints
+            joints = along(arm, samples.tool, other).joints
             # The other elbow mirrors this one: it is stretched at the same points.
             stretched = (np.abs(np.sin(joints[:, 2])) < STRETCHED).any()
             if not stretched and not any(arm.beyond(row) for row in joints.tolist()):
@@ -171,7 +176,7 @@ def _alternative(arm: Scara, start: Joints, look: Look, *, elbow: bool) -> str:
                     "with the elbow on the other side the whole path is within limits: start from "
                     f"({', '.join(f'{value:.4f}' for value in other)})"
                 )
-    goal = Pose(*look.tool.poses[-1].tolist())
+    goal = Pose(*samples.tool.poses[-1].tolist())
     try:
         arm.solve(goal, start)
     except UnreachableError:

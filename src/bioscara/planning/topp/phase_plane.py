@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from bioscara.planning.trajectory.trajectory import Array
+from bioscara.planning.arrays import Array
 
 _LEAST = 1e-7
 """Smallest factor of u, as a share of the largest one on the piece: a limit with a smaller one is
@@ -56,13 +56,13 @@ def fastest(steps: Array, rows: Rows, caps: Array) -> tuple[Array, Array]:
     # Every two limits must leave a common u with which the speed does not fall below zero within
     # the piece.
     stopping = np.where(ahead < 0.0, -from_rest, np.inf).min(axis=1)
-    bound = np.minimum(np.minimum(_between(c, m), stopping), caps[:-1])
+    bound = np.minimum(np.minimum(_common_bound(c, m), stopping), caps[:-1])
     back = np.where(ahead > 0.0, from_rest, np.inf)
-    highest = _run(back[::-1], gain[::-1], bound[::-1])[::-1]
-    return np.maximum(_run(reserve, ahead, highest[1:]), 0.0), bound
+    highest = _sweep(back[::-1], gain[::-1], bound[::-1])[::-1]
+    return np.maximum(_sweep(reserve, ahead, highest[1:]), 0.0), bound
 
 
-def _between(c: Array, m: Array) -> Array:
+def _common_bound(c: Array, m: Array) -> Array:
     """Return the largest b for which every two limits of a piece share a u, shape (pieces,)."""
     c, m = np.ascontiguousarray(c.T), np.ascontiguousarray(m.T)
     least = np.full(c.shape[1], np.inf)
@@ -74,7 +74,7 @@ def _between(c: Array, m: Array) -> Array:
     return least
 
 
-def _run(start: Array, slope: Array, most: Array) -> Array:
+def _sweep(start: Array, slope: Array, most: Array) -> Array:
     """Return the largest b that the limits allow at each point, from rest, shape (n,).
 
     Args:

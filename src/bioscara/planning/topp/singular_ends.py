@@ -16,22 +16,21 @@ from typing import NamedTuple
 import numpy as np
 
 from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.planning.limits import JointLimits
+from bioscara.planning.arrays import Array
+from bioscara.planning.limits import JointLimits, ToolLimits
 from bioscara.planning.paths.inverse_kinematics import along
-from bioscara.planning.paths.path import LEVER, Path
-from bioscara.planning.tool_limits import ToolLimits
-from bioscara.planning.trajectory.trajectory import Array
+from bioscara.planning.paths.segments import LEVER, Path
 
 STRETCHED = 1e-6
 """Sine of the elbow's angle below which the joints have no finite speed on a path."""
 CLEAR = 1e-4
 """Sine of the elbow's angle from which on the path itself is followed."""
-_HAIRS = 1e-10 * 2.0 ** np.arange(24)
-"""Lengths of the joint motion that are tried, up to a millimetre [m]."""
+_LENGTHS = 1e-10 * 2.0 ** np.arange(24)
+"""Lengths tried for the joint motion, up to a millimetre [m]."""
 
 
-class Between(NamedTuple):
-    """The part of a path that is followed; its ends are the path's unless those are stretched.
+class RegularPart(NamedTuple):
+    """The part of a path on which the joints have finite derivatives, without stretched ends.
 
     Attributes:
         begin: Parameter where it begins.
@@ -44,30 +43,30 @@ class Between(NamedTuple):
     side: Joints
 
 
-def between(arm: Scara, path: Path, start: Joints) -> Between:
-    """Return the part of a path that is followed.
+def regular_part(arm: Scara, path: Path, start: Joints) -> RegularPart:
+    """Return the part of a path between its stretched or folded ends.
 
     Args:
         arm: The arm.
-        path: Of the tool. One along which the arm stays stretched is returned whole.
+        path: Of the tool; all of it is returned if the arm stays stretched along it.
         start: Joints at its beginning [rad, m, rad, rad].
     """
     edges = (0.0, *path.breaks, path.length)
-    begin = _hair(arm, path, start, 0.0, edges[1])
-    end = path.length - _hair(arm, path, start, path.length, edges[-2] - path.length)
+    begin = _singular_length(arm, path, start, 0.0, edges[1])
+    end = path.length - _singular_length(arm, path, start, path.length, edges[-2] - path.length)
     if not begin:
-        return Between(begin, end, start)
-    # From the stretched position the elbow can bend to either side: it takes that of the goal.
+        return RegularPart(begin, end, start)
+    # From the stretched position the elbow can bend to either side; it takes the goal's.
     goal = arm.solve(Pose(*path.sample([path.length]).poses[0].tolist()), start)
     straight = start.j3 - math.remainder(start.j3, math.pi)
     side = straight + math.copysign(STRETCHED, goal.j3 - straight)
-    return Between(begin, end, start._replace(j3=side))
+    return RegularPart(begin, end, start._replace(j3=side))
 
 
 def with_ends(
     arm: Scara,
     path: Path,
-    part: Between,
+    part: RegularPart,
     start: Joints,
     points: tuple[Array, Array, Array],
     limits: Sequence[JointLimits],
@@ -78,7 +77,7 @@ def with_ends(
     Args:
         arm: The arm.
         path: Of the tool.
-        part: The part that is followed.
+        part: The part that the motion follows.
         start: Joints at the path's beginning [rad, m, rad, rad].
         points: Times, positions and velocities of the motion along the part, rest to rest.
         limits: Of the joints, j1 to j4.
@@ -99,8 +98,8 @@ def with_ends(
     return times, positions, velocities
 
 
-def _hair(arm: Scara, path: Path, start: Joints, end: float, room: float) -> float:
-    """Return the distance from an end of a path where the elbow is bent, 0 if it is at the end.
+def _singular_length(arm: Scara, path: Path, start: Joints, end: float, room: float) -> float:
+    """Return the distance from an end of a path to where the elbow is bent [m].
 
     Args:
         arm: The arm.
@@ -109,22 +108,24 @@ def _hair(arm: Scara, path: Path, start: Joints, end: float, room: float) -> flo
         end: Parameter of the end.
         room: Parameter of the next break relative to it; negative at the final end.
     """
-    hairs = np.concatenate(([0.0], _HAIRS[abs(room) > 2.0 * _HAIRS]))
-    samples = path.sample(end + math.copysign(1.0, room) * hairs)
+    lengths = np.concatenate(([0.0], _LENGTHS[abs(room) > 2.0 * _LENGTHS]))
+    samples = path.sample(end + math.copysign(1.0, room) * lengths)
     sines = np.abs(np.sin(along(arm, samples, start).joints[:, 2]))
     if not sines[0] < STRETCHED:
         return 0.0
     bent = sines >= CLEAR
-    return float(hairs[np.argmax(bent)]) if bent.any() else 0.0
+    return float(lengths[np.argmax(bent)]) if bent.any() else 0.0
 
 
-def _duration(way: Array, hair: float, limits: Sequence[JointLimits], tool: ToolLimits) -> float:
+def _duration(
+    displacement: Array, length: float, limits: Sequence[JointLimits], tool: ToolLimits
+) -> float:
     """Return the duration of a cubic from rest to rest [s]; estimated for the tool's limits."""
-    ways: list[float] = [*np.abs(way).tolist(), hair, hair / LEVER]
+    distances: list[float] = [*np.abs(displacement).tolist(), length, length / LEVER]
     fastest = [*(limit.max_velocity for limit in limits), tool.speed, tool.yaw_speed]
     hardest = [*(limit.max_acceleration for limit in limits)]
     hardest += [tool.acceleration, tool.yaw_acceleration]
     return max(
         max(1.5 * d / v, math.sqrt(6.0 * d / a))
-        for d, v, a in zip(ways, fastest, hardest, strict=True)
+        for d, v, a in zip(distances, fastest, hardest, strict=True)
     )

@@ -16,12 +16,16 @@ import numpy as np
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Scara, batch
-from bioscara.planning.limits import JointLimits, check_share
-from bioscara.planning.paths.curve import Index
+from bioscara.planning.arrays import Array, Index
+from bioscara.planning.limits import FULL, JointLimits, ToolLimits, check_share
 from bioscara.planning.paths.inverse_kinematics import along
-from bioscara.planning.paths.path import Path
-from bioscara.planning.tool_limits import FULL, ToolLimits
-from bioscara.planning.topp.constraints import Look, caps, look, rows
+from bioscara.planning.paths.segments import Path
+from bioscara.planning.topp.constraints import (
+    GridSamples,
+    acceleration_limits,
+    sample_grid,
+    speed_limits,
+)
 from bioscara.planning.topp.diagnostics import (
     SLOWEST,
     check_places,
@@ -30,9 +34,9 @@ from bioscara.planning.topp.diagnostics import (
     check_turns,
 )
 from bioscara.planning.topp.phase_plane import Rows, fastest
-from bioscara.planning.topp.singular_ends import Between, between, with_ends
+from bioscara.planning.topp.singular_ends import RegularPart, regular_part, with_ends
 from bioscara.planning.trajectory.retiming import stretched
-from bioscara.planning.trajectory.trajectory import Array, Trajectory
+from bioscara.planning.trajectory.trajectory import Trajectory
 
 _PIECES = 80
 """Pieces of the first grid."""
@@ -43,16 +47,16 @@ _STEP, _FEWEST, _MOST = 10e-3, 60, 4000
 _EXCESS, _FINEST, _REFINEMENTS, _PARTS = 1e-3, 1e-4, 6, 8
 """Share by which a piece may exceed a limit before it is cut, the shortest duration of a piece that
 is cut [s], the most refinements, and the most parts of a piece in each."""
-_SUDDEN = 2.0
-"""Factor in time above which a single abrupt point would slow down the whole motion."""
-_ASTRAY = 3e-7
+_ABRUPT = 2.0
+"""Factor in time from which a single abrupt point would slow down the whole motion too much."""
+_DEVIATION = 3e-7
 """Deviation of the curve from the path between two points above which its piece is cut [rad or m];
 a few tenths of a micrometre at the tool."""
-_TURNING, _BEFORE, _AFTER = 0.9, 0.1, 0.4
+_REVERSAL, _BEFORE, _AFTER = 0.9, 0.1, 0.4
 """Share of the highest speed near the reversal of a joint, and how long before and after it [s]."""
 _APART = 1e-5
-"""Breaks less than this apart [s] are one point of the grid."""
-_LOOKS = (0.25, 0.5, 0.75)
+"""Breaks less than this apart [s] become one point of the grid."""
+_TOOL_SAMPLES = (0.25, 0.5, 0.75)
 """Samples of the tool between two points, in shares of the time."""
 _BETWEEN = 1e-5
 """Share by which the tool may exceed a limit between two samples."""
@@ -81,7 +85,7 @@ def parameterise(
         limits: Of the joints, j1 to j4.
         tool: Limits of the tool; those of :class:`ToolLimits` unless given.
         speed: Share of the speed to use, 0.001 to 1: the same motion in 1/speed times the
-            duration. One share, or one for each piece of the path between its breaks.
+            duration. One share, or one for each segment of the path between its breaks.
         window: Window over which speeds along the path are averaged [s]; 0 for no averaging.
 
     Returns:
@@ -98,33 +102,33 @@ def parameterise(
     shares = _shares(path, speed)
     highest, shares = float(shares.max()), shares / shares.max()
     check_start(arm, path, start)
-    part = between(arm, path, start)
+    part = regular_part(arm, path, start)
     side = part.side
     grid = _first_grid(path, part)
-    _, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
+    _, squares = _solve_on_grid(arm, path, side, limits, tool, grid, shares)
     grid = _even_in_time(grid, squares, path.breaks, shares)
     names = [limit.name for limit in limits]
     if window:
         over = window * highest
-        seen, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares, over)
+        samples, squares = _solve_on_grid(arm, path, side, limits, tool, grid, shares, over)
         points = _averaged(arm, path, side, limits, (grid, squares), over)
         trajectory = Trajectory(names, *points)
-        check_turns(arm, path, side, seen, trajectory)
+        check_turns(arm, path, side, samples, trajectory)
     for _ in range(0 if window else _REFINEMENTS + 1):
-        seen, squares = _look_and_solve(arm, path, side, limits, tool, grid, shares)
-        velocities = seen.joints.first * np.sqrt(squares)[:, None]
-        points = _times(grid, squares), seen.joints.joints, velocities
+        samples, squares = _solve_on_grid(arm, path, side, limits, tool, grid, shares)
+        velocities = samples.joints.first * np.sqrt(squares)[:, None]
+        points = _times(grid, squares), samples.joints.joints, velocities
         trajectory = Trajectory(names, *points)
         factors = _factors_of_pieces(trajectory, arm, limits, tool)
-        astray = _beside(arm, path, side, grid, squares, trajectory)
-        parts = _parts(factors, astray, np.diff(trajectory.times))
+        deviations = _deviations(arm, path, side, grid, squares, trajectory)
+        parts = _parts(factors, deviations, np.diff(trajectory.times))
         if parts.max() < 2:
             break
         grid = _cut(grid, parts)
     if not window:
-        check_turns(arm, path, side, seen, trajectory)
-        left = np.diff(seen.grid) / np.diff(trajectory.times) / factors
-        check_speeds(arm, path, side, seen, np.where(factors > _SUDDEN, left**2, np.inf))
+        check_turns(arm, path, side, samples, trajectory)
+        left = np.diff(samples.grid) / np.diff(trajectory.times) / factors
+        check_speeds(arm, path, side, samples, np.where(factors > _ABRUPT, left**2, np.inf))
     if (part.begin, part.end) != (0.0, path.length):
         points = with_ends(arm, path, part, start, points, limits, tool)
         trajectory = Trajectory(names, *points)
@@ -135,13 +139,15 @@ def parameterise(
     return stretched(trajectory, factor / highest)
 
 
-def _parts(factors: Array, astray: Array, durations: Array) -> Index:
+def _parts(factors: Array, deviations: Array, durations: Array) -> Index:
     """Return the number of parts to cut each piece into, 1 if it may stay as it is.
 
     The excess of a piece falls with the square of its length, its deviation from the path with the
     fourth power.
     """
-    wanted = np.maximum(((factors - 1.0).clip(0.0) / _EXCESS) ** 0.5, (astray / _ASTRAY) ** 0.25)
+    wanted = np.maximum(
+        ((factors - 1.0).clip(0.0) / _EXCESS) ** 0.5, (deviations / _DEVIATION) ** 0.25
+    )
     divisible = durations > _FINEST
     coarse = (wanted > 1.0) & divisible
     # A limit that binds on a coarse piece may soon bind on its neighbours.
@@ -160,19 +166,19 @@ def _cut(grid: Array, parts: Index) -> Array:
 
 
 def _shares(path: Path, speed: float | Sequence[float]) -> Array:
-    """Return the speed share of each piece between the breaks of a path."""
-    pieces = len(path.breaks) + 1
-    shares = np.full(pieces, speed) if np.ndim(speed) == 0 else np.array(speed)
-    if shares.shape != (pieces,):
+    """Return the speed share of each segment between the breaks of a path."""
+    segments = len(path.breaks) + 1
+    shares = np.full(segments, speed) if np.ndim(speed) == 0 else np.array(speed)
+    if shares.shape != (segments,):
         raise InvalidArgumentError(
-            f"{len(shares)} shares of speed do not fit the {pieces} pieces of the path"
+            f"{len(shares)} shares of speed do not fit the {segments} segments of the path"
         )
     for share in shares.tolist():
         check_share(share)
     return shares
 
 
-def _look_and_solve(
+def _solve_on_grid(
     arm: Scara,
     path: Path,
     start: Joints,
@@ -181,31 +187,31 @@ def _look_and_solve(
     grid: Array,
     shares: Array,
     window: float = 0.0,
-) -> tuple[Look, Array]:
+) -> tuple[GridSamples, Array]:
     """Evaluate the path on the grid; return it and the squares of the largest speeds there.
 
     With a window, these are speeds whose average over it keeps the speed limits.
     """
-    seen = look(arm, path, start, grid)
-    check_places(arm, path, start, seen)
+    samples = sample_grid(arm, path, start, grid)
+    check_places(arm, path, start, samples)
     share = shares[np.searchsorted(path.breaks, grid[:-1], side="right")] ** 2
-    along, across = rows(seen, limits, tool)
+    along, across = acceleration_limits(samples, limits, tool)
     slowed = Rows(along / share[:, None], across / share[:, None])
     lower = np.minimum(np.append(share, 1.0), np.append(1.0, share))
-    highest = lower * caps(seen, limits, tool)
+    highest = lower * speed_limits(samples, limits, tool)
     squares, bound = fastest(np.diff(grid), slowed, highest)
     if (bound < share * SLOWEST**2).any():
         # The tool's limits may be that low on purpose: only the joints are checked.
-        alone = rows(seen, limits, FULL), caps(seen, limits, FULL)
-        check_speeds(arm, path, start, seen, fastest(np.diff(grid), *alone)[1])
+        alone = acceleration_limits(samples, limits, FULL), speed_limits(samples, limits, FULL)
+        check_speeds(arm, path, start, samples, fastest(np.diff(grid), *alone)[1])
     if window:
-        low = _lowered(grid, _turning(grid, seen, squares, highest), window)
+        low = _lowered(grid, _slowed_at_reversals(grid, samples, squares, highest), window)
         if (low < squares).any():
             squares, _ = fastest(np.diff(grid), slowed, np.minimum(highest, low))
-    return seen, squares
+    return samples, squares
 
 
-def _first_grid(path: Path, part: Between) -> Array:
+def _first_grid(path: Path, part: RegularPart) -> Array:
     """Return a grid that is finer towards both ends, and fine in each piece between breaks."""
     begin, end, _ = part
     ends = np.cos(np.linspace(0.0, math.pi, _PIECES + 1))
@@ -219,17 +225,19 @@ def _times(grid: Array, squares: Array) -> Array:
     return np.concatenate(([0.0], np.cumsum(2.0 * np.diff(grid) / (rates[:-1] + rates[1:]))))
 
 
-def _turning(grid: Array, seen: Look, squares: Array, highest: Array) -> Array:
+def _slowed_at_reversals(
+    grid: Array, samples: GridSamples, squares: Array, highest: Array
+) -> Array:
     """Return squares of speed that are lower near reversals of a joint along the path.
 
-    There its load sticks for a moment, breaks away and swings, also in a smooth motion.
+    There the load sticks for a moment, breaks away and swings, even in a smooth motion.
     """
     times, lower = _times(grid, squares), squares.copy()
-    signs = np.sign(seen.joints.first)
+    signs = np.sign(samples.joints.first)
     for index in np.flatnonzero((signs[:-1] * signs[1:] < 0.0).any(axis=1)):
         since = times - times[index]
         near = (since > -_BEFORE) & (since < _AFTER)
-        lower[near] = np.minimum(lower[near], _TURNING**2 * highest[near])
+        lower[near] = np.minimum(lower[near], _REVERSAL**2 * highest[near])
     return lower
 
 
@@ -257,8 +265,8 @@ def _lowered(grid: Array, squares: Array, window: float) -> Array:
     )
 
 
-class _Law:
-    """Path parameter over time: the average of a motion over a window.
+class _AveragedTiming:
+    """Path parameter as a function of time: the average of a motion over a window.
 
     Args:
         grid: Path parameters [m].
@@ -308,18 +316,18 @@ def _averaged(
     window: float,
 ) -> tuple[Array, Array, Array]:
     """Return times, positions and velocities of the average of a motion over a window."""
-    law = _Law(*motion, window)
-    count = max(math.ceil(law.duration / _STEP), _FEWEST)
-    times = np.linspace(0.0, law.duration, count + 1)
+    timing = _AveragedTiming(*motion, window)
+    count = max(math.ceil(timing.duration / _STEP), _FEWEST)
+    times = np.linspace(0.0, timing.duration, count + 1)
     for _ in range(_REFINEMENTS + 1):
-        places, rates = law.at(times)
+        places, rates = timing.at(times)
         places[0], places[-1] = motion[0][0], motion[0][-1]
-        seen = along(arm, path.sample(places), side)
-        positions, velocities = seen.joints, seen.first * rates[:, None]
+        samples = along(arm, path.sample(places), side)
+        positions, velocities = samples.joints, samples.first * rates[:, None]
         velocities[[0, -1]] = 0.0
         curve = Trajectory([limit.name for limit in limits], times, positions, velocities)
         t = np.diff(times)
-        halves, _ = law.at(times[:-1] + 0.5 * t)
+        halves, _ = timing.at(times[:-1] + 0.5 * t)
         there, c = along(arm, path.sample(halves), side).joints, curve.coefficients
         half = 0.5 * t[:, None]
         here = c[..., 0] + half * (c[..., 1] + half * (c[..., 2] + half * c[..., 3]))
@@ -359,7 +367,7 @@ def _even_in_time(grid: Array, squares: Array, breaks: tuple[float, ...], shares
     return np.concatenate((grid[:1], inner, grid[-1:]))
 
 
-def _beside(
+def _deviations(
     arm: Scara, path: Path, side: Joints, grid: Array, squares: Array, trajectory: Trajectory
 ) -> Array:
     """Return the deviation of each piece's curve from the path at half its time, shape (n - 1,).
@@ -371,8 +379,8 @@ def _beside(
     there = along(arm, path.sample(half), side).joints
     c, at = trajectory.coefficients, 0.5 * t[:, None]
     here = c[..., 0] + at * (c[..., 1] + at * (c[..., 2] + at * c[..., 3]))
-    astray = np.abs(here - there).max(axis=1)
-    return np.where(np.isnan(astray), math.inf, astray)
+    deviations = np.abs(here - there).max(axis=1)
+    return np.where(np.isnan(deviations), math.inf, deviations)
 
 
 def _factors_of_pieces(
@@ -388,7 +396,7 @@ def _factors_of_pieces(
     a0, a1 = 2.0 * half, 2.0 * half + 6.0 * t * sixth
     v1 = v0 + 0.5 * t * (a0 + a1)
     states = [(p0, v0, a0), (trajectory.positions[1:], v1, a1)]
-    for share in _LOOKS:
+    for share in _TOOL_SAMPLES:
         at = share * t
         positions = p0 + at * (v0 + at * (half + at * sixth))
         states.append((positions, v0 + at * (a0 + 3.0 * at * sixth), a0 + 6.0 * at * sixth))

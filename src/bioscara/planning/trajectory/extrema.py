@@ -1,4 +1,4 @@
-"""Ranges of positions, velocities and accelerations on the curve of a trajectory."""
+"""Extrema of position, velocity and acceleration on the curve of a trajectory."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from bioscara.planning.trajectory.trajectory import Array, Trajectory
+from bioscara.planning.arrays import Array
+from bioscara.planning.trajectory.trajectory import Trajectory
 
 _HALVINGS = 42
 """Bisection steps: finds a turning point to 2e-13 of its segment; the value's error is the square
@@ -25,8 +26,8 @@ class Extremum(NamedTuple):
     value: float
 
 
-class Range(NamedTuple):
-    """Range of a quantity of one joint.
+class Extrema(NamedTuple):
+    """Extrema of a quantity of one joint.
 
     Attributes:
         low: The smallest value.
@@ -42,8 +43,8 @@ class Range(NamedTuple):
         return max(self, key=lambda extremum: abs(extremum.value))
 
 
-class JointRanges(NamedTuple):
-    """Ranges of one joint.
+class JointExtrema(NamedTuple):
+    """Extrema of one joint.
 
     Attributes:
         position: [rad or m].
@@ -51,13 +52,13 @@ class JointRanges(NamedTuple):
         acceleration: [rad/s^2 or m/s^2].
     """
 
-    position: Range
-    velocity: Range
-    acceleration: Range
+    position: Extrema
+    velocity: Extrema
+    acceleration: Extrema
 
 
-def extrema(trajectory: Trajectory) -> list[JointRanges]:
-    """Return the ranges of each joint, in the order of ``joint_names``.
+def joint_extrema(trajectory: Trajectory) -> list[JointExtrema]:
+    """Return the extrema of each joint, in the order of ``joint_names``.
 
     They hold for every instant, including the rest before and after the motion. Values too large
     to be computed are infinite or NaN.
@@ -72,7 +73,7 @@ def extrema(trajectory: Trajectory) -> list[JointRanges]:
             candidates, (trajectory.positions[[0, -1]], rest, rest), strict=True
         )
     ]
-    return [JointRanges(*joint) for joint in zip(*columns, strict=True)]
+    return [JointExtrema(*joint) for joint in zip(*columns, strict=True)]
 
 
 def _of_cubics(trajectory: Trajectory) -> list[tuple[Array, Array]]:
@@ -141,8 +142,8 @@ def _value(curve: Array, at: Array) -> Array:
     return result
 
 
-def _ranges(trajectory: Trajectory, at: Array, values: Array, edges: Array) -> list[Range]:
-    """Return the range of each joint; ``edges`` are the values before and after the motion."""
+def _ranges(trajectory: Trajectory, at: Array, values: Array, edges: Array) -> list[Extrema]:
+    """Return the extrema of each joint; ``edges`` are the values before and after the motion."""
     joints = len(trajectory.joint_names)
     times = np.concatenate(
         [
@@ -153,7 +154,7 @@ def _ranges(trajectory: Trajectory, at: Array, values: Array, edges: Array) -> l
     values = np.concatenate([values.reshape(-1, joints), edges])
     lows, highs = values.argmin(axis=0), values.argmax(axis=0)
     return [
-        Range(
+        Extrema(
             Extremum(float(times[low, joint]), float(values[low, joint])),
             Extremum(float(times[high, joint]), float(values[high, joint])),
         )

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from bioscara.errors import TrajectoryError
 from bioscara.planning.limits import JointLimits
-from bioscara.planning.trajectory.extrema import extrema
+from bioscara.planning.trajectory.extrema import joint_extrema
 from bioscara.planning.trajectory.trajectory import Trajectory
 from bioscara.planning.trajectory.validation import check
 
@@ -40,9 +40,9 @@ def stretch_factor(trajectory: Trajectory, limits: Sequence[JointLimits]) -> flo
     """
     by_name = {limit.name: limit for limit in limits}
     factor = 1.0
-    for name, ranges in zip(trajectory.joint_names, extrema(trajectory), strict=True):
+    for name, ranges in zip(trajectory.joint_names, joint_extrema(trajectory), strict=True):
         if name not in by_name:
-            continue  # check reports it
+            continue  # check() reports it
         limit = by_name[name]
         fastest = abs(ranges.velocity.largest.value)
         hardest = abs(ranges.acceleration.largest.value)

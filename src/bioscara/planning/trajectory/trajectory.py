@@ -4,32 +4,24 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
 
 from bioscara.arguments import array, items, number, shown
 from bioscara.errors import TrajectoryError
-
-Array = npt.NDArray[np.float64]
+from bioscara.planning.arrays import Array
+from bioscara.planning.trajectory.polynomials import (
+    Sample,
+    cubic,
+    evaluate,
+    evaluate_many,
+    line,
+    quintic,
+)
 
 STEP_MIN = 1e-6
 """Shortest time between two points [s]; the curve's coefficients divide by its fifth power."""
-
-
-class Sample(NamedTuple):
-    """State of all joints at one instant, in the order of ``joint_names``.
-
-    Attributes:
-        positions: [rad or m].
-        velocities: [rad/s or m/s].
-        accelerations: [rad/s^2 or m/s^2].
-    """
-
-    positions: tuple[float, ...]
-    velocities: tuple[float, ...]
-    accelerations: tuple[float, ...]
 
 
 class Trajectory:
@@ -126,14 +118,7 @@ class Trajectory:
             rest = (0.0,) * len(row)
             return Sample(tuple(row), rest, rest)
         index = bisect_right(starts, time) - 1
-        t = time - starts[index]
-        positions, velocities, accelerations = [], [], []
-        # Plain floats are several times faster than arrays for four joints.
-        for c0, c1, c2, c3, c4, c5 in self._coefficients[index].tolist():
-            positions.append(c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5)))))
-            velocities.append(c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4 + t * 5 * c5))))
-            accelerations.append(2 * c2 + t * (6 * c3 + t * (12 * c4 + t * 20 * c5)))
-        return Sample(tuple(positions), tuple(velocities), tuple(accelerations))
+        return evaluate(self._coefficients[index].tolist(), time - starts[index])
 
     def sample_many(self, times: npt.ArrayLike) -> tuple[Array, Array, Array]:
         """Return positions, velocities and accelerations at ``times`` [s], each (m, joints).
@@ -151,13 +136,9 @@ class Trajectory:
         inside = ~(before | after)
         if inside.any():
             index = np.searchsorted(self.times, at[inside], side="right") - 1
-            t = (at[inside] - self.times[index])[:, None]
-            c = np.moveaxis(self._coefficients[index], -1, 0)
-            positions[inside] = c[0] + t * (c[1] + t * (c[2] + t * (c[3] + t * (c[4] + t * c[5]))))
-            velocities[inside] = c[1] + t * (
-                2 * c[2] + t * (3 * c[3] + t * (4 * c[4] + t * 5 * c[5]))
+            positions[inside], velocities[inside], accelerations[inside] = evaluate_many(
+                self._coefficients[index], at[inside] - self.times[index]
             )
-            accelerations[inside] = 2 * c[2] + t * (6 * c[3] + t * (12 * c[4] + t * 20 * c[5]))
         return positions, velocities, accelerations
 
     def _column(self, what: str, values: npt.ArrayLike, shape: tuple[int, ...]) -> Array:
@@ -179,27 +160,21 @@ class Trajectory:
         c = np.zeros((count - 1, joints, 6))
         if count == 1:
             return c
-        t = np.diff(self.times)[:, None]
-        p0, p1 = self.positions[:-1], self.positions[1:]
-        way = p1 - p0
-        c[..., 0] = p0
+        p0, p1, t = self.positions[:-1], self.positions[1:], np.diff(self.times)[:, None]
         if self.velocities is None:
-            c[..., 1] = way / t
-            return c
-        v0, v1 = self.velocities[:-1], self.velocities[1:]
-        c[..., 1] = v0
-        if cubics is not None:
-            c[..., 2:4] = self._column("cubics", cubics, (count - 1, joints, 2))
-            return c
-        if self.accelerations is None:
-            c[..., 2] = (3 * way / t - 2 * v0 - v1) / t
-            c[..., 3] = (v0 + v1 - 2 * way / t) / t**2
-            return c
-        a0, a1 = self.accelerations[:-1], self.accelerations[1:]
-        c[..., 2] = a0 / 2
-        c[..., 3] = (20 * way - (8 * v1 + 12 * v0) * t - (3 * a0 - a1) * t**2) / (2 * t**3)
-        c[..., 4] = (-30 * way + (14 * v1 + 16 * v0) * t + (3 * a0 - 2 * a1) * t**2) / (2 * t**4)
-        c[..., 5] = (12 * way - 6 * (v1 + v0) * t + (a1 - a0) * t**2) / (2 * t**5)
+            columns = line(p0, p1, t)
+        else:
+            v0, v1 = self.velocities[:-1], self.velocities[1:]
+            if cubics is not None:
+                known = self._column("cubics", cubics, (count - 1, joints, 2))
+                columns = p0, v0, known[..., 0], known[..., 1]
+            elif self.accelerations is None:
+                columns = cubic(p0, p1, v0, v1, t)
+            else:
+                a0, a1 = self.accelerations[:-1], self.accelerations[1:]
+                columns = quintic(p0, p1, v0, v1, a0, a1, t)
+        for power, column in enumerate(columns):
+            c[..., power] = column
         return c
 
 

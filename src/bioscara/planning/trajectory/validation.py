@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from bioscara.errors import TrajectoryError
 from bioscara.planning.limits import JointLimits
-from bioscara.planning.trajectory.extrema import JointRanges, extrema
+from bioscara.planning.trajectory.extrema import JointExtrema, joint_extrema
 from bioscara.planning.trajectory.trajectory import Trajectory
 from bioscara.spelling import did_you_mean
 
@@ -41,7 +41,7 @@ def check(trajectory: Trajectory, limits: Sequence[JointLimits]) -> list[str]:
             )
     excesses = [
         excess
-        for name, ranges in zip(trajectory.joint_names, extrema(trajectory), strict=True)
+        for name, ranges in zip(trajectory.joint_names, joint_extrema(trajectory), strict=True)
         for excess in _excesses(ranges, by_name[name])
     ]
     if excesses:
@@ -57,11 +57,11 @@ class _Excess(NamedTuple):
     text: str
 
 
-def _excesses(ranges: JointRanges, limit: JointLimits) -> Iterator[_Excess]:
+def _excesses(ranges: JointExtrema, limit: JointLimits) -> Iterator[_Excess]:
     room = TOLERANCE * (limit.upper - limit.lower)
     for time, value in ranges.position:
         if not limit.lower - room <= value <= limit.upper + room:
-            # Stretching in time cannot resolve this excess, so it ranks before all others.
+            # Stretching in time does not help against this excess, so it is reported first.
             yield _Excess(
                 math.inf,
                 f"{limit.name} at {time:.3f} s: position {value:.6g} {limit.unit} is outside "

@@ -6,7 +6,8 @@ import math
 from collections.abc import Sequence
 
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator, Place
-from bioscara.control.controllers.joint_trajectory.messages import JointValues, Point
+from bioscara.control.controllers.joint_trajectory.messages import Point
+from bioscara.planning import Sample
 
 _SLOWEST = 0.2
 """Least rate at which the pace falls [1/s], even where the course itself uses all deceleration."""
@@ -16,7 +17,7 @@ _STEEPEST = 1e3
 """Highest rate at which the pace falls [1/s]: at the ends of a course nothing moves."""
 
 
-def deceleration(state: JointValues, limits: Sequence[float]) -> Interpolator:
+def deceleration(state: Sample, limits: Sequence[float]) -> Interpolator:
     """Return a course of constant decelerations to rest, each joint on its own, from time 0 on.
 
     A joint at speed v covers v^2 / (2 a).
@@ -57,7 +58,7 @@ class Braked:
     Attributes:
         end: Where the joints come to rest [rad or m].
         duration: When [s since the pace began to fall].
-        begins: Time from which on it is known [s].
+        begins: Time from which it is defined [s].
         continuable: Whether a new trajectory may continue from it.
     """
 
@@ -102,14 +103,14 @@ class Braked:
     def _at(self, time: float, pace: float, rate: float) -> Place:
         (positions, velocities, accelerations), point = self._course.sample(time)
         pairs = tuple(zip(velocities, accelerations, strict=True))
-        values = JointValues(
+        values = Sample(
             positions,
             tuple([v * pace for v, _ in pairs]),
             tuple([a * pace * pace + v * rate for v, a in pairs]),
         )
         return Place(values, point)
 
-    def _left(self, before: JointValues, after: JointValues, pace: float, slowest: float) -> float:
+    def _left(self, before: Sample, after: Sample, pace: float, slowest: float) -> float:
         """Return the pace at the end of a period, for the course where it begins and ends."""
         left, rate, falling = pace, -_STEEPEST, 0.0
         for _ in range(2):
@@ -129,7 +130,7 @@ class Braked:
         ending = step - math.sqrt(step * step + 2.0 * self._bend * pace)
         return max(self._last - step, -self._steepest, ending)
 
-    def _rate(self, values: JointValues, pace: float) -> float:
+    def _rate(self, values: Sample, pace: float) -> float:
         """Return the steepest possible rate of the pace [1/s], below zero."""
         rate = -_STEEPEST
         for v, a, limit in zip(values.velocities, values.accelerations, self._limits, strict=True):

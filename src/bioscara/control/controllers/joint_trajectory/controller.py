@@ -16,7 +16,6 @@ from bioscara.control.controllers.joint_trajectory.messages import (
     Goal,
     GoalHandle,
     JointTrajectory,
-    JointValues,
 )
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.pid import Gains, Pid
@@ -31,6 +30,7 @@ from bioscara.control.controllers.joint_trajectory.upsampling import timed
 from bioscara.control.controllers.joint_trajectory.validation import plain, plain_goal
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import VELOCITY
+from bioscara.planning import Sample
 
 
 class JointTrajectoryController(Controller[JointTrajectoryParameters]):
@@ -95,8 +95,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             self.parameters.joints,
             feedback.trajectory_time,
             feedback.desired,
-            feedback.actual.first(measured),
-            feedback.error.first(measured),
+            _first(feedback.actual, measured),
+            _first(feedback.error, measured),
             {handle.name: handle.value for handle in self._handles.commands},
             self.scaling,
         )
@@ -242,7 +242,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         if not self.holding:
             self._stop(self._active(), time)
 
-    def query_state(self, time: float) -> JointValues:
+    def query_state(self, time: float) -> Sample:
         """Return the desired state of the joints at a time.
 
         Args:
@@ -275,7 +275,7 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         else:
             handles.write(ahead, sampler.pace)
 
-    def _end_if_decided(self, sampler: TrajectorySampler, error: JointValues, time: float) -> None:
+    def _end_if_decided(self, sampler: TrajectorySampler, error: Sample, time: float) -> None:
         """End the trajectory once it is reached or failed, and hold or come to rest."""
         overtime = sampler.time - sampler.course.duration
         # With a waiting request, path tolerances apply beyond the end too.
@@ -315,3 +315,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         running = self._running
         if running is not None:
             running.end(status, code, text)
+
+
+def _first(values: Sample, count: int) -> Sample:
+    """Return values with only the first ``count`` fields; the others are empty."""
+    return Sample(*values[:count], *((),) * (3 - count))

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from bioscara.control.controllers.joint_trajectory.messages import JointValues
 from bioscara.control.controllers.joint_trajectory.pid import Pid
 from bioscara.hardware import POSITION, VELOCITY, CommandInterface, StateInterface
+from bioscara.planning import Sample
 
 _OLDEST = 0.1
 """Age up to which a measurement is compared with the past [s]; a watchdog acts long before."""
@@ -41,11 +41,11 @@ class Handles:
         self._position_states, self._velocity_states = tuple(states[:count]), tuple(states[count:])
         self._nothing = (0.0,) * count
 
-    def measured(self) -> JointValues:
+    def measured(self) -> Sample:
         """Return the measured state; velocities that are not measured are 0."""
         positions = tuple([state.value for state in self._position_states])
         velocities = tuple([state.value for state in self._velocity_states])
-        return JointValues(positions, velocities or self._nothing, self._nothing)
+        return Sample(positions, velocities or self._nothing, self._nothing)
 
     def commanded(self) -> tuple[float, ...]:
         """Return the position commands, or measured positions where there is none [rad or m]."""
@@ -59,9 +59,7 @@ class Handles:
         """Whether positions are commanded and every command is a number."""
         return bool(self._positions) and all(math.isfinite(each.value) for each in self.commands)
 
-    def error(
-        self, desired: JointValues, actual: JointValues, pace: float, time: float
-    ) -> JointValues:
+    def error(self, desired: Sample, actual: Sample, pace: float, time: float) -> Sample:
         """Return desired minus actual, each joint at the time at which it was measured.
 
         Args:
@@ -78,9 +76,9 @@ class Handles:
             age = (_OLDEST if age > _OLDEST else age) * pace if age > 0.0 else 0.0
             positions.append(there - age * (speed - 0.5 * age * change) - here)
             velocities.append((speed - age * change) * pace - going)
-        return JointValues(tuple(positions), tuple(velocities), self._nothing)
+        return Sample(tuple(positions), tuple(velocities), self._nothing)
 
-    def write(self, ahead: JointValues, pace: float) -> None:
+    def write(self, ahead: Sample, pace: float) -> None:
         """Command positions, and velocities where they are claimed too."""
         for handle, value in zip(self._positions, ahead.positions, strict=True):
             handle.value = value
@@ -89,8 +87,8 @@ class Handles:
 
     def write_velocities(
         self,
-        ahead: JointValues,
-        error: JointValues,
+        ahead: Sample,
+        error: Sample,
         pids: Sequence[Pid],
         pace: float,
         period: float,

@@ -1,4 +1,4 @@
-"""The curve through the points of a trajectory, as ros2_control draws it."""
+"""The curve through the points of a goal, and the path to the first of them."""
 
 from __future__ import annotations
 
@@ -8,13 +8,14 @@ from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
 
-from bioscara.control.controllers.joint_trajectory.messages import JointValues, Point
+from bioscara.control.controllers.joint_trajectory.messages import Point
 from bioscara.errors import TrajectoryError
+from bioscara.planning.trajectory.polynomials import Sample, cubic, evaluate, line, quintic
 
-Coefficients = tuple[float, float, float, float, float, float]
+Coefficients = tuple[float, ...]
 
 _SHORTEST = 1e-6
-"""Duration below which the path to the first point is dropped [s]: no cycle samples it."""
+"""Shortest path to the first point [s]: no cycle samples a shorter one."""
 
 
 class Place(NamedTuple):
@@ -26,7 +27,7 @@ class Place(NamedTuple):
             passed.
     """
 
-    values: JointValues
+    values: Sample
     point: int
 
 
@@ -46,7 +47,7 @@ class Interpolator:
         points: As given.
         end: Where the joints are to rest [rad or m].
         duration: Time of the last point [s].
-        begins: Time from which on it is known [s].
+        begins: Time from which it is defined [s].
         continuable: Whether a new trajectory may continue from it; a single point is replaced.
 
     Raises:
@@ -58,7 +59,7 @@ class Interpolator:
         self.points = tuple(points)
         self._interpolate = interpolate
         self._times = [point.time for point in points]
-        self._pieces = [_piece(before, after) for before, after in pairwise(points)]
+        self._segments = [_segment(before, after) for before, after in pairwise(points)]
         self._lead: tuple[Coefficients, ...] = ()
         self._lead_to = 0
         self._first, last = _as_given(points[0]), _as_given(points[-1])
@@ -67,7 +68,7 @@ class Interpolator:
         self.duration, self.begins = self._times[-1], self._times[0]
         self.end, self.continuable = last.positions, len(points) > 1
 
-    def begin(self, state: JointValues, time: float, *, bridge: bool = False) -> None:
+    def begin(self, state: Sample, time: float, *, bridge: bool = False) -> None:
         """Set the state from which the first point is approached.
 
         Args:
@@ -85,7 +86,7 @@ class Interpolator:
             first = self.points[self._lead_to]
             if first.time - time > _SHORTEST:
                 # Missing start derivatives count as zero, so that it is as smooth as the rest.
-                self._lead = _piece(Point(time, *state), first)
+                self._lead = _segment(Point(time, *state), first)
 
     def sample(self, time: float) -> Place:
         """Return the state at ``time`` [s since the trajectory's start]."""
@@ -97,70 +98,44 @@ class Interpolator:
             waits = index <= lead_to
             return Place(self._waiting if waits else _as_given(self.points[index]), index)
         if index > lead_to or (index and not self._lead):
-            return Place(_evaluate(self._pieces[index - 1], time - times[index - 1]), index)
+            return Place(evaluate(self._segments[index - 1], time - times[index - 1]), index)
         if self._lead:
-            return Place(_evaluate(self._lead, max(time - self.begins, 0.0)), lead_to)
+            return Place(evaluate(self._lead, max(time - self.begins, 0.0)), lead_to)
         return Place(self._first, 0)
 
 
-def _as_given(point: Point) -> JointValues:
+def _as_given(point: Point) -> Sample:
     nothing = (0.0,) * len(point.positions)
-    return JointValues(point.positions, point.velocities or nothing, point.accelerations or nothing)
+    return Sample(point.positions, point.velocities or nothing, point.accelerations or nothing)
 
 
-def _at_rest(values: JointValues) -> JointValues:
+def _at_rest(values: Sample) -> Sample:
     nothing = (0.0,) * len(values.positions)
-    return JointValues(values.positions, nothing, nothing)
+    return Sample(values.positions, nothing, nothing)
 
 
-def _evaluate(piece: tuple[Coefficients, ...], t: float) -> JointValues:
-    positions, velocities, accelerations = [], [], []
-    for c0, c1, c2, c3, c4, c5 in piece:
-        positions.append(c0 + t * (c1 + t * (c2 + t * (c3 + t * (c4 + t * c5)))))
-        velocities.append(c1 + t * (2 * c2 + t * (3 * c3 + t * (4 * c4 + t * 5 * c5))))
-        accelerations.append(2 * c2 + t * (6 * c3 + t * (12 * c4 + t * 20 * c5)))
-    return JointValues(tuple(positions), tuple(velocities), tuple(accelerations))
-
-
-def _piece(before: Point, after: Point) -> tuple[Coefficients, ...]:
-    """Return the polynomials of one piece, powers of the time since its begin."""
+def _segment(before: Point, after: Point) -> tuple[Coefficients, ...]:
+    """Return the polynomials of one segment, powers of the time since its begin."""
     t = after.time - before.time
     moving = bool(before.velocities and after.velocities)
     curved = moving and bool(before.accelerations and after.accelerations)
-    pieces = []
+    segments = []
     try:
         for joint, (p0, p1) in enumerate(zip(before.positions, after.positions, strict=True)):
             if not moving:
-                pieces.append((p0, (p1 - p0) / t, 0.0, 0.0, 0.0, 0.0))
+                segments.append(line(p0, p1, t))
                 continue
             speeds = before.velocities[joint], after.velocities[joint]
             if curved:
                 changes = before.accelerations[joint], after.accelerations[joint]
-                pieces.append(_quintic(p0, p1 - p0, *speeds, *changes, t))
+                segments.append(quintic(p0, p1, *speeds, *changes, t))
             else:
-                pieces.append(_cubic(p0, p1 - p0, *speeds, t))
+                segments.append(cubic(p0, p1, *speeds, t))
     except (OverflowError, ZeroDivisionError):
-        pieces.append((math.nan,) * 6)
-    if not math.isfinite(sum(map(sum, pieces))):
+        segments.append((math.nan,) * 6)
+    if not math.isfinite(sum(map(sum, segments))):
         raise TrajectoryError(
-            f"no curve can be drawn between the points at {before.time:g} s and {after.time:g} s: "
-            "they are too close in time or too far apart"
+            f"no curve can be computed between the points at {before.time:g} s and "
+            f"{after.time:g} s: they are too close in time or too far apart"
         )
-    return tuple(pieces)
-
-
-def _cubic(p0: float, way: float, v0: float, v1: float, t: float) -> Coefficients:
-    return (p0, v0, (3 * way / t - 2 * v0 - v1) / t, (v0 + v1 - 2 * way / t) / t**2, 0.0, 0.0)
-
-
-def _quintic(
-    p0: float, way: float, v0: float, v1: float, a0: float, a1: float, t: float
-) -> Coefficients:
-    return (
-        p0,
-        v0,
-        a0 / 2,
-        (20 * way - (8 * v1 + 12 * v0) * t - (3 * a0 - a1) * t**2) / (2 * t**3),
-        (-30 * way + (14 * v1 + 16 * v0) * t + (3 * a0 - 2 * a1) * t**2) / (2 * t**4),
-        (12 * way - 6 * (v1 + v0) * t + (a1 - a0) * t**2) / (2 * t**5),
-    )
+    return tuple(segments)

@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import NamedTuple, Self
 
 from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
-from bioscara.planning import Trajectory
+from bioscara.planning import Sample, Trajectory
 
 
 class Point(NamedTuple):
@@ -106,24 +106,6 @@ class ErrorCode(IntEnum):
     GOAL_TOLERANCE_VIOLATED = -5
 
 
-class JointValues(NamedTuple):
-    """State of all joints of a controller, in its order.
-
-    Attributes:
-        positions: [rad or m].
-        velocities: [rad/s or m/s].
-        accelerations: [rad/s^2 or m/s^2].
-    """
-
-    positions: tuple[float, ...]
-    velocities: tuple[float, ...]
-    accelerations: tuple[float, ...]
-
-    def first(self, count: int) -> JointValues:
-        """Return it with only the first ``count`` fields; the others are empty."""
-        return JointValues(*self[:count], *((),) * (3 - count))
-
-
 class Feedback(NamedTuple):
     """Progress of a goal.
 
@@ -139,9 +121,9 @@ class Feedback(NamedTuple):
     time: float
     trajectory_time: float
     point: int
-    desired: JointValues
-    actual: JointValues
-    error: JointValues
+    desired: Sample
+    actual: Sample
+    error: Sample
 
 
 class ControllerState(NamedTuple):
@@ -161,9 +143,9 @@ class ControllerState(NamedTuple):
     time: float
     joint_names: tuple[str, ...]
     trajectory_time: float
-    reference: JointValues
-    feedback: JointValues
-    error: JointValues
+    reference: Sample
+    feedback: Sample
+    error: Sample
     output: dict[str, float]
     speed_scaling_factor: float
 

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import field
 from typing import Literal
-
-from pydantic import ConfigDict, Field
 
 from bioscara.control.controllers.joint_trajectory.pid import Gains
 from bioscara.control.controllers.parameters import (
@@ -42,25 +41,20 @@ class Constraints(ParameterGroup):
         decelerate_on_cancel: Whether a cancelled goal ends on a ramp.
         least_time_on_cancel: Shortest duration of the ramp of a collision-checked trajectory [s].
             Above 0, scaling changes gradually too.
+        joints: Constraints of single joints.
     """
 
-    PER_JOINT = True
-    model_config = ConfigDict(extra="allow")
-    __pydantic_extra__: dict[str, JointConstraints] = Field(init=False)
+    PER_JOINT = "joints"
 
     stopped_velocity_tolerance: NotNegative = 0.01
     goal_time: NotNegative = 0.0
     decelerate_on_cancel: bool = False
     least_time_on_cancel: NotNegative = 0.0
-
-    @property
-    def joints(self) -> tuple[str, ...]:
-        """Joints that have constraints of their own."""
-        return tuple(self.__pydantic_extra__)
+    joints: dict[str, JointConstraints] = field(default_factory=dict)
 
     def of(self, joint: str) -> JointConstraints:
         """Return the constraints of one joint, by default none."""
-        return self.__pydantic_extra__.get(joint, JointConstraints())
+        return self.joints.get(joint, JointConstraints())
 
 
 class SpeedScaling(ParameterGroup):
@@ -129,7 +123,7 @@ class JointTrajectoryParameters(Parameters):
     cmd_timeout: NotNegative = 0.0
     speed_scaling: SpeedScaling = SpeedScaling()
     positions_upsampling: PositionsUpsampling = PositionsUpsampling()
-    gains: dict[str, Gains] = Field(default_factory=dict)
+    gains: dict[str, Gains] = field(default_factory=dict)
     constraints: Constraints = Constraints()
 
     def check(self, controller: str) -> None:

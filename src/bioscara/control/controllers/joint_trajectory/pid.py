@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Literal, Self
+from typing import Literal
 
-from pydantic import Field, model_validator
+from bioscara.control.controllers.parameters import NotNegative, ParameterGroup, Unbounded
+from bioscara.errors import ConfigurationError
 
-from bioscara.control.controllers.parameters import ParameterGroup
-
-Unbounded = Annotated[float, Field(allow_inf_nan=True)]
 AntiWindup = Literal["none", "conditional_integration", "back_calculation"]
 
 
@@ -39,18 +37,19 @@ class Gains(ParameterGroup):
     i_clamp_max: Unbounded = math.inf
     i_clamp_min: Unbounded = -math.inf
     antiwindup_strategy: AntiWindup = "none"
-    tracking_time_constant: float = Field(default=0.0, ge=0.0)
-    error_deadband: float = Field(default=0.0, ge=0.0)
+    tracking_time_constant: NotNegative = 0.0
+    error_deadband: NotNegative = 0.0
 
-    @model_validator(mode="after")
-    def _check_clamps(self) -> Self:
+    def __post_init__(self) -> None:
+        super().__post_init__()
         for what, low, high in (
             ("u_clamp", self.u_clamp_min, self.u_clamp_max),
             ("i_clamp", self.i_clamp_min, self.i_clamp_max),
         ):
             if not low <= high:
-                raise ValueError(f"{what}_min {low:g} must not be above {what}_max {high:g}")
-        return self
+                raise ConfigurationError(
+                    f"{what}_min {low:g} must not be above {what}_max {high:g}"
+                )
 
 
 class Pid:

@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from bioscara.arguments import number
 from bioscara.control.controllers.joint_trajectory.braking import Braked, deceleration, standstill
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator, Place
-from bioscara.control.controllers.joint_trajectory.messages import JointValues
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.requests import Request
 from bioscara.control.controllers.joint_trajectory.splicing import Spliced
 from bioscara.errors import GoalRejectedError, LimitError
+from bioscara.planning import Sample
 
 _SCALING_RATE = 1.0
 """Rate at which the speed scaling changes [1/s]: a step of it would be a step of velocity."""
@@ -78,7 +78,7 @@ class TrajectorySampler:
             raise GoalRejectedError(f"speed scaling {factor:g} must not be negative")
         self._wanted_scaling = factor
 
-    def advance(self, time: float, period: float, measured: JointValues) -> Place:
+    def advance(self, time: float, period: float, measured: Sample) -> Place:
         """Advance to a time, and return the desired state of the joints.
 
         Args:
@@ -86,7 +86,7 @@ class TrajectorySampler:
             period: Time since the last cycle [s].
             measured: Measured state of the joints.
         """
-        # At rest a step of the factor is no step of velocity, and motion starts with the factor.
+        # At rest the factor may step: the velocity does not, and motion starts with the new factor.
         at_rest = self.holding or self.time > self.course.duration
         self._scale(self._wanted_scaling * self.share, math.inf if at_rest else period)
         self.time += (time - self._now) * self.pace
@@ -111,7 +111,7 @@ class TrajectorySampler:
             change = left
         self.scaling += change
 
-    def ahead(self) -> JointValues:
+    def ahead(self) -> Sample:
         """Return the desired state one cycle from now, which is commanded now."""
         pace = self.pace
         at = self.time + self._period * pace
@@ -140,17 +140,17 @@ class TrajectorySampler:
         A collision-checked course stays on its path; else each joint comes to rest on its own.
         """
         pace, (course, at) = self._commanded_pace, self._commanded_at
-        way: Interpolator | Braked
+        stop: Interpolator | Braked
         if self.collision_checked and course is self.course and isinstance(course, Interpolator):
-            way = Braked(course, at, pace, limits, self._period, self._least)
+            stop = Braked(course, at, pace, limits, self._period, self._least)
         else:
             speeds = tuple([velocity * pace for velocity in self._commanded.velocities])
-            way = deceleration(self._commanded._replace(velocities=speeds), limits)
-        # State is changed last: if interrupted before, the stop can be requested again.
-        self.course, self.time = way, self._now - self._commanded_time
+            stop = deceleration(self._commanded._replace(velocities=speeds), limits)
+        # The state is changed last: a call that is interrupted before can be repeated.
+        self.course, self.time = stop, self._now - self._commanded_time
         self.holding, self.waiting = True, None
 
-    def query(self, time: float, controller: str) -> JointValues:
+    def query(self, time: float, controller: str) -> Sample:
         """Return the desired state of the joints at ``time`` [s].
 
         Raises:
@@ -162,7 +162,7 @@ class TrajectorySampler:
             raise LimitError(what, at, course.begins, course.duration, "s")
         return course.sample(at).values
 
-    def _take(self, request: Request, measured: JointValues) -> None:
+    def _take(self, request: Request, measured: Sample) -> None:
         """Begin the waiting request, unless the running trajectory is kept up to its start."""
         course, stamp, missing, collision_checked = request
         running = self.course
@@ -178,6 +178,6 @@ class TrajectorySampler:
         self.course = course
         if bridge and missing and not isinstance(running, Braked):
             self.course = Spliced(course, missing, running, self.time - begin)
-        # Where it begins in motion the path to its first point was not planned.
+        # If it begins in motion, the path to its first point was not planned.
         self.collision_checked = collision_checked and not bridge
         self.time, self.waiting, self.holding = begin, None, False

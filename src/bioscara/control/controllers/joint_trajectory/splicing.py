@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Collection
 
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator, Place
-from bioscara.control.controllers.joint_trajectory.messages import JointValues
+from bioscara.planning import Sample
 
 
 class Spliced:
     """A partial trajectory, combined with the running courses of the joints that it leaves out.
 
-    It lasts until all of them have ended; each joint waits at its own end.
+    It ends with the last of them; each joint waits at its own end.
 
     Args:
         course: Of the new trajectory, with some value for the joints that it leaves out.
@@ -22,7 +22,7 @@ class Spliced:
     Attributes:
         end: Where the joints are to rest [rad or m].
         duration: Time at which the last of them arrives [s].
-        begins: Time from which on it is known [s].
+        begins: Time from which it is defined [s].
         continuable: Whether a new trajectory may continue from it.
     """
 
@@ -35,7 +35,7 @@ class Spliced:
         running: Interpolator | Spliced,
         offset: float,
     ) -> None:
-        # Splices of splices refer to the courses themselves, so that they do not pile up.
+        # A splice of splices refers to the courses themselves, so that no chains grow.
         self._sources = [
             _source(running, joint, offset) if joint in missing else (course, 0.0)
             for joint in range(len(course.end))
@@ -53,7 +53,7 @@ class Spliced:
             tuple([places[row].values[field][joint] for row, joint in self._rows])
             for field in range(3)
         ]
-        return Place(JointValues(*fields), places[0].point)
+        return Place(Sample(*fields), places[0].point)
 
     def source(self, joint: int) -> tuple[Interpolator, float]:
         """Return the course that a joint follows, and the time on it at time 0 [s]."""

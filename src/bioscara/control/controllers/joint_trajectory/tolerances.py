@@ -6,13 +6,9 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from bioscara.control.controllers.goals import GoalStatus
-from bioscara.control.controllers.joint_trajectory.messages import (
-    ErrorCode,
-    Goal,
-    JointValues,
-    Tolerance,
-)
+from bioscara.control.controllers.joint_trajectory.messages import ErrorCode, Goal, Tolerance
 from bioscara.control.controllers.joint_trajectory.parameters import Constraints
+from bioscara.planning import Sample
 
 ERASE = -1.0
 
@@ -87,7 +83,7 @@ class ToleranceMonitor:
         self._joints, self._timeout, self._velocity = tuple(joints), timeout, velocity
         self.tolerances = tolerances
 
-    def before_the_end(self, error: JointValues, time: float) -> Verdict | None:
+    def before_the_end(self, error: Sample, time: float) -> Verdict | None:
         """Return how a trajectory ended before its last point, or None while it continues.
 
         Args:
@@ -104,7 +100,7 @@ class ToleranceMonitor:
             f"{time:.3f} s into the trajectory",
         )
 
-    def after_the_end(self, error: JointValues, overtime: float) -> Verdict | None:
+    def after_the_end(self, error: Sample, overtime: float) -> Verdict | None:
         """Return how a trajectory ended after its last point, or None while its end is awaited.
 
         Args:
@@ -169,7 +165,7 @@ def choose(
 
 def violated(
     tolerances: Sequence[tuple[float, float, float]],
-    error: JointValues,
+    error: Sample,
     *,
     velocity: bool,
 ) -> Violation | None:

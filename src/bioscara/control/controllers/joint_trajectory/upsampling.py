@@ -1,4 +1,4 @@
-"""Velocities for points that have positions only, for a smooth curve through them."""
+"""Times and velocities for points that have positions only."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from bioscara.control.controllers.joint_trajectory.messages import JointTrajecto
 
 
 def timed(trajectory: JointTrajectory, frequency: float) -> JointTrajectory:
-    """Return a trajectory with points at a frequency, if it has no times of its own.
+    """Return a trajectory with its points at a frequency, if it has no times.
 
     Args:
         trajectory: As sent; without times every ``time`` is 0.

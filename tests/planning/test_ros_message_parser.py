@@ -1,4 +1,4 @@
-"""The reader of messages against a general YAML reader: what it accepts means the same there."""
+"""The parser of messages against a general YAML parser: accepted texts are read alike."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def _blank_is_none(value: Any) -> Any:
 
 @pytest.mark.parametrize("flow", [False, True])
 @given(value=st.dictionaries(keys, nodes, min_size=1, max_size=4))
-def test_what_a_writer_writes_is_read_alike(flow: bool, value: dict[str, Any]) -> None:
+def test_messages_of_other_writers_are_read_alike(flow: bool, value: dict[str, Any]) -> None:
     yaml = YAML(typ="safe", pure=True)
     yaml.default_flow_style = flow
     yaml.width = 100_000
@@ -93,7 +93,7 @@ SEEDS = (
 
 
 @given(st.sampled_from(SEEDS), st.data())
-def test_what_is_accepted_of_a_damaged_text_is_read_alike(seed: str, data: st.DataObject) -> None:
+def test_a_damaged_text_that_is_accepted_is_read_alike(seed: str, data: st.DataObject) -> None:
     text = seed
     for _ in range(data.draw(st.integers(1, 3))):
         at = data.draw(st.integers(0, len(text)))
@@ -148,6 +148,6 @@ def test_a_bracket_may_go_over_several_lines() -> None:
         ("a: *b\n", "aliases and tags"),
     ],
 )
-def test_what_is_no_message_is_refused_with_its_line(text: str, words: str) -> None:
+def test_a_text_that_is_no_message_is_refused_with_its_line(text: str, words: str) -> None:
     with pytest.raises(TrajectoryError, match=words):
         first_document(text)

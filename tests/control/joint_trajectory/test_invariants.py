@@ -1,4 +1,4 @@
-"""Laws of the curve, of splicing and of stopping."""
+"""Invariants of the curve, of splicing and of stopping."""
 
 from __future__ import annotations
 
@@ -12,13 +12,14 @@ from hypothesis import strategies as st
 
 from bioscara.control.controllers.joint_trajectory import ErrorCode, GoalStatus, Point
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory, JointValues
+from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.requests import Request
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
 from bioscara.control.controllers.joint_trajectory.upsampling import upsampled
 from bioscara.control.controllers.joint_trajectory.validation import validate
 from bioscara.errors import GoalRejectedError, TrajectoryError
+from bioscara.planning import Sample
 from control.joint_trajectory.follower import BRAKES, MIDDLE, NOTHING, Follower, smooth
 from control.world import LIMITS, World
 
@@ -43,23 +44,23 @@ def points(draw: st.DrawFn, fields: int = 3, count: int = 2) -> list[Point]:
     return made
 
 
-def close(left: JointValues, right: JointValues, fields: int, within: float = 1e-3) -> None:
+def close(left: Sample, right: Sample, fields: int, within: float = 1e-3) -> None:
     for one, other in zip(left[:fields], right[:fields], strict=True):
         assert one == pytest.approx(other, abs=within)
 
 
 @given(st.integers(1, 3).flatmap(lambda fields: st.tuples(st.just(fields), points(fields))))
-def test_the_curve_passes_through_every_point_as_far_as_that_is_given(
+def test_the_curve_passes_through_the_given_fields_of_every_point(
     drawn: tuple[int, list[Point]],
 ) -> None:
     fields, through = drawn
     course = Interpolator(through)
-    course.begin(JointValues((0.0, 0.0), (0.1, 0.1), (0.0, 0.0)), 0.0)
+    course.begin(Sample((0.0, 0.0), (0.1, 0.1), (0.0, 0.0)), 0.0)
     for point in through:
         for time in (point.time - 1e-9, point.time):
             close(
                 course.sample(time).values,
-                JointValues(*point[1 : fields + 1], *((),) * (3 - fields)),
+                Sample(*point[1 : fields + 1], *((),) * (3 - fields)),
                 fields,
             )
         assert course.sample(point.time - 1e-9).point + 1 == course.sample(point.time).point
@@ -70,7 +71,7 @@ def test_the_lead_in_begins_in_the_start_state(
     through: list[Point], where: tuple[float, float], speed: tuple[float, float]
 ) -> None:
     course = Interpolator(through)
-    state = JointValues(where, speed, (0.0, 0.0))
+    state = Sample(where, speed, (0.0, 0.0))
     course.begin(state, -0.5)
     close(course.sample(-0.5).values, state, 3, 1e-9)
 
@@ -105,7 +106,7 @@ def test_splicing_is_continuous_in_position_and_velocity(
     lead = max(lead, 2 * PERIOD - second[-1].time)  # a trajectory that has ended already is refused
     first[-1] = first[-1]._replace(velocities=(0.0, 0.0))
     second[-1] = second[-1]._replace(velocities=(0.0, 0.0))
-    rest = JointValues((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+    rest = Sample((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
     player = TrajectorySampler(parameters, PERIOD, rest.positions, 100.0)
     player.waiting = Request(Interpolator(first), 0.0, frozenset())
     at = min(at, first[-1].time / scaling - 2 * PERIOD)
@@ -133,12 +134,12 @@ def test_splicing_is_continuous_in_position_and_velocity(
 
 def commands(
     first: list[Point], others: dict[int, Request], cycles: int, scaling: float
-) -> list[JointValues]:
+) -> list[Sample]:
     """Return the commands of the joints a and b, which others take over in some cycles."""
     parameters = JointTrajectoryParameters.read(
         "t", {"joints": ("a", "b"), "speed_scaling": {"initial_scaling_factor": scaling}}
     )
-    rest = JointValues((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
+    rest = Sample((0.0, 0.0), (0.0, 0.0), (0.0, 0.0))
     player = TrajectorySampler(parameters, PERIOD, rest.positions, 0.0)
     player.waiting = Request(Interpolator(first), 0.0, frozenset())
     outputs = []
@@ -163,7 +164,7 @@ def test_joints_that_partial_goals_leave_out_are_commanded_as_if_none_had_come(
     """Joints that partial goals name are commanded as if the goals had named all."""
     cycles = round(first[-1].time / scaling / PERIOD)
 
-    def run(missing: frozenset[int]) -> list[JointValues]:
+    def run(missing: frozenset[int]) -> list[Sample]:
         requests = {}
         for index, each in enumerate(others, 1):
             start = (index * apart * PERIOD + lead) if lead else 0.0
@@ -197,13 +198,13 @@ PAIRS = st.tuples(FINITE, FINITE)
     FINITE,
     st.booleans(),
 )
-def test_what_is_accepted_fails_in_no_cycle(
+def test_an_accepted_trajectory_fails_in_no_cycle(
     fields: tuple[tuple[float, ...], ...], time: float, stamp: float, again: bool
 ) -> None:
     parameters = JointTrajectoryParameters.read(
         "t", {"joints": ("a", "b"), "allow_nonzero_velocity_at_trajectory_end": True}
     )
-    here = JointValues((0.0, 0.0), (0.1, 0.1), (0.0, 0.0))
+    here = Sample((0.0, 0.0), (0.1, 0.1), (0.0, 0.0))
     player = TrajectorySampler(parameters, PERIOD, here.positions, 100.0)
     sent = JointTrajectory(("a", "b"), (Point(time, *fields),), stamp)
     running = Interpolator([Point(0.0, (0.0, 0.0)), Point(1.0, (1.0, 1.0))])
@@ -220,7 +221,7 @@ def test_what_is_accepted_fails_in_no_cycle(
         player.ahead()
 
 
-def test_partial_goals_that_never_cease_do_not_pile_up() -> None:
+def test_a_stream_of_partial_goals_does_not_grow_the_splice() -> None:
     first = [Point(0.0, (0.0, 0.0), (0.1, 0.0)), Point(100.0, (10.0, 0.0), (0.1, 0.0))]
     goals = {
         cycle: Request(Interpolator([Point(1.0, (9.0, 1.0))]), 0.0, frozenset({0}))

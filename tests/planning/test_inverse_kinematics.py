@@ -9,8 +9,8 @@ import pytest
 
 from bioscara.kinematics import Geometry, Joints, Pose, Scara
 from bioscara.planning.paths.inverse_kinematics import along
-from bioscara.planning.paths.path import Arc, Joined, Line, Path
-from bioscara.planning.topp.constraints import look
+from bioscara.planning.paths.segments import Arc, Joined, Line, Path
+from bioscara.planning.topp.constraints import sample_grid
 from planning.limits import LIMITS
 
 ARM = Scara(
@@ -38,7 +38,7 @@ def test_the_joints_reach_the_poses_on_the_elbows_side(path: Path, elbow: int) -
 
 
 @pytest.mark.parametrize("turn", [-3.5, -2.9, 2.9, 3.5, 7.0])
-def test_an_elbow_past_half_a_turn_goes_on_from_where_it_is(turn: float) -> None:
+def test_an_elbow_past_half_a_turn_continues_from_its_position(turn: float) -> None:
     start = Joints(0.3, 0.1, turn, -0.5)
     here = ARM.forward(start)
     line = Line(here, here._replace(z=here.z + 0.1, yaw=here.yaw + 0.2))
@@ -70,7 +70,7 @@ def test_at_a_break_both_second_derivatives_are_seen() -> None:
     via = Pose(0.35 + 0.1 * math.cos(0.5), 0.1 * math.sin(0.5), 0.2)
     path = Joined((line, Arc.through(Pose(0.45, 0.0, 0.2), via, Pose(0.35, 0.1, 0.2))))
     start: Joints = arm.inverse(Pose(0.45, -0.2, 0.2))[0]
-    seen = look(arm, path, start, np.array([0.0, 0.1, line.length, path.length]))
+    seen = sample_grid(arm, path, start, np.array([0.0, 0.1, line.length, path.length]))
     assert np.allclose(seen.tool_before.second[2], 0.0)
     assert np.allclose(seen.tool.second[2], (-10.0, 0.0, 0.0, 0.0), atol=1e-6)
     jump = seen.joints.second[2] - seen.joints_before.second[2]

@@ -8,7 +8,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from bioscara.planning.collision.arm_bodies import WIDTHS, WRIST, Body, arm_of, frames, reaches
-from bioscara.planning.collision.broad_phase import Nearby
+from bioscara.planning.collision.broad_phase import BroadPhase
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.scene_pairs import Layout
 from bioscara.planning.collision.shapes import Prism
@@ -23,16 +23,16 @@ def nearest(layout: Layout, ways: np.ndarray) -> np.ndarray:
 
 @given(SEEDS)
 @settings(max_examples=30)
-def test_what_is_left_out_keeps_the_margin_on_the_way(seed: int) -> None:
+def test_pairs_left_out_keep_the_margin_during_the_motion(seed: int) -> None:
     rng = np.random.default_rng(seed)
     scene = random_scene(rng)
     layout = scene.layout(ARM)
-    nearby, here = Nearby(ARM, layout, scene.margin), np.array(random_joints(rng))
+    nearby, here = BroadPhase(ARM, layout, scene.margin), np.array(random_joints(rng))
     heading = rng.normal(size=4) * [1.0, 0.0, 1.0, 1.0]
     for _ in range(40):
         turns = (heading + rng.normal(size=(6, 4))) * 2e-3
         ways = here + np.cumsum(np.concatenate((np.zeros((1, 4)), turns)), axis=0)
-        near = nearby.on(here, float((np.abs(turns) @ layout.reach).sum()))
+        near = nearby.candidates(here, float((np.abs(turns) @ layout.reach).sum()))
         kept = scene.margin if near is None else np.minimum(nearest(near, ways), scene.margin)
         gap = kept - np.minimum(nearest(layout, ways), scene.margin)
         assert np.abs(gap).max() < 1e-12
@@ -41,7 +41,7 @@ def test_what_is_left_out_keeps_the_margin_on_the_way(seed: int) -> None:
 
 @given(SEEDS)
 @settings(max_examples=30)
-def test_no_point_of_the_arm_goes_further_than_its_reach(seed: int) -> None:
+def test_no_point_of_the_arm_moves_further_than_its_reach_allows(seed: int) -> None:
     rng = np.random.default_rng(seed)
     load = Prism(
         *rng.uniform(-0.1, 0.1, 2), *rng.uniform(0.0, 0.2, 2), -0.1, 0.0, 0.01, rng.uniform(-3, 3)
@@ -65,7 +65,7 @@ def test_no_point_of_the_arm_goes_further_than_its_reach(seed: int) -> None:
 
 @given(SEEDS)
 @settings(max_examples=30)
-def test_what_is_known_to_be_near_is_as_far_apart_as_among_all(seed: int) -> None:
+def test_pairs_of_the_broad_phase_have_the_clearances_of_the_whole_layout(seed: int) -> None:
     rng = np.random.default_rng(seed)
     layout, far = random_scene(rng).layout(ARM), 0.1
     here, off = np.array(random_joints(rng)), rng.normal(size=(int(rng.choice([3, 700])), 4))
@@ -85,7 +85,7 @@ def test_what_is_known_to_be_near_is_as_far_apart_as_among_all(seed: int) -> Non
 
 @given(SEEDS)
 @settings(max_examples=30)
-def test_what_is_not_exact_is_nearer_than_it_is_and_far_enough(seed: int) -> None:
+def test_inexact_clearances_are_lower_bounds_above_the_threshold(seed: int) -> None:
     rng = np.random.default_rng(seed)
     layout = random_scene(rng).layout(ARM)
     joints = np.array([random_joints(rng) for _ in range(int(rng.choice([2, 40])))])
@@ -99,4 +99,4 @@ def test_what_is_not_exact_is_nearer_than_it_is_and_far_enough(seed: int) -> Non
 
 def test_in_an_empty_scene_nothing_is_near() -> None:
     stretched = np.array((0.0, 0.2, 0.0, 0.0))
-    assert Nearby(ARM, Scene().layout(ARM), 5e-3).on(stretched, 0.1) is None
+    assert BroadPhase(ARM, Scene().layout(ARM), 5e-3).candidates(stretched, 0.1) is None

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
-from bioscara.planning.paths.path import LEVER, Arc, Joined, Line, Path
+from bioscara.planning.paths.segments import LEVER, Arc, Joined, Line, Path
 
 lengths = st.floats(-0.6, 0.6)
 poses = st.builds(Pose, lengths, lengths, st.floats(0.0, 0.4), st.floats(-4.0, 4.0))
@@ -126,11 +126,11 @@ def test_a_seam_of_line_and_arc_is_a_break():
     derivatives_agree(joined)
 
 
-def test_pieces_that_do_not_follow_each_other_are_refused():
+def test_segments_that_do_not_follow_each_other_are_refused():
     first = Line(Pose(0.3, 0.0, 0.2), Pose(0.4, 0.0, 0.2))
-    with pytest.raises(InvalidArgumentError, match=r"piece 1 .* begins 0.05 .* piece 0"):
+    with pytest.raises(InvalidArgumentError, match=r"segment 1 .* begins 0.05 .* segment 0"):
         Joined((first, Line(Pose(0.45, 0.0, 0.2), Pose(0.5, 0.0, 0.2))))
-    with pytest.raises(InvalidArgumentError, match=r"piece 1 .* leaves the direction .* round"):
+    with pytest.raises(InvalidArgumentError, match=r"segment 1 .* leaves the direction .* round"):
         Joined((first, Line(Pose(0.4, 0.0, 0.2), Pose(0.4, 0.1, 0.2))))
     with pytest.raises(InvalidArgumentError, match="at least one"):
         Joined(())
@@ -156,7 +156,7 @@ def test_points_on_one_line_make_no_arc(start, goal, where):
 
 @given(poses, poses, poses, st.integers(0, 2), st.integers(0, 3))
 @settings(max_examples=50)
-def test_values_that_are_no_numbers_are_named(start, via, goal, which, field):
+def test_values_that_are_not_finite_are_named(start, via, goal, which, field):
     three = [start, via, goal]
     three[which] = three[which]._replace(**{Pose._fields[field]: math.nan})
     text = f"{Pose._fields[field]} of the {('start', 'via', 'goal')[which]} is nan"

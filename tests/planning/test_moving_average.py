@@ -1,4 +1,4 @@
-"""Averages that suppress the swing of a belt, and motions that are averaged so."""
+"""Averages that suppress the oscillation of a belt, and motions averaged with them."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from hypothesis import strategies as st
 
 from bioscara.kinematics import Joints, Pose, batch
 from bioscara.planning import Waypoint, check, linear, point_to_point, sequence
-from bioscara.planning.moving_average import Smoothed
-from bioscara.planning.trajectory.averaging import averaged, most_jerk
+from bioscara.planning.moving_average import Smoothed, averaged, most_jerk
 from planning.limits import LIMITS, NAMES
 from planning.scenes import ARM
 
@@ -22,7 +21,7 @@ REST = (0.0, 0.0, 0.0, 0.0)
 
 
 def for_all(value: float) -> tuple[float, float, float, float]:
-    """Return different values for the joints, of which the third is the one under test."""
+    """Return different values for the joints, of which the third is tested."""
     return -value, 2.0 * value, value, 0.5 * value
 
 
@@ -58,7 +57,7 @@ def test_a_load_is_nowhere_faster_than_what_was_averaged(parts: list[tuple[float
     st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=40),
     st.lists(st.floats(-1.0, 1.0), min_size=1, max_size=40),
 )
-def test_what_lies_ahead_is_what_comes(before: list[float], after: list[float]) -> None:
+def test_predicted_averages_are_the_later_ones(before: list[float], after: list[float]) -> None:
     average = Smoothed((WINDOW, 0.11), REST)
     for value in before:
         average.step(for_all(value), PERIOD)
@@ -67,7 +66,7 @@ def test_what_lies_ahead_is_what_comes(before: list[float], after: list[float]) 
     assert ahead == pytest.approx(come, abs=1e-9)
 
 
-def test_it_goes_as_far_as_what_is_averaged_also_when_periods_differ() -> None:
+def test_an_average_has_the_same_displacement_also_when_periods_differ() -> None:
     rng = np.random.default_rng(3)
     average, asked, sent = Smoothed((WINDOW, 0.107), REST), 0.0, 0.0
     for cycle in range(400):

@@ -1,4 +1,4 @@
-"""Whether the arm may go on to a state, against a dense check of the path to it and to rest."""
+"""Verdicts of the stop guard against a dense check of the path to a state and to rest."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def scene_reach() -> np.ndarray:
     return np.array(StopGuard(ARM, WALL).reach)
 
 
-def test_it_agrees_with_a_dense_look_at_random_ways() -> None:
+def test_it_agrees_with_dense_samples_of_random_motions() -> None:
     rng = np.random.default_rng(11)
     weight = 4.0 * scene_reach()
     passed = refused = 0
@@ -58,7 +58,7 @@ def test_it_agrees_with_a_dense_look_at_random_ways() -> None:
     assert min(passed, refused) > 0.1 * COUNT
 
 
-def test_ways_that_are_not_straight_pass_in_the_free_only() -> None:
+def test_paths_that_are_not_straight_pass_only_in_free_space() -> None:
     room, near = StopGuard(ARM, WALL), (0.36, *START[1:])
     room.check((START, START, (0.31, *START[1:])), together=False)
     room.check((near, near, near))
@@ -66,7 +66,7 @@ def test_ways_that_are_not_straight_pass_in_the_free_only() -> None:
         room.check((START, near, (0.6, *START[1:])), together=False)
 
 
-def test_what_is_nearer_already_may_leave_but_not_come_nearer() -> None:
+def test_a_pair_below_the_margin_may_move_apart_but_not_closer() -> None:
     scene = Scene((Box("reader", (0.3, 0.45, 0.0), (0.7, 0.8, 0.6)),), margin=0.02)
     room = StopGuard(ARM, scene)
     assert scene.clearance(ARM, [START]) < 0.0

@@ -1,0 +1,1 @@
+"""Programs for the development of the package; they are not installed with it."""
