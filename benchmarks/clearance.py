@@ -15,7 +15,7 @@ from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Scene
 from bioscara.planning.motions.tool_speed import REDUCED_SPEED
 from bioscara.robot import kinematics_of
-from bioscara.robot.stack import TRAJECTORY, Stack
+from bioscara.robot.connection.stack import TRAJECTORY, Stack
 
 CYCLES = 3000
 _CALLS = 200_000

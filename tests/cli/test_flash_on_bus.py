@@ -20,7 +20,7 @@ from bioscara.errors import (
 )
 from bioscara.model import load_parameters
 from bioscara.protocol import READ, Refusal, Register, ResetCause
-from bioscara.robot import wiring
+from bioscara.robot.connection import devices
 from bioscara.sim import FirmwareBus, SimulatedArm
 from flashing.images import image
 from flashing.stand_ins import Bench
@@ -78,8 +78,8 @@ def arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Arm]:
 
     def make(*names: str, v1: bool = False) -> Arm:
         made = Arm(SimulatedArm(v1=v1), Bench(folder, *(names or ("dfu-util",))))
-        monkeypatch.setattr(wiring, "open_bus", lambda *_: made)
-        monkeypatch.setattr(wiring, "MonotonicClock", lambda: made.arm.clock)
+        monkeypatch.setattr(devices, "open_bus", lambda *_: made)
+        monkeypatch.setattr(devices, "MonotonicClock", lambda: made.arm.clock)
         return made
 
     return make

@@ -18,14 +18,14 @@ from bioscara.cli.live_table import TableView
 from bioscara.cli.live_view import PlainView, make_view, state_word
 from bioscara.cli.observer import Observer
 from bioscara.protocol import Flags
-from bioscara.report import CycleRecord, History, JointRecord, Phase, Quality
+from bioscara.report import CycleRecord, History, JointRecord, Phase, SampleQuality
 from bioscara.report.samples import SampleWriter
 
 JOINTS = (("j1", "rad"), ("j2", "m"))
 
 
 def joint(**changes: object) -> JointRecord:
-    return JointRecord(0.5, 0.1, 0.0, 0.1234, 0.01, 0, Quality.GOOD, 7.0)._replace(**changes)
+    return JointRecord(0.5, 0.1, 0.0, 0.1234, 0.01, 0, SampleQuality.GOOD, 7.0)._replace(**changes)
 
 
 def cycle(index: int = 0, **changes: object) -> CycleRecord:
@@ -129,7 +129,7 @@ def test_a_terminal_gets_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
         ({"flags": Flags.NOTHOMED | Flags.BUSY}, Phase.HOMING, "homing"),
         ({"flags": 0}, Phase.HOMING, "homed"),
         ({"velocity": 0.0}, Phase.TRAJECTORY, "holding"),
-        ({"quality": Quality.STALE}, Phase.TRAJECTORY, "no answer"),
+        ({"quality": SampleQuality.STALE}, Phase.TRAJECTORY, "no answer"),
     ],
 )
 def test_a_state_has_one_word(changes: dict[str, object], phase: Phase, word: str) -> None:

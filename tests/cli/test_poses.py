@@ -15,8 +15,8 @@ from bioscara.cli import main
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
 from bioscara.robot import Robot
-from bioscara.robot.teach_file import load_table
-from bioscara.robot.tools import fingers
+from bioscara.robot.workspace.teach_file import load_table
+from bioscara.robot.workspace.tools import fingers
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 PARAMETERS = load_parameters()

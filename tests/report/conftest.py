@@ -15,7 +15,7 @@ from bioscara.report import (
     JointRecord,
     Outcome,
     Phase,
-    Quality,
+    SampleQuality,
     Summary,
 )
 
@@ -36,7 +36,7 @@ def made_up_cycles(count: int = 300, error: float = 0.002) -> list[CycleRecord]:
             joints.append(
                 JointRecord(
                     time, math.sin(time), math.cos(time), math.sin(time) + wrong, math.cos(time),
-                    0, Quality.GOOD, 12.0,
+                    0, SampleQuality.GOOD, 12.0,
                 )
             )  # fmt: skip
         cycles.append(CycleRecord(phase, start, start - 0.5, 0.004, 0, 0.0001, tuple(joints)))

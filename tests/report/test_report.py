@@ -17,8 +17,8 @@ from bioscara.report import (
     History,
     Outcome,
     Phase,
-    Quality,
     RunFolder,
+    SampleQuality,
     Summary,
     html,
     png,
@@ -54,7 +54,7 @@ def test_a_single_error_is_found_when_it_was(history: History) -> None:
 def test_a_stale_sample_is_counted_and_not_believed(
     cycles: list[CycleRecord], make_history: MakeHistory
 ) -> None:
-    joint = cycles[150].joints[1]._replace(quality=Quality.STALE)
+    joint = cycles[150].joints[1]._replace(quality=SampleQuality.STALE)
     cycles[150] = cycles[150]._replace(joints=(cycles[150].joints[0], joint))
     history = make_history(cycles)
     assert tracking(history, 1).max_error == pytest.approx(0.0, abs=1e-12)

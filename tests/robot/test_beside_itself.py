@@ -20,6 +20,7 @@ from bioscara.planning.collision.scene import Cylinder, Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.robot import Robot
+from bioscara.robot.motions.execution import MotionExecution
 from bioscara.robot.planner import RESERVE, Planner
 from planning.scenes import COUNT
 
@@ -283,15 +284,15 @@ def test_the_gripper_does_not_open_against_the_arm() -> None:
             robot.move_joints(BETWEEN)
 
 
-def given_up() -> None:
+def given_up(*_: object) -> None:
     raise MotionCancelledError("given up")
 
 
-def test_a_width_that_was_given_up_counts_with_all_on_its_way() -> None:
+def test_after_a_cancelled_motion_the_jaws_count_as_anywhere_along_their_travel() -> None:
     with Robot.simulated(ARM) as robot:
         robot.gripper.move(0.05)
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(robot.gripper, "_motion", given_up)
+            patch.setattr(MotionExecution, "pursue", given_up)
             with pytest.raises(MotionCancelledError):
                 robot.gripper.move(0.09)
         assert robot.gripper.widths == pytest.approx((0.05, 0.09), abs=1e-6)

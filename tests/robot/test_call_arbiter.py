@@ -30,9 +30,10 @@ from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene as Surroundings
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.report import CycleRecord, Phase
-from bioscara.robot import Robot, call_arbiter
-from bioscara.robot.call_arbiter import CallArbiter, exclusive
-from bioscara.robot.records import Observe, ignore
+from bioscara.robot import Robot
+from bioscara.robot.connection import call_arbiter
+from bioscara.robot.connection.call_arbiter import CallArbiter, exclusive
+from bioscara.robot.motions.cycle_records import Observe, ignore
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 
 ARM = load_parameters()
@@ -283,7 +284,7 @@ def test_an_observer_that_looks_late_asks_nobody_either(scene: Scene) -> None:
         if record.phase is Phase.TRAJECTORY and not transfers:
             scene.arm.run(0.03)
             before = len(scene.bus.users)
-            assert scene.robot.state.time == record.start + scene.robot._begin
+            assert scene.robot.state.time == record.start + scene.robot._session.begin
             transfers.append(len(scene.bus.users) - before)
 
     scene.robot.move_joints(GOAL, observe=observe)
@@ -295,7 +296,7 @@ def test_the_speed_can_be_changed_from_another_thread(scene: Scene) -> None:
     scene.robot.speed = 0.5
     gate.open()
     assert mover.end() is None
-    assert scene.robot._running().trajectory.scaling == 0.5
+    assert scene.robot._session.stack.trajectory.scaling == 0.5
     slow, _ = len(records), records.clear()
     scene.robot.speed = 1.0
     scene.robot.move_joints(START, observe=records.append)
@@ -481,7 +482,7 @@ def test_whatever_ends_a_call_the_next_one_can_begin(
 def test_wherever_ctrl_c_comes_in_the_turn_is_given_back() -> None:
     class User:
         def __init__(self) -> None:
-            self._turn = CallArbiter()
+            self._arbiter = CallArbiter()
             self.uses = 0
 
         @exclusive("use()")
@@ -514,7 +515,7 @@ def test_wherever_ctrl_c_comes_in_the_turn_is_given_back() -> None:
             break
         finally:
             sys.settrace(before)
-        assert user._turn.running is None, places
+        assert user._arbiter.running is None, places
     assert places > 5
     assert user.uses > 1
 

@@ -53,7 +53,7 @@ def test_what_a_joint_latched_before_is_a_fault_of_the_arm_from_the_start(made: 
     with made.robot as robot:
         (fault,) = robot.faults
         assert (fault.kind, fault.source) == (FaultKind.OVERTEMPERATURE, "j3")
-        assert robot._running().supervisor.state is FaultState.LATCHED
+        assert robot._session.stack.supervisor.state is FaultState.LATCHED
         for call in (robot.enable, robot.home, robot.gripper.enable):
             with pytest.raises(FaultedError, match=r"OVERTEMPERATURE: j3.*acknowledge\(\)"):
                 call()
@@ -155,7 +155,7 @@ def test_a_robot_that_is_connected_refuses_to_connect_and_stays_connected(made: 
         with pytest.raises(LifecycleError, match="connected already"), robot:
             pytest.fail("entered twice")
         assert not made.bus.closed
-        assert robot._running().arm.state is State.ACTIVE
+        assert robot._session.stack.arm.state is State.ACTIVE
         robot.disable()
     assert made.bus.closed
     with pytest.raises(LifecycleError, match="make another"), made.robot:
@@ -212,5 +212,5 @@ def test_systemd_hears_of_a_robot_that_is_connected_and_whenever_it_looks(
 def test_warnings_are_told(made: Scene) -> None:
     with made.robot as robot:
         assert robot.warnings == ()
-        robot._running().supervisor.warnings.append("slow")
+        robot._session.stack.supervisor.warnings.append("slow")
         assert robot.warnings == ("slow",)

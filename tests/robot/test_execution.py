@@ -18,7 +18,7 @@ from bioscara.planning.trajectory.retiming import stretched
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 from bioscara.robot.planner import Plan
-from bioscara.robot.tools import Tool
+from bioscara.robot.workspace.tools import Tool
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 ARM = load_parameters()
@@ -93,7 +93,7 @@ def test_an_arm_that_does_not_follow_is_not_said_to_have_arrived(
 ) -> None:
     def observe(record: CycleRecord) -> None:
         if record.joints[0].position > -1.0 - left:
-            robot._running().tool_speed.limit = speed
+            robot._session.stack.tool_speed.limit = speed
 
     with pytest.raises(GoalAbortedError, match=complaint):
         robot.move_joints((-1.0, 0.30, 2.0, 2.0), observe=observe)

@@ -15,7 +15,8 @@ from bioscara.bus import FaultyBus, Transaction, When
 from bioscara.errors import BioscaraError, HardwareError
 from bioscara.hardware import State
 from bioscara.model import load_parameters
-from bioscara.robot import Robot, connection
+from bioscara.robot import Robot
+from bioscara.robot.connection import session
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 ARM = load_parameters()
@@ -120,7 +121,7 @@ def test_a_joint_that_homed_and_was_let_go_is_released(tmp_path: Path) -> None:
 
 def test_joints_that_another_program_left_energised_are_released(scene: Scene) -> None:
     with Robot(FirmwareBus(scene.arm), scene.arm.clock, ARM, "next") as after:
-        assert after._running().arm.state is State.INACTIVE
+        assert after._session.stack.arm.state is State.INACTIVE
     assert scene.energised() == []
 
 
@@ -230,7 +231,7 @@ def test_ctrl_c_gets_out_of_waiting_for_a_callback_that_never_ends(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, patience: float
 ) -> None:
     """But not while the call may still be bringing the arm to rest."""
-    monkeypatch.setattr(connection, "_PATIENCE", patience)
+    monkeypatch.setattr(session, "_PATIENCE", patience)
     robot = (scene := Scene(tmp_path, v1=False)).robot.__enter__()
     entered, end, pressed = threading.Event(), threading.Event(), threading.Event()
 
@@ -265,7 +266,7 @@ def test_ctrl_c_gets_out_of_waiting_for_a_callback_that_never_ends(
             robot.__exit__(None, None, None)
     finally:
         sys.settrace(before)
-    assert (robot._turn.running is None) is bool(patience), "it was waited for, or not"
+    assert (robot._arbiter.running is None) is bool(patience), "it was waited for, or not"
     end.set()
     for thread in threads:
         thread.join(10.0)

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bioscara.robot.pacing import PacedClock
+from bioscara.robot.connection.pacing import PacedClock
 
 
 class Hands:

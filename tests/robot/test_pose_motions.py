@@ -25,8 +25,8 @@ from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.planning.motions.waypoints import Motion, Waypoint
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
-from bioscara.robot.poses import NamedPose
-from bioscara.robot.tools import Tool
+from bioscara.robot.workspace.poses import NamedPose
+from bioscara.robot.workspace.tools import Tool
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 ARM = load_parameters()
@@ -140,7 +140,7 @@ def test_a_zone_is_not_entered(robot: Robot) -> None:
         assert near(robot.pose, HERE)
         stopped = jog(robot, ToolVelocity(y=0.1), 4.0)
         assert stopped.y < -0.05
-        assert robot._running().jog.jog is not None
+        assert robot._session.stack.jog.jog is not None
     finally:
         robot.plan.scene = Scene()
     robot.move_to(HERE)
@@ -157,7 +157,7 @@ def jog(robot: Robot, velocity: JointVelocity | ToolVelocity, seconds: float) ->
 
 
 def commanded(robot: Robot) -> list[float]:
-    return [guard.here for guard in robot._running().manager.limiter.guards.values()]
+    return [guard.here for guard in robot._session.stack.manager.limiter.guards.values()]
 
 
 @pytest.mark.parametrize("share", [0.3, 0.4, 0.5, 0.7])
@@ -251,14 +251,14 @@ def test_a_jog_goes_at_the_chosen_share_of_its_velocity(robot: Robot) -> None:
 
 def test_a_jog_that_begins_in_a_zone_is_refused_and_all_stays_as_it_was(robot: Robot) -> None:
     robot.move_to(HERE)
-    active = [each.state for each in robot._running().manager.controllers]
+    active = [each.state for each in robot._session.stack.manager.controllers]
     robot.plan.scene = Scene((Box("crate", (-2.0, -2.0, -2.0), (2.0, 2.0, 2.0)),))
     try:
         with pytest.raises(ZoneError, match="crate"):
             jog(robot, JointVelocity(j4=0.3), 1.0)
     finally:
         robot.plan.scene = Scene()
-    assert [each.state for each in robot._running().manager.controllers] == active
+    assert [each.state for each in robot._session.stack.manager.controllers] == active
     assert near(robot.pose, HERE)
 
 
@@ -334,7 +334,7 @@ def test_an_arm_that_is_not_homed_has_no_pose(tmp_path: Path) -> None:
 
 def test_raw_setpoints_keep_clear_of_the_scene_that_is_planned_with(robot: Robot) -> None:
     robot.move_joints((0.3, 0.2, 0.8, -0.5))
-    stack, scene = robot._running(), robot.plan.scene
+    stack, scene = robot._session.stack, robot.plan.scene
     names = tuple(joint.name for joint in ARM.joints)
     values = {"joints": names, "interface_name": "position"}
     forward = stack.manager.load("raw", ForwardCommandController.TYPE, values)

@@ -177,7 +177,7 @@ def test_an_observer_that_fails_is_told_of_once_the_arm_stands(
             observe,
             lambda: late and homed.robot.clock.now() > begin + 2.5,
         )
-    stack = homed.robot._running()
+    stack = homed.robot._session.stack
     for axis in stack.arm.axes:
         assert abs(axis.sample.velocity) < 0.01 * axis.velocity_limit
     assert max(homed.speeds()) < 1e-3
@@ -345,7 +345,7 @@ def test_homing_cancelled_before_its_first_cycle_moves_nothing(scene: Scene) -> 
 
 def test_homing_cancelled_between_two_joints_does_not_begin_the_next(scene: Scene) -> None:
     scene.robot.enable()
-    homing, before = scene.robot._running().homing, scene.arm.position("j1")
+    homing, before = scene.robot._session.stack.homing, scene.arm.position("j1")
 
     def cancelled() -> bool:
         goal = homing.goal
@@ -496,7 +496,7 @@ def _grid(trajectory: Trajectory) -> Iterator[float]:
 def test_a_goal_is_refused_by_a_controller_that_is_not_active(scene: Scene) -> None:
     from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory  # noqa: PLC0415
 
-    stack = scene.robot._running()
+    stack = scene.robot._session.stack
     trajectory = point_to_point(NAMES, START, START, ARM.joints)
     with pytest.raises(GoalRejectedError, match="inactive"):
         stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), 0.0)

@@ -18,9 +18,9 @@ from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX
 from bioscara.model import load_parameters
-from bioscara.robot.poses import BUILT_IN, NamedPose, TeachTable
-from bioscara.robot.teach_file import changing, load_table, save_table
-from bioscara.robot.tools import Tool, fingers, kinematics_with
+from bioscara.robot.workspace.poses import BUILT_IN, NamedPose, TeachTable
+from bioscara.robot.workspace.teach_file import changing, load_table, save_table
+from bioscara.robot.workspace.tools import Tool, fingers, kinematics_with
 
 PARAMETERS = load_parameters()
 FINGERS = fingers(PARAMETERS)

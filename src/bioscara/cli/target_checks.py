@@ -16,7 +16,7 @@ from bioscara.planning.collision.goal_slack import STAND
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.limits import check_share
 from bioscara.robot.planner import Planner
-from bioscara.robot.tools import check_number
+from bioscara.robot.workspace.tools import check_number
 
 _LENGTHS = ("j2", "x", "y", "z")
 _ROUNDING = 1e-9

@@ -7,9 +7,9 @@ from typing import TypeVar
 
 from bioscara.cli.arguments import Options
 from bioscara.errors import ConfigurationError, InvalidArgumentError
-from bioscara.robot.poses import TeachTable
-from bioscara.robot.teach_file import load_table
-from bioscara.robot.tools import Tool
+from bioscara.robot.workspace.poses import TeachTable
+from bioscara.robot.workspace.teach_file import load_table
+from bioscara.robot.workspace.tools import Tool
 
 T = TypeVar("T")
 

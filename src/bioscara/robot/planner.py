@@ -31,9 +31,9 @@ from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.planning.tool_limits import FULL, ToolLimits
 from bioscara.planning.trajectory.averaging import averaged, most_jerk
 from bioscara.planning.trajectory.retiming import stretch_factor, stretched
-from bioscara.robot.call_arbiter import CallArbiter, exclusive
-from bioscara.robot.poses import TeachTable
-from bioscara.robot.tools import Tool, fingers, kinematics_of
+from bioscara.robot.connection.call_arbiter import CallArbiter, exclusive
+from bioscara.robot.workspace.poses import TeachTable
+from bioscara.robot.workspace.tools import Tool, fingers, kinematics_of
 
 RESERVE = 0.8
 """Share of a joint's acceleration that motions planned here use. At full acceleration a joint that
@@ -70,7 +70,7 @@ class Planner:
     Args:
         parameters: Parameters of the arm.
         measured: Returns the measured joint positions [rad, m, rad, rad].
-        turn: Call arbiter of the arm that is planned for; None if there is no arm to move.
+        arbiter: Call arbiter of the arm that is planned for; None if there is no arm to move.
         widths: Returns the smallest and the largest width that the gripper may have now [m]; None
             if the width is unknown, for the full range of the gripper.
 
@@ -83,7 +83,7 @@ class Planner:
         self,
         parameters: ArmParameters,
         measured: Callable[[], Sequence[float]],
-        turn: CallArbiter | None = None,
+        arbiter: CallArbiter | None = None,
         widths: Callable[[], tuple[float, float]] | None = None,
     ) -> None:
         self._tool = fingers(parameters)
@@ -92,7 +92,7 @@ class Planner:
         every = parameters.gripper.lower, parameters.gripper.upper
         self._widths = widths or (lambda: every)
         self._scene = self._surroundings = Scene(widths=every)
-        self._turn = turn or CallArbiter()
+        self._arbiter = arbiter or CallArbiter()
         self._full_speed = False
         self._limits, self._measured = parameters.joints, measured
         self._periods = parameters.belt_periods

@@ -17,9 +17,9 @@ from bioscara.cli.taught_table import by_name, taught
 from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters, load_parameters
-from bioscara.robot.poses import BUILT_IN, NamedPose
-from bioscara.robot.teach_file import changing, load_table, save_table
-from bioscara.robot.tools import fingers, kinematics_with
+from bioscara.robot.workspace.poses import BUILT_IN, NamedPose
+from bioscara.robot.workspace.teach_file import changing, load_table, save_table
+from bioscara.robot.workspace.tools import fingers, kinematics_with
 
 _JOINTS = "joints [rad m rad rad]"
 _PLACE = "tool at [m m m rad]"
