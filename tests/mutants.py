@@ -211,7 +211,7 @@ MUTANTS = (
     ),
     Mutant(
         "an enabled joint is not flashed",
-        "src/bioscara/cli/flashed_joint.py",
+        "src/bioscara/cli/commands/flash.py",
         "if not joint.session.flags & Flags.NOTENABLED:",
         "if False:",
         FLASH,
@@ -225,14 +225,14 @@ MUTANTS = (
     ),
     Mutant(
         "another board in its bootloader than the joint on the bus",
-        "src/bioscara/cli/flashed_joint.py",
+        "src/bioscara/cli/commands/flash.py",
         "if waiting:",
         "if False:",
         FLASH,
     ),
     Mutant(
         "a joint that did not restart was not flashed",
-        "src/bioscara/cli/flashed_joint.py",
+        "src/bioscara/cli/commands/flash.py",
         " or hello.boot_id == self._boot_id",
         "",
         FLASH,
@@ -625,7 +625,7 @@ MUTANTS = (
     ),
     Mutant(
         "a command does not move an arm that was stopped before",
-        "src/bioscara/cli/fault_messages.py",
+        "src/bioscara/cli/arm.py",
         "if options.acknowledge or not robot.faults:",
         "if True:",
         ("tests/cli/test_latched.py",),

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.cli.console import Output
-from bioscara.cli.interruption import Interruption
-from bioscara.cli.live_table import TableView
-from bioscara.cli.live_view import PlainView, make_view, state_word
-from bioscara.cli.observer import Observer
+from bioscara.cli.output.console import Output
+from bioscara.cli.output.live_table import TableView
+from bioscara.cli.output.live_view import PlainView, make_view, state_word
+from bioscara.cli.output.observer import Observer
+from bioscara.cli.signals import StopRequest
 from bioscara.protocol import Flags
 from bioscara.report import CycleRecord, History, JointRecord, Phase, SampleQuality
 from bioscara.report.samples import SampleWriter
@@ -139,7 +139,7 @@ def test_a_state_has_one_word(changes: dict[str, object], phase: Phase, word: st
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_is_a_request_and_a_second_one_too(number: signal.Signals) -> None:
     before = signal.getsignal(number)
-    with Interruption() as interruption:
+    with StopRequest() as interruption:
         assert not interruption()
         os.kill(os.getpid(), number)
         os.kill(os.getpid(), number)

@@ -15,8 +15,8 @@ from bioscara.report import (
     JointRecord,
     Outcome,
     Phase,
+    RunSummary,
     SampleQuality,
-    Summary,
 )
 
 NAMES = ("j1", "j2")
@@ -71,8 +71,8 @@ def history(cycles: list[CycleRecord]) -> History:
 
 
 @pytest.fixture
-def summary() -> Summary:
-    return Summary(
+def summary() -> RunSummary:
+    return RunSummary(
         title="made up",
         arm="simulation (in this process)",
         source="nowhere.csv",

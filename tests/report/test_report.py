@@ -18,8 +18,8 @@ from bioscara.report import (
     Outcome,
     Phase,
     RunFolder,
+    RunSummary,
     SampleQuality,
-    Summary,
     html,
     png,
     text,
@@ -71,19 +71,19 @@ def test_homing_is_no_part_of_the_loop(
     assert loop.period_max == pytest.approx(0.01)
 
 
-def test_a_run_without_any_cycle_can_be_reported(summary: Summary, tmp_path: Path) -> None:
+def test_a_run_without_any_cycle_can_be_reported(summary: RunSummary, tmp_path: Path) -> None:
     empty = History(("j1", "j2"))
     assert "no setpoint was streamed" in text.render(summary, empty)
     assert page_data(html.render(summary, empty))["time"] == []
     png.write(tmp_path / "empty.png", summary, empty)
 
 
-def test_a_title_is_no_formula(summary: Summary, history: History, tmp_path: Path) -> None:
+def test_a_title_is_no_formula(summary: RunSummary, history: History, tmp_path: Path) -> None:
     png.write(tmp_path / "a.png", replace(summary, title=r"$\frac$ 試薬"), history)
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_text_says_which_arm_and_how_it_ended(summary: Summary, history: History) -> None:
+def test_the_text_says_which_arm_and_how_it_ended(summary: RunSummary, history: History) -> None:
     failed = replace(summary, outcome=Outcome.FAILED, message="j2 stalled", faults=("j2 stalled",))
     rendered = text.render(failed, history)
     assert "simulation (in this process)" in rendered
@@ -92,7 +92,7 @@ def test_the_text_says_which_arm_and_how_it_ended(summary: Summary, history: His
     assert re.search(r"j2 +4\.000 mm", rendered)
 
 
-def test_text_from_outside_cannot_become_markup(summary: Summary, history: History) -> None:
+def test_text_from_outside_cannot_become_markup(summary: RunSummary, history: History) -> None:
     nasty = "</script><script>alert(1)</script>{{data}}"
     named = replace(summary, title=nasty, source=nasty, notes=(nasty,))
     named = replace(named, joints=(replace(named.joints[0], name=nasty), named.joints[1]))
@@ -101,14 +101,14 @@ def test_text_from_outside_cannot_become_markup(summary: Summary, history: Histo
     assert page_data(page)["joints"][0]["name"] == nasty  # type: ignore[index]
 
 
-def test_the_page_needs_nothing_from_elsewhere(summary: Summary, history: History) -> None:
+def test_the_page_needs_nothing_from_elsewhere(summary: RunSummary, history: History) -> None:
     page = html.render(summary, history)
     assert not re.search(r"(?:src|href)\s*=|@import|url\(", page)
     assert "{{" not in re.sub(r"(?s)<script.*?</script>", "", page)
 
 
 def test_a_long_run_is_thinned_and_keeps_its_worst_cycle(
-    summary: Summary, many_cycles: list[CycleRecord], make_history: MakeHistory
+    summary: RunSummary, many_cycles: list[CycleRecord], make_history: MakeHistory
 ) -> None:
     history = make_history(many_cycles)
     data = page_data(html.render(summary, history))
@@ -119,7 +119,7 @@ def test_a_long_run_is_thinned_and_keeps_its_worst_cycle(
 
 
 def test_a_folder_is_complete(
-    tmp_path: Path, summary: Summary, history: History, cycles: list[CycleRecord]
+    tmp_path: Path, summary: RunSummary, history: History, cycles: list[CycleRecord]
 ) -> None:
     folder = RunFolder.create(tmp_path / "new" / "run", history.joint_names, len(cycles))
     folder.samples.write(cycles)
@@ -152,7 +152,7 @@ def test_a_disk_without_room_is_refused_and_left_clean(tmp_path: Path) -> None:
 
 
 def test_a_file_that_cannot_be_written_does_not_keep_the_others_away(
-    tmp_path: Path, summary: Summary, history: History
+    tmp_path: Path, summary: RunSummary, history: History
 ) -> None:
     folder = RunFolder.create(tmp_path, history.joint_names, 1)
     (tmp_path / "report.txt").mkdir()

@@ -33,7 +33,7 @@ from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
 from bioscara.robot.connection import call_arbiter
 from bioscara.robot.connection.call_arbiter import CallArbiter, exclusive
-from bioscara.robot.motions.cycle_records import Observe, ignore
+from bioscara.robot.motions.cycle_recorder import Observe, ignore
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 
 ARM = load_parameters()

@@ -16,7 +16,7 @@ from bioscara.planning import Motion, ToolLimits, Trajectory, Waypoint, approach
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.robot import Robot
-from bioscara.robot.motions.cycle_records import ignore, never
+from bioscara.robot.motions.cycle_recorder import ignore, never
 from bioscara.robot.motions.gripper import RobotGripper
 from bioscara.robot.planner import Planner
 from bioscara.robot.workspace.poses import NamedPose, TeachTable

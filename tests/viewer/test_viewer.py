@@ -22,8 +22,8 @@ viser = pytest.importorskip("viser", reason="pip install 'bioscara[view]': the 3
 
 from bioscara.errors import ConfigurationError  # noqa: E402
 from bioscara.planning.collision.scene import Box, Cylinder, Scene  # noqa: E402
+from bioscara.viewer.kinematic_tree import KinematicTree  # noqa: E402
 from bioscara.viewer.page import Page  # noqa: E402
-from bioscara.viewer.tree import Tree  # noqa: E402
 from bioscara.viewer.zones import edges, solid  # noqa: E402
 
 PARAMETERS = load_parameters()
@@ -227,7 +227,7 @@ def test_a_description_that_is_no_tree_is_refused(old: str, new: str, complaint:
     text = URDF.read_text()
     assert old in text
     with pytest.raises(ConfigurationError, match=complaint):
-        Tree(Urdf(text.replace(old, new, 1), "arm.urdf"))
+        KinematicTree(Urdf(text.replace(old, new, 1), "arm.urdf"))
 
 
 OWN = "127.0.0.1:{port}"

@@ -17,4 +17,4 @@ from bioscara.report.cycles import SampleQuality as SampleQuality
 from bioscara.report.folder import RunFolder as RunFolder
 from bioscara.report.summary import JointInfo as JointInfo
 from bioscara.report.summary import Outcome as Outcome
-from bioscara.report.summary import Summary as Summary
+from bioscara.report.summary import RunSummary as RunSummary

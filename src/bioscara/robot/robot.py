@@ -24,7 +24,7 @@ from bioscara.robot.connection.fault_recovery import FaultRecovery
 from bioscara.robot.connection.session import FAULTS, Session
 from bioscara.robot.connection.state_reader import StateReader
 from bioscara.robot.motions.arm_motions import ArmMotions, Velocity
-from bioscara.robot.motions.cycle_records import Cancelled, Observe, ignore, never
+from bioscara.robot.motions.cycle_recorder import Cancelled, Observe, ignore, never
 from bioscara.robot.motions.gripper import JawWidths, RobotGripper
 from bioscara.robot.planner import Plan, Planner
 

@@ -2,6 +2,6 @@
 
 Begin with ``arm_motions``, which homes the joints, follows plans and trajectories and jogs, and
 ``gripper``, which moves the jaws. Both run the control loop through ``execution``, which brings
-the arm to rest however a motion ends. ``cycle_records`` builds the records that observers receive,
+the arm to rest however a motion ends. ``cycle_recorder`` builds the records that observers receive,
 and ``homing_order`` selects the joints that are homed together.
 """

@@ -15,7 +15,7 @@ from bioscara.report import Phase
 from bioscara.robot.connection.pacing import PacedClock
 from bioscara.robot.connection.session import Session
 from bioscara.robot.connection.stack import HOMING, JOG, TRAJECTORY
-from bioscara.robot.motions.cycle_records import Cancelled, Observe, ignore, never
+from bioscara.robot.motions.cycle_recorder import Cancelled, Observe, ignore, never
 from bioscara.robot.motions.execution import SETTLING, MotionExecution
 from bioscara.robot.motions.homing_order import joints_to_home
 from bioscara.robot.planner import Plan, Planner

@@ -20,7 +20,7 @@ from bioscara.errors import (
 from bioscara.planning import Trajectory
 from bioscara.report import Phase
 from bioscara.robot.connection.session import Session
-from bioscara.robot.motions.cycle_records import Cancelled, CycleRecorder, Observe, ignore, never
+from bioscara.robot.motions.cycle_recorder import Cancelled, CycleRecorder, Observe, ignore, never
 
 SETTLING = 0.3
 """Duration for which the end of a trajectory is held, so that the records show it at rest [s]."""

@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from math import isnan
 
-from bioscara.cli.console import Output
+from bioscara.cli.output.console import Output
 from bioscara.protocol import Flags
 from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
 
@@ -70,7 +70,7 @@ def make_view(output: Output, joints: Sequence[tuple[str, str]]) -> View:
     """
     if sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb":
         # Imported here: rich takes 60-200 ms to import.
-        from bioscara.cli.live_table import TableView  # noqa: PLC0415
+        from bioscara.cli.output.live_table import TableView  # noqa: PLC0415
 
         return TableView(output, joints)
     return PlainView(output, joints)
