@@ -618,7 +618,7 @@ MUTANTS = (
     ),
     Mutant(
         "what joints latched before is a fault of the arm",
-        "src/bioscara/robot/connection/session.py",
+        "src/bioscara/robot/connection/arm_session.py",
         "            stack.latch(self.arm.latched(Flags.FAULT | Flags.STALL), self.clock.now())\n",
         "",
         ("tests/robot/test_connection.py",),
@@ -639,7 +639,7 @@ MUTANTS = (
     ),
     Mutant(
         "a stop before a motion's first cycle",
-        "src/bioscara/robot/connection/session.py",
+        "src/bioscara/robot/connection/arm_session.py",
         "        self.arbiter.require_not_stopped()\n",
         "",
         TURN,

@@ -44,14 +44,14 @@ def observe(path: Path, count: int, view: PlainView) -> tuple[Observer, History]
     return observer, history
 
 
-def test_every_cycle_is_kept_and_written(tmp_path: Path) -> None:
+def test_every_cycle_is_stored_and_written(tmp_path: Path) -> None:
     observer, history = observe(tmp_path / "samples.csv", 500, PlainView(Output(), JOINTS))
     assert observer.problem == ""
     assert len(history) == 500
     assert len((tmp_path / "samples.csv").read_text().splitlines()) == 501
 
 
-def test_a_full_disk_is_noticed_once_and_the_cycles_are_still_kept(
+def test_a_full_disk_is_reported_once_and_the_history_stays_complete(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -72,7 +72,7 @@ class Gone(io.StringIO):
 
 
 @pytest.mark.parametrize("view_type", [PlainView, TableView])
-def test_a_reader_that_goes_away_stops_nothing(
+def test_a_closed_pipe_stops_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, view_type: type[PlainView]
 ) -> None:
     output = Output()
@@ -137,7 +137,7 @@ def test_a_state_has_one_word(changes: dict[str, object], phase: Phase, word: st
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_is_a_request_and_a_second_one_too(number: signal.Signals) -> None:
+def test_every_signal_is_only_a_stop_request(number: signal.Signals) -> None:
     before = signal.getsignal(number)
     with StopRequest() as interruption:
         assert not interruption()

@@ -54,7 +54,7 @@ def same(cell: str, value: float) -> bool:
 
 
 @given(st.lists(cycles_of_two, max_size=5))
-def test_every_value_comes_back(cycles: list[CycleRecord]) -> None:
+def test_every_value_can_be_read_back(cycles: list[CycleRecord]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "samples.csv"
         with SampleWriter(path, ("j1", "j2")) as writer:

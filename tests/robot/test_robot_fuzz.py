@@ -303,7 +303,7 @@ class Fuzz:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_whatever_is_called_and_befalls_it(seed: int, tmp_path: Path) -> None:
+def test_random_calls_and_failures(seed: int, tmp_path: Path) -> None:
     fuzz = Fuzz(seed, tmp_path / "evidence")
     robot = fuzz.robot
     try:

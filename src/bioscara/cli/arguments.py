@@ -130,13 +130,15 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     options = parser.parse_args(arguments, namespace=Options())
     options.words = list(sys.argv[1:] if arguments is None else arguments)
     if getattr(options, "v1", False) and getattr(options, "bus", "sim") != "sim":
-        parser.error("--v1 is about the arm simulated in this process; leave out --bus")
+        parser.error("--v1 applies only to the arm simulated in this process; leave out --bus")
     if options.command == "flash" and options.bus == "sim":
         parser.error("--bus sim has no board to flash; name the bus of the joint, as linux:1")
     if options.command == "poses" and options.action == "show" and options.plot is None:
         for word, value in (("--from", options.start), ("--scene", options.scene)):
             if value is not None:
-                parser.error(f"{word} is about the motion that --plot FILE draws; add that")
+                parser.error(
+                    f"{word} applies only to the motion that --plot FILE draws; add --plot"
+                )
     return options
 
 
@@ -171,14 +173,14 @@ def _add_run_command(commands: argparse._SubParsersAction[argparse.ArgumentParse
 
 
 def _add_plan_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    plan = _add_command(commands, "plan", "Plan a motion and tell about it; no arm is needed.")
-    _add_start(plan, "where the joints are")
+    plan = _add_command(commands, "plan", "Plan a motion and describe it; no arm is needed.")
+    _add_start(plan, "joint positions at the start")
     _add_target(plan)
     _add_full_speed(plan)
 
 
 def _add_move_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    move = _add_command(commands, "move", "Home the arm where need be and move it to a target.")
+    move = _add_command(commands, "move", "Home the arm where necessary and move it to a target.")
     _add_target(move)
     move.set_defaults(start=None)
     _add_bus(move)
@@ -214,12 +216,12 @@ def _add_view_command(commands: argparse._SubParsersAction[argparse.ArgumentPars
         metavar="N",
         type=_port,
         default=8080,
-        help="where to listen (default 8080); the next free one is taken if it is in use",
+        help="TCP port to listen on (default 8080); the next free one is taken if it is in use",
     )
-    _add_scene(view, "show the zones and the table of this file")
+    _add_scene(view, "file with the zones and the table to show")
     _add_plot(
         view,
-        "at the end, draw the motion from where the sliders stood to where they stand, as PNG",
+        "at the end, draw the motion from the first to the last slider positions, as PNG",
     )
 
 
@@ -243,18 +245,18 @@ def _add_poses_command(commands: argparse._SubParsersAction[argparse.ArgumentPar
     for action in (listing, show, save, delete):
         _add_table(action)
     _add_plot(show, "draw the motion to the pose, joints and tool against their limits, as PNG")
-    _add_start(show, "where that motion starts")
+    _add_start(show, "joint positions at the start of that motion")
     _add_scene(show, "file with the zones and the table that the motion keeps clear of")
     where = save.add_mutually_exclusive_group(required=True)
-    where.add_argument("--bus", metavar="BUS", help="where this arm is now; " + BUS_HELP)
-    _add_four(where, "--joints", "J1 J2 J3 J4", "where the joints are [rad m rad rad]")
-    _add_four(where, "--pose", "X Y Z YAW", "where the tool is, in the base [m m m rad]")
+    where.add_argument("--bus", metavar="BUS", help="current position of this arm; " + BUS_HELP)
+    _add_four(where, "--joints", "J1 J2 J3 J4", "joint positions [rad m rad rad]")
+    _add_four(where, "--pose", "X Y Z YAW", "pose of the tool in the base [m m m rad]")
     _add_tool(save, "name of the tool")
     save.add_argument(
         "--calibration",
         metavar="ID",
         default="",
-        help="which calibration of the arm this is, to know old poses by later",
+        help="identifier of the calibration of the arm, stored with the pose",
     )
     save.set_defaults(v1=False)
 
@@ -296,13 +298,13 @@ def _add_flash_command(commands: argparse._SubParsersAction[argparse.ArgumentPar
         "--serial",
         metavar="NUMBER",
         type=_serial_number,
-        help="which board in its bootloader, or which ST-Link, where there are several",
+        help="serial number of the board or ST-Link, if there are several",
     )
     flash.add_argument(
         "--bus",
         metavar="BUS",
-        help="where the joint is: it is asked to start its bootloader, without the button, and "
-        "afterwards which firmware it runs; 'linux:1' is I2C bus 1",
+        help="bus of the joint: starts its bootloader without the button, and reads its firmware "
+        "version afterwards; 'linux:1' is I2C bus 1",
     )
     flash.set_defaults(swd=False, v1=False)
 
@@ -343,8 +345,8 @@ def _add_acknowledge(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--acknowledge",
         action="store_true",
-        help="take note of what stopped the arm before, keep the evidence and go on; without it an "
-        "arm that a fault stopped is refused",
+        help="acknowledge the faults that stopped the arm before, keep their evidence and "
+        "continue; without it an arm that a fault stopped is refused",
     )
 
 
@@ -369,18 +371,18 @@ def _add_full_speed(parser: argparse.ArgumentParser) -> None:
 def _add_target(parser: argparse.ArgumentParser) -> None:
     """Add the arguments for target, type of motion and output files."""
     target = parser.add_mutually_exclusive_group(required=True)
-    _add_four(target, "--pose", "X Y Z YAW", "where the tool shall be, in the base [m m m rad]")
-    _add_four(target, "--joints", _JOINTS, "where the joints shall be [rad m rad rad]")
-    target.add_argument("--name", metavar="NAME", default="", help="a pose that has a name")
+    _add_four(target, "--pose", "X Y Z YAW", "goal pose of the tool in the base [m m m rad]")
+    _add_four(target, "--joints", _JOINTS, "goal positions of the joints [rad m rad rad]")
+    target.add_argument("--name", metavar="NAME", default="", help="name of a saved pose")
     _add_table(parser)
     _add_tool(parser, "name of the tool that is mounted")
-    parser.add_argument("--linear", action="store_true", help="lead the tool along a line")
+    parser.add_argument("--linear", action="store_true", help="move the tool along a line")
     parser.add_argument(
         "--via",
         metavar=("X", "Y", "Z"),
         type=float,
         nargs=3,
-        help="lead the tool along the arc through this place [m]",
+        help="move the tool along the arc through this point [m]",
     )
     parser.add_argument(
         "--speed",

@@ -67,8 +67,8 @@ def require_acknowledgement(robot: Robot, options: Options) -> None:
     )
     command = shlex.join(("bioscara", *options.words, "--acknowledge"))
     raise FaultedError(
-        f"the arm stopped before this run and nothing moves until you have seen to it: {faults}; "
-        f"then go on with: {command}"
+        f"the arm stopped before this run and nothing moves until that is resolved: {faults}; "
+        f"then continue with: {command}"
     )
 
 
@@ -100,7 +100,7 @@ def acknowledge_faults(robot: Robot, report: Callable[[str], None]) -> None:
 
 def remedy(robot: Robot) -> str:
     """Return the advice appended to a failure's cause if a fault is latched; else nothing."""
-    return "; then go on with --acknowledge" if robot.faults else ""
+    return "; then continue with --acknowledge" if robot.faults else ""
 
 
 class NewWarnings:

@@ -15,10 +15,10 @@ from typing import TYPE_CHECKING
 from bioscara.robot.workspace.tools import kinematics_of as kinematics_of
 
 if TYPE_CHECKING:
-    from bioscara.robot.connection.session import FAULTS as FAULTS
+    from bioscara.robot.connection.arm_session import FAULTS as FAULTS
     from bioscara.robot.robot import Robot as Robot
 
-_HOMES = {"FAULTS": "bioscara.robot.connection.session", "Robot": "bioscara.robot.robot"}
+_HOMES = {"FAULTS": "bioscara.robot.connection.arm_session", "Robot": "bioscara.robot.robot"}
 
 
 def __getattr__(name: str) -> object:

@@ -18,10 +18,10 @@ from bioscara.kinematics import Pose, Scara
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.planning import Trajectory
 from bioscara.planning.motions.waypoints import Waypoint
+from bioscara.robot.connection.arm_session import FAULTS, ArmSession
 from bioscara.robot.connection.call_arbiter import exclusive
 from bioscara.robot.connection.devices import devices_on, real_gripper, simulated_devices
 from bioscara.robot.connection.fault_recovery import FaultRecovery
-from bioscara.robot.connection.session import FAULTS, Session
 from bioscara.robot.connection.state_reader import StateReader
 from bioscara.robot.motions.arm_motions import ArmMotions, Velocity
 from bioscara.robot.motions.cycle_recorder import Cancelled, Observe, ignore, never
@@ -87,7 +87,7 @@ class Robot:
         self.parameters, self.description = parameters, description
         driver = gripper or real_gripper(parameters, clock)
         self._servo = servo
-        self._session = Session(bus, clock, parameters, driver, rate=rate, evidence=evidence)
+        self._session = ArmSession(bus, clock, parameters, driver, rate=rate, evidence=evidence)
         self._arbiter = self._session.arbiter
         self._state = StateReader(self._session)
         self._recovery = FaultRecovery(self._session)

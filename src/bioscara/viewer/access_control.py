@@ -70,6 +70,7 @@ def refusing_foreign_requests() -> Iterator[None]:
         module.serve = original  # type: ignore[misc]
     if not served:
         raise ConfigurationError(
-            "this version of viser serves in a way that cannot be guarded against other sites; "
-            "install the one that bioscara was tested with: pip install 'bioscara[view]'"
+            "this version of viser starts its server in another manner and cannot be "
+            "protected against other sites; install the one that bioscara was tested with: "
+            "pip install 'bioscara[view]'"
         )

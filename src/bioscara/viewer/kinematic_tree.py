@@ -90,12 +90,12 @@ class KinematicTree:
             if (name := urdf.attribute(tag, "name")) not in children
         ]
         if len(roots) != 1:
-            raise urdf.error(urdf.root, f"{len(roots)} links are carried by nothing, not one")
+            raise urdf.error(urdf.root, f"{len(roots)} links have no parent joint, not one")
         self.root, joints, placed = roots[0], [], set(roots)
         while pending:
             ready = [joint for joint in pending if joint.parent in placed]
             if not ready:
-                raise urdf.error(urdf.root, f"joint {pending[0].name} hangs on nothing")
+                raise urdf.error(urdf.root, f"joint {pending[0].name} has no parent in the tree")
             pending = [joint for joint in pending if joint.parent not in placed]
             placed.update(joint.child for joint in ready)
             joints += ready

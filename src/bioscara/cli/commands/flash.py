@@ -211,7 +211,7 @@ class _JointOnBus:
         if hello is None or hello.firmware != image.version[:2] or hello.boot_id == self._boot_id:
             complain(
                 f"{joint.name} answers with {firmware_of(joint)}, not restarted with {expected}: "
-                "another board was flashed; look where the cable goes"
+                "another board was flashed; check which board the cable is connected to"
             )
             return ExitStatus.FAILED
         self._output.line(f"confirmed: {joint.name} answers with {firmware_of(joint)}")

@@ -49,7 +49,7 @@ def run(options: Options) -> int:
 
 def _row(joint: Joint) -> tuple[str, ...]:
     flags = Flags(joint.get_flags())
-    reset, fault, errors = "not told", "not told", "not told"
+    reset, fault, errors = "unknown", "unknown", "unknown"
     if joint.hello is not None:
         report = joint.get_fault()
         reset = joint.hello.reset_cause.name.lower().replace("_", " ")

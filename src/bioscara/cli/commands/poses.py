@@ -79,11 +79,11 @@ def _show(options: Options, parameters: ArmParameters) -> list[str]:
     elif place is not None:
         joints, problem = _reached(arm, place)
     rows = [
-        (_JOINTS if pose.joints is not None else f"one way, {_JOINTS}", _numbers(joints)),
+        (_JOINTS if pose.joints is not None else f"one solution, {_JOINTS}", _numbers(joints)),
         (_PLACE, _numbers(place)),
         ("tool", f"{tool.name}, {tool.mass:g} kg"),
         ("calibration", pose.calibration or "-"),
-        ("the arm can", "take it" if not problem else f"not take it: {problem}"),
+        ("reachable", "yes" if not problem else f"no: {problem}"),
     ]
     lines += [f"  {line}" for line in columns(rows)]
     if options.plot is not None:

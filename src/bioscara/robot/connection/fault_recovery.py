@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from bioscara.control.faults.kinds import Fault
-from bioscara.robot.connection.session import Session
+from bioscara.robot.connection.arm_session import ArmSession
 
 
 class FaultRecovery:
     """The steps from a latched fault to an arm that can be enabled again.
 
     Args:
-        session: Session of the arm.
+        session: ArmSession of the arm.
     """
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: ArmSession) -> None:
         self._session = session
 
     @property

@@ -7,17 +7,17 @@ import math
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
 from bioscara.errors import BioscaraError, NotHomedError
 from bioscara.kinematics import Joints
-from bioscara.robot.connection.session import Session
+from bioscara.robot.connection.arm_session import ArmSession
 
 
 class StateReader:
     """Reads the joint states, from any thread, also while another thread moves the arm.
 
     Args:
-        session: Session of the arm.
+        session: ArmSession of the arm.
     """
 
-    def __init__(self, session: Session) -> None:
+    def __init__(self, session: ArmSession) -> None:
         self._session = session
 
     def read(self) -> JointStates:

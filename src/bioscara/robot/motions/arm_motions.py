@@ -12,8 +12,8 @@ from bioscara.planning import Trajectory
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.planning.motions.tool_speed import COMMANDED_SPEED, UNPLANNED_SHARE
 from bioscara.report import Phase
+from bioscara.robot.connection.arm_session import ArmSession
 from bioscara.robot.connection.pacing import PacedClock
-from bioscara.robot.connection.session import Session
 from bioscara.robot.connection.stack import HOMING, JOG, TRAJECTORY
 from bioscara.robot.motions.cycle_recorder import Cancelled, Observe, ignore, never
 from bioscara.robot.motions.execution import SETTLING, MotionExecution
@@ -32,14 +32,14 @@ class ArmMotions:
     """Moves the arm; each method is part of a call that has exclusive use of it.
 
     Args:
-        session: Session of the arm.
+        session: ArmSession of the arm.
         planner: Plans motions from the arm's current position.
         pace_homing: Whether simulated homing is held back to real time.
         pace_motion: Whether simulated motion is held back to real time.
     """
 
     def __init__(
-        self, session: Session, planner: Planner, *, pace_homing: bool, pace_motion: bool
+        self, session: ArmSession, planner: Planner, *, pace_homing: bool, pace_motion: bool
     ) -> None:
         self._session, self._planner = session, planner
         self._pace_homing = flag("pace_homing", pace_homing)

@@ -19,7 +19,7 @@ from bioscara.errors import (
 )
 from bioscara.planning import Trajectory
 from bioscara.report import Phase
-from bioscara.robot.connection.session import Session
+from bioscara.robot.connection.arm_session import ArmSession
 from bioscara.robot.motions.cycle_recorder import Cancelled, CycleRecorder, Observe, ignore, never
 
 SETTLING = 0.3
@@ -35,7 +35,7 @@ class MotionExecution:
     """A call that moves the arm, from its first cycle to rest.
 
     Args:
-        session: Session of the arm.
+        session: ArmSession of the arm.
         observe: Receives a record each cycle.
         cancelled: Called each cycle; True ends the motion.
         timeout: Longest duration from now [s]; None for no limit.
@@ -47,7 +47,7 @@ class MotionExecution:
 
     def __init__(
         self,
-        session: Session,
+        session: ArmSession,
         observe: Observe = ignore,
         cancelled: Cancelled = never,
         timeout: float | None = None,
@@ -170,7 +170,7 @@ class MotionExecution:
 
     def _cycle(self, observe: Observe, phase: Phase, zero: float) -> None:
         cycle = self._stack.loop.step()
-        # A record takes a tenth of the host's time in a cycle.
+        # Building a record takes about a sixth of the host's time in a cycle.
         if observe is not ignore:
             observe(self._recorder.record(cycle, phase, zero))
 

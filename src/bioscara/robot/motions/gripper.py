@@ -13,8 +13,8 @@ from bioscara.errors import GoalRejectedError, GripperError, NotHomedError
 from bioscara.hardware import GripperHardware, State
 from bioscara.model import GripperParameters
 from bioscara.report import Phase
+from bioscara.robot.connection.arm_session import ArmSession
 from bioscara.robot.connection.call_arbiter import exclusive
-from bioscara.robot.connection.session import Session
 from bioscara.robot.connection.stack import GRIPPER
 from bioscara.robot.motions.execution import MotionExecution
 
@@ -61,13 +61,13 @@ class RobotGripper:
     taken as the actual width once the jaws had the time to reach it.
 
     Args:
-        session: Session of the arm: calls of robot and gripper run one at a time.
+        session: ArmSession of the arm: calls of robot and gripper run one at a time.
         jaws: The widths that the jaws may have.
         check_width: Raises if a jaw would touch something during the motion to a width [m].
     """
 
     def __init__(
-        self, session: Session, jaws: JawWidths, check_width: Callable[[float], None]
+        self, session: ArmSession, jaws: JawWidths, check_width: Callable[[float], None]
     ) -> None:
         self._session, self._arbiter, self._hardware = session, session.arbiter, session.gripper
         self._jaws, self._check_width = jaws, check_width

@@ -154,7 +154,7 @@ class TeachTable:
         """
         self.pose(name)
         if any(pose.name == name for pose in BUILT_IN):
-            raise InvalidArgumentError(f"pose {name} is built in; only taught poses can go")
+            raise InvalidArgumentError(f"pose {name} is built in; only taught poses can be deleted")
         return replace(self, poses=tuple(pose for pose in self.poses if pose.name != name))
 
 

@@ -147,7 +147,7 @@ def save_table(path: Path, table: TeachTable) -> None:
 
 def _unkept(path: Path, error: OSError) -> ConfigurationError:
     return ConfigurationError(
-        f"{path}: the poses cannot be kept ({error.strerror or error}); name another file"
+        f"{path}: the poses cannot be saved ({error.strerror or error}); name another file"
     )
 
 

@@ -33,7 +33,7 @@ _PATIENCE = 15.0
 """Time after which a stopped call is at rest, or in a callback that may never return [s]."""
 
 
-class Session:
+class ArmSession:
     """Connects, enables, disables and shuts down one arm; nothing here makes it move.
 
     Args:
