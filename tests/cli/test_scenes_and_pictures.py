@@ -160,7 +160,7 @@ def test_options_of_a_picture_are_refused_without_one(
     with pytest.raises(SystemExit) as caught:
         main(["poses", "show", "plate", *words.split()])
     assert caught.value.code == 2
-    assert "add that" in capsys.readouterr().err
+    assert "add --plot" in capsys.readouterr().err
 
 
 def test_an_arm_is_not_moved_into_a_zone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:

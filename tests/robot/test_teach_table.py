@@ -206,10 +206,10 @@ def test_a_failed_save_leaves_the_file_unchanged(tmp_path: Path) -> None:
     file = tmp_path / f"{'p' * 245}.yaml"  # no room for the name of another file in the same folder
     file.write_bytes(before := b"as it was")
     broken = TeachTable(FINGERS, (), (NamedPose("a", Joints(0.0, 0.0, 0.0, 0.0)),))
-    with pytest.raises(ConfigurationError, match=r"cannot be kept .* name another file"):
+    with pytest.raises(ConfigurationError, match=r"cannot be saved .* name another file"):
         save_table(file, broken)
     assert file.read_bytes() == before
-    with pytest.raises(ConfigurationError, match="cannot be kept"):
+    with pytest.raises(ConfigurationError, match="cannot be saved"):
         save_table(tmp_path / "no" / "poses.yaml", TABLE)
 
 

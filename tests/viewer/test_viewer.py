@@ -217,7 +217,7 @@ def test_a_request_for_a_public_address_is_refused(
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ('<link name="base_link">', '<link name="lonely"/><link name="base_link">', "2 links are"),
+        ('<link name="base_link">', '<link name="lonely"/><link name="base_link">', "2 links have no parent"),
         ('type="prismatic"', 'type="planar"', "type 'planar' is not one of"),
         (
             '<parent link="world"/>',

@@ -61,9 +61,9 @@ def _move(robot: Robot, options: Options, cancelled: StopRequest, output: Output
     Raises:
         InvalidArgumentError: The motion was refused before anything moved.
     """
-    last: deque[CycleRecord] = deque(maxlen=1)
+    cycles: deque[CycleRecord] = deque(maxlen=1)
     try:
-        robot.home(last.append, cancelled)
+        robot.home(cycles.append, cancelled)
         plan = plan_target(robot.plan, options)
         for line in describe(plan, robot.kinematics):
             output.line(line)
@@ -72,15 +72,15 @@ def _move(robot: Robot, options: Options, cancelled: StopRequest, output: Output
         if options.plot is not None:
             picture = write_picture(options.plot, plan, robot.plan, robot.parameters, "move")
             output.line(picture)
-        robot.execute(plan, last.append, cancelled)
+        robot.execute(plan, cycles.append, cancelled)
     except MotionCancelledError as error:
         complain(f"{error}; all joints were stopped and disabled")
         return ExitStatus.INTERRUPTED
     except BioscaraError as error:
         # No cycle of a motion was recorded: nothing has moved.
-        if isinstance(error, InvalidArgumentError) and not last:
+        if isinstance(error, InvalidArgumentError) and not cycles:
             raise
-        told = robot.faults[0] if robot.faults else error
-        complain(f"{told}{remedy(robot)}; all joints were stopped and disabled")
+        cause = robot.faults[0] if robot.faults else error
+        complain(f"{cause}{remedy(robot)}; all joints were stopped and disabled")
         return ExitStatus.FAILED
     return ExitStatus.OK

@@ -59,7 +59,7 @@ class Stack:
         evidence: Folder for the flight records of faults.
 
     Attributes:
-        arm: As given.
+        arm: Hardware component of the joints.
         manager: Runs the controllers.
         supervisor: Stops the arm on faults.
         loop: Runs the manager.
