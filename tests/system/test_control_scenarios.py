@@ -168,7 +168,7 @@ def test_host3_the_joints_of_a_host_that_died_stop_and_the_next_comes_up_faulted
         scene.arm.run(0.2)
         assert scene.fields() == pytest.approx(before, abs=STANDSTILL)
         again.enable()
-        assert [axis.homed for axis in again._arm.axes] == [True] * 4
+        assert [axis.homed for axis in again._session.arm.axes] == [True] * 4
         again.move_joints(GOAL)
     assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
 
