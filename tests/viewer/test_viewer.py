@@ -217,7 +217,11 @@ def test_a_request_for_a_public_address_is_refused(
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ('<link name="base_link">', '<link name="lonely"/><link name="base_link">', "2 links have no parent"),
+        (
+            '<link name="base_link">',
+            '<link name="lonely"/><link name="base_link">',
+            "2 links have no",
+        ),
         ('type="prismatic"', 'type="planar"', "type 'planar' is not one of"),
         (
             '<parent link="world"/>',
