@@ -26,10 +26,6 @@ class FaultRecovery:
         """The latest warnings, oldest first."""
         return tuple(self._session.stack.supervisor.warnings)
 
-    def warn(self, *warnings: str) -> None:
-        """Add warnings for the user."""
-        self._session.stack.supervisor.warnings.extend(warnings)
-
     def acknowledge(self) -> tuple[Fault, ...]:
         """Acknowledge the faults once the arm is at rest and write their evidence.
 
