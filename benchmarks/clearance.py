@@ -16,7 +16,7 @@ from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Scene
 from bioscara.planning.limits import REDUCED_SPEED
 from bioscara.robot import kinematics_of
-from bioscara.robot.stack import TRAJECTORY, Stack
+from bioscara.robot.connection.stack import TRAJECTORY, Stack
 
 CYCLES = 3000
 _CALLS = 200_000

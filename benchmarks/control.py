@@ -28,8 +28,8 @@ from bioscara.kinematics import Scara
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Scene
 from bioscara.robot import kinematics_of
-from bioscara.robot.stack import TRAJECTORY, Stack
-from bioscara.robot.wiring import simulated
+from bioscara.robot.connection.devices import simulated_devices
+from bioscara.robot.connection.stack import TRAJECTORY, Stack
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 CYCLES = 3000
@@ -91,7 +91,7 @@ def homed_stack(
     hardware = ArmHardware("arm", FirmwareBus(arm), clock, _PARAMETERS.joints)
     hardware.configure()
     jaws = GripperHardware(
-        "gripper", "gripper", simulated(_PARAMETERS, v1=False, seed=0).gripper, clock
+        "gripper", "gripper", simulated_devices(_PARAMETERS, v1=False, seed=0).gripper, clock
     )
     stack = Stack(hardware, jaws, surroundings, clock, _PARAMETERS, rate, Path(os.devnull))
     # The speed of the tool is computed but not bounded: the swing is as fast as the joints.

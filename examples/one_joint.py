@@ -13,15 +13,15 @@ from bioscara.model import load_parameters
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 NAME = sys.argv[1] if sys.argv[1:] else "j1"
-WAY = {"rad": 0.05, "m": 0.002}
+DISTANCE = {"rad": 0.05, "m": 0.002}
 SHARE = 0.2
 """Share of the limits of speed and acceleration."""
 MICROSTEPS = 200 * 256
 """Microsteps per turn of the motor."""
 
 parameters = {each.name: each for each in load_parameters().joints}[NAME]
-way, unit = WAY[parameters.unit], parameters.unit
-steps = round(way * parameters.reduction / (2 * math.pi) * MICROSTEPS)
+distance, unit = DISTANCE[parameters.unit], parameters.unit
+steps = round(distance * parameters.reduction / (2 * math.pi) * MICROSTEPS)
 if sys.argv[2:]:
     joint = Joint(open_bus(sys.argv[2]), MonotonicClock(), parameters)
 else:
@@ -34,7 +34,7 @@ try:
     joint.set_max_acceleration(SHARE * parameters.max_acceleration)
     joint.set_max_velocity(SHARE * parameters.max_velocity)
     for sign in (1, -1):
-        print(f"{NAME} moves by {sign * way:+g} {unit}")
+        print(f"{NAME} moves by {sign * distance:+g} {unit}")
         joint.move_steps(sign * steps)
 finally:
     joint.disable()

@@ -1,4 +1,4 @@
-"""Words in, options or a clear refusal out; nothing heavy is imported for it."""
+"""Parsing of the command line: options or a clear refusal, without slow imports."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_the_simulated_arm_is_the_default() -> None:
     assert (options.fit, options.realtime, options.v1) == (False, False, False)
 
 
-def test_the_version_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+def test_the_version_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit) as caught:
         main(["--version"])
     assert caught.value.code == 0

@@ -72,7 +72,7 @@ def test_joints_lists_all_four(capsys: pytest.CaptureFixture[str]) -> None:
         assert "power on" in line(out, name)
 
 
-def test_joints_of_version_1_are_listed_with_what_they_cannot_tell(
+def test_version_1_joints_are_listed_with_unknown_values(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     assert main(["joints", "--v1"]) == 0
@@ -81,10 +81,10 @@ def test_joints_of_version_1_are_listed_with_what_they_cannot_tell(
     assert "joints with their original firmware" in out
     for name in LIMITS:
         assert re.search(r"protocol 1 +NOTHOMED NOTENABLED +no", line(out, name))
-        assert line(out, name).count("not told") == 3
+        assert line(out, name).count("unknown") == 3
 
 
-def test_joints_waits_where_nobody_acknowledges_and_says_so(
+def test_joints_waits_for_silent_joints_and_reports_it(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot = Robot.simulated(v1=True)
@@ -100,7 +100,7 @@ def test_joints_waits_where_nobody_acknowledges_and_says_so(
 
 
 @pytest.mark.parametrize("words", [["joints"], ["joints", "--v1"]])
-def test_a_missing_joint_is_named_and_hides_no_other(
+def test_a_missing_joint_is_named_and_the_others_are_listed(
     words: list[str], wire: Wire, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def without_j3(arm: SimulatedArm) -> Bus:
@@ -275,7 +275,7 @@ def test_ctrl_c_over_a_bad_wire_ramps_down_disables_and_reports(
 
 
 @pytest.mark.parametrize("words", [[], ["--v1"]])
-def test_simulate_serves_from_the_moment_it_says_so_until_it_is_told_to_end(
+def test_simulate_serves_from_its_message_until_a_signal(
     words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "arm.sock"
@@ -293,7 +293,7 @@ def test_simulate_serves_from_the_moment_it_says_so_until_it_is_told_to_end(
     assert version in line(capsys.readouterr().out, "j4")
 
 
-def test_a_socket_that_cannot_be_made_is_refused_before_anybody_is_invited(
+def test_a_socket_that_cannot_be_created_is_refused_without_a_message(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     path = tmp_path / "nowhere" / "arm.sock"

@@ -77,7 +77,7 @@ def test_an_image_is_written_through_an_st_link(
     assert tools.started()[-1] == ONE
 
 
-def test_st_flash_is_taken_where_both_are_installed(bench: MakeBench) -> None:
+def test_st_flash_is_preferred_if_both_are_installed(bench: MakeBench) -> None:
     tools = bench("st-flash", "st-info", "openocd")
     tools.probe(ONE)
     assert main(["flash", "--joint", "2", "--swd", "j2.bin"]) == 0
@@ -151,7 +151,7 @@ def test_a_wrong_image_is_refused_before_any_program_runs(
     assert tools.calls() == []
 
 
-def test_a_name_with_control_characters_forges_no_lines(
+def test_control_characters_in_a_name_are_escaped(
     bench: MakeBench, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bench("dfu-util")
@@ -162,7 +162,7 @@ def test_a_name_with_control_characters_forges_no_lines(
     assert "\x1b" not in err
 
 
-def test_without_a_file_the_image_of_this_version_is_taken(
+def test_without_a_file_the_image_of_this_version_is_used(
     bench: MakeBench, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     tools = bench("dfu-util")
@@ -186,7 +186,7 @@ def test_without_a_file_the_image_of_this_version_is_taken(
     assert f"image: {built}, j1" in capsys.readouterr().out
 
 
-def test_no_board_in_its_bootloader_says_how_to_get_it_there(
+def test_no_board_in_its_bootloader_says_how_to_start_it(
     bench: MakeBench, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bench("dfu-util")
@@ -214,7 +214,7 @@ def test_of_two_boards_one_has_to_be_named(
     assert tools.started() == [OTHER]
 
 
-def test_of_two_boards_the_one_that_may_be_used_is_not_taken_for_the_only_one(
+def test_an_inaccessible_second_board_still_requires_a_serial_number(
     bench: MakeBench, capsys: pytest.CaptureFixture[str]
 ) -> None:
     tools = bench("dfu-util")
@@ -293,7 +293,7 @@ def test_no_permission_names_the_rule_and_the_commands(
     assert f"sudo cp {RULES} /etc/udev/rules.d/ && sudo udevadm control --reload" in err
 
 
-def test_the_command_for_the_rule_can_be_pasted_whatever_the_folder_is_called(
+def test_the_command_for_the_rule_is_quoted(
     bench: MakeBench, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     tools = bench("dfu-util")
@@ -304,7 +304,7 @@ def test_the_command_for_the_rule_can_be_pasted_whatever_the_folder_is_called(
     assert "sudo cp '/my arm/70.rules' /etc/udev" in capsys.readouterr().err
 
 
-def test_a_board_that_cannot_be_opened_for_another_reason_is_not_blamed_on_permission(
+def test_a_board_that_cannot_be_opened_names_the_reason(
     bench: MakeBench, capsys: pytest.CaptureFixture[str]
 ) -> None:
     tools = bench("dfu-util")
@@ -325,7 +325,7 @@ def test_the_rules_cover_bootloader_and_st_links() -> None:
 
 @pytest.mark.parametrize("program", ["dfu-util", "st-flash", "openocd"])
 @pytest.mark.parametrize("trouble", ["fails", "spoils"])
-def test_what_is_not_written_right_is_never_started(
+def test_an_image_that_fails_verification_is_not_started(
     trouble: str, program: str, bench: MakeBench, capsys: pytest.CaptureFixture[str]
 ) -> None:
     tools = bench("dfu-util") if program == "dfu-util" else swd(bench, program)
@@ -351,7 +351,7 @@ def test_what_is_not_written_right_is_never_started(
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_an_interruption_says_what_became_of_the_joint_and_how_to_repeat(
+def test_an_interruption_reports_the_joint_and_the_command_to_repeat(
     number: signal.Signals, bench: MakeBench, capsys: pytest.CaptureFixture[str]
 ) -> None:
     tools = bench("dfu-util")
@@ -403,7 +403,7 @@ def test_a_folder_without_room_for_the_image_is_named(
     assert tools.flash(ONE) == b""
 
 
-def test_a_board_that_leaves_before_it_answers_is_started(
+def test_a_board_that_disconnects_before_answering_counts_as_started(
     bench: MakeBench, capsys: pytest.CaptureFixture[str]
 ) -> None:
     tools = bench("dfu-util")

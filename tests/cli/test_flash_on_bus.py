@@ -20,7 +20,7 @@ from bioscara.errors import (
 )
 from bioscara.model import load_parameters
 from bioscara.protocol import READ, Refusal, Register, ResetCause
-from bioscara.robot import wiring
+from bioscara.robot.connection import devices
 from bioscara.sim import FirmwareBus, SimulatedArm
 from flashing.images import image
 from flashing.stand_ins import Bench
@@ -78,8 +78,8 @@ def arm(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Arm]:
 
     def make(*names: str, v1: bool = False) -> Arm:
         made = Arm(SimulatedArm(v1=v1), Bench(folder, *(names or ("dfu-util",))))
-        monkeypatch.setattr(wiring, "open_bus", lambda *_: made)
-        monkeypatch.setattr(wiring, "MonotonicClock", lambda: made.arm.clock)
+        monkeypatch.setattr(devices, "open_bus", lambda *_: made)
+        monkeypatch.setattr(devices, "MonotonicClock", lambda: made.arm.clock)
         return made
 
     return make
@@ -95,7 +95,7 @@ def joint(arm: Arm, name: str = "j1") -> Joint:
     return made
 
 
-def test_a_joint_is_asked_for_its_bootloader_flashed_and_asked_who_it_is(
+def test_a_joint_on_the_bus_is_flashed_and_identified(
     arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
 ) -> None:
     bus = arm()
@@ -132,7 +132,7 @@ def test_a_joint_on_an_st_link_is_confirmed_as_well(
     assert bus.tools.flash(SERIALS["j2"]) == image(2)
 
 
-def test_a_joint_that_another_host_has_armed_is_asked_as_well(arm: Callable[..., Arm]) -> None:
+def test_a_joint_armed_by_another_host_starts_its_bootloader(arm: Callable[..., Arm]) -> None:
     bus = arm()
     joint(bus)
     assert main(["joints", "--bus", "linux:1"]) == 0
@@ -168,7 +168,7 @@ def test_a_board_that_cannot_be_the_joint_is_not_flashed(
     assert bus.answers("j1")
 
 
-def test_a_joint_without_a_usb_cable_is_told_of(
+def test_a_joint_without_a_usb_cable_is_reported(
     arm: Callable[..., Arm], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     bus = arm()
@@ -181,7 +181,7 @@ def test_a_joint_without_a_usb_cable_is_told_of(
     assert not bus.answers("j1")
 
 
-def test_a_board_may_be_there_before_its_permissions_are(
+def test_a_board_may_appear_before_its_permissions(
     arm: Callable[..., Arm], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("bioscara.flashing.dfu._PAUSE", 0.0)
@@ -215,7 +215,7 @@ def test_a_joint_whose_last_answer_is_lost_is_flashed_the_second_time(
     assert bus.tools.flash(SERIALS["j1"]) == image(1)
 
 
-def test_an_original_joint_is_left_to_its_button(
+def test_an_original_joint_needs_its_boot_button(
     arm: Callable[..., Arm], capsys: pytest.CaptureFixture[str]
 ) -> None:
     bus = arm(v1=True)
@@ -236,7 +236,7 @@ def test_a_joint_that_did_not_restart_was_not_flashed(
     assert flash("--swd") == 1
     out, err = capsys.readouterr()
     assert "verified: the flash holds the image" in out
-    assert "another board was flashed; look where the cable goes" in err
+    assert "another board was flashed; check which board the cable is connected to" in err
 
 
 def test_a_joint_that_stays_silent_after_flashing_is_not_confirmed(

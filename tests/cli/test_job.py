@@ -117,7 +117,7 @@ def test_ctrl_c_in_each_phase_stops_and_reports(
         (["joints", "--bus", "sim:/no/such.sock"], "/no/such.sock"),
     ],
 )
-def test_what_is_refused_is_refused_in_one_line_before_anything_moves(
+def test_a_refusal_is_one_line_before_anything_moves(
     words: list[str],
     complaint: str,
     tmp_path: Path,
@@ -162,7 +162,7 @@ def test_a_disk_that_fills_up_stops_the_recording_and_not_the_arm(tmp_path: Path
     assert samples(tmp_path)
 
 
-def test_a_reader_that_goes_away_stops_nothing(tmp_path: Path) -> None:
+def test_a_closed_pipe_stops_nothing(tmp_path: Path) -> None:
     reading, writing = os.pipe()
     os.close(reading)
     done = run_unpaced("demo", "--out", str(tmp_path), stdout=writing)
@@ -172,7 +172,7 @@ def test_a_reader_that_goes_away_stops_nothing(tmp_path: Path) -> None:
     assert_complete(tmp_path, "completed")
 
 
-def test_output_that_cannot_be_written_is_told_at_the_end(tmp_path: Path) -> None:
+def test_output_that_cannot_be_written_is_reported_at_the_end(tmp_path: Path) -> None:
     with open("/dev/full", "w") as full:
         done = run_unpaced("demo", "--out", str(tmp_path), stdout=full)
     assert done.returncode == 1

@@ -79,7 +79,7 @@ def line(text: str, name: str) -> str:
     "original",
     [names for count in (1, 2, 3) for names in itertools.combinations(JOINTS, count)],
 )
-def test_original_and_own_joints_on_one_arm_are_each_listed_as_what_they_are(
+def test_a_mixed_arm_lists_the_firmware_of_each_joint(
     original: tuple[str, ...], wire: Wire, capsys: pytest.CaptureFixture[str]
 ) -> None:
     wire(lambda arm: MixedBus(arm, original))
@@ -90,14 +90,14 @@ def test_original_and_own_joints_on_one_arm_are_each_listed_as_what_they_are(
         told = line(out, name)
         if name in original:
             assert re.search(r"protocol 1 +NOTHOMED NOTENABLED +no", told)
-            assert told.count("not told") == 3
+            assert told.count("unknown") == 3
         else:
             assert re.search(r"protocol 2, firmware \d+\.\d+ +NOTHOMED NOTENABLED ARMED", told)
-            assert "not told" not in told
+            assert "unknown" not in told
 
 
 @pytest.mark.parametrize("words", [["joints"], ["joints", "--v1"]])
-def test_joints_that_are_switched_on_meanwhile_are_waited_for_and_listed(
+def test_joints_that_power_up_late_are_listed(
     words: list[str], wire: Wire, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Read from in its first 0.6 s, a joint with its original firmware would hang the bus."""

@@ -45,7 +45,7 @@ def hot(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> SimulatedArm:
 @pytest.mark.parametrize(
     "words", [("demo", "--out", "my run"), ("move", "--joints", "0", "0.2", "0", "0")]
 )
-def test_host3_what_stopped_the_arm_before_has_to_be_acknowledged(
+def test_host3_earlier_faults_must_be_acknowledged(
     words: tuple[str, ...], hot: SimulatedArm, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = [hot.position(name) for name in NAMES]
@@ -55,7 +55,7 @@ def test_host3_what_stopped_the_arm_before_has_to_be_acknowledged(
     assert len(err.splitlines()) == 1
     assert "OVERTEMPERATURE (j3): let the joint's motor driver cool down" in err
     command = " ".join(words).replace("my run", "'my run'")
-    assert err.endswith(f"then go on with: bioscara {command} --acknowledge\n")
+    assert err.endswith(f"then continue with: bioscara {command} --acknowledge\n")
     assert [hot.position(name) for name in NAMES] == pytest.approx(before, abs=1e-6)
     assert list(tmp_path.iterdir()) == []
 
@@ -79,7 +79,7 @@ def test_evidence_that_cannot_be_written_keeps_the_arm_stopped(
     assert "OVERTEMPERATURE" in capsys.readouterr().err
 
 
-def test_a_fault_of_this_run_says_how_to_go_on(
+def test_a_fault_of_this_run_names_the_next_step(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arm = SimulatedArm(seed=2)
@@ -89,7 +89,7 @@ def test_a_fault_of_this_run_says_how_to_go_on(
     assert main(words, paced=False) == 1
     out, err = capsys.readouterr()
     assert err.startswith("bioscara: HOMING_FAILED: j2")
-    assert err.endswith("then go on with --acknowledge\n")
+    assert err.endswith("then continue with --acknowledge\n")
     assert "HOMING_FAILED: j2" in out
     assert "clear_fault()" not in out + err
 
@@ -114,7 +114,7 @@ class Slow(Bus):
 @pytest.mark.parametrize(
     "words", [("demo", "--out", "run"), ("move", "--joints", "0", "0.2", "0", "0")]
 )
-def test_half_speed_is_told_with_its_reason(
+def test_half_speed_is_reported_with_its_reason(
     words: tuple[str, ...],
     monkeypatch: pytest.MonkeyPatch,
     tmp_path: Path,
@@ -129,7 +129,7 @@ def test_half_speed_is_told_with_its_reason(
         assert "LATE" in (tmp_path / "run" / "report.txt").read_text()
 
 
-def test_host3_a_run_after_a_killed_one_says_what_is_latched_and_moves_nothing(
+def test_host3_a_run_after_a_killed_one_reports_the_fault_and_moves_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # A killed process leaves the folder of the simulated servo behind.

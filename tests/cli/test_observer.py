@@ -12,20 +12,20 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.cli.console import Output
-from bioscara.cli.interruption import Interruption
-from bioscara.cli.live_table import TableView
-from bioscara.cli.live_view import PlainView, make_view, state_word
-from bioscara.cli.observer import Observer
+from bioscara.cli.output.console import Output
+from bioscara.cli.output.live_table import TableView
+from bioscara.cli.output.live_view import PlainView, make_view, state_word
+from bioscara.cli.output.observer import Observer
+from bioscara.cli.signals import StopRequest
 from bioscara.protocol import Flags
-from bioscara.report import CycleRecord, History, JointRecord, Phase, Quality
+from bioscara.report import CycleRecord, History, JointRecord, Phase, SampleQuality
 from bioscara.report.samples import SampleWriter
 
 JOINTS = (("j1", "rad"), ("j2", "m"))
 
 
 def joint(**changes: object) -> JointRecord:
-    return JointRecord(0.5, 0.1, 0.0, 0.1234, 0.01, 0, Quality.GOOD, 7.0)._replace(**changes)
+    return JointRecord(0.5, 0.1, 0.0, 0.1234, 0.01, 0, SampleQuality.GOOD, 7.0)._replace(**changes)
 
 
 def cycle(index: int = 0, **changes: object) -> CycleRecord:
@@ -44,14 +44,14 @@ def observe(path: Path, count: int, view: PlainView) -> tuple[Observer, History]
     return observer, history
 
 
-def test_every_cycle_is_kept_and_written(tmp_path: Path) -> None:
+def test_every_cycle_is_stored_and_written(tmp_path: Path) -> None:
     observer, history = observe(tmp_path / "samples.csv", 500, PlainView(Output(), JOINTS))
     assert observer.problem == ""
     assert len(history) == 500
     assert len((tmp_path / "samples.csv").read_text().splitlines()) == 501
 
 
-def test_a_full_disk_is_noticed_once_and_the_cycles_are_still_kept(
+def test_a_full_disk_is_reported_once_and_the_history_stays_complete(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
@@ -72,7 +72,7 @@ class Gone(io.StringIO):
 
 
 @pytest.mark.parametrize("view_type", [PlainView, TableView])
-def test_a_reader_that_goes_away_stops_nothing(
+def test_a_closed_pipe_stops_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, view_type: type[PlainView]
 ) -> None:
     output = Output()
@@ -129,7 +129,7 @@ def test_a_terminal_gets_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
         ({"flags": Flags.NOTHOMED | Flags.BUSY}, Phase.HOMING, "homing"),
         ({"flags": 0}, Phase.HOMING, "homed"),
         ({"velocity": 0.0}, Phase.TRAJECTORY, "holding"),
-        ({"quality": Quality.STALE}, Phase.TRAJECTORY, "no answer"),
+        ({"quality": SampleQuality.STALE}, Phase.TRAJECTORY, "no answer"),
     ],
 )
 def test_a_state_has_one_word(changes: dict[str, object], phase: Phase, word: str) -> None:
@@ -137,9 +137,9 @@ def test_a_state_has_one_word(changes: dict[str, object], phase: Phase, word: st
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_a_signal_is_a_request_and_a_second_one_too(number: signal.Signals) -> None:
+def test_every_signal_is_only_a_stop_request(number: signal.Signals) -> None:
     before = signal.getsignal(number)
-    with Interruption() as interruption:
+    with StopRequest() as interruption:
         assert not interruption()
         os.kill(os.getpid(), number)
         os.kill(os.getpid(), number)

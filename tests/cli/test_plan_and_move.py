@@ -59,7 +59,7 @@ def places(arm: SimulatedArm) -> list[float]:
     return [arm.position(limit.name) for limit in PARAMETERS.joints]
 
 
-def test_a_plan_is_told_written_and_drawn(
+def test_a_plan_is_described_written_and_drawn(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     words = ["plan", "--pose", "0.45", "-0.2", "0.25", "0", "--csv", "m.csv", "--plot", "m.png"]
@@ -72,7 +72,7 @@ def test_a_plan_is_told_written_and_drawn(
     assert trajectory.joint_names == ("j1", "j2", "j3", "j4")
 
 
-def test_what_rounds_to_zero_has_no_sign(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_value_that_rounds_to_zero_has_no_sign(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", "--joints", "-0.00001", "0.2", "0", "-0.0001"]) == 0
     out = capsys.readouterr().out
     assert "to   (0.7336, 0.0000, 0.1909) m, yaw 0.0 deg\nj1 to +0.0000 rad" in out
@@ -95,7 +95,7 @@ def test_what_rounds_to_zero_has_no_sign(capsys: pytest.CaptureFixture[str]) -> 
         (["--pose", "0.5", "0", "0.2", "0", "--linear", "--from", "9", "0", "0", "0"], "--from"),
     ],
 )
-def test_what_cannot_be_planned_is_refused_in_one_line(
+def test_an_impossible_plan_is_refused_in_one_line(
     words: list[str], complaint: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = sorted(folder.iterdir())
@@ -113,7 +113,7 @@ def test_an_arm_is_moved_to_a_pose(capsys: pytest.CaptureFixture[str]) -> None:
     assert "tool at (0.450" in out
 
 
-def test_a_line_can_be_planned_from_where_plans_start(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_line_can_be_planned_from_the_default_start(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["plan", "--pose", "0.634", "0", "0.2", "0", "--linear"]) == 0
     assert "to   (0.6340, 0.0000, 0.2000) m" in capsys.readouterr().out
 
@@ -147,7 +147,7 @@ def test_a_line_can_be_planned_from_where_plans_start(capsys: pytest.CaptureFixt
         ("--name prick", "prick was taught with tool needle.*; give --tool needle once that is"),
     ],
 )
-def test_what_is_wrong_wherever_the_arm_is_is_refused_before_it_is_touched(
+def test_an_always_invalid_target_is_refused_before_connecting(
     words: str, complaint: str, arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = places(arm)
@@ -162,7 +162,7 @@ def test_what_is_wrong_wherever_the_arm_is_is_refused_before_it_is_touched(
 BETWEEN = SCENE.replace("x: 0.45, y: -0.2", "x: 0.28, y: -0.35")
 
 
-def test_what_is_refused_only_after_homing_is_a_failure(
+def test_a_refusal_after_homing_is_a_failure(
     folder: Path, arm: SimulatedArm, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The target is free, the post stands between it and the arm's position after homing."""
@@ -184,7 +184,7 @@ def test_a_file_that_cannot_be_written_after_homing_is_a_failure(
     assert "full.csv cannot be written: No space left" in capsys.readouterr().err
 
 
-def test_the_same_is_a_refusal_where_nothing_was_homed(
+def test_an_unwritable_file_is_a_refusal_if_nothing_was_homed(
     folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     arm = SimulatedArm()
@@ -204,7 +204,7 @@ def test_the_same_is_a_refusal_where_nothing_was_homed(
 
 
 @pytest.mark.parametrize("command", ["plan", "move"])
-def test_a_pose_of_another_tool_is_gone_to_with_that_tool(
+def test_a_pose_of_another_tool_is_reached_with_that_tool(
     command: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([command, "--name", "prick", "--tool", "needle"], paced=False) == 0

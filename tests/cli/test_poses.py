@@ -15,8 +15,8 @@ from bioscara.cli import main
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
 from bioscara.robot import Robot
-from bioscara.robot.teach_file import load_table
-from bioscara.robot.tools import fingers
+from bioscara.robot.workspace.teach_file import load_table
+from bioscara.robot.workspace.tools import fingers
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 PARAMETERS = load_parameters()
@@ -29,7 +29,9 @@ def elsewhere(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path / "poses.yaml"
 
 
-def test_saved_listed_shown_deleted(elsewhere: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_pose_is_saved_listed_shown_and_deleted(
+    elsewhere: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main(["poses", "list"]) == 0
     assert "poses.yaml does not exist" in capsys.readouterr().out
     assert main(["poses", "save", "plate", "--joints", *JOINTS, "--calibration", "7 b"]) == 0
@@ -43,7 +45,7 @@ def test_saved_listed_shown_deleted(elsewhere: Path, capsys: pytest.CaptureFixtu
     assert re.search(r"^gate +- +\+0\.3500 \+0\.2500 \+0\.2000 \+0\.5000 +fingers +-$", out, re.M)
     assert re.search(r"^center ", out, re.M)
     assert main(["poses", "show", "gate"]) == 0
-    assert re.search(r"the arm can +take it", capsys.readouterr().out)
+    assert re.search(r"reachable +yes", capsys.readouterr().out)
     assert main(["poses", "delete", "plate"]) == 0
     table = load_table(elsewhere, fingers(PARAMETERS))
     assert [pose.name for pose in table.poses] == ["gate"]
@@ -103,7 +105,7 @@ def test_wrong_usage(words: str) -> None:
     assert caught.value.code == 2
 
 
-def test_where_the_arm_is_can_be_saved(
+def test_the_current_position_can_be_saved(
     elsewhere: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """One arm: homed and moved by a robot, then read by the command, which leaves it there."""
@@ -129,7 +131,7 @@ def test_where_the_arm_is_can_be_saved(
     assert saved.pose_tool_in_base == pytest.approx(place)
 
 
-def test_what_is_saved_at_the_same_time_is_all_there(elsewhere: Path) -> None:
+def test_poses_saved_concurrently_are_all_kept(elsewhere: Path) -> None:
     names = [f"p{number}" for number in range(6)]
     words = [["poses", "save", name, "--joints", *JOINTS] for name in names]
     threads = [threading.Thread(target=main, args=(each,)) for each in words]
@@ -143,7 +145,7 @@ def test_what_is_saved_at_the_same_time_is_all_there(elsewhere: Path) -> None:
 @pytest.mark.parametrize(
     "words", ["plan --name plate", "poses show plate", "plan --name center --tool needle"]
 )
-def test_where_there_is_no_file_a_name_that_there_is_not_is_told_with_it(
+def test_an_unknown_name_without_a_file_mentions_the_missing_file(
     words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main([*words.split(), "--table", "nowhere.yaml"]) == 2
@@ -163,7 +165,7 @@ def test_where_there_is_no_file_a_name_that_there_is_not_is_told_with_it(
         "poses delete a --table",
     ],
 )
-def test_a_file_that_cannot_be_looked_for_is_refused_by_its_name(
+def test_an_inaccessible_file_is_named(
     words: str, name: str, elsewhere: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     elsewhere.write_text("")
@@ -175,7 +177,7 @@ def test_a_file_that_cannot_be_looked_for_is_refused_by_its_name(
     )
 
 
-def test_a_standard_output_that_is_closed_hinders_nothing(
+def test_a_closed_standard_output_prevents_nothing(
     elsewhere: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr("sys.stdout", None)
@@ -184,7 +186,7 @@ def test_a_standard_output_that_is_closed_hinders_nothing(
     assert elsewhere.exists()
 
 
-def test_where_an_arm_is_that_is_not_homed_cannot_be_saved(
+def test_the_position_of_an_arm_that_is_not_homed_cannot_be_saved(
     elsewhere: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert main(["poses", "save", "here", "--bus", "sim"]) == 2

@@ -1,4 +1,4 @@
-"""Text from outside does not reach the terminal, a report or a page as it is."""
+"""Text from outside is escaped on the terminal, in a report and on a page."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def lines(text: str) -> list[str]:
     return found
 
 
-def test_what_is_printable_stays_and_all_else_is_escaped() -> None:
+def test_non_printable_characters_are_escaped() -> None:
     assert printable("a pose, 0.3 m, Ü, 漢") == "a pose, 0.3 m, Ü, 漢"
     assert printable("\x1b[31m\n\u202e\ud800\U000e0001") == "\\x1b[31m\\n\\u202e\\ud800\\U000e0001"
 
@@ -50,7 +50,7 @@ def test_refusals_show_names_of_files_escaped(
     lines(told.err)
 
 
-def test_what_is_written_is_named_escaped_also_in_report_and_page(
+def test_file_names_are_escaped_in_output_report_and_page(
     evil: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     trajectory = evil / "motion.csv"

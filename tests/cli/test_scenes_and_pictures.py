@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from bioscara.cli import main
-from bioscara.cli.shared_arguments import START
+from bioscara.cli.arguments import START
 from bioscara.kinematics import Joints
 from bioscara.planning import read, write_csv
 from bioscara.planning.files.scene_file import read_scene
@@ -108,7 +108,7 @@ def test_a_motion_among_zones_is_drawn_with_them(command: str, folder: Path) -> 
     ],
 )  # fmt: skip
 @pytest.mark.parametrize("command", ["plan --joints 0.3 0.1 0.8 -0.4", "poses show plate"])
-def test_what_cannot_be_drawn_is_refused_and_leaves_no_file(
+def test_a_motion_that_cannot_be_drawn_is_refused_and_leaves_no_file(
     command: str, words: str, complaint: str, folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     before = sorted(folder.iterdir())
@@ -123,13 +123,13 @@ def test_what_cannot_be_drawn_is_refused_and_leaves_no_file(
     assert sorted(folder.iterdir()) == before
 
 
-def test_a_pose_that_the_arm_cannot_take_is_told_but_not_drawn(
+def test_an_unreachable_pose_is_shown_but_not_drawn(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     table = folder / "poses.yaml"
     table.write_text(table.read_text().replace("x: 0.45", "x: 0.95"))
     assert main(["poses", "show", "beside"]) == 0
-    assert re.search(r"the arm can +not take it: .*beyond the reach", capsys.readouterr().out)
+    assert re.search(r"reachable +no: .*beyond the reach", capsys.readouterr().out)
     assert main(["poses", "show", "beside", "--plot", "a.png"]) == 2
     out, err = capsys.readouterr()
     assert out == ""
@@ -154,13 +154,13 @@ def test_without_matplotlib_every_command_says_what_to_install(
 
 
 @pytest.mark.parametrize("words", ["--from 0 0.2 0 0", "--scene start.yaml"])
-def test_what_only_a_picture_needs_is_refused_without_one(
+def test_options_of_a_picture_are_refused_without_one(
     words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as caught:
         main(["poses", "show", "plate", *words.split()])
     assert caught.value.code == 2
-    assert "add that" in capsys.readouterr().err
+    assert "add --plot" in capsys.readouterr().err
 
 
 def test_an_arm_is_not_moved_into_a_zone(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -193,7 +193,7 @@ def test_a_trajectory_is_kept_clear_of_the_scene(
     assert main(["run", "m.csv", "--scene", str(EXAMPLE), "--out", "b"], paced=False) == 0
 
 
-def test_the_way_to_a_trajectory_is_kept_clear_too(
+def test_the_ramp_to_a_trajectory_is_kept_clear_too(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """The trajectory is free, the post stands between it and the arm's position after homing."""
@@ -209,7 +209,7 @@ def test_the_way_to_a_trajectory_is_kept_clear_too(
     assert "approach" not in (folder / "a" / "samples.csv").read_text()
 
 
-def test_a_trajectory_of_some_joints_is_judged_where_the_others_are(
+def test_a_trajectory_of_some_joints_is_checked_with_the_others_measured(
     folder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     home = Joints(-2.9, 0.3, 2.4, 2.7)

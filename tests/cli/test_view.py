@@ -27,7 +27,7 @@ needs_viser = pytest.mark.skipif(
 )
 
 
-def test_without_viser_it_says_what_to_install(
+def test_without_viser_the_error_names_the_package(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setitem(sys.modules, "viser", None)
@@ -148,7 +148,7 @@ def test_a_motion_of_the_sliders_through_a_zone_is_not_drawn(
         ("--plot nowhere/a.png", "there is no folder nowhere"),
     ],
 )
-def test_what_cannot_be_shown_or_written_is_refused_at_once(
+def test_a_view_that_cannot_be_shown_or_written_is_refused_at_once(
     words: str, complaint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("matplotlib")

@@ -11,7 +11,7 @@ from bioscara.control.controllers.gripper_messages import GripperGoal
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point, Tolerance
 from bioscara.hardware import LifecycleState
 from bioscara.robot import Robot
-from bioscara.robot.stack import GRIPPER
+from bioscara.robot.connection.stack import GRIPPER
 from control.world import NAMES, World
 from nasty import judge
 
@@ -93,7 +93,7 @@ def test_controllers_take_a_value_or_refuse_it_and_no_cycle_fails(world: World) 
 def test_the_gripper_controller_too(tmp_path: Any) -> None:
     with Robot.simulated(evidence=tmp_path) as robot:
         robot.gripper.enable()
-        stack: Any = robot._stack
+        stack: Any = robot._session.stack
         jaws = stack.manager.controller(GRIPPER)
 
         def after(_: bool) -> str:

@@ -114,13 +114,13 @@ def test_the_example_runs(example: Path, tmp_path: Path) -> None:
     assert done.stdout
 
 
-def test_the_first_move_ends_where_it_says(watch: Watch) -> None:
+def test_the_first_move_ends_at_its_printed_positions(watch: Watch) -> None:
     seen = watch("first_move")
     assert seen.joints[-1] == pytest.approx((0.0, 0.20, 0.5, -0.5), abs=5e-3)
     assert seen.speeds()[-1] < 1e-3
 
 
-def test_one_joint_turns_the_positive_way_first_and_comes_back(watch: Watch) -> None:
+def test_one_joint_turns_in_positive_direction_first_and_returns(watch: Watch) -> None:
     elbow = watch("one_joint", "j3").joints[:, 2]
     assert elbow[0] - elbow[-1] == pytest.approx(0.05, abs=2e-3)
 
@@ -157,7 +157,7 @@ def test_the_button_is_pushed_at_a_tenth_of_the_speed(watch: Watch) -> None:
     assert seen.widths[down] == pytest.approx(0.04, abs=1e-3)
 
 
-def test_the_plate_stands_where_it_was_carried_to(watch: Watch) -> None:
+def test_the_plate_is_placed_at_its_goal(watch: Watch) -> None:
     seen = watch("move_plate")
     from_, to, grip = (seen.said[name] for name in ("FROM", "TO", "GRIP"))
     plate, held, highest = np.array(from_), False, 0.0

@@ -21,9 +21,9 @@ from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
+from bioscara.robot.connection.stack import GRIPPER, HOLD
+from bioscara.robot.motions.execution import MotionExecution
 from bioscara.robot.planner import Planner
-from bioscara.robot.records import never
-from bioscara.robot.stack import GRIPPER, HOLD
 from bioscara.sim import FirmwareBus
 from oracle.oracle import HAND, LINKS, Oracle, load
 from oracle.solids import Array
@@ -237,8 +237,8 @@ class Watched:
         """
         robot = self.robot
         robot.plan.here()
-        robot._ready()
-        stack = robot._running()
+        robot._motions.prepare()
+        stack = robot._session.stack
         raw = self._forward()
         leaving = [
             other.name
@@ -256,14 +256,14 @@ class Watched:
             raw.command(values)
             return False
 
-        motion = robot._motion(self.look, never)
+        motion = MotionExecution(robot._session, self.look)
         motion.run(done, Phase.JOG)
         stack.use(HOLD, robot.clock.now())
         cycles = iter(range(40))
         motion.run(lambda: next(cycles, None) is None, Phase.STOPPING)
 
     def _forward(self) -> ForwardCommandController:
-        manager, name = self.robot._running().manager, "raw"
+        manager, name = self.robot._session.stack.manager, "raw"
         if name not in {each.name for each in manager.controllers}:
             values = {"joints": NAMES, "interface_name": "position"}
             manager.load(name, ForwardCommandController.TYPE, values)

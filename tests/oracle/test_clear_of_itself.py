@@ -327,7 +327,7 @@ def test_the_named_way_from_home_to_the_center(watched: Watched) -> None:
         watched.equip(width, carrying=False)
         watched.rows.clear()
         for name in ("unfold", "center"):
-            watched.robot._carry_out(
+            watched.robot._motions.execute_at_once(
                 watched.robot.plan.unfold() if name == "unfold" else watched.robot.plan.named(name),
                 watched.look,
             )

@@ -15,8 +15,8 @@ from bioscara.report import (
     JointRecord,
     Outcome,
     Phase,
-    Quality,
-    Summary,
+    RunSummary,
+    SampleQuality,
 )
 
 NAMES = ("j1", "j2")
@@ -36,7 +36,7 @@ def made_up_cycles(count: int = 300, error: float = 0.002) -> list[CycleRecord]:
             joints.append(
                 JointRecord(
                     time, math.sin(time), math.cos(time), math.sin(time) + wrong, math.cos(time),
-                    0, Quality.GOOD, 12.0,
+                    0, SampleQuality.GOOD, 12.0,
                 )
             )  # fmt: skip
         cycles.append(CycleRecord(phase, start, start - 0.5, 0.004, 0, 0.0001, tuple(joints)))
@@ -71,8 +71,8 @@ def history(cycles: list[CycleRecord]) -> History:
 
 
 @pytest.fixture
-def summary() -> Summary:
-    return Summary(
+def summary() -> RunSummary:
+    return RunSummary(
         title="made up",
         arm="simulation (in this process)",
         source="nowhere.csv",

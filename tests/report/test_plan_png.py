@@ -41,7 +41,7 @@ def captions(trajectory: Trajectory, tool: ToolLimits) -> dict[str, tuple[str, b
     }
 
 
-def test_it_says_what_is_reached_and_marks_what_is_over() -> None:
+def test_captions_name_the_peak_and_highlight_an_excess() -> None:
     said = captions(TOO_FAST, ToolLimits(0.1, 1.0, 1.57, 6.0))
     assert said["j2 velocity"] == ("at most 0.035 of 0.03 m/s (115 %)", True)
     assert said["j3 velocity"] == ("at most 1.036 of 5 rad/s (21 %)", False)
@@ -54,12 +54,12 @@ def test_it_says_what_is_reached_and_marks_what_is_over() -> None:
     }
 
 
-def test_without_a_bound_it_says_so() -> None:
+def test_a_caption_without_a_limit_says_so() -> None:
     said = captions(TOO_FAST, FULL)
     assert said["tool velocity"] == ("at most 0.141 m/s, no limit", False)
 
 
-def test_beyond_the_range_is_marked() -> None:
+def test_a_position_beyond_the_range_is_highlighted() -> None:
     upper = PARAMETERS.joints[3].upper
     beyond = Trajectory(ARM_NAMES, [0.0, 1.0], [[0.0, 0.1, 0.5, 0.0], [0.0, 0.1, 0.5, upper + 0.1]])
     assert captions(beyond, FULL)["j4 position"][1]
@@ -107,7 +107,7 @@ def rows_of(axis: Axes) -> list[np.ndarray]:
     return [patch.get_xy() for patch in axis.patches]
 
 
-def test_the_zones_are_drawn_where_they_are() -> None:
+def test_zones_are_drawn_at_their_positions() -> None:
     """Also for a base that is turned and elsewhere: zones are in its frame, the tool is not."""
     base = Pose(0.2, -0.1, 0.05, 0.5)
     arm = Scara(ARM.geometry, PARAMETERS.joints, ARM.tool, base)
@@ -140,7 +140,7 @@ def test_the_zones_are_drawn_where_they_are() -> None:
     assert height.get_ylim()[1] < 0.9
 
 
-def test_the_border_of_a_shape_is_where_it_begins_to_cover() -> None:
+def test_the_outline_of_a_shape_is_the_border_of_its_area() -> None:
     shape = Prism(0.3, -0.2, 0.1, 0.05, 0.0, 1.0, radius=0.02, yaw=0.7)
     border = shape.outline()
     assert border.shape == (64, 2)
@@ -154,21 +154,21 @@ def test_a_trajectory_of_other_joints_is_refused(tmp_path: Path) -> None:
         draw_plan(Trajectory(["j1", "j5"], [0.0], [[0.0, 0.0]]), ARM, PARAMETERS.joints, FULL)
 
 
-def test_without_matplotlib_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_matplotlib_the_error_names_the_package(monkeypatch: pytest.MonkeyPatch) -> None:
     require_matplotlib()
     monkeypatch.setitem(sys.modules, "matplotlib", None)
     with pytest.raises(InvalidArgumentError, match=r"pip install 'bioscara\[plot\]'"):
         require_matplotlib()
 
 
-def test_names_are_no_formulas_and_in_any_script(tmp_path: Path) -> None:
+def test_names_are_drawn_literally_in_any_script(tmp_path: Path) -> None:
     post = Cylinder(r"$\frac$ 試", 0.5, 0.3, 0.05, 0.0, 0.1)
     drawn = PARAMETERS.joints, FULL, r"pose $\frac$ 薬", Scene((post,))
     write_plan(tmp_path / "a.png", TOO_FAST, ARM, *drawn)
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_what_is_far_away_does_not_make_the_arm_small() -> None:
+def test_a_distant_zone_does_not_shrink_the_view() -> None:
     room = Box("room", (-9.0, -9.0, -1.0), (9.0, 9.0, 3.0), keep_in=True)
     figure = draw_plan(TOO_FAST, ARM, PARAMETERS.joints, FULL, scene=Scene((room,)))
     figure.canvas.draw()
@@ -180,7 +180,7 @@ def test_what_is_far_away_does_not_make_the_arm_small() -> None:
     assert left < -reach < reach < right
 
 
-def test_rest_is_drawn_as_rest() -> None:
+def test_an_arm_at_rest_is_drawn_without_noise() -> None:
     rest = Trajectory(ARM_NAMES, [0.0], [[0.0, 0.1, 0.5, 0.0]])
     (line,) = draw_plan(rest, ARM, PARAMETERS.joints, FULL).axes[3].get_lines()
     assert np.ptp(line.get_xdata()) > 0.0

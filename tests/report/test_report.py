@@ -17,9 +17,9 @@ from bioscara.report import (
     History,
     Outcome,
     Phase,
-    Quality,
     RunFolder,
-    Summary,
+    RunSummary,
+    SampleQuality,
     html,
     png,
     text,
@@ -44,24 +44,24 @@ def test_a_constant_error_is_its_own_maximum_and_mean(history: History) -> None:
     assert result.final_error == pytest.approx(0.002)
 
 
-def test_a_single_error_is_found_when_it_was(history: History) -> None:
+def test_a_single_error_is_found_at_its_time(history: History) -> None:
     result = tracking(history, 1)
     assert result.max_error == pytest.approx(0.004)
     assert result.max_error_time == pytest.approx(150 * 0.01 - 0.5 + 0.002)
     assert result.rms_error == pytest.approx(0.004 / 250**0.5)
 
 
-def test_a_stale_sample_is_counted_and_not_believed(
+def test_a_stale_sample_is_counted_and_not_used(
     cycles: list[CycleRecord], make_history: MakeHistory
 ) -> None:
-    joint = cycles[150].joints[1]._replace(quality=Quality.STALE)
+    joint = cycles[150].joints[1]._replace(quality=SampleQuality.STALE)
     cycles[150] = cycles[150]._replace(joints=(cycles[150].joints[0], joint))
     history = make_history(cycles)
     assert tracking(history, 1).max_error == pytest.approx(0.0, abs=1e-12)
     assert loop_statistics(history).stale == 1
 
 
-def test_homing_is_no_part_of_the_loop(
+def test_homing_is_not_part_of_the_loop_statistics(
     cycles: list[CycleRecord], make_history: MakeHistory
 ) -> None:
     homing = [cycle._replace(phase=Phase.HOMING, start=cycle.start - 100) for cycle in cycles]
@@ -71,19 +71,21 @@ def test_homing_is_no_part_of_the_loop(
     assert loop.period_max == pytest.approx(0.01)
 
 
-def test_a_run_without_any_cycle_can_be_reported(summary: Summary, tmp_path: Path) -> None:
+def test_a_run_without_any_cycle_can_be_reported(summary: RunSummary, tmp_path: Path) -> None:
     empty = History(("j1", "j2"))
     assert "no setpoint was streamed" in text.render(summary, empty)
     assert page_data(html.render(summary, empty))["time"] == []
     png.write(tmp_path / "empty.png", summary, empty)
 
 
-def test_a_title_is_no_formula(summary: Summary, history: History, tmp_path: Path) -> None:
+def test_a_title_is_not_rendered_as_a_formula(
+    summary: RunSummary, history: History, tmp_path: Path
+) -> None:
     png.write(tmp_path / "a.png", replace(summary, title=r"$\frac$ 試薬"), history)
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_text_says_which_arm_and_how_it_ended(summary: Summary, history: History) -> None:
+def test_the_text_names_the_arm_and_the_outcome(summary: RunSummary, history: History) -> None:
     failed = replace(summary, outcome=Outcome.FAILED, message="j2 stalled", faults=("j2 stalled",))
     rendered = text.render(failed, history)
     assert "simulation (in this process)" in rendered
@@ -92,7 +94,7 @@ def test_the_text_says_which_arm_and_how_it_ended(summary: Summary, history: His
     assert re.search(r"j2 +4\.000 mm", rendered)
 
 
-def test_text_from_outside_cannot_become_markup(summary: Summary, history: History) -> None:
+def test_text_from_outside_cannot_become_markup(summary: RunSummary, history: History) -> None:
     nasty = "</script><script>alert(1)</script>{{data}}"
     named = replace(summary, title=nasty, source=nasty, notes=(nasty,))
     named = replace(named, joints=(replace(named.joints[0], name=nasty), named.joints[1]))
@@ -101,14 +103,14 @@ def test_text_from_outside_cannot_become_markup(summary: Summary, history: Histo
     assert page_data(page)["joints"][0]["name"] == nasty  # type: ignore[index]
 
 
-def test_the_page_needs_nothing_from_elsewhere(summary: Summary, history: History) -> None:
+def test_the_page_loads_no_external_resource(summary: RunSummary, history: History) -> None:
     page = html.render(summary, history)
     assert not re.search(r"(?:src|href)\s*=|@import|url\(", page)
     assert "{{" not in re.sub(r"(?s)<script.*?</script>", "", page)
 
 
 def test_a_long_run_is_thinned_and_keeps_its_worst_cycle(
-    summary: Summary, many_cycles: list[CycleRecord], make_history: MakeHistory
+    summary: RunSummary, many_cycles: list[CycleRecord], make_history: MakeHistory
 ) -> None:
     history = make_history(many_cycles)
     data = page_data(html.render(summary, history))
@@ -119,7 +121,7 @@ def test_a_long_run_is_thinned_and_keeps_its_worst_cycle(
 
 
 def test_a_folder_is_complete(
-    tmp_path: Path, summary: Summary, history: History, cycles: list[CycleRecord]
+    tmp_path: Path, summary: RunSummary, history: History, cycles: list[CycleRecord]
 ) -> None:
     folder = RunFolder.create(tmp_path / "new" / "run", history.joint_names, len(cycles))
     folder.samples.write(cycles)
@@ -131,7 +133,7 @@ def test_a_folder_is_complete(
     assert {path.name for path in folder.path.iterdir()} == {path.name for path in written}
 
 
-def test_a_folder_that_holds_a_run_is_not_touched(tmp_path: Path) -> None:
+def test_a_folder_with_a_run_is_not_changed(tmp_path: Path) -> None:
     RunFolder.create(tmp_path, ("j1",), 1).samples.close()
     before = (tmp_path / "samples.csv").read_bytes()
     with pytest.raises(ConfigurationError, match=r"holds a run already.*--out"):
@@ -140,7 +142,7 @@ def test_a_folder_that_holds_a_run_is_not_touched(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("path", ["/proc/run", "/dev/null/run"])
-def test_a_folder_that_cannot_be_made_is_refused(path: str) -> None:
+def test_a_folder_that_cannot_be_created_is_refused(path: str) -> None:
     with pytest.raises(ConfigurationError, match=rf"{path} cannot be written.*--out"):
         RunFolder.create(Path(path), ("j1",), 1)
 
@@ -151,8 +153,8 @@ def test_a_disk_without_room_is_refused_and_left_clean(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_file_that_cannot_be_written_does_not_keep_the_others_away(
-    tmp_path: Path, summary: Summary, history: History
+def test_a_file_that_cannot_be_written_does_not_prevent_the_others(
+    tmp_path: Path, summary: RunSummary, history: History
 ) -> None:
     folder = RunFolder.create(tmp_path, history.joint_names, 1)
     (tmp_path / "report.txt").mkdir()

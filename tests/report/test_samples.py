@@ -14,7 +14,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bioscara.report import CycleRecord, JointRecord, Phase, Quality
+from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
 from bioscara.report.samples import ROW_BYTES, SampleWriter
 
 numbers = st.floats(width=32) | st.just(math.nan)
@@ -27,7 +27,7 @@ records = st.builds(
     position=numbers,
     velocity=numbers,
     flags=st.integers(0, 255),
-    quality=st.sampled_from(Quality),
+    quality=st.sampled_from(SampleQuality),
     load=numbers,
 )
 cycles_of_two = st.builds(
@@ -54,7 +54,7 @@ def same(cell: str, value: float) -> bool:
 
 
 @given(st.lists(cycles_of_two, max_size=5))
-def test_every_value_comes_back(cycles: list[CycleRecord]) -> None:
+def test_every_value_can_be_read_back(cycles: list[CycleRecord]) -> None:
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "samples.csv"
         with SampleWriter(path, ("j1", "j2")) as writer:

@@ -1,4 +1,4 @@
-"""The arm next to itself, where homing leaves it: it gets out, and no link of it into another."""
+"""Self-collision near the homed position: the arm can leave it, and no link meets another."""
 
 from __future__ import annotations
 
@@ -20,14 +20,16 @@ from bioscara.planning.collision.scene import Cylinder, Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.robot import Robot
-from bioscara.robot.planner import RESERVE, Planner
+from bioscara.robot.motions.execution import MotionExecution
+from bioscara.robot.planner import ACCELERATION_SHARE, Planner
 from planning.scenes import COUNT
 
 ARM = load_parameters()
 LOWER = np.array([joint.lower for joint in ARM.joints])
 UPPER = np.array([joint.upper for joint in ARM.joints])
 PLANNED = [
-    replace(joint, max_acceleration=RESERVE * joint.max_acceleration) for joint in ARM.joints
+    replace(joint, max_acceleration=ACCELERATION_SHARE * joint.max_acceleration)
+    for joint in ARM.joints
 ]
 NAMES = [joint.name for joint in ARM.joints]
 HOMED = (-3.04568, 0.33792, 2.62565, 3.00842)
@@ -72,7 +74,7 @@ def nearest(rows: np.ndarray, width: float) -> float:
 
 
 @pytest.mark.parametrize("widths", [(0.04, 0.04), (0.07, 0.07), (0.08, 0.08), WIDTHS])
-def test_the_way_from_home_into_the_rods_of_the_column_is_not_taken(
+def test_a_path_from_home_into_the_column_rods_is_refused(
     widths: tuple[float, float],
 ) -> None:
     arm = Beside(widths=widths)
@@ -89,7 +91,7 @@ def test_the_way_from_home_into_the_rods_of_the_column_is_not_taken(
 
 
 @pytest.mark.parametrize("spread", [0.3, 3.0])
-def test_from_home_what_is_free_is_possible_and_nothing_else(spread: float) -> None:
+def test_from_home_exactly_the_free_paths_are_accepted(spread: float) -> None:
     rng = np.random.default_rng(8)
     free = hit = 0
     while free + hit < COUNT // 10:
@@ -110,7 +112,7 @@ def test_from_home_what_is_free_is_possible_and_nothing_else(spread: float) -> N
 
 
 @given(places, st.floats(0.0, 0.01), st.sampled_from((-1.0, 1.0)))
-def test_the_elbow_alone_leads_out_from_where_homing_ends(
+def test_the_elbow_alone_can_leave_the_homed_position(
     place: tuple[float, ...], off: float, side: float
 ) -> None:
     place = (*place[:2], side * (HOMED[2] - off), side * (HOMED[3] - off))
@@ -133,7 +135,7 @@ def test_a_jog_folds_the_arm_as_far_as_its_margin_and_out_again() -> None:
 
 @pytest.mark.parametrize(("nearer", "fine"), [(0.8e-3, True), (1.0e-3, False)])
 @pytest.mark.parametrize("margin", [2e-3, 5e-3, 0.02])
-def test_a_stand_that_is_a_little_too_near_may_be_left_and_not_approached(
+def test_a_position_slightly_too_near_may_be_left_but_not_approached(
     margin: float, nearer: float, fine: bool
 ) -> None:
     arm = Beside()
@@ -154,7 +156,7 @@ PUSHED = (0.0, 0.001, 2.303, -3.0)
 """By hand, with the gripper 2 mm from the base."""
 
 
-def test_pushed_against_itself_it_is_led_away_only() -> None:
+def test_an_arm_pushed_against_itself_may_only_move_away() -> None:
     arm = Beside(PUSHED, (0.08, 0.08))
     elbow = next(at for at in np.arange(2.3, 2.5, 1e-4) if _clearance(arm, at) < 2e-3)
     arm.here = (*PUSHED[:2], float(elbow), PUSHED[3])
@@ -201,7 +203,7 @@ def approach(arm: Beside, off: float) -> float:
     return nearest_
 
 
-def test_small_moves_do_not_lead_the_gripper_into_the_base() -> None:
+def test_small_moves_do_not_accumulate_into_a_collision_with_the_base() -> None:
     arm = Beside(FREE)
     assert arm.clearance() > 0.01
     with pytest.raises(ZoneError, match=r"the margin of 5 mm"):
@@ -210,13 +212,13 @@ def test_small_moves_do_not_lead_the_gripper_into_the_base() -> None:
 
 
 @pytest.mark.parametrize("off", [1e-4, 4e-4])
-def test_nor_do_they_where_it_always_rests_a_little_nearer(off: float) -> None:
+def test_small_moves_do_not_accumulate_even_if_each_rests_slightly_nearer(off: float) -> None:
     arm = Beside(FREE)
     assert approach(arm, off) > arm.plan.scene.margin - 2.0 * GOAL_SLACK
     arm.plan.joints(CENTER)
 
 
-def test_a_load_is_kept_from_every_link_that_it_can_reach() -> None:
+def test_a_load_is_kept_clear_of_every_link_within_its_reach() -> None:
     """A bottle that is as high as the forearm: folded, it meets the upper arm."""
     arm = Beside((0.0, 0.2, 1.0, 2.5))
     goal = (0.0, 0.2, 2.4, 2.5)
@@ -244,7 +246,7 @@ def test_from_a_goal_that_was_free_the_arm_can_leave_again() -> None:
         robot.move_joints(start)
 
 
-def test_the_jaws_are_where_they_are_known_to_be() -> None:
+def test_collision_checks_use_the_known_jaw_width() -> None:
     every = ARM.gripper.lower, ARM.gripper.upper
     with Robot.simulated(ARM) as robot:
         arm, scene = robot.plan.surroundings()
@@ -283,15 +285,15 @@ def test_the_gripper_does_not_open_against_the_arm() -> None:
             robot.move_joints(BETWEEN)
 
 
-def given_up() -> None:
+def given_up(*_: object) -> None:
     raise MotionCancelledError("given up")
 
 
-def test_a_width_that_was_given_up_counts_with_all_on_its_way() -> None:
+def test_after_a_cancelled_motion_the_jaws_count_as_anywhere_along_their_travel() -> None:
     with Robot.simulated(ARM) as robot:
         robot.gripper.move(0.05)
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(robot.gripper, "_motion", given_up)
+            patch.setattr(MotionExecution, "pursue", given_up)
             with pytest.raises(MotionCancelledError):
                 robot.gripper.move(0.09)
         assert robot.gripper.widths == pytest.approx((0.05, 0.09), abs=1e-6)

@@ -30,9 +30,10 @@ from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene as Surroundings
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.report import CycleRecord, Phase
-from bioscara.robot import Robot, call_arbiter
-from bioscara.robot.call_arbiter import CallArbiter, exclusive
-from bioscara.robot.records import Observe, ignore
+from bioscara.robot import Robot
+from bioscara.robot.connection import call_arbiter
+from bioscara.robot.connection.call_arbiter import CallArbiter, exclusive
+from bioscara.robot.motions.cycle_recorder import Observe, ignore
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 
 ARM = load_parameters()
@@ -48,7 +49,7 @@ MOMENT = 0.2
 
 
 class Gate:
-    """A place where one thread waits until it is let go."""
+    """A place where one thread waits until it is released."""
 
     def __init__(self) -> None:
         self._reached, self._open = threading.Event(), threading.Event()
@@ -203,7 +204,7 @@ CALLS: dict[str, Callable[[Robot], object]] = {
 }
 
 
-def test_rule_43_a_call_while_another_one_runs_is_refused_and_never_begins(scene: Scene) -> None:
+def test_rule_43_a_call_during_another_call_is_refused(scene: Scene) -> None:
     mover, gate, _ = scene.held_motion()
     for name, call in CALLS.items():
         with pytest.raises(BusyError) as refused:
@@ -225,7 +226,7 @@ def test_rule_43_a_call_while_another_one_runs_is_refused_and_never_begins(scene
 
 
 @pytest.mark.parametrize("name", CALLS)
-def test_no_call_begins_inside_another_one(scene: Scene, name: str) -> None:
+def test_a_call_from_a_callback_is_refused(scene: Scene, name: str) -> None:
     records: list[CycleRecord] = []
 
     def observe(record: CycleRecord) -> None:
@@ -259,7 +260,7 @@ def test_an_observer_that_always_fails_leaves_the_arm_at_rest(scene: Scene) -> N
     assert scene.speed() < 0.05
 
 
-def test_while_another_thread_moves_the_arm_looking_asks_nobody(scene: Scene) -> None:
+def test_reading_the_state_during_a_motion_does_not_use_the_bus(scene: Scene) -> None:
     mover, gate, records = scene.held_motion()
     robot = scene.robot
     transfers, now = len(scene.bus.users), scene.arm.now()
@@ -276,14 +277,14 @@ def test_while_another_thread_moves_the_arm_looking_asks_nobody(scene: Scene) ->
     assert mover.end() is None
 
 
-def test_an_observer_that_looks_late_asks_nobody_either(scene: Scene) -> None:
+def test_a_late_reading_by_an_observer_does_not_use_the_bus(scene: Scene) -> None:
     transfers: list[int] = []
 
     def observe(record: CycleRecord) -> None:
         if record.phase is Phase.TRAJECTORY and not transfers:
             scene.arm.run(0.03)
             before = len(scene.bus.users)
-            assert scene.robot.state.time == record.start + scene.robot._begin
+            assert scene.robot.state.time == record.start + scene.robot._session.begin
             transfers.append(len(scene.bus.users) - before)
 
     scene.robot.move_joints(GOAL, observe=observe)
@@ -295,14 +296,14 @@ def test_the_speed_can_be_changed_from_another_thread(scene: Scene) -> None:
     scene.robot.speed = 0.5
     gate.open()
     assert mover.end() is None
-    assert scene.robot._running().trajectory.scaling == 0.5
+    assert scene.robot._session.stack.trajectory.scaling == 0.5
     slow, _ = len(records), records.clear()
     scene.robot.speed = 1.0
     scene.robot.move_joints(START, observe=records.append)
     assert slow > 1.5 * len(records)
 
 
-def test_two_that_look_ask_one_after_the_other(scene: Scene) -> None:
+def test_two_concurrent_readings_use_the_bus_one_after_the_other(scene: Scene) -> None:
     first, gate = scene.held_transfer(lambda: scene.robot.state)
     second = Other(lambda: scene.robot.pose, "second")
     assert not second.ends_within(MOMENT)
@@ -313,7 +314,7 @@ def test_two_that_look_ask_one_after_the_other(scene: Scene) -> None:
     assert "second" not in scene.bus.users, "it was asked a moment ago"
 
 
-def test_a_call_waits_for_who_is_asking_the_joints_and_can_be_stopped_meanwhile(
+def test_a_call_waits_for_a_reading_in_progress_and_can_be_stopped(
     scene: Scene,
 ) -> None:
     looking, gate = scene.held_transfer(lambda: scene.robot.state)
@@ -345,7 +346,7 @@ def test_a_stop_before_the_first_cycle_is_not_lost(scene: Scene, name: str) -> N
     assert not any(scene.arm.has_torque(name) for name in ("j1", "j3", "j4")) or name == "home()"
 
 
-def test_a_stop_that_finds_nothing_left_to_end_is_told_all_the_same(scene: Scene) -> None:
+def test_a_stop_at_the_end_of_a_call_is_still_raised(scene: Scene) -> None:
     scene.robot.disable()
     other, gate = scene.held_transfer(scene.robot.enable)
     scene.robot.stop()
@@ -356,7 +357,7 @@ def test_a_stop_that_finds_nothing_left_to_end_is_told_all_the_same(scene: Scene
     scene.robot.move_joints(START)
 
 
-def test_stopped_jaws_stay_where_they_are(scene: Scene) -> None:
+def test_stopped_jaws_stay_at_their_width(scene: Scene) -> None:
     scene.robot.gripper.move(0.06)
     other, gate = scene.held_transfer(lambda: scene.robot.gripper.move(0.11))
     scene.robot.stop()
@@ -374,7 +375,7 @@ def test_after_a_stopped_motion_the_jaws_can_be_moved(scene: Scene) -> None:
     assert scene.robot.gripper.width == pytest.approx(0.06, abs=5e-3)
 
 
-def test_a_stopped_jog_is_called_so(scene: Scene) -> None:
+def test_the_error_of_a_stopped_jog_names_the_jog(scene: Scene) -> None:
     def stop() -> JointVelocity:
         scene.robot.stop()
         return JointVelocity()
@@ -423,7 +424,7 @@ MOTIONS = {
 
 @pytest.mark.parametrize("name", MOTIONS)
 @pytest.mark.parametrize("place", [0, 1, 2, 4, 8, 16])
-def test_wherever_ctrl_c_comes_in_no_goal_outlives_the_call(
+def test_ctrl_c_anywhere_leaves_no_active_goal(
     scene: Scene, name: str, place: int, tmp_path: Path
 ) -> None:
     """Any later cycle would carry the goal on, also one that only reads the state."""
@@ -462,7 +463,7 @@ def test_wherever_ctrl_c_comes_in_no_goal_outlives_the_call(
 
 
 @pytest.mark.parametrize("end", [KeyboardInterrupt, ZeroDivisionError, None])
-def test_whatever_ends_a_call_the_next_one_can_begin(
+def test_the_next_call_can_begin_however_a_call_ended(
     scene: Scene, end: type[BaseException] | None
 ) -> None:
     def observe(_: CycleRecord) -> None:
@@ -478,10 +479,10 @@ def test_whatever_ends_a_call_the_next_one_can_begin(
     assert Other(lambda: scene.robot.move_joints(START)).end() is None
 
 
-def test_wherever_ctrl_c_comes_in_the_turn_is_given_back() -> None:
+def test_ctrl_c_anywhere_releases_the_arbiter() -> None:
     class User:
         def __init__(self) -> None:
-            self._turn = CallArbiter()
+            self._arbiter = CallArbiter()
             self.uses = 0
 
         @exclusive("use()")
@@ -514,12 +515,12 @@ def test_wherever_ctrl_c_comes_in_the_turn_is_given_back() -> None:
             break
         finally:
             sys.settrace(before)
-        assert user._turn.running is None, places
+        assert user._arbiter.running is None, places
     assert places > 5
     assert user.uses > 1
 
 
-def test_shut_down_by_another_thread_it_comes_to_rest_first_and_begins_nothing(
+def test_shutdown_by_another_thread_brings_the_arm_to_rest_first(
     scene: Scene,
 ) -> None:
     robot, errors, gate = scene.robot, list[BaseException](), Gate()
@@ -556,7 +557,7 @@ def test_shut_down_by_another_thread_it_comes_to_rest_first_and_begins_nothing(
     assert not any(scene.arm.has_torque(name) for name in ("j1", "j3", "j4"))
 
 
-def test_shut_down_twice_at_once_it_waits_for_the_first(scene: Scene) -> None:
+def test_a_second_shutdown_waits_for_the_first(scene: Scene) -> None:
     first, gate = scene.held_transfer(scene.robot.shutdown)
     second = Other(lambda: scene.robot.__exit__(None, None, None), "second")
     assert not second.ends_within(MOMENT)
@@ -569,7 +570,7 @@ def test_shut_down_twice_at_once_it_waits_for_the_first(scene: Scene) -> None:
     assert "second" not in scene.bus.users
 
 
-def test_a_callback_cannot_leave_the_arm_in_the_middle_of_its_motion(scene: Scene) -> None:
+def test_a_callback_cannot_shut_down_the_arm_during_its_motion(scene: Scene) -> None:
     def observe(record: CycleRecord) -> None:
         if record.phase is Phase.TRAJECTORY:
             scene.robot.__exit__(None, None, None)

@@ -1,4 +1,4 @@
-"""Connecting: once, greeted by systemd, and after latched faults of the joints."""
+"""Connecting: once, with notification of systemd, and after latched faults of the joints."""
 
 from __future__ import annotations
 
@@ -47,13 +47,13 @@ def leave_a_fault(scene: Scene) -> None:
         scene.arm.overheat("j3", False)
 
 
-def test_what_a_joint_latched_before_is_a_fault_of_the_arm_from_the_start(made: Scene) -> None:
+def test_a_fault_latched_in_a_joint_before_connecting_is_a_fault_of_the_arm(made: Scene) -> None:
     leave_a_fault(made)
     before = made.where()
     with made.robot as robot:
         (fault,) = robot.faults
         assert (fault.kind, fault.source) == (FaultKind.OVERTEMPERATURE, "j3")
-        assert robot._running().supervisor.state is FaultState.LATCHED
+        assert robot._session.stack.supervisor.state is FaultState.LATCHED
         for call in (robot.enable, robot.home, robot.gripper.enable):
             with pytest.raises(FaultedError, match=r"OVERTEMPERATURE: j3.*acknowledge\(\)"):
                 call()
@@ -71,7 +71,7 @@ def test_what_a_joint_latched_before_is_a_fault_of_the_arm_from_the_start(made: 
         robot.enable()
 
 
-def test_a_stalled_joint_of_version_1_is_a_fault_from_the_start_too(tmp_path: Path) -> None:
+def test_a_stalled_version_1_joint_is_a_fault_on_connecting(tmp_path: Path) -> None:
     scene = Scene(SimulatedArm(seed=2, positions=NEAR, v1=True), tmp_path)
     with scene.robot as robot:
         robot.home()
@@ -88,7 +88,7 @@ def test_a_stalled_joint_of_version_1_is_a_fault_from_the_start_too(tmp_path: Pa
         robot.enable()
 
 
-def test_what_a_joint_latched_is_kept_until_its_evidence_is_written(made: Scene) -> None:
+def test_a_latched_fault_is_kept_until_its_evidence_is_written(made: Scene) -> None:
     leave_a_fault(made)
     made.folder.write_text("")
     with made.robot as robot:
@@ -115,7 +115,7 @@ def restart(arm: SimulatedArm) -> None:
     ("happen", "kind"),
     [(break_encoder, FaultKind.JOINT_FAULT), (restart, FaultKind.JOINT_RESET)],
 )
-def test_what_happens_to_a_released_joint_is_noticed_and_has_a_way_out(
+def test_a_failure_of_a_released_joint_is_detected_and_recoverable(
     made: Scene, happen: Callable[[SimulatedArm], None], kind: FaultKind
 ) -> None:
     with made.robot as robot:
@@ -132,7 +132,7 @@ def test_what_happens_to_a_released_joint_is_noticed_and_has_a_way_out(
         robot.enable()
 
 
-def test_a_joint_that_does_not_engage_is_a_fault_and_has_a_way_out(made: Scene) -> None:
+def test_a_joint_that_cannot_be_enabled_is_a_recoverable_fault(made: Scene) -> None:
     with made.robot as robot:
         made.arm.set_motor_power(False)
         with pytest.raises(
@@ -155,14 +155,14 @@ def test_a_robot_that_is_connected_refuses_to_connect_and_stays_connected(made: 
         with pytest.raises(LifecycleError, match="connected already"), robot:
             pytest.fail("entered twice")
         assert not made.bus.closed
-        assert robot._running().arm.state is LifecycleState.ACTIVE
+        assert robot._session.stack.arm.state is LifecycleState.ACTIVE
         robot.disable()
     assert made.bus.closed
     with pytest.raises(LifecycleError, match="make another"), made.robot:
         pytest.fail("entered again")
 
 
-def test_two_threads_that_connect_are_not_both_let_in(made: Scene) -> None:
+def test_of_two_threads_only_one_connects(made: Scene) -> None:
     gate = made.bus.gates["other"] = Gate()
     first = Other(made.robot.__enter__)
     gate.reached()
@@ -175,7 +175,7 @@ def test_two_threads_that_connect_are_not_both_let_in(made: Scene) -> None:
     made.robot.__exit__(None, None, None)
 
 
-def test_stopped_while_it_connects_it_is_not_connected(made: Scene) -> None:
+def test_a_stop_while_connecting_leaves_the_robot_disconnected(made: Scene) -> None:
     gate = made.bus.gates["other"] = Gate()
     other = Other(made.robot.__enter__)
     gate.reached()
@@ -185,7 +185,7 @@ def test_stopped_while_it_connects_it_is_not_connected(made: Scene) -> None:
     assert made.bus.closed
 
 
-def test_systemd_hears_of_a_robot_that_is_connected_and_whenever_it_looks(
+def test_systemd_is_notified_on_connecting_and_on_each_reading(
     made: Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def heard() -> list[bytes]:
@@ -209,8 +209,8 @@ def test_systemd_hears_of_a_robot_that_is_connected_and_whenever_it_looks(
             assert heard() == [b"WATCHDOG=1"]
 
 
-def test_warnings_are_told(made: Scene) -> None:
+def test_warnings_are_reported(made: Scene) -> None:
     with made.robot as robot:
         assert robot.warnings == ()
-        robot._running().supervisor.warnings.append("slow")
+        robot._session.stack.supervisor.warnings.append("slow")
         assert robot.warnings == ("slow",)

@@ -57,7 +57,7 @@ def test_each_value_arrives_at_its_controller(tmp_path: Path, v1: bool, rate: in
     limits = {joint.name: joint.max_acceleration for joint in arm.joints}
     spans = {joint.name: joint.upper - joint.lower for joint in arm.joints}
     with Robot.simulated(arm, v1=v1, evidence=tmp_path) as robot:
-        stack = robot._running()
+        stack = robot._session.stack
         assert stack.manager.rate == rate
         following, homing = stack.trajectory.parameters, stack.homing.parameters
         assert not following.allow_partial_joints_goal
@@ -78,7 +78,7 @@ def test_each_value_arrives_at_its_controller(tmp_path: Path, v1: bool, rate: in
         assert (jaws.stall_velocity_threshold, jaws.stall_timeout) == (0.004, 2.0)
 
 
-def test_homing_gives_up_after_the_time_that_the_file_says(tmp_path: Path) -> None:
+def test_homing_times_out_as_the_file_says(tmp_path: Path) -> None:
     arm = changed(tmp_path, ("timeout: 300.0", "timeout: 1.5"))
     with (
         robot_of(arm, tmp_path) as robot,

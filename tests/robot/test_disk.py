@@ -121,7 +121,7 @@ def world(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> World:
     return World(tmp_path, monkeypatch)
 
 
-def test_the_jaws_move_however_slow_the_disk_is(world: World) -> None:
+def test_a_slow_disk_does_not_delay_the_jaws(world: World) -> None:
     with world.robot as robot:
         robot.home()
         for width in (0.06, 0.1, 0.05):
@@ -132,7 +132,7 @@ def test_the_jaws_move_however_slow_the_disk_is(world: World) -> None:
         robot.move_joints((-2.0, 0.3, 2.0, 2.0))
 
 
-def test_a_full_disk_refuses_the_jaws_before_they_move_and_is_no_fault(world: World) -> None:
+def test_a_full_disk_refuses_a_gripper_motion_without_a_fault(world: World) -> None:
     with world.robot as robot:
         robot.home()
         robot.gripper.move(0.06)
@@ -148,7 +148,7 @@ def test_a_full_disk_refuses_the_jaws_before_they_move_and_is_no_fault(world: Wo
 
 
 @pytest.mark.parametrize("full", [False, True])
-def test_the_width_at_which_the_jaws_were_stopped_is_kept(
+def test_the_width_at_which_the_jaws_were_stopped_is_stored(
     world: World, full: bool, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with world.robot as robot:
@@ -178,7 +178,7 @@ def test_the_width_at_which_the_jaws_were_stopped_is_kept(
         assert robot.faults == ()
 
 
-def test_no_cycle_accesses_a_file_but_the_output_of_the_servo(
+def test_a_cycle_accesses_no_file_except_the_servo_output(
     cycles: list[Asked], world: World
 ) -> None:
     """Also not in an arm's first motion, where a late import would."""

@@ -1,4 +1,4 @@
-"""Only valid plans are executed: plans that have grown old, arms that lag or stand outside."""
+"""Only valid plans are executed: outdated plans, arms that lag or are outside their limits."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from bioscara.planning.trajectory.retiming import stretched
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 from bioscara.robot.planner import Plan
-from bioscara.robot.tools import Tool
+from bioscara.robot.workspace.tools import Tool
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 ARM = load_parameters()
@@ -46,7 +46,7 @@ def fastest(arm: SimulatedArm) -> float:
     return max(abs(arm.velocity(name)) for name in NAMES)
 
 
-def test_a_plan_for_a_faster_tool_is_slowed_down_and_goes_where_it_was_planned_to(
+def test_a_plan_made_at_full_speed_is_slowed_down_and_keeps_its_goal(
     robot: Robot, arm: SimulatedArm
 ) -> None:
     robot.full_speed = True
@@ -62,7 +62,7 @@ def test_a_plan_for_a_faster_tool_is_slowed_down_and_goes_where_it_was_planned_t
     assert any("to keep the tool at 250 mm/s" in warning for warning in robot.warnings)
 
 
-def test_a_plan_for_a_shorter_tool_is_slowed_down_too(robot: Robot) -> None:
+def test_a_plan_is_slowed_down_for_a_longer_tool(robot: Robot) -> None:
     plan = robot.plan.joints((-0.5, 0.30, 2.0, 2.0))
     robot.plan.table = robot.plan.table.with_tool(Tool("rod", Pose(0.9, 0.0, -0.2), 0.5))
     robot.plan.use_tool("rod")
@@ -72,7 +72,7 @@ def test_a_plan_for_a_shorter_tool_is_slowed_down_too(robot: Robot) -> None:
     assert robot.state.positions[0] == pytest.approx(-0.5, abs=2e-3)
 
 
-def test_a_plan_is_checked_against_what_stands_around_the_arm_by_now(robot: Robot) -> None:
+def test_a_plan_is_checked_against_the_current_scene(robot: Robot) -> None:
     plan = robot.plan.joints((-1.0, 0.30, 2.0, 2.0))
     robot.plan.scene = Scene((Box("crate", (-2.0, -2.0, -2.0), (2.0, 2.0, 2.0)),))
     with pytest.raises(ZoneError, match="crate"):
@@ -88,12 +88,12 @@ def test_a_plan_is_checked_against_what_stands_around_the_arm_by_now(robot: Robo
     ("left", "speed", "complaint"),
     [(0.9, 0.15, "path tolerance"), (0.04, 1e-6, "goal_time_tolerance")],
 )
-def test_an_arm_that_does_not_follow_is_not_said_to_have_arrived(
+def test_a_motion_that_misses_its_goal_is_aborted(
     robot: Robot, arm: SimulatedArm, left: float, speed: float, complaint: str
 ) -> None:
     def observe(record: CycleRecord) -> None:
         if record.joints[0].position > -1.0 - left:
-            robot._running().tool_speed.limit = speed
+            robot._session.stack.tool_speed.limit = speed
 
     with pytest.raises(GoalAbortedError, match=complaint):
         robot.move_joints((-1.0, 0.30, 2.0, 2.0), observe=observe)
@@ -116,7 +116,7 @@ def turned(robot: Robot, arm: SimulatedArm) -> Robot:
     return robot
 
 
-def test_an_arm_beyond_a_limit_is_not_led_along_a_path(turned: Robot, arm: SimulatedArm) -> None:
+def test_an_arm_beyond_a_limit_does_not_follow_a_path(turned: Robot, arm: SimulatedArm) -> None:
     assert turned.state.positions[3] > ARM.joints[3].upper + 0.2
     before = arm.position("j4")
     up = turned.pose._replace(z=0.2)
@@ -132,7 +132,7 @@ def test_an_arm_beyond_a_limit_is_not_led_along_a_path(turned: Robot, arm: Simul
     assert arm.position("j4") == pytest.approx(before, abs=0.01)
 
 
-def test_an_arm_beyond_a_limit_is_led_back_by_its_joints(turned: Robot) -> None:
+def test_an_arm_beyond_a_limit_is_moved_back_by_its_joints(turned: Robot) -> None:
     with pytest.raises(TrajectoryError, match=r"j4: goal 3\.1 rad is outside"):
         turned.move_joints((*START[:3], 3.1))
     found, records = turned.state.positions[3], list[CycleRecord]()

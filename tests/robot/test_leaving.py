@@ -15,7 +15,8 @@ from bioscara.bus import FaultyBus, Transaction, When
 from bioscara.errors import BioscaraError, HardwareError
 from bioscara.hardware import LifecycleState
 from bioscara.model import load_parameters
-from bioscara.robot import Robot, connection
+from bioscara.robot import Robot
+from bioscara.robot.connection import arm_session
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 ARM = load_parameters()
@@ -80,7 +81,7 @@ LOSSES = pytest.mark.parametrize("lose", [disabled_in_vain, all_lost, not_recove
 
 
 @LOSSES
-def test_joints_that_were_let_go_energised_are_greeted_and_released(
+def test_joints_left_energised_are_reconnected_and_released(
     scene: Scene, lose: Callable[[Scene], None]
 ) -> None:
     lose(scene)
@@ -90,7 +91,7 @@ def test_joints_that_were_let_go_energised_are_greeted_and_released(
 
 
 @LOSSES
-def test_joints_that_cannot_be_greeted_are_told_of(
+def test_joints_that_cannot_be_reconnected_are_reported(
     scene: Scene, lose: Callable[[Scene], None]
 ) -> None:
     lose(scene)
@@ -98,7 +99,7 @@ def test_joints_that_cannot_be_greeted_are_told_of(
     assert [sentence[:2] for sentence in told] == scene.energised() != []
 
 
-def test_what_was_not_released_is_released_by_disabling_it_again(scene: Scene) -> None:
+def test_disabling_again_releases_the_remaining_joints(scene: Scene) -> None:
     disabled_in_vain(scene)
     with pytest.raises(HardwareError, match="j1 may be energised"):
         scene.robot.disable()
@@ -109,7 +110,7 @@ def test_what_was_not_released_is_released_by_disabling_it_again(scene: Scene) -
     assert scene.energised() == list(NAMES)
 
 
-def test_a_joint_that_homed_and_was_let_go_is_released(tmp_path: Path) -> None:
+def test_a_homed_joint_left_energised_is_released(tmp_path: Path) -> None:
     scene = Scene(tmp_path, v1=False)
     with scene.robot as robot:
         robot.home()
@@ -118,20 +119,20 @@ def test_a_joint_that_homed_and_was_let_go_is_released(tmp_path: Path) -> None:
     assert scene.energised() == []
 
 
-def test_joints_that_another_program_left_energised_are_released(scene: Scene) -> None:
+def test_joints_left_energised_by_another_program_are_released(scene: Scene) -> None:
     with Robot(FirmwareBus(scene.arm), scene.arm.clock, ARM, "next") as after:
-        assert after._running().arm.state is LifecycleState.INACTIVE
+        assert after._session.stack.arm.state is LifecycleState.INACTIVE
     assert scene.energised() == []
 
 
-def test_nothing_is_sent_to_joints_that_were_never_engaged(tmp_path: Path) -> None:
+def test_nothing_is_sent_to_joints_that_were_never_enabled(tmp_path: Path) -> None:
     scene = Scene(tmp_path, v1=False)
     with scene.robot as robot:
         scene.bus.off()
         assert robot.shutdown() == []
 
 
-def test_leaving_tells_of_joints_that_stay_energised(tmp_path: Path) -> None:
+def test_leaving_reports_joints_that_stay_energised(tmp_path: Path) -> None:
     scene = Scene(tmp_path, v1=False)
     robot = scene.robot.__enter__()
     robot.enable()
@@ -142,7 +143,7 @@ def test_leaving_tells_of_joints_that_stay_energised(tmp_path: Path) -> None:
     assert all(f"{name} may be energised" in str(caught.value) for name in NAMES)
 
 
-def test_leaving_by_an_error_tells_of_them_by_a_note(tmp_path: Path) -> None:
+def test_leaving_by_an_error_reports_them_in_a_note(tmp_path: Path) -> None:
     scene = Scene(tmp_path, v1=False)
     robot = scene.robot.__enter__()
     robot.enable()
@@ -175,7 +176,7 @@ LEAVING: list[Callable[[Robot], object]] = [
 
 @pytest.mark.parametrize("leave", LEAVING, ids=["with", "shutdown", "disable"])
 @pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
-def test_wherever_ctrl_c_comes_in_while_joints_are_released_none_stays_energised(
+def test_ctrl_c_anywhere_during_release_leaves_no_joint_energised(
     tmp_path: Path, leave: Callable[[Robot], object], *, v1: bool
 ) -> None:
     arm = SimulatedArm(seed=2, positions=NEAR, v1=v1)
@@ -201,7 +202,7 @@ def test_wherever_ctrl_c_comes_in_while_joints_are_released_none_stays_energised
 
 @pytest.mark.parametrize("leave", LEAVING[:2], ids=["with", "shutdown"])
 @pytest.mark.parametrize("where", ["shutdown", "joints", "release", "stop_and_disable"])
-def test_wherever_ctrl_c_comes_in_before_that_it_is_not_forgotten(
+def test_ctrl_c_anywhere_before_release_is_raised(
     tmp_path: Path, leave: Callable[[Robot], object], where: str
 ) -> None:
     scene = Scene(tmp_path, v1=False)
@@ -226,11 +227,11 @@ def test_wherever_ctrl_c_comes_in_before_that_it_is_not_forgotten(
 
 
 @pytest.mark.parametrize("patience", [0.0, 15.0], ids=["too long", "a moment"])
-def test_ctrl_c_gets_out_of_waiting_for_a_callback_that_never_ends(
+def test_ctrl_c_ends_the_wait_for_a_callback_that_never_returns(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, patience: float
 ) -> None:
     """But not while the call may still be bringing the arm to rest."""
-    monkeypatch.setattr(connection, "_PATIENCE", patience)
+    monkeypatch.setattr(arm_session, "_PATIENCE", patience)
     robot = (scene := Scene(tmp_path, v1=False)).robot.__enter__()
     entered, end, pressed = threading.Event(), threading.Event(), threading.Event()
 
@@ -265,7 +266,7 @@ def test_ctrl_c_gets_out_of_waiting_for_a_callback_that_never_ends(
             robot.__exit__(None, None, None)
     finally:
         sys.settrace(before)
-    assert (robot._turn.running is None) is bool(patience), "it was waited for, or not"
+    assert (robot._arbiter.running is None) is bool(patience), "it was waited for, or not"
     end.set()
     for thread in threads:
         thread.join(10.0)

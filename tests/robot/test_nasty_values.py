@@ -16,11 +16,11 @@ from bioscara.planning import Motion, ToolLimits, Trajectory, Waypoint, approach
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.robot import Robot
-from bioscara.robot.gripper import RobotGripper
+from bioscara.robot.motions.cycle_recorder import ignore, never
+from bioscara.robot.motions.gripper import RobotGripper
 from bioscara.robot.planner import Planner
-from bioscara.robot.poses import NamedPose, TeachTable
-from bioscara.robot.records import ignore, never
-from bioscara.robot.tools import FINGERS, Tool
+from bioscara.robot.workspace.poses import NamedPose, TeachTable
+from bioscara.robot.workspace.tools import FINGERS, Tool
 from bioscara.sim import FirmwareBus, SimulatedArm
 from nasty import Parts, judge
 

@@ -1,4 +1,4 @@
-"""Simulated time is held back to the wall clock, never pushed."""
+"""Simulated time is held back to the wall clock, never advanced."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bioscara.robot.pacing import PacedClock
+from bioscara.robot.connection.pacing import PacedClock
 
 
 class Hands:
@@ -23,7 +23,7 @@ class Hands:
 
 
 @given(st.lists(st.floats(0.001, 1.0), min_size=1, max_size=30), st.floats(-1e3, 1e3))
-def test_paced_time_is_never_ahead_of_the_wall(steps: list[float], origin: float) -> None:
+def test_paced_time_is_never_ahead_of_the_wall_clock(steps: list[float], origin: float) -> None:
     simulated, wall = Hands(0.0), Hands(origin)
     clock = PacedClock(simulated, wall)
     clock.paced = True
@@ -32,14 +32,14 @@ def test_paced_time_is_never_ahead_of_the_wall(steps: list[float], origin: float
         assert wall.now() - origin == pytest.approx(clock.now(), abs=1e-9)
 
 
-def test_unpaced_time_does_not_look_at_the_wall() -> None:
+def test_unpaced_time_does_not_depend_on_the_wall_clock() -> None:
     simulated, wall = Hands(0.0), Hands(5.0)
     clock = PacedClock(simulated, wall)
     clock.sleep_until(100.0)
     assert (clock.now(), wall.now()) == (100.0, 5.0)
 
 
-def test_pacing_that_starts_late_does_not_make_up_for_what_was_before() -> None:
+def test_pacing_enabled_late_does_not_make_up_for_earlier_lag() -> None:
     simulated, wall = Hands(0.0), Hands(5.0)
     clock = PacedClock(simulated, wall)
     clock.sleep_until(100.0)

@@ -40,7 +40,7 @@ def test_a_line_that_keeps_to_its_speed_has_no_note_of_stretching() -> None:
 
 
 @pytest.mark.parametrize("full_speed", [False, True])
-def test_what_is_planned_keeps_every_limit(full_speed: bool) -> None:
+def test_plans_keep_every_limit(full_speed: bool) -> None:
     rng = np.random.default_rng(11)
     planned = 0
     for number in range(120):
@@ -65,7 +65,7 @@ def test_what_is_planned_keeps_every_limit(full_speed: bool) -> None:
     [(None, "jerks at each point"), ([[0.0] * 4, [0.1, 0.0, 0.0, 0.0]], "end is not at rest")],
     ids=["no velocities", "no rest"],
 )
-def test_a_plan_tells_what_is_unusual_about_a_trajectory(
+def test_a_plan_has_notes_on_an_unusual_trajectory(
     velocities: list[list[float]] | None, unusual: str
 ) -> None:
     steps = Trajectory(NAMES, [0.0, 5.0], [HERE, HERE._replace(j1=0.3)], velocities)
@@ -73,7 +73,7 @@ def test_a_plan_tells_what_is_unusual_about_a_trajectory(
     assert unusual in note
 
 
-def test_a_plan_says_what_the_tool_was_kept_to() -> None:
+def test_a_plan_has_the_tool_limits_it_was_kept_to() -> None:
     """Only lines and arcs keep to an acceleration of the tool; nothing does at full speed."""
     planner = Planner(ARM, lambda: HERE)
     goal = planner.kinematics.forward(HERE)
@@ -85,7 +85,7 @@ def test_a_plan_says_what_the_tool_was_kept_to() -> None:
 
 
 @pytest.mark.parametrize("word", ["no", "False", 1, None])
-def test_only_true_and_false_say_how_fast_the_tool_may_be(word: object) -> None:
+def test_full_speed_accepts_only_booleans(word: object) -> None:
     planner = Planner(ARM, lambda: HERE)
     with pytest.raises(InvalidArgumentError, match=r"full_speed is .*; give True or False"):
         planner.full_speed = word  # type: ignore[assignment]

@@ -25,8 +25,8 @@ from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.planning.motions.waypoints import Motion, Waypoint
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
-from bioscara.robot.poses import NamedPose
-from bioscara.robot.tools import Tool
+from bioscara.robot.workspace.poses import NamedPose
+from bioscara.robot.workspace.tools import Tool
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 ARM = load_parameters()
@@ -105,7 +105,7 @@ def test_a_sequence_rounds_its_corners_without_a_stop(robot: Robot) -> None:
     assert speeds.max() <= 0.25 * (1 + 1e-6)
 
 
-def test_a_blend_that_had_to_shrink_is_told(robot: Robot) -> None:
+def test_a_reduced_blend_is_reported(robot: Robot) -> None:
     robot.move_to(Pose(0.5, -0.1, 0.2))
     corner, end = Pose(0.5, 0.0, 0.2), Pose(0.45, 0.0, 0.2)
     robot.move_sequence([Waypoint(corner, blend=0.04), Waypoint(end)])
@@ -122,7 +122,7 @@ def test_a_blend_that_had_to_shrink_is_told(robot: Robot) -> None:
     ],
 )
 @pytest.mark.parametrize("how", ["move_to", "move_linear"])
-def test_what_cannot_be_reached_is_refused_and_nothing_moves(
+def test_an_unreachable_pose_is_refused_and_nothing_moves(
     robot: Robot, how: str, pose: Pose, error: type[Exception], complaint: str
 ) -> None:
     before = robot.state.positions
@@ -140,7 +140,7 @@ def test_a_zone_is_not_entered(robot: Robot) -> None:
         assert near(robot.pose, HERE)
         stopped = jog(robot, ToolVelocity(y=0.1), 4.0)
         assert stopped.y < -0.05
-        assert robot._running().jog.jog is not None
+        assert robot._session.stack.jog.jog is not None
     finally:
         robot.plan.scene = Scene()
     robot.move_to(HERE)
@@ -157,13 +157,11 @@ def jog(robot: Robot, velocity: JointVelocity | ToolVelocity, seconds: float) ->
 
 
 def commanded(robot: Robot) -> list[float]:
-    return [guard.here for guard in robot._running().manager.limiter.joints.values()]
+    return [guard.here for guard in robot._session.stack.manager.limiter.joints.values()]
 
 
 @pytest.mark.parametrize("share", [0.3, 0.4, 0.5, 0.7])
-def test_a_cancelled_motion_keeps_to_the_way_that_was_found_clear(
-    robot: Robot, share: float
-) -> None:
+def test_a_cancelled_motion_stops_on_its_checked_path(robot: Robot, share: float) -> None:
     """An arc in a ring: straight on, the arm would come to rest beyond it."""
     middle, radius = (0.42, 0.0), 0.05
     start, via, goal = (
@@ -194,9 +192,7 @@ def test_a_cancelled_motion_keeps_to_the_way_that_was_found_clear(
 
 
 @pytest.mark.parametrize("error", [KeyboardInterrupt, ValueError])
-def test_a_jog_that_breaks_off_keeps_to_the_way_that_was_found_clear(
-    robot: Robot, error: type[BaseException]
-) -> None:
+def test_an_aborted_jog_stops_on_its_checked_path(robot: Robot, error: type[BaseException]) -> None:
     start = (0.08, 0.2, 1.638, 0.059)
     corners = (0.2818, 0.4341, -0.5), (0.3418, 0.4941, 0.6)
     scene = Scene((Box("post", *corners, yaw=1.048, links=("tool",)),))
@@ -221,7 +217,7 @@ def test_a_jog_that_breaks_off_keeps_to_the_way_that_was_found_clear(
     assert scene.margin - 1e-6 <= min(least) < scene.margin + 5e-3
 
 
-def test_jogging_moves_as_asked_and_ends_at_rest(robot: Robot) -> None:
+def test_a_jog_follows_its_velocities_and_ends_at_rest(robot: Robot) -> None:
     robot.move_to(HERE)
     there = jog(robot, ToolVelocity(y=0.05), 1.0)
     assert there.y - HERE.y == pytest.approx(0.05, abs=0.01)
@@ -249,16 +245,16 @@ def test_a_jog_goes_at_the_chosen_share_of_its_velocity(robot: Robot) -> None:
         robot.speed = 1.0
 
 
-def test_a_jog_that_begins_in_a_zone_is_refused_and_all_stays_as_it_was(robot: Robot) -> None:
+def test_a_jog_that_starts_in_a_zone_is_refused_and_changes_nothing(robot: Robot) -> None:
     robot.move_to(HERE)
-    active = [each.state for each in robot._running().manager.controllers]
+    active = [each.state for each in robot._session.stack.manager.controllers]
     robot.plan.scene = Scene((Box("crate", (-2.0, -2.0, -2.0), (2.0, 2.0, 2.0)),))
     try:
         with pytest.raises(ZoneError, match="crate"):
             jog(robot, JointVelocity(j4=0.3), 1.0)
     finally:
         robot.plan.scene = Scene()
-    assert [each.state for each in robot._running().manager.controllers] == active
+    assert [each.state for each in robot._session.stack.manager.controllers] == active
     assert near(robot.pose, HERE)
 
 
@@ -332,9 +328,9 @@ def test_an_arm_that_is_not_homed_has_no_pose(tmp_path: Path) -> None:
             robot.move_to(HERE)
 
 
-def test_raw_setpoints_keep_clear_of_the_scene_that_is_planned_with(robot: Robot) -> None:
+def test_raw_setpoints_keep_clear_of_the_planner_scene(robot: Robot) -> None:
     robot.move_joints((0.3, 0.2, 0.8, -0.5))
-    stack, scene = robot._running(), robot.plan.scene
+    stack, scene = robot._session.stack, robot.plan.scene
     names = tuple(joint.name for joint in ARM.joints)
     values = {"joints": names, "interface_name": "position"}
     forward = stack.manager.load("raw", ForwardCommandController.TYPE, values)

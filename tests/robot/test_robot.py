@@ -66,7 +66,7 @@ def homed(scene: Scene) -> Scene:
     return scene
 
 
-def test_connecting_moves_nothing_and_tells_that_nothing_is_known(scene: Scene) -> None:
+def test_connecting_moves_nothing_and_positions_are_unknown(scene: Scene) -> None:
     before = [scene.arm.position(name) for name in NAMES]
     state = scene.robot.state
     assert state.names == NAMES
@@ -74,7 +74,7 @@ def test_connecting_moves_nothing_and_tells_that_nothing_is_known(scene: Scene) 
     assert [scene.arm.position(name) for name in NAMES] == pytest.approx(before, abs=1e-6)
 
 
-def test_homed_it_knows_where_it_is_and_goes_where_it_is_told(homed: Scene) -> None:
+def test_a_homed_arm_knows_its_position_and_reaches_its_goal(homed: Scene) -> None:
     assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
     for name, position in zip(NAMES, START, strict=True):
         assert homed.arm.position(name) == pytest.approx(position, abs=5e-3)
@@ -103,7 +103,7 @@ def test_motion_before_homing_is_refused(scene: Scene) -> None:
         ((0.0, 0.1, math.nan, 0.0), "j3"),
     ],
 )
-def test_a_place_it_cannot_reach_is_refused_before_anything_moves(
+def test_a_goal_beyond_the_limits_is_refused_before_anything_moves(
     homed: Scene, positions: tuple[float, ...], complaint: str
 ) -> None:
     before = homed.robot.state.positions
@@ -120,7 +120,7 @@ def test_pln2_a_trajectory_that_starts_elsewhere_is_refused_with_numbers(homed: 
     assert homed.robot.state.positions[0] == pytest.approx(-1.5, abs=2e-3)
 
 
-def test_a_trajectory_for_one_joint_leaves_the_others_where_they_are(homed: Scene) -> None:
+def test_a_trajectory_for_one_joint_holds_the_others(homed: Scene) -> None:
     homed.robot.follow(point_to_point(("j1",), START[:1], (-1.9,), ARM.joints[:1]))
     assert homed.robot.state.positions == pytest.approx((-1.9, *START[1:]), abs=2e-3)
 
@@ -157,7 +157,7 @@ def stop_after(homed: Scene, cycles: int, end: type[BaseException] | None) -> li
 
 
 @pytest.mark.parametrize("fails_in", [Phase.TRAJECTORY, Phase.STOPPING])
-def test_an_observer_that_fails_is_told_of_once_the_arm_stands(
+def test_the_error_of_an_observer_is_raised_once_the_arm_is_at_rest(
     homed: Scene, fails_in: Phase
 ) -> None:
     homed.robot.move_joints(START)
@@ -177,7 +177,7 @@ def test_an_observer_that_fails_is_told_of_once_the_arm_stands(
             observe,
             lambda: late and homed.robot.clock.now() > begin + 2.5,
         )
-    stack = homed.robot._running()
+    stack = homed.robot._session.stack
     for axis in stack.arm.axes:
         assert abs(axis.sample.velocity) < 0.01 * axis.velocity_limit
     assert max(homed.speeds()) < 1e-3
@@ -187,7 +187,7 @@ def test_an_observer_that_fails_is_told_of_once_the_arm_stands(
 
 @pytest.mark.parametrize("end", [None, KeyboardInterrupt])
 @pytest.mark.parametrize("cycles", [1, 30, 80, 150])
-def test_pln5_whatever_ends_a_motion_ends_it_at_rest_on_a_ramp(
+def test_pln5_every_aborted_motion_ramps_down_to_rest(
     homed: Scene, cycles: int, end: type[BaseException] | None
 ) -> None:
     records = stop_after(homed, cycles, end)
@@ -202,7 +202,7 @@ def test_pln5_whatever_ends_a_motion_ends_it_at_rest_on_a_ramp(
     assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
 
 
-def test_a_motion_that_takes_too_long_is_ended_at_rest(homed: Scene) -> None:
+def test_a_motion_that_exceeds_its_timeout_ends_at_rest(homed: Scene) -> None:
     with pytest.raises(MotionTimeoutError, match=r"0\.5 s"):
         homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0), timeout=0.5)
     assert max(homed.speeds()) < 0.02
@@ -227,7 +227,7 @@ def test_a_motion_at_speed_zero_does_not_begin(homed: Scene) -> None:
     assert [homed.arm.position(name) for name in NAMES] == pytest.approx(before, abs=2e-3)
 
 
-def test_homing_with_a_timeout_that_makes_no_sense_leaves_nothing_that_moves(scene: Scene) -> None:
+def test_homing_with_an_invalid_timeout_moves_nothing(scene: Scene) -> None:
     scene.robot.enable()
     before = [scene.arm.position(name) for name in NAMES]
     with pytest.raises(InvalidArgumentError, match=r"timeout -1 s must be above zero"):
@@ -238,7 +238,7 @@ def test_homing_with_a_timeout_that_makes_no_sense_leaves_nothing_that_moves(sce
     assert [scene.arm.position(name) for name in NAMES] == pytest.approx(before, abs=1e-4)
 
 
-def test_the_tool_is_slow_unless_full_speed_is_asked_for(homed: Scene) -> None:
+def test_the_tool_speed_is_limited_unless_full_speed_is_set(homed: Scene) -> None:
     goal = (-0.5, 0.30, 0.5, 0.5)
 
     def fastest() -> float:
@@ -259,7 +259,7 @@ def test_the_tool_is_slow_unless_full_speed_is_asked_for(homed: Scene) -> None:
     assert fastest() > 0.4
 
 
-def test_the_jaws_go_where_they_are_told(homed: Scene, tmp_path: Path) -> None:
+def test_the_jaws_reach_the_commanded_width(homed: Scene, tmp_path: Path) -> None:
     with Robot.simulated(evidence=tmp_path) as robot:
         assert math.isnan(robot.gripper.width)
         result = robot.gripper.move(0.06)
@@ -272,7 +272,7 @@ def test_the_jaws_go_where_they_are_told(homed: Scene, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("width", [0.06, 0.052])
-def test_a_width_that_cannot_be_kept_is_refused_and_what_is_held_stays_held(
+def test_a_width_that_cannot_be_stored_is_refused_and_the_grip_holds(
     width: float, tmp_path: Path
 ) -> None:
     with Robot.simulated(evidence=tmp_path) as robot:
@@ -290,7 +290,7 @@ def test_a_width_that_cannot_be_kept_is_refused_and_what_is_held_stays_held(
         assert robot.gripper.width == pytest.approx(width, abs=1e-5)
 
 
-def test_a_gripper_that_could_not_keep_its_width_when_it_was_let_go_works_again(
+def test_a_gripper_whose_width_was_not_stored_on_release_works_again(
     tmp_path: Path,
 ) -> None:
     with Robot.simulated(evidence=tmp_path) as robot:
@@ -305,13 +305,13 @@ def test_a_gripper_that_could_not_keep_its_width_when_it_was_let_go_works_again(
         assert robot.gripper.move(0.06).reached_goal
 
 
-def test_a_stop_that_comes_before_a_motion_does_not_end_it(homed: Scene) -> None:
+def test_a_stop_before_a_motion_does_not_affect_it(homed: Scene) -> None:
     homed.robot.stop()
     homed.robot.move_joints([-1.95, 0.30, 2.0, 2.0])
     assert homed.robot.state.positions[0] == pytest.approx(-1.95, abs=2e-3)
 
 
-def test_released_and_engaged_again_it_is_still_homed(homed: Scene) -> None:
+def test_a_disabled_and_enabled_arm_is_still_homed(homed: Scene) -> None:
     homed.robot.disable()
     assert not any(homed.arm.has_torque(name) for name in ("j1", "j3", "j4"))
     homed.robot.enable()
@@ -345,7 +345,7 @@ def test_homing_cancelled_before_its_first_cycle_moves_nothing(scene: Scene) -> 
 
 def test_homing_cancelled_between_two_joints_does_not_begin_the_next(scene: Scene) -> None:
     scene.robot.enable()
-    homing, before = scene.robot._running().homing, scene.arm.position("j1")
+    homing, before = scene.robot._session.stack.homing, scene.arm.position("j1")
 
     def cancelled() -> bool:
         goal = homing.goal
@@ -364,14 +364,16 @@ def test_homing_cancelled_between_two_joints_does_not_begin_the_next(scene: Scen
     assert not any(map(math.isnan, scene.robot.state.positions))
 
 
-def test_homing_without_an_end_stop_is_no_home(scene: Scene) -> None:
+def test_homing_without_an_end_stop_fails(scene: Scene) -> None:
     scene.arm.remove_stops("j2")
     with pytest.raises(HomingError, match="j2"):
         scene.robot.home()
     assert scene.robot.faults[0].kind is FaultKind.HOMING_FAILED
 
 
-def test_a_stall_stops_the_arm_and_takes_three_steps_to_leave(homed: Scene, tmp_path: Path) -> None:
+def test_a_stall_stops_the_arm_and_is_recovered_in_three_steps(
+    homed: Scene, tmp_path: Path
+) -> None:
     homed.arm.add_obstacle("j1", -1.7)
     with pytest.raises(StalledError, match=r"^j1: .*; remove the obstacle$"):
         homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0))
@@ -392,9 +394,7 @@ def test_a_stall_stops_the_arm_and_takes_three_steps_to_leave(homed: Scene, tmp_
     assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
 
 
-def test_what_happens_after_a_fault_was_acknowledged_is_not_cleared_with_it(
-    homed: Scene, tmp_path: Path
-) -> None:
+def test_a_fault_after_the_acknowledgement_is_not_cleared(homed: Scene, tmp_path: Path) -> None:
     homed.arm.add_obstacle("j1", -1.7)
     with pytest.raises(StalledError):
         homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0))
@@ -413,7 +413,7 @@ def test_what_happens_after_a_fault_was_acknowledged_is_not_cleared_with_it(
         homed.robot.recover()
 
 
-def test_what_happened_until_a_fault_is_acknowledged_is_acknowledged_with_it(homed: Scene) -> None:
+def test_all_faults_before_the_acknowledgement_are_acknowledged(homed: Scene) -> None:
     homed.arm.add_obstacle("j1", -1.7)
     with pytest.raises(StalledError):
         homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0))
@@ -422,7 +422,7 @@ def test_what_happened_until_a_fault_is_acknowledged_is_acknowledged_with_it(hom
     assert [fault.source for fault in homed.robot.acknowledge()] == ["j1", "j3"]
 
 
-def test_usr3_after_a_pause_the_state_is_what_is_and_not_what_was(homed: Scene) -> None:
+def test_usr3_after_a_pause_the_state_is_current(homed: Scene) -> None:
     homed.arm.set_motor_power(on=False)
     for _ in range(100):
         homed.arm.push("j4", 0.3 if homed.arm.velocity("j4") < 1.0 else 0.0)
@@ -449,7 +449,7 @@ def test_fw1_after_a_joint_restarted_the_pose_is_unknown_until_it_is_homed(homed
     assert homed.robot.state.positions[0] == pytest.approx(homed.arm.position("j1"), abs=5e-3)
 
 
-def test_after_a_recovery_that_failed_who_looks_or_moves_is_told_the_fault_and_the_way(
+def test_after_a_failed_recovery_every_call_names_the_fault_and_remedy(
     homed: Scene,
 ) -> None:
     homed.arm.set_power("j2", False)
@@ -472,7 +472,7 @@ def test_after_a_recovery_that_failed_who_looks_or_moves_is_told_the_fault_and_t
     assert math.isnan(homed.robot.state.positions[1])
 
 
-def test_outside_a_with_statement_it_says_so(tmp_path: Path) -> None:
+def test_use_outside_a_with_statement_is_refused(tmp_path: Path) -> None:
     with pytest.raises(NotInitializedError, match="with"):
         Scene(tmp_path).robot.home()
 
@@ -496,7 +496,7 @@ def _grid(trajectory: Trajectory) -> Iterator[float]:
 def test_a_goal_is_refused_by_a_controller_that_is_not_active(scene: Scene) -> None:
     from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory  # noqa: PLC0415
 
-    stack = scene.robot._running()
+    stack = scene.robot._session.stack
     trajectory = point_to_point(NAMES, START, START, ARM.joints)
     with pytest.raises(GoalRejectedError, match="inactive"):
         stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), 0.0)

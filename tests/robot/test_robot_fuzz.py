@@ -269,7 +269,7 @@ class Fuzz:
                 way = abs(self.arm.position(joint.name) - was)
                 assert way < NEAR_ENOUGH[joint.unit], f"{joint.name} moved while looked at"
         self.attempt("look", lambda: robot.state)
-        stack = robot._stack
+        stack = robot._session.stack
         assert stack is not None
         state = stack.broadcaster.states
         if state is None:
@@ -303,7 +303,7 @@ class Fuzz:
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_whatever_is_called_and_befalls_it(seed: int, tmp_path: Path) -> None:
+def test_random_calls_and_failures(seed: int, tmp_path: Path) -> None:
     fuzz = Fuzz(seed, tmp_path / "evidence")
     robot = fuzz.robot
     try:
@@ -320,8 +320,8 @@ def test_whatever_is_called_and_befalls_it(seed: int, tmp_path: Path) -> None:
                     fuzz.way_back()
             if fuzz.random.random() < 0.5:
                 fuzz.way_back()
-                assert robot._stack is not None
-                assert robot._stack.supervisor.state is FaultState.CLEAR
+                assert robot._session.stack is not None
+                assert robot._session.stack.supervisor.state is FaultState.CLEAR
                 assert not fuzz.tap.complaints, fuzz.tap.complaints
             else:
                 fuzz.heal()

@@ -18,9 +18,9 @@ from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX
 from bioscara.model import load_parameters
-from bioscara.robot.poses import BUILT_IN, NamedPose, TeachTable
-from bioscara.robot.teach_file import changing, load_table, save_table
-from bioscara.robot.tools import Tool, fingers, kinematics_with
+from bioscara.robot.workspace.poses import BUILT_IN, NamedPose, TeachTable
+from bioscara.robot.workspace.teach_file import changing, load_table, save_table
+from bioscara.robot.workspace.tools import Tool, fingers, kinematics_with
 
 PARAMETERS = load_parameters()
 FINGERS = fingers(PARAMETERS)
@@ -58,7 +58,9 @@ def tables(draw: st.DrawFn) -> TeachTable:
 
 
 @given(table=tables())
-def test_what_is_saved_is_loaded(table: TeachTable, tmp_path_factory: pytest.TempPathFactory):
+def test_a_saved_table_is_loaded_unchanged(
+    table: TeachTable, tmp_path_factory: pytest.TempPathFactory
+):
     file = tmp_path_factory.getbasetemp() / "poses.yaml"
     save_table(file, table)
     assert load_table(file, FINGERS) == table
@@ -66,7 +68,7 @@ def test_what_is_saved_is_loaded(table: TeachTable, tmp_path_factory: pytest.Tem
     assert repr(load_table(file, FINGERS)) == repr(table)
 
 
-def test_a_file_cut_anywhere_is_refused(tmp_path: Path) -> None:
+def test_a_truncated_file_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "poses.yaml"
     save_table(file, TABLE)
     whole = file.read_bytes()
@@ -106,7 +108,7 @@ poses:
 """
 
 
-def test_a_file_written_by_hand_is_read(tmp_path: Path) -> None:
+def test_a_hand_written_file_is_read(tmp_path: Path) -> None:
     table = load_table(written(tmp_path, GOOD), FINGERS)
     assert table.pose("plate") == NamedPose("plate", Joints(0.3, 0.1, 0.8, 0.0), None, "needle")
 
@@ -146,7 +148,7 @@ def test_a_file_written_by_hand_is_read(tmp_path: Path) -> None:
         ("j3: 0.8", "j3: [", 6, ""),
     ],
 )
-def test_a_fault_is_told_with_its_line(
+def test_an_error_names_its_line(
     old: str, new: str, line: int, complaint: str, tmp_path: Path
 ) -> None:
     assert old in GOOD
@@ -158,7 +160,7 @@ def test_a_fault_is_told_with_its_line(
 
 
 @pytest.mark.parametrize("text", ["[" * 1000 + "\n", "&a [*a]\n", "7\n", "a\0b\n", "- 1\n"])
-def test_strange_files_are_refused(text: str, tmp_path: Path) -> None:
+def test_invalid_files_are_refused(text: str, tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"poses\.yaml"):
         load_table(written(tmp_path, text), FINGERS)
 
@@ -176,14 +178,14 @@ _JOINTS = "joints: {j1: 0.1, j2: 0.1, j3: 0.1, j4: 0}"
     ],
     ids=["merge of poses", "merge of joints", "tag bool", "merge of itself"],
 )
-def test_odd_yaml_in_a_teach_table_is_no_crash(tmp_path: Path, poses: str) -> None:
+def test_unusual_yaml_raises_only_configuration_errors(tmp_path: Path, poses: str) -> None:
     path = tmp_path / "poses.yaml"
     path.write_text(f"schema: 1\ntools: {{}}\nposes:\n{poses}...\n")
     with contextlib.suppress(ConfigurationError):
         load_table(path, FINGERS)
 
 
-def test_what_is_merged_from_elsewhere_is_told_with_a_line(tmp_path: Path) -> None:
+def test_an_error_in_a_merged_mapping_names_a_line(tmp_path: Path) -> None:
     poses = f"  a: &a\n    {_JOINTS}\n    tool: fingers\n  b:\n    <<: *a\n    tol: x\n"
     text = f"schema: 1\ntools: {{}}\nposes:\n{poses.replace('j1: 0.1', 'j1: 20')}"
     with pytest.raises(ConfigurationError, match=r"line 5: poses\.a\.joints\.j1: 20 is outside"):
@@ -193,21 +195,21 @@ def test_what_is_merged_from_elsewhere_is_told_with_a_line(tmp_path: Path) -> No
         load_table(written(tmp_path, text), FINGERS)
 
 
-def test_a_file_that_is_not_there_is_named(tmp_path: Path) -> None:
+def test_a_missing_file_is_named(tmp_path: Path) -> None:
     with pytest.raises(ConfigurationError, match=r"none\.yaml: No such file"):
         load_table(tmp_path / "none.yaml", FINGERS)
     with pytest.raises(ConfigurationError, match="directory"):
         load_table(tmp_path, FINGERS)
 
 
-def test_what_cannot_be_written_leaves_the_file_as_it_was(tmp_path: Path) -> None:
+def test_a_failed_save_leaves_the_file_unchanged(tmp_path: Path) -> None:
     file = tmp_path / f"{'p' * 245}.yaml"  # no room for the name of another file in the same folder
     file.write_bytes(before := b"as it was")
     broken = TeachTable(FINGERS, (), (NamedPose("a", Joints(0.0, 0.0, 0.0, 0.0)),))
-    with pytest.raises(ConfigurationError, match=r"cannot be kept .* name another file"):
+    with pytest.raises(ConfigurationError, match=r"cannot be saved .* name another file"):
         save_table(file, broken)
     assert file.read_bytes() == before
-    with pytest.raises(ConfigurationError, match="cannot be kept"):
+    with pytest.raises(ConfigurationError, match="cannot be saved"):
         save_table(tmp_path / "no" / "poses.yaml", TABLE)
 
 
@@ -225,7 +227,7 @@ def test_a_table_that_is_too_large_to_be_read_again_is_not_saved(tmp_path: Path)
 def test_a_loop_of_links_is_refused_in_one_sentence(tmp_path: Path) -> None:
     os.symlink("b", tmp_path / "a")
     os.symlink("a", tmp_path / "b")
-    with pytest.raises(ConfigurationError, match="a: the poses cannot be kept"):
+    with pytest.raises(ConfigurationError, match="a: the poses cannot be saved"):
         save_table(tmp_path / "a", TABLE)
     assert (tmp_path / "a").is_symlink()
 
@@ -257,7 +259,7 @@ def test_tables_saved_by_two_threads_are_whole(tmp_path: Path) -> None:
     assert not failures
 
 
-def test_what_several_add_at_the_same_time_is_all_there(tmp_path: Path) -> None:
+def test_concurrent_additions_are_all_saved(tmp_path: Path) -> None:
     path = tmp_path / "poses.yaml"
     save_table(path, TeachTable(FINGERS))
 
@@ -275,13 +277,13 @@ def test_what_several_add_at_the_same_time_is_all_there(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [path]
 
 
-def test_a_folder_that_is_not_there_cannot_be_held(tmp_path: Path) -> None:
-    with pytest.raises(ConfigurationError, match="the poses cannot be kept"):  # noqa: SIM117
+def test_a_missing_folder_cannot_be_locked(tmp_path: Path) -> None:
+    with pytest.raises(ConfigurationError, match="the poses cannot be saved"):  # noqa: SIM117
         with changing(tmp_path / "none" / "poses.yaml"):
             pytest.fail("it was")
 
 
-def test_who_reads_meanwhile_reads_the_old_table_whole(tmp_path: Path) -> None:
+def test_a_concurrent_reader_reads_the_whole_old_table(tmp_path: Path) -> None:
     file = tmp_path / "poses.yaml"
     save_table(file, TABLE)
     before = file.read_bytes()
@@ -290,7 +292,7 @@ def test_who_reads_meanwhile_reads_the_old_table_whole(tmp_path: Path) -> None:
         assert reader.read() == before
 
 
-def test_a_table_is_on_the_disk_before_and_its_name_after_it_replaces_another(
+def test_a_table_is_synced_before_and_its_name_after_the_replacement(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     file = tmp_path / "poses.yaml"
@@ -322,7 +324,7 @@ def test_saving_leaves_nothing_else_and_keeps_mode_and_link(tmp_path: Path) -> N
     assert {path.name for path in tmp_path.iterdir()} == {"poses.yaml", "link.yaml"}
 
 
-def test_names_that_there_are_not_get_a_proposal() -> None:
+def test_unknown_names_get_a_suggestion() -> None:
     with pytest.raises(InvalidArgumentError, match=r"no pose 'palte'; did you mean plate\?"):
         TABLE.pose("palte")
     with pytest.raises(InvalidArgumentError, match=r"no tool 'finger'; did you mean fingers\?"):
@@ -331,7 +333,7 @@ def test_names_that_there_are_not_get_a_proposal() -> None:
         TABLE.pose("xyz")
 
 
-def test_a_name_is_given_once() -> None:
+def test_duplicate_names_are_refused() -> None:
     with pytest.raises(InvalidArgumentError, match="there is a pose plate already"):
         TABLE.with_pose(PLATE)
     with pytest.raises(InvalidArgumentError, match="there is a pose center already"):
@@ -340,7 +342,7 @@ def test_a_name_is_given_once() -> None:
         TABLE.with_tool(FINGERS)
 
 
-def test_a_pose_can_go_unless_every_arm_has_it() -> None:
+def test_a_pose_can_be_deleted_unless_it_is_built_in() -> None:
     assert TABLE.without_pose("plate").poses == TABLE.poses[1:]
     with pytest.raises(InvalidArgumentError, match="center is built in"):
         TABLE.without_pose("center")
@@ -349,7 +351,7 @@ def test_a_pose_can_go_unless_every_arm_has_it() -> None:
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, 350.0])
-def test_values_that_cannot_be_are_refused(value: float) -> None:
+def test_impossible_values_are_refused(value: float) -> None:
     with pytest.raises(InvalidArgumentError, match=r"pose a, x.* is (outside|nan|inf)"):
         NamedPose("a", None, Pose(value, 0.0, 0.0))
     with pytest.raises(InvalidArgumentError, match=r"pose a, j3.* is (outside|nan|inf)"):
@@ -366,7 +368,7 @@ def test_the_fingers_are_those_of_the_parameters() -> None:
     assert with_needle == pytest.approx(flange.compose(NEEDLE.pose_tool_in_flange))
 
 
-def test_every_arm_has_a_pose_that_it_can_take() -> None:
+def test_the_built_in_pose_is_reachable() -> None:
     arm = kinematics_with(PARAMETERS, FINGERS)
     assert [pose.name for pose in BUILT_IN] == ["center"]
     assert all(pose.joints and arm.beyond(pose.joints) == [] for pose in BUILT_IN)

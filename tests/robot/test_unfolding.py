@@ -1,4 +1,4 @@
-"""The exit path of the arm that homing left folded up, and the planner that finds it."""
+"""Unfolding an arm that homing left folded up, and the planning of that path."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def planner(here: Joints = HOMED) -> Planner:
     return Planner(ARM, lambda: here)
 
 
-def test_what_is_refused_at_once_goes_by_an_open_elbow() -> None:
+def test_a_refused_direct_motion_is_planned_by_an_open_elbow() -> None:
     plan, goal = planner(), Joints(-3.04568, 0.33792, 2.13498786, -1.29199182)
     with pytest.raises(ZoneError, match=r"unfold\(\)"):
         plan.trajectory(point_to_point(NAMES, HOMED, goal, ARM.joints), HOMED)
@@ -34,7 +34,7 @@ def test_what_is_refused_at_once_goes_by_an_open_elbow() -> None:
     assert np.minimum(np.abs(wrist - HOMED.j4), np.abs(wrist - goal.j4)).max() < 1e-9
 
 
-def test_unfold_is_the_elbow_alone_and_nothing_where_it_is_open() -> None:
+def test_unfold_moves_the_elbow_alone_and_nothing_if_it_is_open() -> None:
     way = planner().unfold().trajectory
     rows = way.sample_many(np.linspace(0.0, way.duration, 50))[0]
     assert rows[-1, 2] == 0.0

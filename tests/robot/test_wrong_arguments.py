@@ -88,7 +88,7 @@ WRONG: list[tuple[Call, str]] = [
 
 
 @pytest.mark.parametrize(("call", "complaint"), WRONG)
-def test_what_a_call_cannot_use_is_refused_and_nothing_moves(
+def test_invalid_arguments_are_refused_and_nothing_moves(
     robot: Robot, call: Call, complaint: str
 ) -> None:
     before = robot.state.positions
@@ -97,7 +97,7 @@ def test_what_a_call_cannot_use_is_refused_and_nothing_moves(
     assert robot.state.positions == pytest.approx(before, abs=1e-3)
 
 
-def test_another_tool_is_not_mounted_behind_the_back_of_the_kinematics(robot: Robot) -> None:
+def test_the_tool_cannot_be_changed_without_the_kinematics(robot: Robot) -> None:
     with pytest.raises(AttributeError, match="tool"):
         robot.plan.tool = robot.plan.table.tool("fingers")  # type: ignore[misc]
 

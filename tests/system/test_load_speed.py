@@ -15,8 +15,8 @@ from bioscara.errors import BioscaraError, MotionCancelledError
 from bioscara.kinematics import Joints, Pose
 from bioscara.planning import Trajectory, Waypoint
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+from bioscara.robot.connection.stack import HOLD
 from bioscara.robot.planner import Plan
-from bioscara.robot.stack import HOLD
 from system.loads import NAMES, PARAMETERS, Loads, carried_on, speeds
 
 COUNT = int(os.environ.get("BIOSCARA_LOAD_SEEDS", "2"))
@@ -159,7 +159,7 @@ def test_paths_of_the_tool(loads: Loads, kind: str) -> None:
             return plan.sequence(ways)
 
         plan = planned(loads, make)
-        cap = loads.robot._running().tool_speed
+        cap = loads.robot._session.stack.tool_speed
         before = cap.interventions
         assert_slow(loads, lambda plan=plan: loads.robot.execute(plan))
         assert cap.interventions == before, "slowed down although it was planned within the limit"
@@ -172,7 +172,7 @@ def test_a_line_at_the_limit_passes_the_cap_unchanged(loads: Loads) -> None:
     robot = loads.robot
     robot.move_joints(place(rng))
     plan = planned(loads, lambda here: robot.plan.linear(near(rng, here, 0.35)))
-    cap = robot._running().tool_speed
+    cap = robot._session.stack.tool_speed
     before = cap.interventions
     assert_slow(loads, lambda: robot.execute(plan))
     assert cap.interventions == before
@@ -255,7 +255,7 @@ def test_pauses_and_overrides(loads: Loads) -> None:
 
 @pytest.mark.parametrize("kind", ["steps", "lines", "velocities"])
 def test_raw_streams(loads: Loads, kind: str) -> None:
-    robot, stack = loads.robot, loads.robot._running()
+    robot, stack = loads.robot, loads.robot._session.stack
     name = f"raw {kind}"
     manager = stack.manager
     interface = "velocity" if kind == "velocities" else "position"
@@ -272,7 +272,7 @@ def test_raw_streams(loads: Loads, kind: str) -> None:
         ]
 
     for rng in starts(loads, name):
-        robot._ready()
+        robot._motions.prepare()
         stack.use(name, robot.clock.now())
         here = robot.plan.here()
 

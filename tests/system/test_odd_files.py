@@ -15,8 +15,8 @@ from bioscara.hardware import Urdf
 from bioscara.model import load_parameters
 from bioscara.planning.files.scene_file import read_scene
 from bioscara.planning.files.trajectory_file import read
-from bioscara.robot.teach_file import load_table
-from bioscara.robot.tools import fingers
+from bioscara.robot.workspace.teach_file import load_table
+from bioscara.robot.workspace.tools import fingers
 
 SIZE = 2**20
 MOST = 2.0

@@ -22,8 +22,8 @@ viser = pytest.importorskip("viser", reason="pip install 'bioscara[view]': the 3
 
 from bioscara.errors import ConfigurationError  # noqa: E402
 from bioscara.planning.collision.scene import Box, Cylinder, Scene  # noqa: E402
+from bioscara.viewer.kinematic_tree import KinematicTree  # noqa: E402
 from bioscara.viewer.page import Page  # noqa: E402
-from bioscara.viewer.tree import Tree  # noqa: E402
 from bioscara.viewer.zones import edges, solid  # noqa: E402
 
 PARAMETERS = load_parameters()
@@ -135,7 +135,7 @@ def test_every_joint_has_a_slider_within_its_limits(page: Page) -> None:
         assert (slider.min, slider.max) == (limit.lower, limit.upper)
 
 
-def test_the_zones_stand_where_the_scene_says(page: Page) -> None:
+def test_zones_are_shown_at_their_positions(page: Page) -> None:
     shown = page._server.scene._handle_from_node_name
     reader, cell, table = (f"/base_link/{name}" for name in ("zone_0", "zone_1", "table"))
     assert f"{cell}/solid" not in shown  # a cell that is filled would hide the arm in it
@@ -168,7 +168,7 @@ def test_the_surface_of_a_zone_is_closed_and_faces_outwards(zone: Box | Cylinder
     )
 
 
-def test_only_this_computer_sees_the_page(page: Page) -> None:
+def test_the_page_is_served_on_the_loopback_address_only(page: Page) -> None:
     port = int(page.url.rpartition(":")[2])
     with urllib.request.urlopen(page.url) as answer:
         assert answer.status == 200
@@ -177,7 +177,7 @@ def test_only_this_computer_sees_the_page(page: Page) -> None:
         socket.create_connection(("127.0.0.2", port), timeout=1.0)
 
 
-def test_a_port_in_use_is_left_for_the_next_one() -> None:
+def test_the_next_free_port_is_used() -> None:
     with listening(0) as taken:
         page = Page(taken, Scene())
         try:
@@ -187,7 +187,7 @@ def test_a_port_in_use_is_left_for_the_next_one() -> None:
 
 
 @pytest.mark.timeout(20)
-def test_no_port_left_is_said_instead_of_waited_for() -> None:
+def test_the_lack_of_a_free_port_is_an_error() -> None:
     with (
         listening(65535),
         pytest.raises(ConfigurationError, match="no port from 65535 on is free; choose a lower"),
@@ -217,17 +217,25 @@ def test_a_request_for_a_public_address_is_refused(
 @pytest.mark.parametrize(
     ("old", "new", "complaint"),
     [
-        ('<link name="base_link">', '<link name="lonely"/><link name="base_link">', "2 links are"),
+        (
+            '<link name="base_link">',
+            '<link name="lonely"/><link name="base_link">',
+            "2 links have no",
+        ),
         ('type="prismatic"', 'type="planar"', "type 'planar' is not one of"),
-        ('<parent link="world"/>', '<parent link="link_1"/>', "joint base hangs on nothing"),
+        (
+            '<parent link="world"/>',
+            '<parent link="link_1"/>',
+            "joint base has no parent in the tree",
+        ),
         ('<axis xyz="0 0 1"/>', "", "joint j1 has no <axis>"),
     ],
 )
-def test_a_description_that_is_no_tree_is_refused(old: str, new: str, complaint: str) -> None:
+def test_a_description_that_is_not_a_tree_is_refused(old: str, new: str, complaint: str) -> None:
     text = URDF.read_text()
     assert old in text
     with pytest.raises(ConfigurationError, match=complaint):
-        Tree(Urdf(text.replace(old, new, 1), "arm.urdf"))
+        KinematicTree(Urdf(text.replace(old, new, 1), "arm.urdf"))
 
 
 OWN = "127.0.0.1:{port}"

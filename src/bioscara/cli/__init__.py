@@ -1,9 +1,9 @@
 """The command-line interface: parses the arguments, moves one arm and reports the result.
 
-Entry points are ``commands``, one module each, and ``arguments``. ``connect`` opens the named arm,
-``target`` plans the motions of ``plan`` and ``move``, ``job`` has the common part of ``demo`` and
-``run``. ``live_view`` and ``observer`` show and record a motion and never delay it. Modules that
-are slow to import are imported only when needed.
+Begin with ``arguments``, which selects one of ``commands``. The commands share ``arm``, which
+opens the named arm, ``target``, which plans the motions of ``plan`` and ``move``, ``teach_table``
+with the poses of ``--table``, ``signals``, and ``output`` for all that is shown and written.
+Modules that are slow to import are imported only when needed.
 """
 
 from __future__ import annotations
@@ -15,9 +15,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bioscara.cli.arguments import parse
-from bioscara.cli.exit_status import Status
+from bioscara.cli.output.console import ExitStatus, complain
 from bioscara.errors import BioscaraError, HardwareError
-from bioscara.printing import printable
 
 
 def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
@@ -39,22 +38,16 @@ def main(arguments: Sequence[str] | None = None, *, paced: bool = True) -> int:
         complain(str(error))
         for note in getattr(error, "__notes__", ()):
             complain(note)
-        status = Status.FAILED if isinstance(error, HardwareError) else Status.REFUSED
+        status = ExitStatus.FAILED if isinstance(error, HardwareError) else ExitStatus.REFUSED
     except KeyboardInterrupt:
-        # Only before or after a motion: during one, Ctrl-C is a request (interruption.py).
+        # Only before or after a motion: during one, Ctrl-C is a request (signals.py).
         complain("interrupted")
-        status = Status.INTERRUPTED
+        status = ExitStatus.INTERRUPTED
     except OSError as error:
         if not isinstance(error, BrokenPipeError):
             complain(f"the output cannot be written: {error.strerror or error}")
         # Python flushes the remaining output again at exit: it goes to the null device.
         with contextlib.suppress(OSError):
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        status = Status.FAILED
+        status = ExitStatus.FAILED
     return int(status)
-
-
-def complain(message: str) -> None:
-    """Write one line to standard error."""
-    with contextlib.suppress(OSError):
-        print("bioscara: " + printable(" ".join(message.split())), file=sys.stderr)  # noqa: T201

@@ -9,22 +9,15 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bioscara import __version__
-from bioscara.cli.shared_arguments import (
-    BUS_HELP,
-    add_acknowledge,
-    add_bus,
-    add_four,
-    add_full_speed,
-    add_motion,
-    add_plot,
-    add_realtime,
-    add_scene,
-    add_start,
-    add_table,
-    add_target,
-    add_tool,
-)
 
+BUS_HELP = (
+    "which arm: 'sim' (simulated in this process, the default), 'sim:/path.sock' (one that "
+    "'bioscara simulate' runs) or 'linux:1' (a real one on I2C bus 1)"
+)
+START = (-0.6, 0.2, 1.2, -0.6)
+"""Default joint positions at the start of a plan [rad m rad rad]: in front of the column, with the
+elbow bent, so that a line can start there. With a stretched arm, as at ``center``, none can."""
+_JOINTS = "J1 J2 J3 J4"
 _EPILOG = (
     "Exit status: 0 done; 1 something failed after the arm began to move or a board was written; "
     "2 wrong usage, or refused before that; 130 interrupted."
@@ -125,29 +118,31 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     )
     parser.add_argument("--version", action="version", version=f"bioscara {__version__}")
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    _add_demo(commands)
-    _add_run(commands)
-    _add_plan(commands)
-    _add_move(commands)
-    _add_joints(commands)
-    _add_simulate(commands)
-    _add_view(commands)
-    _add_poses(commands)
-    _add_flash(commands)
+    _add_demo_command(commands)
+    _add_run_command(commands)
+    _add_plan_command(commands)
+    _add_move_command(commands)
+    _add_joints_command(commands)
+    _add_simulate_command(commands)
+    _add_view_command(commands)
+    _add_poses_command(commands)
+    _add_flash_command(commands)
     options = parser.parse_args(arguments, namespace=Options())
     options.words = list(sys.argv[1:] if arguments is None else arguments)
     if getattr(options, "v1", False) and getattr(options, "bus", "sim") != "sim":
-        parser.error("--v1 is about the arm simulated in this process; leave out --bus")
+        parser.error("--v1 applies only to the arm simulated in this process; leave out --bus")
     if options.command == "flash" and options.bus == "sim":
         parser.error("--bus sim has no board to flash; name the bus of the joint, as linux:1")
     if options.command == "poses" and options.action == "show" and options.plot is None:
         for word, value in (("--from", options.start), ("--scene", options.scene)):
             if value is not None:
-                parser.error(f"{word} is about the motion that --plot FILE draws; add that")
+                parser.error(
+                    f"{word} applies only to the motion that --plot FILE draws; add --plot"
+                )
     return options
 
 
-def _add(
+def _add_command(
     commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, help_text: str
 ) -> argparse.ArgumentParser:
     return commands.add_parser(
@@ -155,13 +150,13 @@ def _add(
     )
 
 
-def _add_demo(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    demo = _add(commands, "demo", "Home the arm, run the demonstration trajectory, report.")
-    add_motion(demo)
+def _add_demo_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    demo = _add_command(commands, "demo", "Home the arm, run the demonstration trajectory, report.")
+    _add_motion(demo)
 
 
-def _add_run(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    run = _add(commands, "run", "Home the arm, run a trajectory file, report.")
+def _add_run_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    run = _add_command(commands, "run", "Home the arm, run a trajectory file, report.")
     run.add_argument(
         "file",
         metavar="FILE",
@@ -173,34 +168,34 @@ def _add_run(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> N
         action="store_true",
         help="stretch the trajectory in time where it exceeds a speed or acceleration limit",
     )
-    add_scene(run)
-    add_motion(run)
+    _add_scene(run)
+    _add_motion(run)
 
 
-def _add_plan(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    plan = _add(commands, "plan", "Plan a motion and tell about it; no arm is needed.")
-    add_start(plan, "where the joints are")
-    add_target(plan)
-    add_full_speed(plan)
+def _add_plan_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    plan = _add_command(commands, "plan", "Plan a motion and describe it; no arm is needed.")
+    _add_start(plan, "joint positions at the start")
+    _add_target(plan)
+    _add_full_speed(plan)
 
 
-def _add_move(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    move = _add(commands, "move", "Home the arm where need be and move it to a target.")
-    add_target(move)
+def _add_move_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    move = _add_command(commands, "move", "Home the arm where necessary and move it to a target.")
+    _add_target(move)
     move.set_defaults(start=None)
-    add_bus(move)
-    add_acknowledge(move)
-    add_realtime(move)
-    add_full_speed(move)
+    _add_bus(move)
+    _add_acknowledge(move)
+    _add_realtime(move)
+    _add_full_speed(move)
 
 
-def _add_joints(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    joints = _add(commands, "joints", "List the joints on a bus; nothing moves.")
-    add_bus(joints)
+def _add_joints_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    joints = _add_command(commands, "joints", "List the joints on a bus; nothing moves.")
+    _add_bus(joints)
 
 
-def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    simulate = _add(
+def _add_simulate_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    simulate = _add_command(
         commands, "simulate", "Run a simulated arm in real time, for other programs, until Ctrl-C."
     )
     simulate.add_argument(
@@ -210,8 +205,8 @@ def _add_simulate(commands: argparse._SubParsersAction[argparse.ArgumentParser])
     simulate.add_argument("--seed", type=int, default=0, help="seed of the simulation (default 0)")
 
 
-def _add_view(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    view = _add(
+def _add_view_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    view = _add_command(
         commands,
         "view",
         "Show the arm in 3D in the browser, with a slider for each joint; nothing moves.",
@@ -221,12 +216,12 @@ def _add_view(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> 
         metavar="N",
         type=_port,
         default=8080,
-        help="where to listen (default 8080); the next free one is taken if it is in use",
+        help="TCP port to listen on (default 8080); the next free one is taken if it is in use",
     )
-    add_scene(view, "show the zones and the table of this file")
-    add_plot(
+    _add_scene(view, "file with the zones and the table to show")
+    _add_plot(
         view,
-        "at the end, draw the motion from where the sliders stood to where they stand, as PNG",
+        "at the end, draw the motion from the first to the last slider positions, as PNG",
     )
 
 
@@ -236,30 +231,32 @@ def _port(text: str) -> int:
     return int(text)
 
 
-def _add_poses(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    poses = _add(commands, "poses", "List, show, save or delete poses by name; nothing moves.")
+def _add_poses_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    poses = _add_command(
+        commands, "poses", "List, show, save or delete poses by name; nothing moves."
+    )
     actions = poses.add_subparsers(dest="action", required=True, metavar="ACTION")
-    listing = _add(actions, "list", "List all poses and tools.")
-    show = _add(actions, "show", "Show one pose, and whether the arm can take it.")
-    save = _add(actions, "save", "Save a pose under a new name.")
-    delete = _add(actions, "delete", "Delete a saved pose.")
+    listing = _add_command(actions, "list", "List all poses and tools.")
+    show = _add_command(actions, "show", "Show one pose, and whether the arm can take it.")
+    save = _add_command(actions, "save", "Save a pose under a new name.")
+    delete = _add_command(actions, "delete", "Delete a saved pose.")
     for action in (show, save, delete):
         action.add_argument("name", metavar="NAME", help="name of the pose")
     for action in (listing, show, save, delete):
-        add_table(action)
-    add_plot(show, "draw the motion to the pose, joints and tool against their limits, as PNG")
-    add_start(show, "where that motion starts")
-    add_scene(show, "file with the zones and the table that the motion keeps clear of")
+        _add_table(action)
+    _add_plot(show, "draw the motion to the pose, joints and tool against their limits, as PNG")
+    _add_start(show, "joint positions at the start of that motion")
+    _add_scene(show, "file with the zones and the table that the motion keeps clear of")
     where = save.add_mutually_exclusive_group(required=True)
-    where.add_argument("--bus", metavar="BUS", help="where this arm is now; " + BUS_HELP)
-    add_four(where, "--joints", "J1 J2 J3 J4", "where the joints are [rad m rad rad]")
-    add_four(where, "--pose", "X Y Z YAW", "where the tool is, in the base [m m m rad]")
-    add_tool(save, "name of the tool")
+    where.add_argument("--bus", metavar="BUS", help="current position of this arm; " + BUS_HELP)
+    _add_four(where, "--joints", "J1 J2 J3 J4", "joint positions [rad m rad rad]")
+    _add_four(where, "--pose", "X Y Z YAW", "pose of the tool in the base [m m m rad]")
+    _add_tool(save, "name of the tool")
     save.add_argument(
         "--calibration",
         metavar="ID",
         default="",
-        help="which calibration of the arm this is, to know old poses by later",
+        help="identifier of the calibration of the arm, stored with the pose",
     )
     save.set_defaults(v1=False)
 
@@ -270,8 +267,10 @@ def _serial_number(word: str) -> str:
     return word
 
 
-def _add_flash(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    flash = _add(commands, "flash", "Write the firmware of one joint to its board, and verify it.")
+def _add_flash_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+    flash = _add_command(
+        commands, "flash", "Write the firmware of one joint to its board, and verify it."
+    )
     flash.add_argument(
         "--joint",
         metavar="N",
@@ -299,12 +298,156 @@ def _add_flash(commands: argparse._SubParsersAction[argparse.ArgumentParser]) ->
         "--serial",
         metavar="NUMBER",
         type=_serial_number,
-        help="which board in its bootloader, or which ST-Link, where there are several",
+        help="serial number of the board or ST-Link, if there are several",
     )
     flash.add_argument(
         "--bus",
         metavar="BUS",
-        help="where the joint is: it is asked to start its bootloader, without the button, and "
-        "afterwards which firmware it runs; 'linux:1' is I2C bus 1",
+        help="bus of the joint: starts its bootloader without the button, and reads its firmware "
+        "version afterwards; 'linux:1' is I2C bus 1",
     )
     flash.set_defaults(swd=False, v1=False)
+
+
+def _add_bus(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments that select the arm."""
+    parser.add_argument("--bus", metavar="BUS", default="sim", help=BUS_HELP)
+    parser.add_argument(
+        "--v1",
+        action="store_true",
+        help="simulate joints with their original firmware, as existing arms have it",
+    )
+
+
+def _add_motion(parser: argparse.ArgumentParser) -> None:
+    """Add the common arguments of ``demo`` and ``run``."""
+    _add_bus(parser)
+    _add_acknowledge(parser)
+    _add_realtime(parser)
+    _add_full_speed(parser)
+    parser.add_argument(
+        "--priority",
+        metavar="N",
+        type=int,
+        help="run the control loop before everything else, as SCHED_FIFO N (1 .. 99, usually 80) "
+        "and with its memory locked; needs permission",
+    )
+    parser.add_argument(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        help="folder for samples, report and plot (default: a new one under runs/)",
+    )
+
+
+def _add_acknowledge(parser: argparse.ArgumentParser) -> None:
+    """Add the argument that acknowledges faults."""
+    parser.add_argument(
+        "--acknowledge",
+        action="store_true",
+        help="acknowledge the faults that stopped the arm before, keep their evidence and "
+        "continue; without it an arm that a fault stopped is refused",
+    )
+
+
+def _add_realtime(parser: argparse.ArgumentParser) -> None:
+    """Add the argument for simulated homing in real time."""
+    parser.add_argument(
+        "--realtime",
+        action="store_true",
+        help="simulated homing takes the time it takes on the arm",
+    )
+
+
+def _add_full_speed(parser: argparse.ArgumentParser) -> None:
+    """Add the argument that lifts the limit of the tool's speed."""
+    parser.add_argument(
+        "--full-speed",
+        action="store_true",
+        help="let the tool move faster than 250 mm/s",
+    )
+
+
+def _add_target(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments for target, type of motion and output files."""
+    target = parser.add_mutually_exclusive_group(required=True)
+    _add_four(target, "--pose", "X Y Z YAW", "goal pose of the tool in the base [m m m rad]")
+    _add_four(target, "--joints", _JOINTS, "goal positions of the joints [rad m rad rad]")
+    target.add_argument("--name", metavar="NAME", default="", help="name of a saved pose")
+    _add_table(parser)
+    _add_tool(parser, "name of the tool that is mounted")
+    parser.add_argument("--linear", action="store_true", help="move the tool along a line")
+    parser.add_argument(
+        "--via",
+        metavar=("X", "Y", "Z"),
+        type=float,
+        nargs=3,
+        help="move the tool along the arc through this point [m]",
+    )
+    parser.add_argument(
+        "--speed",
+        metavar="SHARE",
+        type=float,
+        default=1.0,
+        help="share of the speed limits to use, 0.001 to 1 (default 1)",
+    )
+    _add_scene(parser)
+    parser.add_argument(
+        "--csv", metavar="FILE", type=Path, help="write the trajectory, for 'bioscara run'"
+    )
+    _add_plot(parser, "draw joints and tool against their limits, as PNG")
+
+
+def _add_start(parser: argparse.ArgumentParser, help_text: str) -> None:
+    """Add the argument for the joint positions at the start."""
+    parser.add_argument(
+        "--from",
+        dest="start",
+        metavar=tuple(_JOINTS.split()),
+        type=float,
+        nargs=4,
+        help=f"{help_text} [rad m rad rad] (default: {' '.join(f'{v:g}' for v in START)})",
+    )
+
+
+def _add_scene(
+    parser: argparse.ArgumentParser,
+    help_text: str = "file with the zones and the table that the arm keeps clear of",
+) -> None:
+    """Add the argument for the scene file."""
+    parser.add_argument("--scene", metavar="FILE", type=Path, help=help_text)
+
+
+def _add_plot(parser: argparse.ArgumentParser, help_text: str) -> None:
+    """Add the argument for the plot of a motion."""
+    parser.add_argument("--plot", metavar="FILE", type=Path, help=help_text)
+
+
+def _add_table(parser: argparse.ArgumentParser) -> None:
+    """Add the argument for the file with the poses."""
+    parser.add_argument(
+        "--table",
+        metavar="FILE",
+        type=Path,
+        default=Path("poses.yaml"),
+        help="file with the poses (default: poses.yaml)",
+    )
+
+
+def _add_tool(parser: argparse.ArgumentParser, help_text: str) -> None:
+    """Add the argument for the name of a tool."""
+    parser.add_argument(
+        "--tool", metavar="NAME", default="fingers", help=f"{help_text} (default: fingers)"
+    )
+
+
+def _add_four(parser: argparse._ActionsContainer, name: str, values: str, help_text: str) -> None:
+    """Add an option with four numbers.
+
+    Args:
+        parser: Parser or group to add it to.
+        name: Name of the option.
+        values: Names of the numbers, separated by spaces.
+        help_text: Help text of the option.
+    """
+    parser.add_argument(name, metavar=tuple(values.split()), type=float, nargs=4, help=help_text)

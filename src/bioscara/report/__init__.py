@@ -13,8 +13,8 @@ from bioscara.report.cycles import CycleRecord as CycleRecord
 from bioscara.report.cycles import History as History
 from bioscara.report.cycles import JointRecord as JointRecord
 from bioscara.report.cycles import Phase as Phase
-from bioscara.report.cycles import Quality as Quality
+from bioscara.report.cycles import SampleQuality as SampleQuality
 from bioscara.report.folder import RunFolder as RunFolder
 from bioscara.report.summary import JointInfo as JointInfo
 from bioscara.report.summary import Outcome as Outcome
-from bioscara.report.summary import Summary as Summary
+from bioscara.report.summary import RunSummary as RunSummary

@@ -27,7 +27,7 @@ class Phase(Enum):
     """The planned ramp to rest after Ctrl-C or a failure."""
 
 
-class Quality(IntEnum):
+class SampleQuality(IntEnum):
     """Reliability of a joint's measured values."""
 
     GOOD = 0
@@ -58,7 +58,7 @@ class JointRecord(NamedTuple):
     position: float
     velocity: float
     flags: int
-    quality: Quality
+    quality: SampleQuality
     load: float = UNKNOWN
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from bioscara.errors import ConfigurationError
 from bioscara.report.cycles import History
 from bioscara.report.samples import ROW_BYTES, SampleWriter
-from bioscara.report.summary import Summary
+from bioscara.report.summary import RunSummary
 
 SAMPLES, REPORT, PLOT, PICTURE, TRAJECTORY = (
     "samples.csv",
@@ -73,7 +73,7 @@ class RunFolder:
             )
         return cls(path, samples)
 
-    def finish(self, summary: Summary, history: History) -> tuple[list[Path], list[str]]:
+    def finish(self, summary: RunSummary, history: History) -> tuple[list[Path], list[str]]:
         """Close the samples and write report and plots.
 
         If one of them cannot be written, the others are still written.

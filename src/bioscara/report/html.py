@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from bioscara.printing import printable
 from bioscara.report.cycles import History, Phase
 from bioscara.report.statistics import loop_statistics, measured_time, phase_mask, tracking
-from bioscara.report.summary import Summary
+from bioscara.report.summary import RunSummary
 from bioscara.report.text import (
     TRACKING,
     duration_line,
@@ -26,7 +26,7 @@ MAX_POINTS = 4000
 """Points per curve; with more cycles, each point is the worst of several cycles."""
 
 
-def render(summary: Summary, history: History) -> str:
+def render(summary: RunSummary, history: History) -> str:
     """Return the page; all external text is escaped."""
     moving = np.flatnonzero(~phase_mask(history, Phase.HOMING))
     shown = _thin(history, moving)
@@ -56,7 +56,7 @@ def _resource(name: str) -> str:
     return files("bioscara.report").joinpath(name).read_text("utf-8")
 
 
-def _facts(summary: Summary, history: History) -> str:
+def _facts(summary: RunSummary, history: History) -> str:
     facts = [
         ("arm", summary.arm),
         ("trajectory", summary.source),
@@ -101,7 +101,7 @@ def _thin(history: History, cycles: NDArray[np.intp]) -> NDArray[np.intp]:
     return cycles[worst]
 
 
-def _data(summary: Summary, history: History, cycles: NDArray[np.intp]) -> str:
+def _data(summary: RunSummary, history: History, cycles: NDArray[np.intp]) -> str:
     joints = []
     for index, joint in enumerate(summary.joints):
         columns = history.columns[index]

@@ -15,7 +15,7 @@ from bioscara.kinematics import Scara, batch
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.limits import JointLimits, ToolLimits
-from bioscara.report.plan_views import FREE, LEAST, Way, draw_from_above, draw_height, widen
+from bioscara.report.plan_views import FREE, LEAST, ToolPath, draw_from_above, draw_height, widen
 from bioscara.report.png import available, save
 
 if TYPE_CHECKING:
@@ -32,7 +32,7 @@ _NEAR = 0.3
 """Share of a limit from which on the limit is drawn; below it the curve would be a flat line."""
 
 
-class _Motion(NamedTuple):
+class _MotionSamples(NamedTuple):
     """Samples of a trajectory: motion of the joints and of the tool; rows are instants."""
 
     times: Array
@@ -121,13 +121,13 @@ def draw_plan(
     for axis in axes[-1]:
         axis.set_xlabel("time [s]")
     views = halves[1].subgridspec(2, 1, height_ratios=(2.2, 1.0))
-    way = Way(motion.positions[[0, -1]], motion.poses)
-    draw_from_above(figure.add_subplot(views[0]), way, arm, scene)
-    draw_height(figure.add_subplot(views[1]), way, arm, scene)
+    path = ToolPath(motion.positions[[0, -1]], motion.poses)
+    draw_from_above(figure.add_subplot(views[0]), path, arm, scene)
+    draw_height(figure.add_subplot(views[1]), path, arm, scene)
     return figure
 
 
-def _sampled(trajectory: Trajectory, arm: Scara) -> _Motion:
+def _sampled(trajectory: Trajectory, arm: Scara) -> _MotionSamples:
     names = [limit.name for limit in arm.limits]
     if sorted(trajectory.joint_names) != sorted(names):
         raise TrajectoryError(
@@ -143,12 +143,14 @@ def _sampled(trajectory: Trajectory, arm: Scara) -> _Motion:
         values[:, order] for values in trajectory.sample_many(times)
     )
     tool = batch.tool_motion(arm, positions, velocities, accelerations)
-    return _Motion(
+    return _MotionSamples(
         times, positions, velocities, accelerations, batch.forward(arm, positions), *tool
     )
 
 
-def _draw_joint(axes: Sequence[Axes], motion: _Motion, index: int, limit: JointLimits) -> None:
+def _draw_joint(
+    axes: Sequence[Axes], motion: _MotionSamples, index: int, limit: JointLimits
+) -> None:
     unit, position = limit.unit, motion.positions[:, index]
     low, high = float(position.min()), float(position.max())
     axes[0].plot(motion.times, position, color=_VALUE)
@@ -170,7 +172,7 @@ def _draw_joint(axes: Sequence[Axes], motion: _Motion, index: int, limit: JointL
         _draw_bounded(axis, motion.times, values[:, index], most, name)
 
 
-def _draw_tool(axes: Sequence[Axes], motion: _Motion, tool: ToolLimits) -> None:
+def _draw_tool(axes: Sequence[Axes], motion: _MotionSamples, tool: ToolLimits) -> None:
     for column, name in enumerate("xyz"):
         axes[0].plot(motion.times, motion.poses[:, column], label=name)
     axes[0].legend(loc="best", ncols=3, fontsize=8, framealpha=0.6)
@@ -182,7 +184,7 @@ def _draw_tool(axes: Sequence[Axes], motion: _Motion, tool: ToolLimits) -> None:
     _draw_bounded(axes[2], motion.times, acceleration, tool.acceleration, "m/s²", size=True)
 
 
-def _draw_yaw(axes: Sequence[Axes], motion: _Motion, tool: ToolLimits) -> None:
+def _draw_yaw(axes: Sequence[Axes], motion: _MotionSamples, tool: ToolLimits) -> None:
     axes[0].plot(motion.times, motion.poses[:, 3], color=_VALUE)
     axes[0].set_ylabel("tool yaw [rad]", weight="bold")
     widen(axes[0], LEAST)

@@ -20,12 +20,12 @@ FREE = Scene()
 """A scene without zones and table."""
 LEAST = 0.01
 """Smallest range of an axis that no limit scales [unit of the axis]."""
-_OUT, _IN, _TABLE = "tab:red", "tab:green", "saddlebrown"
-_ROOM = 0.02
+_KEEP_OUT, _KEEP_IN, _TABLE = "tab:red", "tab:green", "saddlebrown"
+_MARGIN = 0.02
 """Minimum margin of the axis above and below the path [m]."""
 
 
-class Way(NamedTuple):
+class ToolPath(NamedTuple):
     """The path of an arm.
 
     Attributes:
@@ -37,12 +37,12 @@ class Way(NamedTuple):
     poses: Array
 
 
-def draw_from_above(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
+def draw_from_above(axis: Axes, path: ToolPath, arm: Scara, scene: Scene) -> None:
     """Draw the path of the tool, the arm at both of its ends, and the borders of the zones.
 
     Args:
         axis: Axes to draw on.
-        way: Path to draw.
+        path: Path to draw.
         arm: The arm with its tool.
         scene: Surroundings of the arm.
     """
@@ -62,10 +62,10 @@ def draw_from_above(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
     for zone in scene.zones:
         _draw_border(axis, zone, arm.base)
     for row, color, name in ((0, "tab:green", "start"), (-1, "tab:orange", "goal")):
-        chain = _chain(arm, way.ends[row], way.poses[row])
+        chain = _chain(arm, path.ends[row], path.poses[row])
         axis.plot(*chain, "-o", color=color, alpha=0.45, linewidth=5.0, markersize=7.0)
         axis.plot(*chain[:, -1], "o", color=color, markersize=9.0, label=name)
-    axis.plot(way.poses[:, 0], way.poses[:, 1], color="black", linewidth=2.0, label="tool")
+    axis.plot(path.poses[:, 0], path.poses[:, 1], color="black", linewidth=2.0, label="tool")
     axis.set_aspect("equal", adjustable="datalim")
     axis.grid(visible=True, alpha=0.3)
     axis.set_title("from above" + ("  (red: keep out, green: keep in)" if scene.zones else ""))
@@ -74,19 +74,19 @@ def draw_from_above(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
     axis.legend(loc="upper center", ncols=4, fontsize=9)
 
 
-def draw_height(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
+def draw_height(axis: Axes, path: ToolPath, arm: Scara, scene: Scene) -> None:
     """Draw the height of the tool along its path, and the zones that it passes over or under.
 
     Args:
         axis: Axes to draw on.
-        way: Path to draw.
+        path: Path to draw.
         arm: The arm with its tool.
         scene: Surroundings of the arm.
     """
-    steps = np.linalg.norm(np.diff(way.poses[:, :2], axis=0), axis=1)
-    along, height = np.concatenate(((0.0,), np.cumsum(steps))), way.poses[:, 2]
+    steps = np.linalg.norm(np.diff(path.poses[:, :2], axis=0), axis=1)
+    along, height = np.concatenate(((0.0,), np.cumsum(steps))), path.poses[:, 2]
     axis.plot(along, height, color="black")
-    places = _in_base(way.poses[:, :2], arm.base)
+    places = _in_base(path.poses[:, :2], arm.base)
     low, high = float(height.min()), float(height.max())
     if scene.table_height is not None:
         top = arm.base.z + scene.table_height
@@ -97,18 +97,18 @@ def draw_height(axis: Axes, way: Way, arm: Scara, scene: Scene) -> None:
         within = zone.shape.covers(places)
         if zone.keep_in:
             for edge in (bottom, top):
-                axis.plot(along, np.where(within, edge, np.nan), color=_IN, linestyle="--")
+                axis.plot(along, np.where(within, edge, np.nan), color=_KEEP_IN, linestyle="--")
         elif within.any():
-            axis.fill_between(along, bottom, top, where=within, color=_OUT, alpha=0.3)
+            axis.fill_between(along, bottom, top, where=within, color=_KEEP_OUT, alpha=0.3)
             low, high = min(low, bottom), max(high, top)
     axis.grid(visible=True, alpha=0.3)
     table = "" if scene.table_height is None else "  (brown: table)"
-    axis.set_title("height along the way" + table)
-    axis.set_xlabel("way of the tool from above [m]")
+    axis.set_title("height along the path" + table)
+    axis.set_xlabel("distance along the path from above [m]")
     axis.set_ylabel("z [m]")
     if scene != FREE:
         # The borders of a cell may be far away; they are visible only if they are near.
-        axis.set_ylim(low - _ROOM, high + _ROOM)
+        axis.set_ylim(low - _MARGIN, high + _MARGIN)
     widen(axis, LEAST)
 
 
@@ -127,15 +127,15 @@ def _draw_border(axis: Axes, zone: Zone, base: Pose) -> None:
     rows = _in_world(zone.shape.outline(), base)
     x, y = rows.T
     if zone.keep_in:
-        border = Polygon(rows, facecolor="none", edgecolor=_IN, linewidth=2.0, linestyle="--")
+        border = Polygon(rows, facecolor="none", edgecolor=_KEEP_IN, linewidth=2.0, linestyle="--")
     else:
-        border = Polygon(rows, facecolor=_OUT, edgecolor=_OUT, alpha=0.3, linewidth=1.5)
+        border = Polygon(rows, facecolor=_KEEP_OUT, edgecolor=_KEEP_OUT, alpha=0.3, linewidth=1.5)
     # Not as a patch: the view would extend to it, and the arm appear small in a large cell.
     axis.add_artist(border)
     name = zone.name + (f" ({', '.join(zone.links)})" if zone.links else "")
     # Above a keep-in zone and below any other: the arm is not drawn there.
     at, side = (y.argmax(), "bottom") if zone.keep_in else (y.argmin(), "top")
-    color = _IN if zone.keep_in else _OUT
+    color = _KEEP_IN if zone.keep_in else _KEEP_OUT
     axis.annotate(
         name, (x[at] if zone.keep_in else x.mean(), y[at]), (0, 3 if zone.keep_in else -3),
         textcoords="offset points", ha="center", va=side, fontsize=9, color=color,

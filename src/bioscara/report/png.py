@@ -11,7 +11,7 @@ import numpy as np
 
 from bioscara.report.cycles import History, Phase
 from bioscara.report.statistics import measured_time, phase_mask
-from bioscara.report.summary import Summary
+from bioscara.report.summary import RunSummary
 from bioscara.report.text import outcome_line
 
 if TYPE_CHECKING:
@@ -35,7 +35,7 @@ def save(figure: Figure, path: Path, dpi: int) -> None:
         figure.savefig(path, dpi=dpi, format="png")
 
 
-def write(path: Path, summary: Summary, history: History) -> None:
+def write(path: Path, summary: RunSummary, history: History) -> None:
     """Draw position, velocity and tracking error of every joint.
 
     Raises:

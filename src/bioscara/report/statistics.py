@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from bioscara.report.cycles import History, Phase, Quality
+from bioscara.report.cycles import History, Phase, SampleQuality
 
 LOOP = (Phase.APPROACH, Phase.TRAJECTORY, Phase.SETTLING, Phase.STOPPING)
 """Phases in which the loop runs at a fixed rate; homing is only polled."""
@@ -67,7 +67,7 @@ def phase_mask(history: History, *phases: Phase) -> NDArray[np.bool_]:
 def tracking(history: History, joint: int) -> Tracking:
     """Return the tracking error of the joint of this index."""
     columns = history.columns[joint]
-    good = np.asarray(columns.quality) == Quality.GOOD
+    good = np.asarray(columns.quality) == SampleQuality.GOOD
     error = np.asarray(columns.position) - np.asarray(columns.reference)
     good &= np.isfinite(error)
     moving = good & phase_mask(history, Phase.TRAJECTORY)
@@ -109,7 +109,8 @@ def loop_statistics(history: History) -> LoopStatistics:
     period = np.diff(np.asarray(history.start)[mask])
     bus_time = np.asarray(history.bus_time)[mask]
     stale = sum(
-        int((np.asarray(column.quality)[mask] == Quality.STALE).sum()) for column in history.columns
+        int((np.asarray(column.quality)[mask] == SampleQuality.STALE).sum())
+        for column in history.columns
     )
     return LoopStatistics(
         cycles=cycles,

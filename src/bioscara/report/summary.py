@@ -33,7 +33,7 @@ class JointInfo:
 
 
 @dataclass(frozen=True, slots=True)
-class Summary:
+class RunSummary:
     """The facts of a run.
 
     Attributes:

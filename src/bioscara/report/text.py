@@ -15,13 +15,13 @@ from bioscara.report.statistics import (
     loop_statistics,
     tracking,
 )
-from bioscara.report.summary import JointInfo, Outcome, Summary
+from bioscara.report.summary import JointInfo, Outcome, RunSummary
 
 TRACKING = ("error max", "at", "error rms", "at the end", "speed max", "samples")
 """Headings of the cells of :func:`tracking_cells`."""
 
 
-def render(summary: Summary, history: History) -> str:
+def render(summary: RunSummary, history: History) -> str:
     """Return the report in lines of at most about 100 characters, with a final line end."""
     lines = [
         f"bioscara {summary.version}: {summary.title}",
@@ -45,14 +45,14 @@ def render(summary: Summary, history: History) -> str:
     return "\n".join(map(printable, lines)) + "\n"
 
 
-def outcome_line(summary: Summary) -> str:
+def outcome_line(summary: RunSummary) -> str:
     """Return how the run ended and why."""
     if summary.outcome is Outcome.COMPLETED:
         return "completed"
     return f"{summary.outcome.value.upper()}: {summary.message}"
 
 
-def duration_line(summary: Summary, history: History) -> str:
+def duration_line(summary: RunSummary, history: History) -> str:
     """Return the durations of the trajectory and of the parts of the run, in words."""
     homing, motion = duration(history, Phase.HOMING), duration(history, *LOOP)
     return (
@@ -61,7 +61,7 @@ def duration_line(summary: Summary, history: History) -> str:
     )
 
 
-def tracking_table(summary: Summary, history: History) -> list[str]:
+def tracking_table(summary: RunSummary, history: History) -> list[str]:
     """Return the tracking errors as lines of a table."""
     rows = [("tracking", *TRACKING)]
     for index, joint in enumerate(summary.joints):

@@ -1,13 +1,9 @@
 """A whole arm as one object: homing, motion, stopping and fault handling.
 
-``robot`` has the robot class and its motions, ``connection`` its base class without motions,
-``pose_motions`` and ``planner`` the motions of the tool, ``looking`` access to the state,
-``fault_handling`` engaging the arm and recovery from faults, ``homing_rules`` the choice of the
-joints that are homed together, ``gripper`` the gripper. ``call_arbiter`` admits one call at a
-time. Below them, ``wiring`` selects the devices, ``stack`` assembles the control stack above the
-devices, ``running`` runs the control loop during a motion, ``records`` builds the cycle records,
-and ``pacing`` holds simulated time back to real time. ``tools`` and ``poses`` have the named tools
-and poses, ``teach_file`` stores them.
+Begin with ``robot``: ``Robot`` is the public interface, and is composed of parts. ``connection``
+connects, enables and shuts down the arm and reads its state, ``motions`` moves it, ``planner``
+plans from the arm's current position without moving, and ``workspace`` has the named tools and
+poses.
 
 Invariant: however a motion ends, every joint that can be reached is at rest before the caller
 gets the exception, and one thread at a time communicates with the joints.
@@ -16,13 +12,13 @@ gets the exception, and one thread at a time communicates with the joints.
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from bioscara.robot.tools import kinematics_of as kinematics_of
+from bioscara.robot.workspace.tools import kinematics_of as kinematics_of
 
 if TYPE_CHECKING:
-    from bioscara.robot.connection import FAULTS as FAULTS
+    from bioscara.robot.connection.arm_session import FAULTS as FAULTS
     from bioscara.robot.robot import Robot as Robot
 
-_HOMES = {"FAULTS": "bioscara.robot.connection", "Robot": "bioscara.robot.robot"}
+_HOMES = {"FAULTS": "bioscara.robot.connection.arm_session", "Robot": "bioscara.robot.robot"}
 
 
 def __getattr__(name: str) -> object:

@@ -25,16 +25,16 @@ from bioscara.planning.motions.tool_speed import COMMANDED_SPEED, UNPLANNED_SHAR
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.planning.moving_average import averaged, most_jerk
 from bioscara.planning.trajectory.retiming import stretch_factor, stretched
-from bioscara.robot.call_arbiter import CallArbiter, exclusive
-from bioscara.robot.poses import TeachTable
-from bioscara.robot.tools import Tool, fingers, kinematics_of
+from bioscara.robot.connection.call_arbiter import CallArbiter, exclusive
+from bioscara.robot.workspace.poses import TeachTable
+from bioscara.robot.workspace.tools import Tool, fingers, kinematics_of
 
-RESERVE = 0.8
+ACCELERATION_SHARE = 0.8
 """Share of a joint's acceleration that motions planned here use. At full acceleration a joint that
 slips a step could not catch up before it has to brake, and would overshoot."""
-_END_STOP = 1e-3
+_END_STOP_TOLERANCE = 1e-3
 """Tolerated reading beyond its limit of a joint pressed against its end stop [rad or m]."""
-_GENTLE = 2.0
+_JERK_SHARE = 2.0
 """Share of its highest acceleration by which a joint's acceleration may rise per time without
 oscillation [1/s]."""
 _REDUCED = replace(FULL, speed=COMMANDED_SPEED)
@@ -64,7 +64,7 @@ class Planner:
     Args:
         parameters: Parameters of the arm.
         measured: Returns the measured joint positions [rad, m, rad, rad].
-        turn: Call arbiter of the arm that is planned for; None if there is no arm to move.
+        arbiter: Call arbiter of the arm that is planned for; None if there is no arm to move.
         widths: Returns the smallest and the largest width that the gripper may have now [m]; None
             if the width is unknown, for the full range of the gripper.
 
@@ -77,7 +77,7 @@ class Planner:
         self,
         parameters: ArmParameters,
         measured: Callable[[], Sequence[float]],
-        turn: CallArbiter | None = None,
+        arbiter: CallArbiter | None = None,
         widths: Callable[[], tuple[float, float]] | None = None,
     ) -> None:
         self._tool = fingers(parameters)
@@ -86,12 +86,12 @@ class Planner:
         every = parameters.gripper.lower, parameters.gripper.upper
         self._widths = widths or (lambda: every)
         self._scene = self._surroundings = Scene(widths=every)
-        self._turn = turn or CallArbiter()
+        self._arbiter = arbiter or CallArbiter()
         self._full_speed = False
         self._limits, self._measured = parameters.joints, measured
         self._periods = parameters.belt_periods
-        self._planned = tuple(
-            replace(limit, max_acceleration=RESERVE * limit.max_acceleration)
+        self._planned_limits = tuple(
+            replace(limit, max_acceleration=ACCELERATION_SHARE * limit.max_acceleration)
             for limit in parameters.joints
         )
         self._names = tuple(limit.name for limit in parameters.joints)
@@ -153,7 +153,7 @@ class Planner:
         Raises:
             NotHomedError: The position of a joint is unknown.
         """
-        return self._settled(self._measured())
+        return self._clipped_at_end_stops(self._measured())
 
     def joints(self, goal: Sequence[float], speed: float = 1.0) -> Plan:
         """Plan to joint positions; all joints start and end together.
@@ -177,12 +177,14 @@ class Planner:
         if len(goal) != len(self._names):
             raise TrajectoryError(f"{len(goal)} positions for {len(self._names)} joints")
         here = self.here()
-        direct = point_to_point(self._names, here, goal, self._planned, speed=speed)
+        direct = point_to_point(self._names, here, goal, self._planned_limits, speed=speed)
         try:
-            gentle, slower = self._gentle(direct, here)
-            return self._free(gentle, here, slower=slower)
-        except ZoneError as refused:
-            plan = self._by_open_elbow(here, goal, speed) if self._is_own(refused) else None
+            smooth, slowdown = self._smoothed(direct, here)
+            return self._collision_free(smooth, here, slowdown=slowdown)
+        except ZoneError as error:
+            plan = (
+                self._by_open_elbow(here, goal, speed) if self._is_self_collision(error) else None
+            )
             if plan is None:
                 raise
             return plan
@@ -264,10 +266,12 @@ class Planner:
             TrajectoryError: A joint was pushed beyond a limit.
             ZoneError: The arm's clearance is too small.
         """
-        start = self._inside(self._settled(self._plain("the start", start)))
+        start = self._require_within_limits(
+            self._clipped_at_end_stops(self._joint_positions("the start", start))
+        )
         speed = math.inf if self.full_speed else UNPLANNED_SHARE * COMMANDED_SPEED
         arm, scene = self.surroundings()
-        return Jog(arm, self._planned, start, scene, speed, self.windows)
+        return Jog(arm, self._planned_limits, start, scene, speed, self.windows)
 
     @property
     def windows(self) -> tuple[float, ...]:
@@ -287,13 +291,13 @@ class Planner:
             UnreachableError, TrajectoryError: The arm cannot follow that line.
             ZoneError: The path is not free.
         """
-        here = self._start()
+        here = self._start_of_path()
         tool = self._tool_limits()
         speed, window = check_share(speed), self.windows[0]
         trajectory = linear(
-            self.kinematics, here, pose, self._planned, tool, speed=speed, window=window
+            self.kinematics, here, pose, self._planned_limits, tool, speed=speed, window=window
         )
-        return self._free(trajectory, here, tool=tool)
+        return self._collision_free(trajectory, here, tool=tool)
 
     def circular(self, via: Pose, pose: Pose, speed: float = 1.0) -> Plan:
         """Plan to a pose along an arc.
@@ -307,13 +311,13 @@ class Planner:
             UnreachableError, TrajectoryError: The arm cannot follow that arc.
             ZoneError: The path is not free.
         """
-        here = self._start()
+        here = self._start_of_path()
         tool = self._tool_limits()
-        speed, window, limits = check_share(speed), self.windows[0], self._planned
+        speed, window, limits = check_share(speed), self.windows[0], self._planned_limits
         trajectory = circular(
             self.kinematics, here, via, pose, limits, tool, speed=speed, window=window
         )
-        return self._free(trajectory, here, tool=tool)
+        return self._collision_free(trajectory, here, tool=tool)
 
     def sequence(self, waypoints: Sequence[Waypoint]) -> Plan:
         """Plan along several waypoints with rounded corners, without a stop.
@@ -325,11 +329,16 @@ class Planner:
             UnreachableError, TrajectoryError: The arm cannot reach a waypoint; names the waypoint.
             ZoneError: The path is not free.
         """
-        here = self._start()
+        here = self._start_of_path()
         trajectory, warnings = sequence(
-            self.kinematics, here, waypoints, self._planned, self._tool_limits(), self.windows[0]
+            self.kinematics,
+            here,
+            waypoints,
+            self._planned_limits,
+            self._tool_limits(),
+            self.windows[0],
         )
-        return self._free(trajectory, here, warnings)
+        return self._collision_free(trajectory, here, warnings)
 
     def trajectory(
         self, trajectory: Trajectory, elsewhere: Sequence[float], *, planned: bool = False
@@ -348,7 +357,7 @@ class Planner:
         """
         if not isinstance(trajectory, Trajectory):
             raise InvalidArgumentError(f"{shown(trajectory)} is not a Trajectory")
-        elsewhere = self._plain("the joints elsewhere", elsewhere)
+        elsewhere = self._joint_positions("the other joints", elsewhere)
         limits = [
             # A joint beyond a limit can only have been pushed there: it may only move back.
             replace(limit, lower=min(limit.lower, at), upper=max(limit.upper, at))
@@ -356,12 +365,12 @@ class Planner:
         ]
         notes = check(trajectory, limits)
         here = Joints(*elsewhere)
-        slower = 1.0
+        slowdown = 1.0
         if not flag("planned", planned):
-            trajectory, slower = self._gentle(trajectory, here)
-        return self._free(trajectory, here, tuple(notes), slower=slower)
+            trajectory, slowdown = self._smoothed(trajectory, here)
+        return self._collision_free(trajectory, here, tuple(notes), slowdown=slowdown)
 
-    def _gentle(self, trajectory: Trajectory, here: Joints) -> tuple[Trajectory, float]:
+    def _smoothed(self, trajectory: Trajectory, here: Joints) -> tuple[Trajectory, float]:
         """Smooth a joint motion by averaging, unless full speed is enabled.
 
         Returns:
@@ -372,18 +381,18 @@ class Planner:
         # Slow down before averaging. Stretching an averaged motion would stretch the window too,
         # which must match the belt's period; and a motion that is slow enough needs no averaging.
         trajectory, factor = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
-        hardest = {limit.name: limit.max_acceleration for limit in self._limits}
+        max_acceleration = {limit.name: limit.max_acceleration for limit in self._limits}
         jerks = most_jerk(trajectory).tolist()
         if all(
-            jerk <= _GENTLE * hardest[name]
+            jerk <= _JERK_SHARE * max_acceleration[name]
             for name, jerk in zip(trajectory.joint_names, jerks, strict=True)
         ):
             return trajectory, factor
-        gentle = averaged(trajectory, self.windows[0])
+        smooth = averaged(trajectory, self.windows[0])
         # Between its points the averaged curve may exceed a limit by a thousandth.
-        return stretched(gentle, stretch_factor(gentle, self._limits)), factor
+        return stretched(smooth, stretch_factor(smooth, self._limits)), factor
 
-    def _plain(self, what: str, joints: Sequence[float]) -> Joints:
+    def _joint_positions(self, what: str, joints: Sequence[float]) -> Joints:
         values = numbers(what, joints, "give one for each joint", error=TrajectoryError)
         if len(values) != len(self._names):
             raise TrajectoryError(f"{what}: {len(values)} positions for {len(self._names)} joints")
@@ -391,39 +400,41 @@ class Planner:
 
     def _by_open_elbow(self, here: Joints, goal: Sequence[float], speed: float) -> Plan | None:
         """Plan with the elbow moving alone while it is not open; None if no such path is free."""
-        places = by_open_elbow(here, goal)
-        if len(places) == 2:
+        waypoints = by_open_elbow(here, goal)
+        if len(waypoints) == 2:
             return None
-        note = "the elbow moves alone where the arm is folded up: together the hand would touch it"
+        note = "the elbow moves alone while the arm is folded up: otherwise the hand would touch it"
         try:
             motions = [
-                point_to_point(self._names, begin, end, self._planned, speed=speed)
-                for begin, end in pairwise(places)
+                point_to_point(self._names, start, end, self._planned_limits, speed=speed)
+                for start, end in pairwise(waypoints)
             ]
-            legs = [self._gentle(motion, here)[0] for motion in motions]
-            return self._free(joined(legs), here, (note,))
+            legs = [self._smoothed(motion, here)[0] for motion in motions]
+            return self._collision_free(joined(legs), here, (note,))
         except (TrajectoryError, ZoneError):
-            return None  # Nor can a joint that was pushed beyond its limit stay there.
+            return None  # Also if a joint was pushed beyond its limit, where it must not stay.
 
-    def _is_own(self, refused: ZoneError) -> bool:
+    def _is_self_collision(self, error: ZoneError) -> bool:
         """Return whether the arm would collide with itself."""
-        return refused.zone not in {"table", *(zone.name for zone in self.scene.zones)}
+        return error.zone not in {"table", *(zone.name for zone in self.scene.zones)}
 
-    def _start(self) -> Joints:
-        return self._inside(self.here())
+    def _start_of_path(self) -> Joints:
+        """Return the joint positions; raise if one is outside its limits."""
+        return self._require_within_limits(self.here())
 
-    def _settled(self, joints: Sequence[float]) -> Joints:
-        settled = []
+    def _clipped_at_end_stops(self, joints: Sequence[float]) -> Joints:
+        """Return positions at their limits where they exceed them by no more than an end stop."""
+        clipped = []
         for limit, value in zip(self._limits, joints, strict=True):
             within = min(max(value, limit.lower), limit.upper)
-            settled.append(within if abs(value - within) <= _END_STOP else value)
-        return Joints(*settled)
+            clipped.append(within if abs(value - within) <= _END_STOP_TOLERANCE else value)
+        return Joints(*clipped)
 
-    def _inside(self, start: Joints) -> Joints:
+    def _require_within_limits(self, start: Joints) -> Joints:
         problems = self.kinematics.beyond(start)
         if problems:
             raise TrajectoryError(
-                f"the arm stands outside its limits: {'; '.join(problems)}; lead it back by its "
+                f"the arm is outside its limits: {'; '.join(problems)}; move it back by its "
                 "joints: move_joints(), or bioscara move --joints"
             )
         return start
@@ -431,17 +442,29 @@ class Planner:
     def _tool_limits(self) -> ToolLimits:
         return FULL if self.full_speed else ToolLimits(speed=COMMANDED_SPEED)
 
-    def _free(
+    def _collision_free(
         self,
         trajectory: Trajectory,
         here: Joints,
         notes: tuple[str, ...] = (),
         tool: ToolLimits = _REDUCED,
-        slower: float = 1.0,
+        slowdown: float = 1.0,
     ) -> Plan:
+        """Return the plan of a trajectory, slowed down where the tool is too fast, if it is free.
+
+        Args:
+            trajectory: The trajectory.
+            here: Positions of the joints that it does not name [rad, m, rad, rad].
+            notes: Notes on the plan so far.
+            tool: Limits of the tool that the trajectory was kept to, unless full speed is enabled.
+            slowdown: Factor in time by which it was slowed down already.
+
+        Raises:
+            ZoneError: The path is not free.
+        """
         if not self.full_speed:
             trajectory, factor = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
-            factor *= slower
+            factor *= slowdown
             if round(factor, 2) > 1.0:
                 notes += (
                     f"takes {factor:.2f} times as long to keep the tool at "

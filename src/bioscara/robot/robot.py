@@ -1,38 +1,35 @@
-"""The arm as one object: homing and motion."""
+"""A whole arm as one object: the public interface of the package."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Self
 
-from bioscara.arguments import flag, shown
-from bioscara.control.controllers.goals import GoalStatus
-from bioscara.errors import (
-    HomingError,
-    InvalidArgumentError,
-    TrajectoryError,
-)
+from bioscara.arguments import shown
+from bioscara.bus import Bus
+from bioscara.clock import Clock
+from bioscara.control.controllers.joint_state_broadcaster import JointStates
+from bioscara.control.faults.kinds import ArmFault
+from bioscara.drivers import Gripper, Joint
+from bioscara.errors import InvalidArgumentError, MotionCancelledError
+from bioscara.kinematics import Pose, Scara
+from bioscara.model import ArmParameters, load_parameters
 from bioscara.planning import Trajectory
-from bioscara.planning.motions.tool_speed import COMMANDED_SPEED, UNPLANNED_SHARE
-from bioscara.report import Phase
-from bioscara.robot.call_arbiter import exclusive
-from bioscara.robot.connection import Connection
-from bioscara.robot.homing_rules import joints_to_home
-from bioscara.robot.planner import Plan
-from bioscara.robot.pose_motions import PoseMotions, Velocity
-from bioscara.robot.records import Cancelled, Observe, ignore, never
-from bioscara.robot.running import SETTLING
-from bioscara.robot.stack import HOMING, JOG, TRAJECTORY
-
-START_TOLERANCE = {"rad": math.radians(1.0), "m": 2e-3}
-"""Largest offset of the arm from a trajectory's start; a ramp leads from there to the start."""
+from bioscara.planning.motions.waypoints import Waypoint
+from bioscara.robot.connection.arm_session import FAULTS, ArmSession
+from bioscara.robot.connection.call_arbiter import exclusive
+from bioscara.robot.connection.devices import devices_on, real_gripper, simulated_devices
+from bioscara.robot.connection.fault_recovery import FaultRecovery
+from bioscara.robot.connection.state_reader import StateReader
+from bioscara.robot.motions.arm_motions import ArmMotions, Velocity
+from bioscara.robot.motions.cycle_recorder import Cancelled, Observe, ignore, never
+from bioscara.robot.motions.gripper import JawWidths, RobotGripper
+from bioscara.robot.planner import Plan, Planner
 
 
-_AT_START = 1e-4
-"""Offset [rad or m] up to which the arm counts as being at the start of a trajectory."""
-
-
-class Robot(Connection, PoseMotions):
+class Robot:
     """A Bioscara arm.
 
     Used as a context manager: entering opens the bus and connects to the joints, and nothing moves;
@@ -42,8 +39,289 @@ class Robot(Connection, PoseMotions):
     may read ``state``, ``pose`` and ``faults``, change ``speed``, and call :meth:`stop` and
     :meth:`shutdown`; everything else raises BusyError, also in the callbacks of the call itself.
 
+    The motions to poses plan first, check limits and zones, and only then move; ``warnings`` have
+    the notes on the plan for the user. ``plan`` plans the same motions without moving:
+    ``robot.plan.linear(pose)`` and so on. Poses are of the tool in the base.
+
     Created by :meth:`simulated` or :meth:`connect`.
+
+    Args:
+        bus: The bus of the joints; closed on leaving.
+        clock: Clock of the arm.
+        parameters: Parameters of the arm.
+        description: Which arm on which bus, in words.
+        gripper: The driver of the gripper; None for the computer's own PWM output.
+        servo: The simulated servo of that driver; referenced for the lifetime of the robot.
+        rate: Control cycles per second [Hz]; None for the rate that suits the joints.
+        evidence: Folder for the flight records of faults.
+        full_speed: False keeps the tool at or below 250 mm/s, even if more is commanded.
+        pace_homing: Whether simulated homing is held back to real time.
+        pace_motion: Whether simulated motion is held back to real time.
+
+    Attributes:
+        bus: The bus of the joints.
+        clock: Clock of the arm.
+        parameters: Parameters of the arm.
+        description: Which arm on which bus, in words.
+        plan: Plans motions from the arm's current position, without moving.
+        gripper: The gripper.
     """
+
+    def __init__(
+        self,
+        bus: Bus,
+        clock: Clock,
+        parameters: ArmParameters,
+        description: str,
+        *,
+        gripper: Gripper | None = None,
+        servo: object = None,
+        rate: int | None = None,
+        evidence: Path = FAULTS,
+        full_speed: bool = False,
+        pace_homing: bool = False,
+        pace_motion: bool = False,
+    ) -> None:
+        parameters = _require_parameters(parameters)
+        self.bus, self.clock = bus, clock
+        self.parameters, self.description = parameters, description
+        driver = gripper or real_gripper(parameters, clock)
+        self._servo = servo
+        self._session = ArmSession(bus, clock, parameters, driver, rate=rate, evidence=evidence)
+        self._arbiter = self._session.arbiter
+        self._state = StateReader(self._session)
+        self._recovery = FaultRecovery(self._session)
+        jaws = JawWidths(self._session.gripper, parameters.gripper)
+        self.plan = Planner(parameters, self._state.positions, self._arbiter, jaws.range)
+        self.plan.full_speed = full_speed
+        self.gripper = RobotGripper(self._session, jaws, self.plan.check_width)
+        self._motions = ArmMotions(
+            self._session, self.plan, pace_homing=pace_homing, pace_motion=pace_motion
+        )
+
+    @classmethod
+    def simulated(
+        cls,
+        parameters: ArmParameters | None = None,
+        *,
+        v1: bool | Collection[str] = False,
+        seed: int = 0,
+        evidence: Path = FAULTS,
+        full_speed: bool = False,
+        pace_homing: bool = False,
+        pace_motion: bool = False,
+    ) -> Self:
+        """Return an arm that is simulated in this process: firmware, physics and clock.
+
+        Args:
+            parameters: Parameters of the arm; the committed ones by default.
+            v1: Whether its joints have their original firmware, as on existing arms; or the names
+                of the joints that have it.
+            seed: Seed of all random values in the simulation.
+            evidence: Folder for the flight records of faults.
+            full_speed: False keeps the tool at or below 250 mm/s.
+            pace_homing: Whether homing takes as long as on the arm.
+            pace_motion: Whether motion takes as long as on the arm.
+        """
+        parameters = load_parameters() if parameters is None else _require_parameters(parameters)
+        devices = simulated_devices(parameters, v1=v1, seed=seed)
+        return cls(
+            **devices._asdict(),
+            parameters=parameters,
+            evidence=evidence,
+            full_speed=full_speed,
+            pace_homing=pace_homing,
+            pace_motion=pace_motion,
+        )
+
+    @classmethod
+    def connect(
+        cls,
+        name: str,
+        parameters: ArmParameters | None = None,
+        *,
+        rate: int | None = None,
+        evidence: Path = FAULTS,
+        full_speed: bool = False,
+    ) -> Self:
+        """Return the arm on the bus of this name.
+
+        Args:
+            name: ``linux:1``, ``linux:/dev/i2c-1``, or ``sim:/path.sock`` for an arm that
+                ``bioscara simulate`` runs.
+            parameters: Parameters of the arm; the committed ones by default.
+            rate: Control cycles per second [Hz]; None for the rate that suits the joints.
+            evidence: Folder for the flight records of faults.
+            full_speed: False keeps the tool at or below 250 mm/s.
+
+        Raises:
+            InvalidArgumentError: There is no bus of that name.
+        """
+        parameters = load_parameters() if parameters is None else _require_parameters(parameters)
+        devices = devices_on(name, parameters)
+        return cls(
+            **devices._asdict(),
+            parameters=parameters,
+            rate=rate,
+            evidence=evidence,
+            full_speed=full_speed,
+        )
+
+    def __enter__(self) -> Self:
+        try:
+            self._connect()
+        except MotionCancelledError:
+            # Stopped once connected: the with statement is not entered and would not call __exit__.
+            self.__exit__(None, None, None)
+            raise
+        return self
+
+    @exclusive("connecting")
+    def _connect(self) -> None:
+        self._session.connect(self.plan.surroundings)
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self._session.leave(self.shutdown, exc)
+
+    def stop(self) -> None:
+        """Stop the call that is using the arm, from any thread; returns at once.
+
+        That call raises MotionCancelledError once the arm is at rest. If no call is using the
+        arm, nothing happens: a later call is not affected.
+        """
+        self._arbiter.stop()
+
+    @exclusive("shutdown()", last=True)
+    def shutdown(self) -> list[str]:
+        """Stop and disable all joints; does nothing if that is done already.
+
+        A call that uses the arm, with the callback it may be in, is first stopped and awaited.
+
+        Returns:
+            A sentence for each joint that could not be stopped or disabled.
+
+        Raises:
+            BusyError: Called from a callback of the call that it would have to wait for.
+        """
+        return self._session.shutdown()
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """The drivers of the joints."""
+        return self._session.arm.joints
+
+    @property
+    def state(self) -> JointStates:
+        """Joint states: of the last cycle of the running call, else read now.
+
+        Raises:
+            BusyError: The running call has not read the joints yet.
+            FaultedError: The joints were released because of a fault, and are not recovered.
+            BioscaraError: They were released without a fault: ``enable()`` them.
+        """
+        return self._state.read()
+
+    @property
+    def pose(self) -> Pose:
+        """Pose of the tool in the base; as old as ``state``.
+
+        Raises:
+            NotHomedError: The position of a joint is unknown.
+            BusyError: As ``state``.
+        """
+        positions = self._state.positions("the pose of the tool is unknown")
+        return self.plan.kinematics.forward(positions)
+
+    @property
+    def kinematics(self) -> Scara:
+        """Kinematics of the arm with its tool."""
+        return self.plan.kinematics
+
+    @property
+    def period(self) -> float:
+        """Time between two setpoints [s]."""
+        return self._session.stack.loop.period
+
+    @property
+    def speed(self) -> float:
+        """Share of the planned or jog speed, 0 to 1; any thread may change it, 0 pauses."""
+        return self._motions.speed
+
+    @speed.setter
+    def speed(self, speed: float) -> None:
+        self._motions.speed = speed
+
+    @property
+    def full_speed(self) -> bool:
+        """Whether the tool may be faster than 250 mm/s; cannot be changed while a call runs."""
+        return self.plan.full_speed
+
+    @full_speed.setter
+    @exclusive("setting full_speed")
+    def full_speed(self, full_speed: bool) -> None:
+        self.plan.full_speed = full_speed
+
+    @exclusive("enable()")
+    def enable(self) -> None:
+        """Enable all joints at their positions; nothing moves.
+
+        Raises:
+            FaultedError: A fault is latched, here or in a joint.
+            BusyError: Another call is using the arm.
+            BioscaraError: A joint was not enabled; all are released, and the error is latched as a
+                fault.
+        """
+        self._session.enable()
+
+    @exclusive("disable()")
+    def disable(self) -> None:
+        """Bring all joints to rest and disable them; they stay homed.
+
+        Raises:
+            BusyError: Another call is using the arm; :meth:`stop` ends it.
+            HardwareError: A joint could not be stopped or disabled; call it again.
+        """
+        self._session.disable()
+
+    @property
+    def faults(self) -> tuple[ArmFault, ...]:
+        """Faults that are not recovered from, first cause first.
+
+        Includes faults that joints had latched before this robot was connected.
+        """
+        return self._recovery.faults
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The latest warnings: events that stopped nothing, such as a computer that is too slow."""
+        return self._recovery.warnings
+
+    @exclusive("acknowledge()")
+    def acknowledge(self) -> tuple[ArmFault, ...]:
+        """Acknowledge the faults once the arm is at rest and write their evidence; nothing moves.
+
+        Raises:
+            FaultedError: There is no fault.
+            OSError: The evidence cannot be written.
+            BusyError: Another call is using the arm.
+        """
+        return self._recovery.acknowledge()
+
+    @exclusive("recover()")
+    def recover(self) -> None:
+        """Clear acknowledged faults; nothing moves, and :meth:`enable` is the next step.
+
+        Raises:
+            FaultedError: The faults are not acknowledged, or another one has occurred since.
+            BusyError: Another call is using the arm.
+            BioscaraError: A joint does not answer.
+        """
+        self._recovery.recover()
 
     @exclusive("home()")
     def home(
@@ -71,19 +349,7 @@ class Robot(Connection, PoseMotions):
             BusyError: Another call is using the arm.
             BioscaraError: As the drivers.
         """
-        stack = self._running()
-        self._pace(self._pace_homing)
-        motion = self._motion(observe, cancelled, timeout)
-        self._engage()
-        directions, notes = joints_to_home(stack.arm.axes)
-        if not directions:
-            return
-        stack.supervisor.warnings.extend(notes)
-        stack.use(HOMING, self.clock.now())
-        goal = motion.pursue(lambda: stack.homing.send_goal(directions), Phase.HOMING)
-        if goal.status is not GoalStatus.SUCCEEDED:
-            raise HomingError(goal.text)
-        stack.manager.switch(self.clock.now(), (), (HOMING,))
+        self._motions.home(observe, cancelled, timeout)
 
     @exclusive("move_joints()")
     def move_joints(
@@ -108,7 +374,64 @@ class Robot(Connection, PoseMotions):
             TrajectoryError: A position is outside its limits or not finite; nothing moved.
             BioscaraError: As :meth:`follow`.
         """
-        self._carry_out(self.plan.joints(positions, speed), observe, cancelled, timeout)
+        plan = self.plan.joints(positions, speed)
+        self._motions.execute_at_once(plan, observe, cancelled, timeout)
+
+    @exclusive("move_to()")
+    def move_to(self, pose: Pose, speed: float = 1.0) -> None:
+        """Move to a pose by the closest joint solution.
+
+        Args:
+            pose: Goal pose of the tool.
+            speed: Share of the speed limits to use, 0.001 to 1.
+
+        Raises:
+            UnreachableError: The arm cannot reach the pose; nothing moved.
+            ZoneError: The path is not free; nothing moved.
+            BioscaraError: As :meth:`follow`.
+        """
+        self._motions.execute_at_once(self.plan.to(pose, speed))
+
+    @exclusive("move_linear()")
+    def move_linear(self, pose: Pose, speed: float = 1.0) -> None:
+        """Move to a pose along a line; arguments and errors as :meth:`move_to`."""
+        self._motions.execute_at_once(self.plan.linear(pose, speed))
+
+    @exclusive("move_circular()")
+    def move_circular(self, via: Pose, pose: Pose, speed: float = 1.0) -> None:
+        """Move to a pose along an arc through ``via``; otherwise as :meth:`move_to`."""
+        self._motions.execute_at_once(self.plan.circular(via, pose, speed))
+
+    @exclusive("move_named()")
+    def move_named(self, name: str, speed: float = 1.0) -> None:
+        """Move to a pose of the teach table; otherwise as :meth:`move_to`.
+
+        Args:
+            name: Name of the pose.
+            speed: Share of the speed limits to use, 0.001 to 1.
+
+        Raises:
+            InvalidArgumentError: No pose has that name, or it was taught with another tool.
+        """
+        self._motions.execute_at_once(self.plan.named(name, speed))
+
+    @exclusive("unfold()")
+    def unfold(self, speed: float = 1.0) -> None:
+        """Open the elbow alone, j3 to 0, so that an arm left folded up by homing can move freely.
+
+        Args:
+            speed: Share of the speed limits to use, 0.001 to 1.
+
+        Raises:
+            NotHomedError: The position of a joint is unknown.
+            ZoneError: The path is not free; nothing moved.
+        """
+        self._motions.execute_at_once(self.plan.unfold(speed))
+
+    @exclusive("move_sequence()")
+    def move_sequence(self, waypoints: Sequence[Waypoint]) -> None:
+        """Move along waypoints with rounded corners; errors as :meth:`move_to`."""
+        self._motions.execute_at_once(self.plan.sequence(waypoints))
 
     @exclusive("execute()")
     def execute(
@@ -124,11 +447,7 @@ class Robot(Connection, PoseMotions):
         Tool, speed limit or scene may have changed since planning: the plan is checked against the
         current ones, and slowed down where the tool would be too fast; ``warnings`` then say so.
         """
-        if not isinstance(plan, Plan) or not isinstance(plan.trajectory, Trajectory):
-            raise InvalidArgumentError(
-                f"execute() takes a Plan, not a {type(plan).__name__}; follow() takes a Trajectory"
-            )
-        self._follow(self._checked(plan.trajectory, planned=True), observe, cancelled, timeout)
+        self._motions.execute(plan, observe, cancelled, timeout)
 
     @exclusive("follow()")
     def follow(
@@ -162,15 +481,7 @@ class Robot(Connection, PoseMotions):
             GoalAbortedError: It was not followed to its end.
             BioscaraError: The error that stopped the arm.
         """
-        if not isinstance(trajectory, Trajectory):
-            raise InvalidArgumentError(
-                f"follow() takes a Trajectory, not a {type(trajectory).__name__}; execute() takes "
-                "a Plan"
-            )
-        flag("approach", approach)
-        checked = self._checked(trajectory)
-        lead = self.plan.joints(self._start_of(trajectory)).trajectory if approach else None
-        self._follow(checked, observe, cancelled, timeout, lead)
+        self._motions.follow(trajectory, observe, cancelled, approach=approach, timeout=timeout)
 
     @exclusive("jog()")
     def jog(
@@ -180,105 +491,30 @@ class Robot(Connection, PoseMotions):
         *,
         timeout: float | None = None,
     ) -> None:
-        """As in :class:`~bioscara.robot.pose_motions.PoseMotions`."""
-        if not callable(velocities):
-            raise InvalidArgumentError(
-                f"jog() is given {shown(velocities)}; give a function that returns the velocity, "
-                "or None to end"
-            )
-        self.plan.here()
-        self._ready()
-        stack = self._running()
-        guards = stack.manager.limiter.joints
-        # Checks the start: a failing switch would report less, after others were deactivated.
-        self.plan.jog([guards[name].here for name in self._names])
-        stack.jog.prepare = self.plan.jog
-        stack.use(JOG, self.clock.now())
-        ended, since = False, math.inf
+        """Move by streamed velocities until the stream ends; the arm is then at rest.
 
-        def done() -> bool:
-            nonlocal ended, since
-            now, velocity = self.clock.now(), None if ended else velocities()
-            ended = velocity is None
-            if velocity is not None:
-                stack.jog.command(velocity, now, self._speed)
-            since = min(since, now) if ended and stack.jog.at_rest else math.inf
-            return now - since >= SETTLING
+        Joint limits, the tool's speed limit and zones are respected, with enough distance to stop
+        before them. Commanded velocities are scaled by ``speed``. If the source does not answer
+        within 0.15 s, the arm comes to rest.
 
-        self._motion(observe, never, timeout).run(done, Phase.JOG)
+        Args:
+            velocities: Called each cycle: returns a velocity of the joints or of the tool, the
+                previous one as long as it holds, or None to end.
+            observe: Receives a record of all joints each cycle.
+            timeout: Longest duration [s]; None for no limit.
 
-    def _carry_out(
-        self,
-        plan: Plan,
-        observe: Observe = ignore,
-        cancelled: Cancelled = never,
-        timeout: float | None = None,
-    ) -> None:
-        self._running().supervisor.warnings.extend(plan.notes)
-        self._follow(plan.trajectory, observe, cancelled, timeout)
+        Raises:
+            InvalidArgumentError: A velocity is not finite or too large; the arm is at rest.
+            TrajectoryError: A joint was pushed beyond a limit; nothing moved.
+            ZoneError: The arm's clearance is too small; nothing moved.
+            BioscaraError: As :meth:`follow`.
+        """
+        self._motions.jog(velocities, observe, timeout)
 
-    def _checked(self, trajectory: Trajectory, *, planned: bool = False) -> Trajectory:
-        """Return a trajectory checked against the current tool, speed limit and scene."""
-        elsewhere = self._start_of(trajectory)
-        checked = self.plan.trajectory(trajectory, elsewhere, planned=planned)
-        self._running().supervisor.warnings.extend(checked.notes)
-        return checked.trajectory
 
-    def _ready(self) -> None:
-        """Engage the arm and run one control cycle; nothing moves."""
-        self._pace(self._pace_motion)
-        self._engage()
-        cap = self._running().tool_speed
-        cap.limit = math.inf if self.full_speed else COMMANDED_SPEED
-        cap.speed_of = self.plan.kinematics.tool_speed
-        windows = self.plan.windows
-        self._running().smoothing.windows = windows
-        cap.share = UNPLANNED_SHARE
-        cap.soon = (sum(windows) / 2.0, sum(windows))
-        self._cycle()
-
-    def _follow(
-        self,
-        trajectory: Trajectory,
-        observe: Observe,
-        cancelled: Cancelled,
-        timeout: float | None,
-        lead: Trajectory | None = None,
-    ) -> None:
-        """Follow a checked trajectory after a motion to its start."""
-        if lead is None:
-            lead = self._joining(trajectory)
-        self._ready()
-        self._running().use(TRAJECTORY, self.clock.now())
-        motion = self._motion(observe, cancelled, timeout)
-        if lead is not None:
-            motion.follow(lead, Phase.APPROACH, lead.duration)
-        motion.follow(trajectory, Phase.TRAJECTORY)
-
-    @property
-    def _names(self) -> tuple[str, ...]:
-        return tuple(joint.name for joint in self.parameters.joints)
-
-    def _start_of(self, trajectory: Trajectory) -> list[float]:
-        """Return all joint positions at the start of a trajectory of some or all joints."""
-        begin = dict(zip(self._names, self.plan.here(), strict=True))
-        named = zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True)
-        return [*(begin | dict(named)).values()]
-
-    def _joining(self, trajectory: Trajectory) -> Trajectory | None:
-        """Return a trajectory from the arm to a start nearby; None if the arm is there."""
-        here, begin = self.plan.here(), self._start_of(trajectory)
-        self._require_near(here, begin)
-        if max(abs(a - b) for a, b in zip(here, begin, strict=True)) <= _AT_START:
-            return None
-        return self.plan.joints(begin).trajectory
-
-    def _require_near(self, here: Sequence[float], start: Sequence[float]) -> None:
-        for joint, where, there in zip(self.parameters.joints, here, start, strict=True):
-            limit = START_TOLERANCE[joint.unit]
-            if abs(there - where) > limit:
-                raise TrajectoryError(
-                    f"{joint.name} is at {where:.4f} {joint.unit} and the trajectory starts at "
-                    f"{there:.4f}: more than {limit:.4f} {joint.unit} apart; move_joints() there "
-                    "first, or follow(..., approach=True)"
-                )
+def _require_parameters(parameters: ArmParameters) -> ArmParameters:
+    if not isinstance(parameters, ArmParameters):
+        raise InvalidArgumentError(
+            f"the parameters are {shown(parameters)}; give what load_parameters() returns"
+        )
+    return parameters

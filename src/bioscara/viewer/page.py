@@ -17,8 +17,8 @@ from bioscara.hardware import Urdf
 from bioscara.model.meshes import read_stl
 from bioscara.model.urdf import DESCRIPTION, URDF
 from bioscara.planning.collision.scene import Scene
-from bioscara.viewer.guard import guarded
-from bioscara.viewer.tree import Tree
+from bioscara.viewer.access_control import refusing_foreign_requests
+from bioscara.viewer.kinematic_tree import KinematicTree
 from bioscara.viewer.zones import add_scene
 
 LOOPBACK = "127.0.0.1"
@@ -29,7 +29,7 @@ _BASE = "base_link"
 _STEPS = {"revolute": 0.001, "prismatic": 0.0001}
 _UNITS = {"revolute": "rad", "prismatic": "m"}
 _AXES = 0.08
-_AT_START = {"j2": 0.15, "j3": 0.9, "j4": -0.5}
+_INITIAL_POSITIONS = {"j2": 0.15, "j3": 0.9, "j4": -0.5}
 """Initial positions of joints that do not start in the middle of their range [rad or m]: on a
 stretched arm the elbow is not visible."""
 
@@ -60,11 +60,11 @@ class Page:
 
     def __init__(self, port: int, scene: Scene) -> None:
         urdf = Urdf.load(URDF)
-        self.tree = Tree(urdf)
-        self.positions = {joint.name: _at_start(joint.lower, joint.upper, joint.name)
+        self.tree = KinematicTree(urdf)
+        self.positions = {joint.name: _initial_position(joint.lower, joint.upper, joint.name)
                           for joint in self.tree.free}  # fmt: skip
         self._lock = threading.Lock()
-        with _untold(), guarded():
+        with _silent_console(), refusing_foreign_requests():
             self._server = _LoopbackServer(host=LOOPBACK, port=_first_free(port), verbose=False)
         self._server.gui.configure_theme(show_share_button=False)
         self._server.gui.main_panel.dock_right()
@@ -105,7 +105,7 @@ class Page:
 
     def close(self) -> None:
         """Stop the server."""
-        with _untold():
+        with _silent_console():
             self._server.stop()
 
     def _link(self, name: str) -> viser.FrameHandle:
@@ -169,7 +169,7 @@ def _first_free(port: int) -> int:
 
 
 @contextmanager
-def _untold() -> Iterator[None]:
+def _silent_console() -> Iterator[None]:
     """Suppress the messages that viser prints at start and end even if it is not verbose."""
     console = rich.get_console()
     quiet, console.quiet = console.quiet, True
@@ -179,5 +179,5 @@ def _untold() -> Iterator[None]:
         console.quiet = quiet
 
 
-def _at_start(lower: float, upper: float, name: str) -> float:
-    return _AT_START.get(name, round((lower + upper) / 2.0, 3))
+def _initial_position(lower: float, upper: float, name: str) -> float:
+    return _INITIAL_POSITIONS.get(name, round((lower + upper) / 2.0, 3))

@@ -9,13 +9,13 @@ import viser
 from bioscara.planning.collision.scene import Scene, Zone
 from bioscara.planning.collision.shapes import Prism
 
-_OUT, _IN, _TABLE = (214, 39, 40), (44, 160, 44), (150, 111, 71)
+_KEEP_OUT, _KEEP_IN, _TABLE = (214, 39, 40), (44, 160, 44), (150, 111, 71)
 _OPACITY = 0.35
 _LINE = 2.0
 """Width of edges [pixels]."""
 _TABLE_SIZE, _TABLE_THICKNESS = 2.0, 0.02
 """Size of the displayed table [m]: its real extent is not specified."""
-_SUNK = 1e-3
+_TABLE_OFFSET = 1e-3
 """Offset of the displayed table below its height [m], so that the grid on the floor is visible."""
 _POSTS = 8
 """Largest number of upright edges of a displayed round zone."""
@@ -34,14 +34,14 @@ def add_scene(server: viser.ViserServer, base: str, scene: Scene) -> None:
             f"{base}/table",
             color=_TABLE,
             dimensions=(_TABLE_SIZE, _TABLE_SIZE, _TABLE_THICKNESS),
-            position=(0.0, 0.0, scene.table_height - _TABLE_THICKNESS / 2.0 - _SUNK),
+            position=(0.0, 0.0, scene.table_height - _TABLE_THICKNESS / 2.0 - _TABLE_OFFSET),
         )
     for number, zone in enumerate(scene.zones):
         _add_zone(server, f"{base}/zone_{number}", zone)
 
 
 def _add_zone(server: viser.ViserServer, name: str, zone: Zone) -> None:
-    color = _IN if zone.keep_in else _OUT
+    color = _KEEP_IN if zone.keep_in else _KEEP_OUT
     corners, faces = solid(zone.shape)
     if not zone.keep_in:
         server.scene.add_mesh_simple(

@@ -18,12 +18,14 @@ from bioscara.control.controllers.joint_trajectory.parameters import JointTrajec
 from bioscara.control.controllers.joint_trajectory.requests import Request
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
 from bioscara.planning import Sample, point_to_point
-from bioscara.robot.planner import RESERVE
+from bioscara.robot.planner import ACCELERATION_SHARE
 from planning.limits import LIMITS, NAMES
 from planning.scenes import random_joints
 
 PERIOD = 0.01
-PLANNED = [replace(limit, max_acceleration=RESERVE * limit.max_acceleration) for limit in LIMITS]
+PLANNED = [
+    replace(limit, max_acceleration=ACCELERATION_SHARE * limit.max_acceleration) for limit in LIMITS
+]
 MOST = [limit.max_acceleration for limit in LIMITS]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.resources import as_file, files
 
 from bioscara.cli.arguments import Options
-from bioscara.cli.job import prepare, run_job
+from bioscara.cli.commands.run import prepare, run_job
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Scene
 
@@ -18,7 +18,7 @@ def run(options: Options) -> int:
     """
     parameters = load_parameters()
     with as_file(files("bioscara.cli").joinpath("demo.csv")) as path:
-        plan = prepare(
+        job = prepare(
             path,
             "demo",
             "demonstration: lower, lift, swing over",
@@ -26,4 +26,4 @@ def run(options: Options) -> int:
             Scene(),
             full_speed=options.full_speed,
         )
-    return run_job(plan, parameters, options)
+    return run_job(job, parameters, options)

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from bioscara.cli import complain
 from bioscara.cli.arguments import Options
-from bioscara.cli.connect import open_arm
-from bioscara.cli.console import Output
-from bioscara.cli.exit_status import Status
+from bioscara.cli.arm import firmware_of, open_arm
+from bioscara.cli.output.console import ExitStatus, Output, columns, complain
 from bioscara.drivers import Joint, await_power_up
 from bioscara.errors import BioscaraError, BusUnavailableError
 from bioscara.model import load_parameters
@@ -39,21 +37,19 @@ def run(options: Options) -> int:
             except BioscaraError as error:
                 missing.append(f"{joint.name}: {str(error).removeprefix(f'{joint.name}: ')}")
                 # A joint that answered hello is present, even if it is another one or too new.
-                who = "missing" if joint.hello is None else firmware(joint)
+                who = "missing" if joint.hello is None else firmware_of(joint)
                 rows.append((joint.name, f"{joint.parameters.address:#04x}", who, *"-----"))
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        cells = zip(row, widths, strict=True)
-        output.line("  ".join(cell.ljust(width) for cell, width in cells).rstrip())
+    for line in columns(rows):
+        output.line(line)
     for sentence in missing:
         complain(sentence)
     output.check()
-    return Status.FAILED if missing else Status.OK
+    return ExitStatus.FAILED if missing else ExitStatus.OK
 
 
 def _row(joint: Joint) -> tuple[str, ...]:
     flags = Flags(joint.get_flags())
-    reset, fault, errors = "not told", "not told", "not told"
+    reset, fault, errors = "unknown", "unknown", "unknown"
     if joint.hello is not None:
         report = joint.get_fault()
         reset = joint.hello.reset_cause.name.lower().replace("_", " ")
@@ -64,18 +60,10 @@ def _row(joint: Joint) -> tuple[str, ...]:
     return (
         joint.name,
         f"{joint.parameters.address:#04x}",
-        firmware(joint),
+        firmware_of(joint),
         " ".join(flag.name or "" for flag in flags) or "none",
         "no" if flags & Flags.NOTHOMED else "yes",
         reset,
         fault,
         errors,
     )
-
-
-def firmware(joint: Joint) -> str:
-    """Return the protocol and firmware versions of a joint, in words."""
-    if joint.hello is None:
-        return "protocol 1"
-    major, minor = joint.hello.firmware
-    return f"protocol {joint.hello.protocol}, firmware {major}.{minor}"

@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections import deque
 
-from bioscara.cli import complain
 from bioscara.cli.arguments import Options
-from bioscara.cli.arm_warnings import Warnings
-from bioscara.cli.connect import open_arm
-from bioscara.cli.console import Output
-from bioscara.cli.exit_status import Status
-from bioscara.cli.fault_messages import acknowledge, require_noted, the_way_on
-from bioscara.cli.interruption import Interruption
-from bioscara.cli.plots import require_files, write_picture, write_trajectory
+from bioscara.cli.arm import (
+    NewWarnings,
+    acknowledge_faults,
+    open_arm,
+    remedy,
+    require_acknowledgement,
+)
+from bioscara.cli.output.console import ExitStatus, Output, complain
+from bioscara.cli.output.plots import require_files, write_picture, write_trajectory
+from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import describe, plan_target, target_planner
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
 from bioscara.model import load_parameters
@@ -34,34 +36,34 @@ def run(options: Options) -> int:
     robot = open_arm(options, parameters)
     robot.plan.table, robot.plan.scene = wanted.table, wanted.scene
     robot.plan.use_tool(options.tool)
-    with Interruption() as cancelled, robot:
+    with StopRequest() as cancelled, robot:
         output.line(f"arm: {robot.description}")
-        require_noted(robot, options)
-        acknowledge(robot, output.line)
+        require_acknowledgement(robot, options)
+        acknowledge_faults(robot, output.line)
         output.line("homing the joints that are not homed")
-        warnings = Warnings(robot)
+        warnings = NewWarnings(robot)
         try:
             status = _move(robot, options, cancelled, output)
         finally:
-            for sentence in warnings.fresh():
+            for sentence in warnings.take():
                 output.line(sentence)
-        if status is not Status.OK:
+        if status is not ExitStatus.OK:
             return status
         x, y, z, yaw = robot.pose
         output.line(f"tool at ({x:z.4f}, {y:z.4f}, {z:z.4f}) m, yaw {math.degrees(yaw):z.1f} deg")
     output.check()
-    return Status.OK
+    return ExitStatus.OK
 
 
-def _move(robot: Robot, options: Options, cancelled: Interruption, output: Output) -> Status:
+def _move(robot: Robot, options: Options, cancelled: StopRequest, output: Output) -> ExitStatus:
     """Home the arm and move it; print the error that stopped it.
 
     Raises:
         InvalidArgumentError: The motion was refused before anything moved.
     """
-    last: deque[CycleRecord] = deque(maxlen=1)
+    cycles: deque[CycleRecord] = deque(maxlen=1)
     try:
-        robot.home(last.append, cancelled)
+        robot.home(cycles.append, cancelled)
         plan = plan_target(robot.plan, options)
         for line in describe(plan, robot.kinematics):
             output.line(line)
@@ -70,15 +72,15 @@ def _move(robot: Robot, options: Options, cancelled: Interruption, output: Outpu
         if options.plot is not None:
             picture = write_picture(options.plot, plan, robot.plan, robot.parameters, "move")
             output.line(picture)
-        robot.execute(plan, last.append, cancelled)
+        robot.execute(plan, cycles.append, cancelled)
     except MotionCancelledError as error:
         complain(f"{error}; all joints were stopped and disabled")
-        return Status.INTERRUPTED
+        return ExitStatus.INTERRUPTED
     except BioscaraError as error:
         # No cycle of a motion was recorded: nothing has moved.
-        if isinstance(error, InvalidArgumentError) and not last:
+        if isinstance(error, InvalidArgumentError) and not cycles:
             raise
-        told = robot.faults[0] if robot.faults else error
-        complain(f"{told}{the_way_on(robot)}; all joints were stopped and disabled")
-        return Status.FAILED
-    return Status.OK
+        cause = robot.faults[0] if robot.faults else error
+        complain(f"{cause}{remedy(robot)}; all joints were stopped and disabled")
+        return ExitStatus.FAILED
+    return ExitStatus.OK

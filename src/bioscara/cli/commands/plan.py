@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from bioscara.cli.arguments import Options
-from bioscara.cli.console import Output
-from bioscara.cli.exit_status import Status
-from bioscara.cli.plots import require_files, write_picture, write_trajectory
+from bioscara.cli.output.console import ExitStatus, Output
+from bioscara.cli.output.plots import require_files, write_picture, write_trajectory
 from bioscara.cli.target import describe, plan_target, target_planner
 from bioscara.model import load_parameters
 
@@ -27,4 +26,4 @@ def run(options: Options) -> int:
     if options.plot is not None:
         output.line(write_picture(options.plot, plan, planner, parameters, "plan"))
     output.check()
-    return Status.OK
+    return ExitStatus.OK

@@ -2,24 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
 from bioscara.cli.arguments import Options
-from bioscara.cli.connect import open_arm
-from bioscara.cli.console import Output
-from bioscara.cli.exit_status import Status
-from bioscara.cli.plots import require_drawing, write_picture
+from bioscara.cli.arm import open_arm
+from bioscara.cli.output.console import ExitStatus, Output, columns
+from bioscara.cli.output.plots import require_drawing, write_picture
 from bioscara.cli.target import planner_from
-from bioscara.cli.taught_table import by_name, taught
+from bioscara.cli.teach_table import lookup, read_table
 from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters, load_parameters
-from bioscara.robot.poses import BUILT_IN, NamedPose
-from bioscara.robot.teach_file import changing, load_table, save_table
-from bioscara.robot.tools import fingers, kinematics_with
+from bioscara.robot.workspace.poses import BUILT_IN, NamedPose
+from bioscara.robot.workspace.teach_file import changing, load_table, save_table
+from bioscara.robot.workspace.tools import fingers, kinematics_with
 
 _JOINTS = "joints [rad m rad rad]"
 _PLACE = "tool at [m m m rad]"
@@ -41,11 +39,11 @@ def run(options: Options) -> int:
     for line in lines:
         output.line(line)
     output.check()
-    return Status.OK
+    return ExitStatus.OK
 
 
 def _list(options: Options, parameters: ArmParameters) -> list[str]:
-    table = taught(options, fingers(parameters))
+    table = read_table(options, fingers(parameters))
     poses = [("pose", _JOINTS, _PLACE, "tool", "calibration")]
     poses += [
         (
@@ -62,7 +60,7 @@ def _list(options: Options, parameters: ArmParameters) -> list[str]:
         (tool.name, _numbers(tool.pose_tool_in_flange), f"{tool.mass:g}")
         for tool in table.all_tools()
     ]
-    lines = [*_columns(poses), "", *_columns(tools)]
+    lines = [*columns(poses), "", *columns(tools)]
     if not options.table.exists():
         lines += ["", f"{options.table} does not exist: these are what every arm has"]
     return lines
@@ -70,8 +68,8 @@ def _list(options: Options, parameters: ArmParameters) -> list[str]:
 
 def _show(options: Options, parameters: ArmParameters) -> list[str]:
     require_drawing(options.plot)
-    table = taught(options, fingers(parameters))
-    pose = by_name(options, table.pose, options.name)
+    table = read_table(options, fingers(parameters))
+    pose = lookup(options, table.pose, options.name)
     tool = table.tool(pose.tool)
     arm = kinematics_with(parameters, tool)
     lines = [f"pose {pose.name}, {'built in' if pose in BUILT_IN else f'from {options.table}'}"]
@@ -81,13 +79,13 @@ def _show(options: Options, parameters: ArmParameters) -> list[str]:
     elif place is not None:
         joints, problem = _reached(arm, place)
     rows = [
-        (_JOINTS if pose.joints is not None else f"one way, {_JOINTS}", _numbers(joints)),
+        (_JOINTS if pose.joints is not None else f"one solution, {_JOINTS}", _numbers(joints)),
         (_PLACE, _numbers(place)),
         ("tool", f"{tool.name}, {tool.mass:g} kg"),
         ("calibration", pose.calibration or "-"),
-        ("the arm can", "take it" if not problem else f"not take it: {problem}"),
+        ("reachable", "yes" if not problem else f"no: {problem}"),
     ]
-    lines += [f"  {line}" for line in _columns(rows)]
+    lines += [f"  {line}" for line in columns(rows)]
     if options.plot is not None:
         lines += [_drawn(options.plot, pose, options, parameters)]
     return lines
@@ -115,8 +113,8 @@ def _reached(arm: Scara, place: Pose) -> tuple[Joints | None, str]:
 
 
 def _save(options: Options, parameters: ArmParameters) -> list[str]:
-    table = taught(options, fingers(parameters))
-    arm = kinematics_with(parameters, by_name(options, table.tool, options.tool))
+    table = read_table(options, fingers(parameters))
+    arm = kinematics_with(parameters, lookup(options, table.tool, options.tool))
     joints, place, problem = None, None, ""
     if options.pose is not None:
         place = Pose(*options.pose)
@@ -139,7 +137,7 @@ def _delete(options: Options, parameters: ArmParameters) -> list[str]:
     built_in = any(pose.name == options.name for pose in BUILT_IN)
     # The message that a pose is built in takes precedence over that of a missing file.
     table = (
-        taught(options, fingers(parameters))
+        read_table(options, fingers(parameters))
         if built_in
         else load_table(options.table, fingers(parameters))
     )
@@ -165,11 +163,3 @@ def _here(options: Options, parameters: ArmParameters) -> Joints:
 
 def _numbers(values: Joints | Pose | None) -> str:
     return "-" if values is None else " ".join(f"{value:+z.4f}" for value in values)
-
-
-def _columns(rows: Sequence[tuple[str, ...]]) -> list[str]:
-    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]

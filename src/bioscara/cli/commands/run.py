@@ -1,11 +1,52 @@
-"""``bioscara run FILE``."""
+"""``bioscara run FILE``: check, home, follow, stop, report; ``demo`` does the same."""
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import NamedTuple
+
+from bioscara import __version__
 from bioscara.cli.arguments import Options
-from bioscara.cli.job import prepare, run_job
-from bioscara.cli.target import wanted_scene
-from bioscara.model import load_parameters
+from bioscara.cli.arm import (
+    NewWarnings,
+    acknowledge_faults,
+    firmware_of,
+    open_arm,
+    remedy,
+    require_acknowledgement,
+)
+from bioscara.cli.output.console import ExitStatus, Output, complain
+from bioscara.cli.output.live_view import make_view
+from bioscara.cli.output.observer import Observer
+from bioscara.cli.signals import StopRequest
+from bioscara.cli.target import scene_from
+from bioscara.control.loop.realtime import realtime
+from bioscara.drivers import Joint
+from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
+from bioscara.model import ArmParameters, load_parameters
+from bioscara.planning import Trajectory, check, read, write_csv
+from bioscara.planning import fit as stretch
+from bioscara.planning.collision.scene import Scene
+from bioscara.planning.limits import REDUCED_SPEED
+from bioscara.planning.motions.tool_speed import reduced
+from bioscara.report import (
+    CycleRecord,
+    History,
+    JointInfo,
+    Outcome,
+    RunFolder,
+    RunSummary,
+    png,
+    text,
+)
+from bioscara.report.folder import TRAJECTORY, default_path
+from bioscara.robot import Robot, kinematics_of
+
+_HOMING_CYCLES = 10_000
+"""Upper bound of the number of records of homing and approach."""
 
 
 def run(options: Options) -> int:
@@ -16,13 +57,202 @@ def run(options: Options) -> int:
         BioscaraError: The run was refused or failed otherwise before anything moved.
     """
     parameters = load_parameters()
-    plan = prepare(
+    job = prepare(
         options.file,
         options.file.stem,
         str(options.file),
         parameters,
-        wanted_scene(options),
+        scene_from(options),
         fit=options.fit,
         full_speed=options.full_speed,
     )
-    return run_job(plan, parameters, options)
+    return run_job(job, parameters, options)
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """A trajectory that was checked to be executable.
+
+    Attributes:
+        title: Name of the run.
+        source: Origin of the trajectory, in words.
+        trajectory: Trajectory to execute.
+        notes: Notes on the trajectory for the user.
+        scene: Surroundings to keep clear of, also during the motion to the start.
+    """
+
+    title: str
+    source: str
+    trajectory: Trajectory
+    notes: tuple[str, ...]
+    scene: Scene
+
+
+def prepare(
+    path: Path,
+    title: str,
+    source: str,
+    parameters: ArmParameters,
+    scene: Scene,
+    *,
+    fit: bool = False,
+    full_speed: bool = False,
+) -> Job:
+    """Read a trajectory file and check that the arm can execute it.
+
+    Args:
+        path: The file.
+        title: Name of the run.
+        source: Origin of the trajectory, in words.
+        parameters: Parameters of the arm; the trajectory must be within its limits.
+        scene: Surroundings to keep clear of.
+        fit: Whether to stretch the trajectory in time where it is too fast for a joint.
+        full_speed: Whether the tool may be faster than 250 mm/s.
+
+    Raises:
+        TrajectoryError: The file cannot be read, or the arm cannot execute its trajectory.
+        ZoneError: The path of the trajectory is not free.
+    """
+    trajectory, notes = read(path)
+    if fit:
+        trajectory, factor = stretch(trajectory, parameters.joints)
+        if factor > 1.0:
+            notes += (f"stretched in time by {factor:.4f} to fit the limits",)
+    notes += tuple(check(trajectory, parameters.joints))
+    arm = kinematics_of(parameters)
+    if not full_speed:
+        trajectory, factor = reduced(trajectory, arm, (0.0,) * len(parameters.joints))
+        if factor > 1.0:
+            notes += (
+                f"slowed down by {factor:.4f} to keep the tool at {1e3 * REDUCED_SPEED:.0f} mm/s; "
+                "--full-speed lifts that",
+            )
+    if len(trajectory.joint_names) == len(parameters.joints):
+        # Positions of joints that it does not name are known only after homing: then everything
+        # is checked again.
+        scene.check(arm, trajectory)
+    return Job(title, source, trajectory, notes, scene)
+
+
+class _Result(NamedTuple):
+    """Result of a motion; the fields are those of :class:`RunSummary`."""
+
+    outcome: Outcome
+    message: str
+    faults: tuple[str, ...]
+    warnings: tuple[str, ...]
+
+
+def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus:
+    """Home the arm, execute the plan, leave the arm disabled and write the report.
+
+    Raises:
+        BioscaraError: The run was refused or failed before anything moved.
+        OSError: Standard output cannot be written.
+    """
+    output, started = Output(), datetime.now().astimezone()
+    path = options.out or default_path(Path("runs"), job.title, started)
+    priority = nullcontext() if options.priority is None else realtime(options.priority)
+    with StopRequest() as cancelled, priority, open_arm(options, parameters, path) as robot:
+        robot.plan.scene = job.scene
+        output.line(f"arm: {robot.description}")
+        require_acknowledgement(robot, options)
+        output.line(f"trajectory: {job.source}, {job.trajectory.duration:.2f} s")
+        for note in job.notes:
+            output.line(f"note: {note}")
+        names = tuple(joint.name for joint in robot.joints)
+        folder = RunFolder.create(
+            path,
+            names,
+            _HOMING_CYCLES + int(job.trajectory.duration / robot.period),
+        )
+        _keep_trajectory(folder, job)
+        acknowledge_faults(robot, output.line)
+        history = History(names)
+        view = make_view(output, [(joint.name, joint.parameters.unit) for joint in robot.joints])
+        with Observer(view, folder.samples, history) as observer:
+            result = _move(robot, job, cancelled, observer)
+        summary = RunSummary(
+            title=job.title,
+            arm=robot.description,
+            source=job.source,
+            version=__version__,
+            started=started,
+            outcome=result.outcome,
+            message=result.message,
+            joints=tuple(map(_joint_info, robot.joints)),
+            planned_duration=job.trajectory.duration,
+            notes=(*job.notes, *result.warnings),
+            faults=result.faults,
+        )
+    return _finish(summary, history, folder, observer.problem, output)
+
+
+def _keep_trajectory(folder: RunFolder, job: Job) -> None:
+    try:
+        write_csv(folder.path / TRAJECTORY, job.trajectory)
+    except OSError as error:
+        raise InvalidArgumentError(
+            f"{folder.path / TRAJECTORY} cannot be written: {error.strerror or error}; "
+            f"choose another folder with --out"
+        ) from error
+
+
+def _joint_info(joint: Joint) -> JointInfo:
+    return JointInfo(
+        joint.name, joint.parameters.address, joint.parameters.unit, firmware_of(joint)
+    )
+
+
+def _move(robot: Robot, job: Job, cancelled: StopRequest, observer: Observer) -> _Result:
+    """Move the arm, leave it disabled and return the result."""
+    outcome, message = Outcome.COMPLETED, ""
+    faults: tuple[str, ...] = ()
+    warnings = NewWarnings(robot, job.notes)
+    reported: list[str] = []
+
+    def observe(record: CycleRecord) -> None:
+        observer.cycle(record)
+        for sentence in warnings.take():
+            reported.append(sentence)
+            observer.note(sentence)
+
+    try:
+        observer.phase("homing " + ", ".join(robot.parameters.homing_order))
+        robot.home(observe, cancelled)
+        observer.phase("following the trajectory")
+        robot.follow(job.trajectory, observe, cancelled, approach=True)
+    except MotionCancelledError as error:
+        outcome, message = Outcome.CANCELLED, f"{error}; all joints were stopped and disabled"
+    except BioscaraError as error:
+        faults = tuple(map(str, robot.faults)) or (str(error),)
+        outcome, message = Outcome.FAILED, faults[0] + remedy(robot)
+    observer.phase("stopping and disabling all joints")
+    problems = robot.shutdown()
+    if problems and outcome is not Outcome.FAILED:
+        outcome, message = Outcome.FAILED, problems[0]
+    return _Result(outcome, message, (*faults, *problems), tuple(reported))
+
+
+def _finish(
+    summary: RunSummary, history: History, folder: RunFolder, problem: str, output: Output
+) -> ExitStatus:
+    """Write the files, show the report, return the exit status."""
+    written, problems = folder.finish(summary, history)
+    output.line()
+    for line in [*text.render(summary, history).splitlines(), ""]:
+        output.line(line)
+    for path in written:
+        output.line(f"wrote {path}")
+    if not png.available():
+        output.line("no plot.png: matplotlib is not installed (pip install 'bioscara[plot]')")
+    if problem:
+        problems.insert(0, problem)
+    for sentence in problems:
+        complain(sentence)
+    if summary.outcome is not Outcome.COMPLETED:
+        complain(summary.message)
+    output.check()
+    if summary.outcome is Outcome.CANCELLED:
+        return ExitStatus.INTERRUPTED
+    return ExitStatus.FAILED if problems or summary.outcome is Outcome.FAILED else ExitStatus.OK

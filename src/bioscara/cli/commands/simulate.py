@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from bioscara.cli.arguments import Options
-from bioscara.cli.console import Output
-from bioscara.cli.exit_status import Status
-from bioscara.cli.interruption import Interruption
+from bioscara.cli.output.console import ExitStatus, Output
+from bioscara.cli.signals import StopRequest
 from bioscara.sim import SimulatedArm, serve
 
 
@@ -20,7 +19,7 @@ def run(options: Options) -> int:
     arm = SimulatedArm(seed=options.seed, v1=options.v1)
     firmware = "their original firmware" if options.v1 else "this project's firmware"
     invitation = f"simulated arm, joints with {firmware}: --bus sim:{options.socket}"
-    with Interruption() as cancelled:
+    with StopRequest() as cancelled:
         serve(arm, options.socket, cancelled, listening=lambda: output.line(invitation))
     output.check()
-    return Status.OK
+    return ExitStatus.OK

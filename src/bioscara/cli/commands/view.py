@@ -7,11 +7,10 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from bioscara.cli.arguments import Options
-from bioscara.cli.console import Output
-from bioscara.cli.exit_status import Status
-from bioscara.cli.interruption import Interruption
-from bioscara.cli.plots import require_drawing, write_picture
-from bioscara.cli.target import wanted_scene
+from bioscara.cli.output.console import ExitStatus, Output
+from bioscara.cli.output.plots import require_drawing, write_picture
+from bioscara.cli.signals import StopRequest
+from bioscara.cli.target import scene_from
 from bioscara.errors import ConfigurationError
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Scene
@@ -36,11 +35,11 @@ def run(options: Options) -> int:
             "the 3D view needs viser, which is not installed: pip install 'bioscara[view]'"
         ) from error
     require_drawing(options.plot)
-    output, scene = Output(), wanted_scene(options)
+    output, scene = Output(), scene_from(options)
     page = Page(options.port, scene)
     start = dict(page.positions)
     try:
-        with Interruption() as cancelled:
+        with StopRequest() as cancelled:
             output.line(f"the arm in 3D: {page.url} (from this computer only; Ctrl-C ends it)")
             while not cancelled():
                 time.sleep(0.1)
@@ -49,7 +48,7 @@ def run(options: Options) -> int:
     if options.plot is not None:
         output.line(_drawn(options.plot, start, page.positions, scene))
     output.check()
-    return Status.OK
+    return ExitStatus.OK
 
 
 def _drawn(path: Path, start: Mapping[str, float], goal: Mapping[str, float], scene: Scene) -> str:

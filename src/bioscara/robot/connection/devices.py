@@ -1,4 +1,4 @@
-"""The devices of a robot, by the name of its bus or simulated."""
+"""The devices of an arm: those on a named bus, or simulated ones."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from bioscara.bus.select import open_bus
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.drivers import Gripper, Pwm
 from bioscara.model import ArmParameters, GripperParameters
-from bioscara.robot.pacing import PacedClock
+from bioscara.robot.connection.pacing import PacedClock
 
 WIDTH_FILE = Path("~/.local/state/bioscara/gripper-width")
 """File in which the last width of a real gripper is stored."""
 
 
-class Wiring(NamedTuple):
+class Devices(NamedTuple):
     """The devices of an arm.
 
     Attributes:
@@ -43,14 +43,16 @@ def _firmware(v1: bool | Collection[str]) -> str:
     return f", {joints} with their original firmware"
 
 
-def simulated(parameters: ArmParameters, *, v1: bool | Collection[str], seed: int) -> Wiring:
-    """Return an arm that is simulated in this process; arguments as ``Robot.simulated``."""
+def simulated_devices(
+    parameters: ArmParameters, *, v1: bool | Collection[str], seed: int
+) -> Devices:
+    """Return the devices of an arm simulated in this process; arguments as ``Robot.simulated``."""
     # Imported here: the compiled firmware is a separate distribution.
     from bioscara.sim import FirmwareBus, SimulatedArm  # noqa: PLC0415
 
     arm = SimulatedArm(seed=seed, v1=v1)
     clock = PacedClock(arm.clock)
-    return Wiring(
+    return Devices(
         FirmwareBus(arm),
         clock,
         f"simulation, in this process{_firmware(v1)}",
@@ -58,8 +60,8 @@ def simulated(parameters: ArmParameters, *, v1: bool | Collection[str], seed: in
     )
 
 
-def named(name: str, parameters: ArmParameters) -> Wiring:
-    """Return the arm on the bus of this name; nothing is opened yet.
+def devices_on(name: str, parameters: ArmParameters) -> Devices:
+    """Return the devices of the arm on the bus of this name; nothing is opened yet.
 
     Raises:
         InvalidArgumentError: There is no bus of that name.
@@ -69,14 +71,14 @@ def named(name: str, parameters: ArmParameters) -> Wiring:
     if kind == "sim" and where:
         from bioscara.sim import SocketBus  # noqa: PLC0415
 
-        return Wiring(
+        return Devices(
             SocketBus(Path(where)),
             clock,
             f"simulation, in the process behind {where}",
             *_simulated_gripper(parameters.gripper, clock),
         )
     bus = open_bus(name, ("sim", "sim:/path.sock"))
-    return Wiring(bus, clock, f"real arm on {name}", real_gripper(parameters, clock), None)
+    return Devices(bus, clock, f"real arm on {name}", real_gripper(parameters, clock), None)
 
 
 def real_gripper(parameters: ArmParameters, clock: Clock) -> Gripper:

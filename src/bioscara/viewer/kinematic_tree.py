@@ -28,7 +28,7 @@ class Mimic(NamedTuple):
     offset: float
 
 
-class Joint(NamedTuple):
+class UrdfJoint(NamedTuple):
     """A joint of a description.
 
     Attributes:
@@ -66,7 +66,7 @@ class Joint(NamedTuple):
         return self.origin
 
 
-class Tree:
+class KinematicTree:
     """The joints of a description, parents before children.
 
     Args:
@@ -90,12 +90,12 @@ class Tree:
             if (name := urdf.attribute(tag, "name")) not in children
         ]
         if len(roots) != 1:
-            raise urdf.error(urdf.root, f"{len(roots)} links are carried by nothing, not one")
+            raise urdf.error(urdf.root, f"{len(roots)} links have no parent joint, not one")
         self.root, joints, placed = roots[0], [], set(roots)
         while pending:
             ready = [joint for joint in pending if joint.parent in placed]
             if not ready:
-                raise urdf.error(urdf.root, f"joint {pending[0].name} hangs on nothing")
+                raise urdf.error(urdf.root, f"joint {pending[0].name} has no parent in the tree")
             pending = [joint for joint in pending if joint.parent not in placed]
             placed.update(joint.child for joint in ready)
             joints += ready
@@ -119,7 +119,7 @@ class Tree:
         return links
 
 
-def _joint(urdf: Urdf, tag: Element) -> Joint:
+def _joint(urdf: Urdf, tag: Element) -> UrdfJoint:
     kind = urdf.attribute(tag, "type")
     if kind not in ("fixed", "revolute", "prismatic"):
         raise urdf.error(tag, f"type {kind!r} is not one of fixed, revolute, prismatic")
@@ -127,7 +127,7 @@ def _joint(urdf: Urdf, tag: Element) -> Joint:
     place = _ORIGIN | (origin.attrib if origin is not None else {})
     limit = _part(urdf, tag, "limit").attrib if kind != "fixed" else {}
     axis = _part(urdf, tag, "axis").attrib["xyz"] if kind != "fixed" else "0 0 1"
-    return Joint(
+    return UrdfJoint(
         urdf.attribute(tag, "name"),
         kind,
         urdf.attribute(_part(urdf, tag, "parent"), "link"),

@@ -22,7 +22,7 @@ NAMES = ("127.0.0.1", "localhost")
 """Host names of this computer that the page accepts."""
 
 
-def is_own(hosts: list[str], origins: list[str], port: int) -> bool:
+def is_own_request(hosts: list[str], origins: list[str], port: int) -> bool:
     """Return whether a request addresses the page and originates from it or from no page.
 
     Args:
@@ -37,7 +37,7 @@ def is_own(hosts: list[str], origins: list[str], port: int) -> bool:
 
 
 @contextmanager
-def guarded() -> Iterator[None]:
+def refusing_foreign_requests() -> Iterator[None]:
     """Refuse foreign requests to the server that is started within this context.
 
     The server offers no hook for that, so the function that it serves with is replaced.
@@ -53,7 +53,7 @@ def guarded() -> Iterator[None]:
     ) -> Any:
         async def check(connection: Any, request: Any) -> Any:
             headers, port = request.headers, connection.local_address[1]
-            if not is_own(headers.get_all("Host"), headers.get_all("Origin"), port):
+            if not is_own_request(headers.get_all("Host"), headers.get_all("Origin"), port):
                 return connection.respond(
                     HTTPStatus.FORBIDDEN, "This page is for this computer only.\n"
                 )
@@ -70,6 +70,7 @@ def guarded() -> Iterator[None]:
         module.serve = original  # type: ignore[misc]
     if not served:
         raise ConfigurationError(
-            "this version of viser serves in a way that cannot be guarded against other sites; "
-            "install the one that bioscara was tested with: pip install 'bioscara[view]'"
+            "this version of viser starts its server in another manner and cannot be "
+            "protected against other sites; install the one that bioscara was tested with: "
+            "pip install 'bioscara[view]'"
         )

@@ -9,9 +9,9 @@ from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from math import isnan
 
-from bioscara.cli.console import Output
+from bioscara.cli.output.console import Output
 from bioscara.protocol import Flags
-from bioscara.report import CycleRecord, JointRecord, Phase, Quality
+from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
 
 _REST = {"rad": 2e-3, "m": 2e-4}
 """Speed below which a joint is shown as holding [rad/s, m/s]: ripple of its speed filter."""
@@ -70,7 +70,7 @@ def make_view(output: Output, joints: Sequence[tuple[str, str]]) -> View:
     """
     if sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb":
         # Imported here: rich takes 60-200 ms to import.
-        from bioscara.cli.live_table import TableView  # noqa: PLC0415
+        from bioscara.cli.output.live_table import TableView  # noqa: PLC0415
 
         return TableView(output, joints)
     return PlainView(output, joints)
@@ -79,7 +79,7 @@ def make_view(output: Output, joints: Sequence[tuple[str, str]]) -> View:
 def state_word(record: JointRecord, phase: Phase, unit: str) -> str:
     """Return the state of a joint in one or two words."""
     flags = Flags(record.flags)
-    if record.quality is Quality.STALE:
+    if record.quality is SampleQuality.STALE:
         return "no answer"
     for flag, word in ((Flags.FAULT, "FAULT"), (Flags.STALL, "STALLED")):
         if flags & flag:

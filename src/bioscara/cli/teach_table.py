@@ -7,14 +7,14 @@ from typing import TypeVar
 
 from bioscara.cli.arguments import Options
 from bioscara.errors import ConfigurationError, InvalidArgumentError
-from bioscara.robot.poses import TeachTable
-from bioscara.robot.teach_file import load_table
-from bioscara.robot.tools import Tool
+from bioscara.robot.workspace.poses import TeachTable
+from bioscara.robot.workspace.teach_file import load_table
+from bioscara.robot.workspace.tools import Tool
 
 T = TypeVar("T")
 
 
-def taught(options: Options, tool: Tool) -> TeachTable:
+def read_table(options: Options, tool: Tool) -> TeachTable:
     """Return the poses and tools of ``--table``; the built-in ones if there is no such file.
 
     Args:
@@ -32,7 +32,7 @@ def taught(options: Options, tool: Tool) -> TeachTable:
         raise
 
 
-def by_name(options: Options, find: Callable[[str], T], name: str) -> T:
+def lookup(options: Options, find: Callable[[str], T], name: str) -> T:
     """Return the named entry of ``--table``; the error message mentions a missing file.
 
     Raises:

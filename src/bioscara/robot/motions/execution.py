@@ -1,4 +1,4 @@
-"""Running of the control loop during a motion; brings the arm to rest however the motion ends."""
+"""Execution of a motion: runs the control loop, and brings the arm to rest however it ends."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from contextlib import suppress
 from typing import TypeVar
 
 from bioscara.arguments import function, number
-from bioscara.clock import Clock
 from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory
 from bioscara.control.faults.supervisor import FaultState
@@ -20,66 +19,64 @@ from bioscara.errors import (
 )
 from bioscara.planning import Trajectory
 from bioscara.report import Phase
-from bioscara.robot.call_arbiter import CallArbiter
-from bioscara.robot.records import Cancelled, Observe, Recorder, ignore
-from bioscara.robot.stack import Stack
+from bioscara.robot.connection.arm_session import ArmSession
+from bioscara.robot.motions.cycle_recorder import Cancelled, CycleRecorder, Observe, ignore, never
 
 SETTLING = 0.3
 """Duration for which the end of a trajectory is held, so that the records show it at rest [s]."""
 
-_LONGEST = 5.0
+_MAX_DECELERATION_TIME = 5.0
 """Longest duration of decelerating to rest on the path [s]."""
 
 G = TypeVar("G", bound=AcceptedGoal)
 
 
-class Motion:
+class MotionExecution:
     """A call that moves the arm, from its first cycle to rest.
 
     Args:
-        stack: Control stack of the arm.
-        clock: Clock of the arm.
-        origin: Time that counts as 0 in the records [s].
+        session: ArmSession of the arm.
         observe: Receives a record each cycle.
         cancelled: Called each cycle; True ends the motion.
-        turn: Call arbiter; reports whether the call that this is part of was stopped.
-        speed: Returns the commanded share of the planned speed; called each cycle.
         timeout: Longest duration from now [s]; None for no limit.
 
     Raises:
-        InvalidArgumentError: The timeout is not above zero.
+        InvalidArgumentError: The timeout is not above zero, or a callback cannot be called.
+        NotInitializedError: The robot is not connected.
     """
 
     def __init__(
         self,
-        stack: Stack,
-        clock: Clock,
-        origin: float,
-        observe: Observe,
-        cancelled: Cancelled,
-        turn: CallArbiter,
-        speed: Callable[[], float],
+        session: ArmSession,
+        observe: Observe = ignore,
+        cancelled: Cancelled = never,
         timeout: float | None = None,
     ) -> None:
+        self._stack, self._clock, self._arbiter = session.stack, session.clock, session.arbiter
         self._timeout = math.inf if timeout is None else number("timeout", timeout, infinite=True)
         if not self._timeout > 0.0:
             raise InvalidArgumentError(f"timeout {self._timeout:g} s must be above zero")
         function("observe", observe)
         function("cancelled", cancelled)
-        self._deadline = clock.now() + self._timeout
-        self._stack, self._clock = stack, clock
-        self._observe, self._cancelled, self._turn = observe, cancelled, turn
-        self._speed, self._scaling = speed, math.nan
-        self._recorder = Recorder(stack, origin)
-        turn.cycle()
-        stack.loop.restart()
+        self._deadline = self._clock.now() + self._timeout
+        self._observe, self._cancelled = observe, cancelled
+        self._recorder = CycleRecorder(self._stack, session.begin)
+        self._arbiter.mark_cycling()
+        self._stack.loop.restart()
 
-    def follow(self, trajectory: Trajectory, phase: Phase, until_start: float = 0.0) -> None:
+    def follow(
+        self,
+        trajectory: Trajectory,
+        phase: Phase,
+        speed: Callable[[], float],
+        until_start: float = 0.0,
+    ) -> None:
         """Follow a checked trajectory that starts at the arm's position; hold its end for a while.
 
         Args:
             trajectory: Trajectory to follow.
             phase: Phase that the records have.
+            speed: Returns the commanded share of the planned speed; called each cycle.
             until_start: Time from now to the start of the trajectory proper [s].
 
         Raises:
@@ -87,15 +84,19 @@ class Motion:
             GoalAbortedError: It was not followed to its end; the arm is at rest.
             BioscaraError: The error that stopped the arm.
         """
-        self._keep_speed()
-        now, message = (
-            self._clock.now(),
-            Goal(JointTrajectory.of(trajectory), collision_checked=True),
-        )
+        controller, scaling = self._stack.trajectory, math.nan
+
+        def apply_speed() -> None:
+            nonlocal scaling
+            if (commanded := speed()) != scaling:
+                scaling = commanded
+                controller.set_scaling(commanded)
+
+        apply_speed()
+        now = self._clock.now()
         zero = now + until_start
-        goal = self.pursue(
-            lambda: self._stack.trajectory.send_goal(message, now), phase, zero, self._keep_speed
-        )
+        message = Goal(JointTrajectory.of(trajectory), collision_checked=True)
+        goal = self.pursue(lambda: controller.send_goal(message, now), phase, zero, apply_speed)
         if goal.status is not GoalStatus.SUCCEEDED:
             self._come_to_rest(zero)
             raise GoalAbortedError(goal.text, goal.error_code)
@@ -108,7 +109,7 @@ class Motion:
         send: Callable[[], G],
         phase: Phase,
         zero: float = math.nan,
-        each: Callable[[], None] = lambda: None,
+        before_cycle: Callable[[], None] = lambda: None,
     ) -> G:
         """Send a goal and run cycles until it is done.
 
@@ -117,7 +118,7 @@ class Motion:
                 it, so an exception that interrupts this call also ends the goal.
             phase: As for :meth:`run`.
             zero: As for :meth:`run`.
-            each: Called before each cycle.
+            before_cycle: Called before each cycle.
 
         Returns:
             The goal.
@@ -132,7 +133,7 @@ class Motion:
             if not goals:
                 goals.append(send())
             if not goals[0].done:
-                each()
+                before_cycle()
             return goals[0].done
 
         self.run(done, phase, zero)
@@ -151,27 +152,27 @@ class Motion:
             MotionTimeoutError: It took too long; the arm is at rest.
             BioscaraError: The error that stopped the arm.
         """
-        loop, supervisor = self._stack.loop, self._stack.supervisor
+        supervisor = self._stack.supervisor
         try:
             while not done():
-                if self._turn.stopped or self._cancelled():
+                if self._arbiter.stopped or self._cancelled():
                     raise MotionCancelledError(self._interrupted(phase, zero))
                 if self._clock.now() >= self._deadline:
                     raise MotionTimeoutError(
                         f"not done within {self._timeout:g} s; the arm was brought to rest"
                     )
-                self._observe(self._recorder.record(loop.step(), phase, zero))
+                self._cycle(self._observe, phase, zero)
                 if supervisor.state is not FaultState.CLEAR:
                     raise supervisor.faults[0].error()
         except BaseException:
             self._come_to_rest(zero)
             raise
 
-    def _keep_speed(self) -> None:
-        speed = self._speed()
-        if speed != self._scaling:
-            self._scaling = speed
-            self._stack.trajectory.set_scaling(speed)
+    def _cycle(self, observe: Observe, phase: Phase, zero: float) -> None:
+        cycle = self._stack.loop.step()
+        # Building a record takes about a sixth of the host's time in a cycle.
+        if observe is not ignore:
+            observe(self._recorder.record(cycle, phase, zero))
 
     def _come_to_rest(self, zero: float) -> None:
         supervisor, observe = self._stack.supervisor, self._observe
@@ -194,15 +195,15 @@ class Motion:
             raise problem
 
     def _rest(self, observe: Observe, zero: float, since: float) -> None:
-        loop, supervisor, now = self._stack.loop, self._stack.supervisor, self._clock.now()
+        supervisor, now = self._stack.supervisor, self._clock.now()
         self._stack.gripper.cancel()
         supervisor.halt(now)
-        while not supervisor.halted and now - since < _LONGEST:
-            observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
+        while not supervisor.halted and now - since < _MAX_DECELERATION_TIME:
+            self._cycle(observe, Phase.STOPPING, zero)
             now = self._clock.now()
         supervisor.stop(now)
         while True:
-            observe(self._recorder.record(loop.step(), Phase.STOPPING, zero))
+            self._cycle(observe, Phase.STOPPING, zero)
             if supervisor.stopper.at_rest(self._clock.now(), now):
                 break
 

@@ -6,10 +6,10 @@ import math
 from collections.abc import Callable
 
 from bioscara.control.loop.loop import CycleReport
-from bioscara.drivers import Quality as SampleQuality
+from bioscara.drivers import Quality
 from bioscara.hardware.axis import Axis
-from bioscara.report import CycleRecord, JointRecord, Phase, Quality
-from bioscara.robot.stack import Stack
+from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
+from bioscara.robot.connection.stack import Stack
 
 Observe = Callable[[CycleRecord], None]
 """Receives the record of each cycle at its end; must return at once."""
@@ -27,14 +27,14 @@ def never() -> bool:
 
 
 _QUALITY = {
-    SampleQuality.FRESH: Quality.GOOD,
-    SampleQuality.STALE: Quality.STALE,
-    SampleQuality.UNKNOWN: Quality.UNKNOWN,
+    Quality.FRESH: SampleQuality.GOOD,
+    Quality.STALE: SampleQuality.STALE,
+    Quality.UNKNOWN: SampleQuality.UNKNOWN,
 }
 
 
-class Recorder:
-    """Converts cycles to records whose times count from the begin of the run.
+class CycleRecorder:
+    """Converts cycles to records whose times count from the start of the run.
 
     Args:
         stack: Control stack that runs the cycles.

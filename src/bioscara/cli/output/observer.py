@@ -11,7 +11,7 @@ from concurrent.futures import ThreadPoolExecutor
 from queue import SimpleQueue
 from typing import Self
 
-from bioscara.cli.live_view import View
+from bioscara.cli.output.live_view import View
 from bioscara.report import CycleRecord, History
 from bioscara.report.samples import SampleWriter
 

@@ -9,7 +9,7 @@ from bioscara.arguments import items, shown, text
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
-from bioscara.robot.tools import FINGERS, Tool, check_name, check_number, unknown
+from bioscara.robot.workspace.tools import FINGERS, Tool, check_name, check_number, unknown
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +154,7 @@ class TeachTable:
         """
         self.pose(name)
         if any(pose.name == name for pose in BUILT_IN):
-            raise InvalidArgumentError(f"pose {name} is built in; only taught poses can go")
+            raise InvalidArgumentError(f"pose {name} is built in; only taught poses can be deleted")
         return replace(self, poses=tuple(pose for pose in self.poses if pose.name != name))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
@@ -18,7 +18,7 @@ from bioscara.control.controllers.joint_state_broadcaster import JointStateBroad
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.faults.flight_recorder import FlightRecord
 from bioscara.control.faults.following_error import allowed
-from bioscara.control.faults.supervisor import Supervisor
+from bioscara.control.faults.supervisor import FaultState, Supervisor
 from bioscara.control.limits.averaging import Smoothing
 from bioscara.control.limits.collision_guard import CollisionGuard
 from bioscara.control.limits.limiter import Limiter, joint_limiters
@@ -27,6 +27,7 @@ from bioscara.control.loop.loop import Loop
 from bioscara.control.loop.realtime import sharpen_timers
 from bioscara.control.loop.systemd import Watchdog
 from bioscara.control.manager.manager import ControllerManager
+from bioscara.errors import BioscaraError
 from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, LifecycleState, Mode
 from bioscara.hardware.bus_budget import Capacity, highest_rate
 from bioscara.kinematics import Scara
@@ -60,7 +61,7 @@ class Stack:
         evidence: Folder for the flight records of faults.
 
     Attributes:
-        arm: As given.
+        arm: Hardware component of the joints.
         manager: Runs the controllers.
         supervisor: Stops the arm on faults.
         loop: Runs the manager.
@@ -151,6 +152,29 @@ class Stack:
         if self.broadcaster.state is not LifecycleState.ACTIVE:
             self.manager.switch(time, (BROADCASTER,))
 
+    def cycle(self) -> None:
+        """Run one control cycle now."""
+        self.loop.restart()
+        self.loop.step()
+
+    def latch(self, causes: Sequence[BioscaraError], time: float) -> None:
+        """Latch errors found on an arm at rest as its faults: recovery is the same for all.
+
+        Args:
+            causes: The errors.
+            time: Now [s].
+        """
+        for cause in causes:
+            self.supervisor.fault(cause, self.arm.name, time)
+        if causes:
+            self.finish_stopping()
+
+    def finish_stopping(self) -> None:
+        """Run control cycles until a fault that is stopping the arm is latched."""
+        self.loop.restart()
+        while self.supervisor.state is FaultState.STOPPING:
+            self.loop.step()
+
     def _get(self, name: str, kind: type[C]) -> C:
         controller = self.manager.controller(name)
         if not isinstance(controller, kind):
@@ -160,13 +184,13 @@ class Stack:
 
 def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str, dict[str, Any]]]:
     """Return name, type and parameters of each controller of an arm."""
-    said, jaws = parameters.controllers, parameters.gripper
+    settings, jaws = parameters.controllers, parameters.gripper
     joints = tuple(joint.name for joint in parameters.joints)
     both = (POSITION, VELOCITY)
     commanded = both if version >= 2 else (POSITION,)
     spans = {joint.name: joint.upper - joint.lower for joint in parameters.joints}
-    travel = said.homing_controller.max_travel_share
-    braking = said.hold_controller.max_deceleration_share
+    travel = settings.homing_controller.max_travel_share
+    braking = settings.hold_controller.max_deceleration_share
     return [
         (BROADCASTER, JointStateBroadcaster.TYPE, {"joints": joints}),
         (
@@ -176,7 +200,7 @@ def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str
                 "joint": "gripper",
                 "limits": (jaws.lower, jaws.upper),
                 "velocity_limit": jaws.max_velocity,
-                **asdict(said.gripper_controller),
+                **asdict(settings.gripper_controller),
             },
         ),
         (
@@ -184,7 +208,7 @@ def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str
             HomingController.TYPE,
             {
                 "joints": parameters.homing_order,
-                "timeout": said.homing_controller.timeout,
+                "timeout": settings.homing_controller.timeout,
                 "max_travel": tuple(travel * spans[name] for name in parameters.homing_order),
             },
         ),
@@ -216,11 +240,11 @@ def _controllers(parameters: ArmParameters, version: int) -> list[tuple[str, str
 
 def _following(parameters: ArmParameters, version: int) -> dict[str, Any]:
     """Return the parameters of the trajectory controller, by its parameter names."""
-    said = parameters.controllers.joint_trajectory_controller
-    limits = said.constraints
+    given = parameters.controllers.joint_trajectory_controller
+    limits = given.constraints
     return {
-        "allow_partial_joints_goal": said.allow_partial_joints_goal,
-        "allow_nonzero_velocity_at_trajectory_end": said.allow_nonzero_velocity_at_trajectory_end,
+        "allow_partial_joints_goal": given.allow_partial_joints_goal,
+        "allow_nonzero_velocity_at_trajectory_end": given.allow_nonzero_velocity_at_trajectory_end,
         "constraints": {
             "stopped_velocity_tolerance": limits.stopped_velocity_tolerance,
             "goal_time": limits.goal_time,

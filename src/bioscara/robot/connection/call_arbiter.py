@@ -11,13 +11,13 @@ from typing import Concatenate, ParamSpec, Protocol, TypeVar
 
 from bioscara.errors import BusyError, MotionCancelledError
 
-_LOOK = 0.1
+_POLL = 0.1
 """Polling period of a shutdown that waits for a call's end, in case no event is set [s]."""
 
 
 @dataclass(eq=False, slots=True)
 class Call:
-    """A call that uses the arm, from its begin to its end.
+    """A call that uses the arm, from its start to its end.
 
     Attributes:
         name: Name of the called method, for messages.
@@ -53,7 +53,7 @@ class CallArbiter:
     def __init__(self) -> None:
         self.running: Call | None = None
         self._closing: list[Call] = []
-        self._taking, self._looking = threading.Lock(), threading.Lock()
+        self._admission, self._reading = threading.Lock(), threading.Lock()
 
     def take(self, call: Call) -> None:
         """Let a call use the arm.
@@ -61,12 +61,12 @@ class CallArbiter:
         Raises:
             BusyError: Another call uses the arm, of any thread.
         """
-        with self._taking:
+        with self._admission:
             for other in (self.running, *self._closing):
                 if other is not None:
                     raise other.refuse(call.name)
             self.running = call
-        self._wait_for_lookers()
+        self._wait_for_readers()
 
     def seize(self, call: Call) -> None:
         """Stop the call that uses the arm, wait for its end, and let this call use the arm next.
@@ -75,22 +75,22 @@ class CallArbiter:
             BusyError: The call would wait for its own thread.
         """
         try:
-            with self._taking:
+            with self._admission:
                 if self.running is not None and self.running.thread is call.thread:
                     raise self.running.refuse(call.name)
                 self._closing.append(call)
             while True:
-                with self._taking:
+                with self._admission:
                     running = self.running
                     if running is None:
                         self.running = call
                         break
                 running.stopped = True
-                running.ended.wait(_LOOK)
+                running.ended.wait(_POLL)
         finally:
             if call in self._closing:
                 self._closing.remove(call)
-        self._wait_for_lookers()
+        self._wait_for_readers()
 
     def stop(self) -> None:
         """Request the end of the running call, from any thread or signal handler; never blocks."""
@@ -107,7 +107,7 @@ class CallArbiter:
         running = self.running
         return running is not None and running.stopped
 
-    def require_wanted(self) -> None:
+    def require_not_stopped(self) -> None:
         """Raise if a stop of the call that uses the arm was requested.
 
         Raises:
@@ -117,16 +117,16 @@ class CallArbiter:
         if running is not None and running.stopped:
             raise MotionCancelledError(f"{running.name} was stopped before anything moved")
 
-    def cycle(self) -> None:
+    def mark_cycling(self) -> None:
         """Mark the call that uses the arm as running the control loop from now on."""
         if self.running is not None:
             self.running.cycling = True
 
-    def look(self, ask: Callable[[], None]) -> Call | None:
+    def read_unless_busy(self, read: Callable[[], None]) -> Call | None:
         """Read the joints, unless another call runs; its control loop then reads them.
 
         Args:
-            ask: Reads the joints; runs while no other call uses the arm or reads its state.
+            read: Reads the joints; runs while no other call uses the arm or reads its state.
 
         Returns:
             The running call because of which the joints were not read; None if they were read.
@@ -135,25 +135,25 @@ class CallArbiter:
         if running is not None and running.thread is threading.current_thread():
             if running.cycling:
                 return running
-            ask()
+            read()
             return None
-        with self._looking:
+        with self._reading:
             running = self.running
             if running is None:
-                ask()
+                read()
         return running
 
-    def _wait_for_lookers(self) -> None:
+    def _wait_for_readers(self) -> None:
         """Wait for a thread that is reading the joints; later ones see the running call."""
-        with self._looking:
+        with self._reading:
             pass
 
 
-class _Taker(Protocol):
-    _turn: CallArbiter
+class _HasArbiter(Protocol):
+    _arbiter: CallArbiter
 
 
-T = TypeVar("T", bound=_Taker)
+T = TypeVar("T", bound=_HasArbiter)
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -175,18 +175,18 @@ def exclusive(
     def decorate(method: Callable[Concatenate[T, P], R]) -> Callable[Concatenate[T, P], R]:
         @wraps(method)
         def alone(self: T, /, *args: P.args, **kwargs: P.kwargs) -> R:
-            turn, call = self._turn, Call(name)
+            arbiter, call = self._arbiter, Call(name)
             try:
                 if last:
-                    turn.seize(call)
+                    arbiter.seize(call)
                 else:
-                    turn.take(call)
+                    arbiter.take(call)
                 result = method(self, *args, **kwargs)
             finally:
                 # Before any function call: a KeyboardInterrupt can be raised at a function call,
                 # and the arm would never be released.
-                if turn.running is call:
-                    turn.running = None
+                if arbiter.running is call:
+                    arbiter.running = None
                 call.ended.set()
             if call.stopped and not last:
                 # Also if the method had already finished: its caller must not continue.

@@ -8,8 +8,8 @@ from rich.console import Console
 from rich.live import Live
 from rich.table import Table
 
-from bioscara.cli.console import Output
-from bioscara.cli.live_view import View, cells, progress
+from bioscara.cli.output.console import Output
+from bioscara.cli.output.live_view import View, cells, progress
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
 

@@ -13,9 +13,45 @@ from bioscara.errors import GoalRejectedError, GripperError, NotHomedError
 from bioscara.hardware import GripperHardware, LifecycleState
 from bioscara.model import GripperParameters
 from bioscara.report import Phase
-from bioscara.robot.call_arbiter import CallArbiter, exclusive
-from bioscara.robot.running import Motion
-from bioscara.robot.stack import GRIPPER, Stack
+from bioscara.robot.connection.arm_session import ArmSession
+from bioscara.robot.connection.call_arbiter import exclusive
+from bioscara.robot.connection.stack import GRIPPER
+from bioscara.robot.motions.execution import MotionExecution
+
+
+class JawWidths:
+    """The widths that the jaws may have; there is no sensor.
+
+    Args:
+        hardware: The hardware component of the gripper.
+        parameters: Parameters of the gripper.
+    """
+
+    def __init__(self, hardware: GripperHardware, parameters: GripperParameters) -> None:
+        self._hardware = hardware
+        self._full = parameters.lower, parameters.upper
+        self._travel: tuple[float, float] | None = None
+
+    @property
+    def commanded(self) -> float:
+        """Last commanded width [m]; NaN while the servo is not driven."""
+        return self._hardware.states["gripper/position"].value
+
+    def range(self) -> tuple[float, float]:
+        """Return the smallest and largest width that the jaws may have [m]."""
+        commanded = self.commanded
+        if math.isnan(commanded):
+            return self._full
+        return self._travel or (commanded, commanded)
+
+    def begin_travel(self, width: float) -> None:
+        """Extend the range by a width to which the jaws begin to move [m]."""
+        low, high = self.range()
+        self._travel = min(low, width), max(high, width)
+
+    def end_travel(self) -> None:
+        """Reduce the range to the commanded width, which the jaws have reached."""
+        self._travel = None
 
 
 class RobotGripper:
@@ -25,34 +61,21 @@ class RobotGripper:
     taken as the actual width once the jaws had the time to reach it.
 
     Args:
-        hardware: The hardware component of the gripper.
-        parameters: Parameters of the gripper.
-        turn: The robot's arbiter: calls of robot and gripper run one at a time.
-        stack: Returns the control stack; raises while the robot is not connected.
-        motion: Returns a motion that runs the control loop.
-        now: Returns the time [s].
-        check: Raises if a jaw would touch something during the motion to a width [m].
+        session: ArmSession of the arm: calls of robot and gripper run one at a time.
+        jaws: The widths that the jaws may have.
+        check_width: Raises if a jaw would touch something during the motion to a width [m].
     """
 
     def __init__(
-        self,
-        hardware: GripperHardware,
-        parameters: GripperParameters,
-        turn: CallArbiter,
-        stack: Callable[[], Stack],
-        motion: Callable[[], Motion],
-        now: Callable[[], float],
-        check: Callable[[float], None],
+        self, session: ArmSession, jaws: JawWidths, check_width: Callable[[float], None]
     ) -> None:
-        self._hardware, self._turn = hardware, turn
-        self._stack, self._motion, self._now = stack, motion, now
-        self._check, self._every = check, (parameters.lower, parameters.upper)
-        self._moving: tuple[float, float] | None = None
+        self._session, self._arbiter, self._hardware = session, session.arbiter, session.gripper
+        self._jaws, self._check_width = jaws, check_width
 
     @property
     def width(self) -> float:
         """Last commanded width of the jaws [m]; NaN while the servo is not driven."""
-        return self._hardware.states["gripper/position"].value
+        return self._jaws.commanded
 
     @property
     def widths(self) -> tuple[float, float]:
@@ -62,10 +85,7 @@ class RobotGripper:
         succeeded, anywhere along its travel. While it is not driven, they may have been moved by
         hand.
         """
-        told = self.width
-        if math.isnan(told):
-            return self._every
-        return self._moving or (told, told)
+        return self._jaws.range()
 
     @exclusive("gripper.enable()")
     def enable(self) -> None:
@@ -79,15 +99,14 @@ class RobotGripper:
         self._drive()
 
     def _drive(self) -> None:
-        self._turn.require_wanted()
-        stack = self._stack()
+        self._arbiter.require_not_stopped()
+        stack = self._session.stack
         stack.supervisor.require_clear()
         if self._hardware.state is not LifecycleState.ACTIVE:
             self._hardware.set_state(LifecycleState.ACTIVE)
         if stack.gripper.state is not LifecycleState.ACTIVE:
-            stack.loop.restart()
-            stack.loop.step()
-            stack.manager.switch(self._now(), (GRIPPER,))
+            stack.cycle()
+            stack.manager.switch(self._session.clock.now(), (GRIPPER,))
 
     @exclusive("gripper.disable()")
     def disable(self) -> None:
@@ -97,10 +116,8 @@ class RobotGripper:
             BusyError: Another call is using the arm.
         """
         if self._hardware.state is LifecycleState.ACTIVE:
-            stack = self._stack()
-            stack.manager.set_hardware_state(
-                self._hardware.name, LifecycleState.INACTIVE, self._now()
-            )
+            manager, now = self._session.stack.manager, self._session.clock.now()
+            manager.set_hardware_state(self._hardware.name, LifecycleState.INACTIVE, now)
 
     @exclusive("gripper.move()")
     def move(self, width: float) -> GripperResult:
@@ -120,16 +137,16 @@ class RobotGripper:
         """
         self._drive()
         width = number("the width", width, error=GoalRejectedError)
-        stack, wanted = self._stack(), GripperGoal((width,))
-        stack.gripper.check(wanted)
-        low, high = self.widths
+        stack, message = self._session.stack, GripperGoal((width,))
+        stack.gripper.check(message)
         with suppress(NotHomedError):
-            self._check(width)
+            self._check_width(width)
         # Before the first cycle: the disk may take longer than one.
         self._hardware.keep(width)
-        self._moving = min(low, width), max(high, width)
+        self._jaws.begin_travel(width)
         try:
-            goal = self._motion().pursue(lambda: stack.gripper.send_goal(wanted), Phase.SETTLING)
+            execution = MotionExecution(self._session)
+            goal = execution.pursue(lambda: stack.gripper.send_goal(message), Phase.SETTLING)
         finally:
             try:
                 self._hardware.keep()
@@ -139,5 +156,5 @@ class RobotGripper:
                 stack.supervisor.warnings.append(str(error))
         if goal.status is not GoalStatus.SUCCEEDED or goal.result is None:
             raise GripperError(f"the gripper did not reach {width:g} m: {goal.text}")
-        self._moving = None
+        self._jaws.end_travel()
         return goal.result

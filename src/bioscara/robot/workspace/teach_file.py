@@ -31,8 +31,8 @@ from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
 from bioscara.model.yaml_section import NODES_MAX, SIZE_MAX, YamlSection, read_text, sections_of
-from bioscara.robot.poses import NamedPose, TeachTable
-from bioscara.robot.tools import FINGERS, MASS_MAX, OFFSET_MAX, Tool
+from bioscara.robot.workspace.poses import NamedPose, TeachTable
+from bioscara.robot.workspace.tools import FINGERS, MASS_MAX, OFFSET_MAX, Tool
 
 SCHEMA = 1
 """Version of the schema that is read and written."""
@@ -147,7 +147,7 @@ def save_table(path: Path, table: TeachTable) -> None:
 
 def _unkept(path: Path, error: OSError) -> ConfigurationError:
     return ConfigurationError(
-        f"{path}: the poses cannot be kept ({error.strerror or error}); name another file"
+        f"{path}: the poses cannot be saved ({error.strerror or error}); name another file"
     )
 
 

@@ -1,0 +1,127 @@
+"""The arm that the command line names: opening it, its faults and its warnings."""
+
+from __future__ import annotations
+
+import shlex
+from collections.abc import Callable, Collection
+from itertools import takewhile
+from pathlib import Path
+
+from bioscara.cli.arguments import Options
+from bioscara.control.faults.kinds import FaultKind
+from bioscara.drivers import Joint
+from bioscara.errors import FaultedError
+from bioscara.model import ArmParameters
+from bioscara.robot import FAULTS, Robot
+
+
+def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULTS) -> Robot:
+    """Return the arm that ``--bus`` and ``--v1`` name; nothing is opened yet.
+
+    Args:
+        options: Parsed options.
+        parameters: Parameters of the arm.
+        evidence: Folder for the flight records of faults.
+
+    Raises:
+        InvalidArgumentError: There is no bus of that name.
+    """
+    full_speed = getattr(options, "full_speed", False)
+    if options.bus != "sim":
+        return Robot.connect(options.bus, parameters, evidence=evidence, full_speed=full_speed)
+    return Robot.simulated(
+        parameters,
+        v1=options.v1,
+        evidence=evidence,
+        full_speed=full_speed,
+        pace_homing=getattr(options, "realtime", False),
+        pace_motion=options.paced,
+    )
+
+
+def firmware_of(joint: Joint) -> str:
+    """Return the protocol and firmware versions of a joint, in words."""
+    if joint.hello is None:
+        return "protocol 1"
+    major, minor = joint.hello.firmware
+    return f"protocol {joint.hello.protocol}, firmware {major}.{minor}"
+
+
+def require_acknowledgement(robot: Robot, options: Options) -> None:
+    """Raise if there are faults from before this run, unless ``--acknowledge`` is given.
+
+    Args:
+        robot: A robot that was just connected.
+        options: Parsed options.
+
+    Raises:
+        FaultedError: There are faults; names them, what to do and the command to continue.
+    """
+    if options.acknowledge or not robot.faults:
+        return
+    sources: dict[FaultKind, list[str]] = {}
+    for fault in robot.faults:
+        sources.setdefault(fault.kind, []).append(fault.source)
+    faults = "; ".join(
+        f"{kind.name} ({', '.join(names)}): {kind.action}" for kind, names in sources.items()
+    )
+    command = shlex.join(("bioscara", *options.words, "--acknowledge"))
+    raise FaultedError(
+        f"the arm stopped before this run and nothing moves until that is resolved: {faults}; "
+        f"then continue with: {command}"
+    )
+
+
+def acknowledge_faults(robot: Robot, report: Callable[[str], None]) -> None:
+    """Acknowledge and recover from faults that stopped the arm before, if any; nothing moves.
+
+    Args:
+        robot: A robot that was just connected.
+        report: Receives a sentence for each fault.
+
+    Raises:
+        FaultedError: The evidence cannot be written; the faults stay.
+        BioscaraError: A joint does not answer.
+    """
+    if not robot.faults:
+        return
+    try:
+        faults = robot.acknowledge()
+    except OSError as error:
+        raise FaultedError(
+            f"the arm stopped before this run, and the evidence of it cannot be written: "
+            f"{error.filename}: {error.strerror or error}; nothing moves"
+        ) from error
+    for fault in faults:
+        report(f"acknowledged: {fault}")
+    report(f"evidence: {faults[0].evidence}")
+    robot.recover()
+
+
+def remedy(robot: Robot) -> str:
+    """Return the advice appended to a failure's cause if a fault is latched; else nothing."""
+    return "; then continue with --acknowledge" if robot.faults else ""
+
+
+class NewWarnings:
+    """Filters the warnings of a robot for those not yet reported.
+
+    Args:
+        robot: A connected robot; its present warnings count as reported.
+        notes: Notes on the plan that were reported already; the robot repeats them as warnings.
+    """
+
+    def __init__(self, robot: Robot, notes: Collection[str] = ()) -> None:
+        self._robot = robot
+        self._notes = notes
+        self._last = (robot.warnings or ("",))[-1]
+
+    def take(self) -> list[str]:
+        """Return the warnings since the last call, oldest first, as sentences."""
+        warnings, last = self._robot.warnings, self._last
+        if not warnings or warnings[-1] is last:
+            return []
+        self._last = warnings[-1]
+        # The oldest are dropped over time, so their number is no indication.
+        new = [*takewhile(lambda text: text is not last, reversed(warnings))]
+        return [f"warning: {text}" for text in reversed(new) if text not in self._notes]

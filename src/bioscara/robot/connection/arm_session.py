@@ -1,0 +1,208 @@
+"""One arm from connecting to shutdown."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from bioscara.arguments import shown
+from bioscara.bus import Bus
+from bioscara.clock import Clock
+from bioscara.control.manager.update_rate import require_rate
+from bioscara.drivers import Gripper
+from bioscara.errors import (
+    BioscaraError,
+    HardwareError,
+    InvalidArgumentError,
+    LifecycleError,
+    NotInitializedError,
+)
+from bioscara.hardware import ArmHardware, GripperHardware, LifecycleState
+from bioscara.hardware.safe_stop import release
+from bioscara.kinematics import Scara
+from bioscara.model import ArmParameters
+from bioscara.planning.collision.scene import Scene
+from bioscara.protocol import Flags
+from bioscara.robot.connection.call_arbiter import CallArbiter
+from bioscara.robot.connection.stack import Stack
+
+FAULTS = Path("faults")
+"""Folder for the flight records of faults, unless another one is named."""
+_PATIENCE = 15.0
+"""Time after which a stopped call is at rest, or in a callback that may never return [s]."""
+
+
+class ArmSession:
+    """Connects, enables, disables and shuts down one arm; nothing here makes it move.
+
+    Args:
+        bus: The bus of the joints; closed by :meth:`leave`.
+        clock: Clock of the arm.
+        parameters: Parameters of the arm.
+        gripper: The driver of the gripper.
+        rate: Control cycles per second [Hz]; None for the rate that suits the joints.
+        evidence: Folder for the flight records of faults.
+
+    Attributes:
+        bus: The bus of the joints.
+        clock: Clock of the arm.
+        parameters: Parameters of the arm.
+        begin: Time at which the session was created [s].
+        arbiter: Admits one call at a time to the arm.
+        arm: Hardware component of the joints.
+        gripper: Hardware component of the gripper.
+
+    Raises:
+        InvalidArgumentError: The rate or the folder is invalid.
+    """
+
+    def __init__(
+        self,
+        bus: Bus,
+        clock: Clock,
+        parameters: ArmParameters,
+        gripper: Gripper,
+        *,
+        rate: int | None,
+        evidence: Path,
+    ) -> None:
+        if not isinstance(evidence, str | Path):
+            raise InvalidArgumentError(f"evidence is {shown(evidence)}; give the path of a folder")
+        self.bus, self.clock, self.parameters = bus, clock, parameters
+        self.begin = clock.now()
+        self.arbiter = CallArbiter()
+        self.arm = ArmHardware("bioscara_arm", bus, clock, parameters.joints)
+        self.gripper = GripperHardware("bioscara_gripper", "gripper", gripper, clock)
+        self._rate = None if rate is None else require_rate(rate)
+        self._evidence = Path(evidence)
+        self._stack: Stack | None = None
+
+    @property
+    def stack(self) -> Stack:
+        """The control stack.
+
+        Raises:
+            NotInitializedError: The robot is not connected.
+        """
+        if self._stack is None:
+            raise NotInitializedError("the robot is not connected: use it in a with statement")
+        return self._stack
+
+    def connect(self, surroundings: Callable[[], tuple[Scara, Scene]]) -> None:
+        """Open the bus, connect to the joints and run the first control cycle; nothing moves.
+
+        Args:
+            surroundings: Returns the arm with its tool and the scene, as for :class:`Stack`.
+
+        Raises:
+            LifecycleError: The robot is connected, or was shut down.
+            BioscaraError: A joint cannot be used; the bus is closed again.
+        """
+        if self._stack is not None:
+            raise LifecycleError("the robot is connected already; use the one there is")
+        if self.arm.state is not LifecycleState.UNCONFIGURED:
+            raise LifecycleError("the robot was shut down; make another one to connect again")
+        try:
+            self.arm.configure()
+            stack = self._stack = Stack(
+                self.arm,
+                self.gripper,
+                surroundings,
+                self.clock,
+                self.parameters,
+                self._rate,
+                self._evidence,
+            )
+            stack.broadcast(self.clock.now())
+            # Notifies systemd of readiness and starts the evidence of faults latched earlier.
+            stack.cycle()
+            stack.latch(self.arm.latched(Flags.FAULT | Flags.STALL), self.clock.now())
+        except BaseException:
+            self._stack = None
+            self.bus.close()
+            raise
+
+    def enable(self) -> None:
+        """Enable all joints at their positions, unless they are enabled; nothing moves.
+
+        Raises:
+            MotionCancelledError: A stop of the running call was requested.
+            FaultedError: A fault is latched, here or in a joint.
+            BioscaraError: A joint was not enabled; all are released, and the error is latched as
+                a fault.
+        """
+        self.arbiter.require_not_stopped()
+        stack = self.stack
+        stack.supervisor.require_clear()
+        if self.arm.state is LifecycleState.UNCONFIGURED:
+            self.arm.configure()
+        if self.arm.state is LifecycleState.INACTIVE:
+            # A joint may have stopped autonomously while its state was not read.
+            stack.latch(self.arm.latched(Flags.FAULT), self.clock.now())
+            stack.supervisor.require_clear()
+            try:
+                self.arm.activate()
+            except BioscaraError as error:
+                stack.latch([error], self.clock.now())
+                raise stack.supervisor.faults[0].error() from None
+            stack.loop.restart()
+        stack.broadcast(self.clock.now())
+
+    def disable(self) -> None:
+        """Bring all joints to rest and disable them.
+
+        Raises:
+            HardwareError: A joint could not be stopped or disabled.
+        """
+        stack = self.stack
+        if self.arm.state is LifecycleState.ACTIVE:
+            stack.manager.set_hardware_state(
+                self.arm.name, LifecycleState.INACTIVE, self.clock.now()
+            )
+        elif problems := release(self.arm.joints):
+            raise HardwareError("; ".join(problems), self.arm.name)
+
+    def shutdown(self) -> list[str]:
+        """Stop and disable all joints; does nothing if that is done already.
+
+        Returns:
+            A sentence for each joint that could not be stopped or disabled.
+        """
+        if self._stack is None:
+            return []
+        if self._stack.watchdog is not None:
+            self._stack.watchdog.close()
+        problems = release(self.arm.joints)
+        # Not before: after an interruption, shutdown() can be called again.
+        self._stack = None
+        return problems
+
+    def leave(self, shutdown: Callable[[], list[str]], error: BaseException | None) -> None:
+        """Shut down despite interruptions, and close the bus.
+
+        Args:
+            shutdown: Calls :meth:`shutdown` once the call that uses the arm has ended.
+            error: The exception that is being raised, if any; it gets the problems as a note.
+
+        Raises:
+            HardwareError: A joint could not be stopped or disabled, and there is no ``error``.
+            KeyboardInterrupt, SystemExit: It was interrupted; the joints are disabled, unless a
+                call did not end within 15 s.
+        """
+        problems, raised, begin = "", error, time.monotonic()
+        # While shutdown is refused, a call is still using the bus, which stays open.
+        while self._stack is not None:
+            try:
+                problems = "; ".join(shutdown())
+            except (KeyboardInterrupt, SystemExit) as interrupt:
+                if self.arbiter.running is not None and time.monotonic() - begin >= _PATIENCE:
+                    raise
+                raised = interrupt
+        self.bus.close()
+        if problems and raised is None:
+            raise HardwareError(problems)
+        if problems and raised is not None:
+            raised.add_note(problems)
+        if raised is not None and raised is not error:
+            raise raised
