@@ -1,7 +1,7 @@
 # Everything from a bare machine with python3 (3.11 or newer), a C++17 compiler and make.
 #
 #   make demo            home the simulated arm and run a planned trajectory
-#   make test            all tests
+#   make test            all tests: one process for each core, then those in real time alone
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
 #   make dist            what a release consists of: wheel, sdist, images of the joints, checksums
@@ -54,7 +54,10 @@ demo: $(VENV)/.demo
 	@$(BIN)/bioscara demo
 
 test: $(VENV)/.dev
-	@$(BIN)/python -m pytest
+	@status=0; \
+	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not realtime' || status=1; \
+	$(BIN)/python -m pytest -m realtime || status=1; \
+	exit $$status
 
 check: lint types layers fresh
 

@@ -32,6 +32,11 @@ def truth(socket: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
     return values[: len(JOINTS)], values[len(JOINTS) :]
 
 
+def at_rest(socket: Path) -> bool:
+    """Return whether no joint moves faster than 1 mm/s or 1 mrad/s for 0.1 s."""
+    return all(abs(speed) < 1e-3 for _ in range(20) for speed in truth(socket)[1])
+
+
 def _file(socket: Path) -> Path:
     return socket.with_suffix(".truth")
 
