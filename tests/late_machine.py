@@ -63,7 +63,7 @@ def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> 
     failed = [report.longreprtext for report in reports if report.failed]
     if failed and (machine.worst > LATE or any("OVERRUN" in text for text in failed)):
         terminal = item.config.pluginmanager.get_plugin("terminalreporter")
-        text = f"{item.nodeid}: the computer was {1e3 * machine.worst:.0f} ms late or overran; once more"
+        text = f"{item.nodeid}: the computer was {1e3 * machine.worst:.0f} ms late; once more"
         if terminal is not None:
             terminal.write_line(f"\n{text}")
         # Fixtures of the module, such as a process with an arm, may be what failed.
