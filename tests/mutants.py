@@ -804,7 +804,7 @@ MUTANTS = (
         "JointTrajectoryController._end_if_judged",
         "overtime < 0.0 or sampler.waiting is not None",
         "False",
-        ("tests/control/controllers/joint_trajectory/test_rules_of_tolerances.py",),
+        ("tests/control/joint_trajectory/test_rules_of_tolerances.py",),
     ),
     Mutant(
         "no motion before homing",
