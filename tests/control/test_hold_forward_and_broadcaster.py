@@ -20,7 +20,7 @@ from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.hardware import State
 from control.wild import Box
 from control.world import LIMITS, NAMES, World
-from drivers.world import home_error
+from simulated import home_error
 
 HOLD = HoldController.TYPE
 FORWARD = ForwardCommandController.TYPE

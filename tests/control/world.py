@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bioscara.bus import FaultyBus
 from bioscara.control.controllers.controller import AnyController
 from bioscara.control.faults.flight_recorder import FlightRecord
 from bioscara.control.faults.supervisor import Supervisor
@@ -14,14 +13,11 @@ from bioscara.control.limits.limiter import Limiter
 from bioscara.control.loop.loop import Cycle, Loop
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.hardware import ArmHardware
-from bioscara.model import JointParameters, load_parameters
-from bioscara.sim import FirmwareBus, SimulatedArm
+from bioscara.model import JointParameters
+from simulated import ARM as PARAMETERS
+from simulated import NAMES, NEAR, simulated_bus
 
-PARAMETERS = load_parameters()
-NAMES = tuple(joint.name for joint in PARAMETERS.joints)
 LIMITS = {joint.name: joint for joint in PARAMETERS.joints}
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
-"""Close to the end stops that homing seeks."""
 BOTH = ("position", "velocity")
 
 
@@ -49,10 +45,7 @@ class World:
         frequency: float | None = 400e3,
         joints: Sequence[JointParameters] = PARAMETERS.joints,
     ) -> None:
-        self.arm = SimulatedArm(
-            seed=1, v1=v1, positions={**NEAR, **(near or {})}, frequency=frequency
-        )
-        self.bus = FaultyBus(FirmwareBus(self.arm), seed=1, clock=self.arm.clock)
+        self.arm, self.bus = simulated_bus(v1=v1, positions=near, frequency=frequency)
         self.clock = self.arm.clock
         self.rate = 50 if v1 else 100
         self.hardware = ArmHardware("bioscara_arm", self.bus, self.clock, joints)

@@ -13,8 +13,8 @@ from bioscara.drivers import Gripper, Joint, Pwm, Setpoint, calibrate, drive, tr
 from bioscara.model import load_parameters
 from bioscara.protocol import BrakeMode, Flags
 from bioscara.sim import SimulatedServo
-from drivers.world import World
 from nasty import judge
+from simulated import World
 
 ARM = load_parameters()
 Base = dict[str, Any]

@@ -20,7 +20,7 @@ from bioscara.hardware import ArmHardware, Mode, State
 from bioscara.protocol import Register
 from control.world import NAMES, PARAMETERS
 from control.world import World as Stack
-from drivers.world import World, home_error
+from simulated import World, home_error
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 PERIOD = 0.01

@@ -14,7 +14,7 @@ from bioscara.protocol import Register, ResetCause
 from bioscara.robot import Robot
 from control.world import PARAMETERS
 from drivers.test_original import Timed
-from drivers.world import World
+from simulated import World
 
 
 @pytest.mark.parametrize("period", [0.01, 0.02])

@@ -21,13 +21,12 @@ from bioscara.robot.planner import Planner
 from bioscara.robot.poses import NamedPose, TeachTable
 from bioscara.robot.records import ignore, never
 from bioscara.robot.tools import FINGERS, Tool
-from bioscara.sim import FirmwareBus, SimulatedArm
 from nasty import Parts, judge
+from simulated import simulated_robot
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
 HALF = (0.3, 0.2, 0.8, -0.5)
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 Base = dict[str, Any]
 
 
@@ -35,10 +34,8 @@ class World:
     """A robot that stands at ``HALF``, and the conditions that must hold after each call."""
 
     def __init__(self, folder: Path) -> None:
-        self.arm = SimulatedArm(seed=4, positions=NEAR)
-        self.robot: Any = Robot(
-            FirmwareBus(self.arm), self.arm.clock, ARM, "nasty", evidence=folder
-        )
+        self.robot: Any
+        self.arm, _, self.robot = simulated_robot(folder, seed=4)
         self._before: list[float] = []
 
     def where(self) -> list[float]:

@@ -18,8 +18,8 @@ from bioscara.model import load_parameters
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, serve
 from bioscara.sim.arm import JOINTS
+from simulated import NEAR
 
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 START = (-2.0, 0.25, 1.5, 1.5)
 _TRUTH = struct.Struct(f"<{2 * len(JOINTS)}d")
 

@@ -21,7 +21,7 @@ from bioscara.model import load_parameters
 from bioscara.protocol import Fault, JointState
 from bioscara.robot import Robot
 from bioscara.sim import SocketBus
-from processes import running, wait_for_line, wait_until
+from processes import environment, running, wait_for_line, wait_until
 
 pytestmark = pytest.mark.realtime
 
@@ -55,7 +55,7 @@ class Arm:
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Arm]:
     path = tmp_path_factory.mktemp("simulate") / "arm.sock"
-    with running(str(ARM), str(path)) as process:
+    with running(str(ARM), str(path), env=environment()) as process:
         wait_for_line(process, "listening")
         yield Arm(path)
         process.terminate()
@@ -65,7 +65,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Arm]:
 @contextmanager
 def moving_host(arm: Arm, motion: str) -> Iterator[None]:
     """A host that begins to move the joint now; it is killed at the end of the block."""
-    with running(str(HOST), str(arm.path), motion) as host:
+    with running(str(HOST), str(arm.path), motion, env=environment()) as host:
         wait_for_line(host, "moving")
         yield
         host.kill()
