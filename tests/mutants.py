@@ -38,14 +38,17 @@ HAZARDS = ("tests/firmware/test_hazards.py",)
 HOST = ("firmware/tests",)
 """The core's own tests, compiled with it; not run by pytest."""
 DRIVERS = ("tests/drivers",)
-LOOP = ("tests/control/test_loop.py",)
-MANAGER = ("tests/control/test_manager_rules.py", "tests/control/test_cycle_rules.py")
+LOOP = ("tests/control/loop/test_loop.py",)
+MANAGER = (
+    "tests/control/manager/test_manager_rules.py",
+    "tests/control/manager/test_cycle_rules.py",
+)
 TURN = ("tests/robot/test_call_arbiter.py",)
 LIFECYCLE = ("tests/hardware/test_lifecycle.py",)
-CLEARANCE = ("tests/control/test_clearance.py",)
-SUPERVISOR = ("tests/control/test_supervisor.py",)
-TOOL_SPEED = ("tests/control/test_tool_speed.py",)
-FLIGHT_RECORD = ("tests/control/test_flight_record.py",)
+CLEARANCE = ("tests/control/limits/test_clearance.py",)
+SUPERVISOR = ("tests/control/faults/test_supervisor.py",)
+TOOL_SPEED = ("tests/control/limits/test_tool_speed.py",)
+FLIGHT_RECORD = ("tests/control/faults/test_flight_record.py",)
 TEACH_FILE = ("tests/robot/test_teach_table.py",)
 GREETING = ("tests/drivers/test_greeting.py",)
 ORIGINAL = ("tests/drivers/test_original.py", "tests/hardware/test_original_joints.py")
@@ -545,7 +548,7 @@ MUTANTS = (
         "Nearby.on",
         "self.free(here)",
         "self._range",
-        ("tests/planning/test_nearby.py",),
+        ("tests/planning/collision/test_broad_phase.py",),
     ),
     Mutant(
         "jaws on the way to another width",
@@ -559,7 +562,7 @@ MUTANTS = (
         "_placed",
         "width for",
         "0.08 for",
-        ("tests/planning/test_bodies.py",),
+        ("tests/planning/collision/test_bodies.py",),
     ),
     Mutant(
         "an arm that was pushed against itself is led away",
@@ -573,14 +576,14 @@ MUTANTS = (
         "Layout._refine",
         "self._rough.any()",
         "False",
-        ("tests/planning/test_bodies.py",),
+        ("tests/planning/collision/test_bodies.py",),
     ),
     Mutant(
         "what pairs of links may meet",
         "meetings",
         "len(arm) -",
         "links +",
-        ("tests/planning/test_bodies.py",),
+        ("tests/planning/collision/test_bodies.py",),
     ),
     Mutant(
         "a plan is looked at again when it is executed",
@@ -664,7 +667,7 @@ MUTANTS = (
         "ControllerSwitcher._activate",
         "= limits",
         "= {}",
-        ("tests/control/joint_trajectory",),
+        ("tests/control/controllers/joint_trajectory",),
     ),
     Mutant(
         "no burst after a late cycle",
@@ -734,7 +737,7 @@ MUTANTS = (
         "Loop._step",
         "good and",
         "",
-        ("tests/control/test_realtime.py",),
+        ("tests/control/loop/test_realtime.py",),
     ),
     Mutant(
         "a stop that cannot raise",
@@ -804,7 +807,7 @@ MUTANTS = (
         "JointTrajectoryController._end_if_judged",
         "overtime < 0.0 or sampler.waiting is not None",
         "False",
-        ("tests/control/joint_trajectory/test_rules_of_tolerances.py",),
+        ("tests/control/controllers/joint_trajectory/test_rules_of_tolerances.py",),
     ),
     Mutant(
         "no motion before homing",
@@ -881,7 +884,7 @@ MUTANTS = (
         "JointLimiter.reaction",
         "_REACTION + 2.0 * period",
         "0.0",
-        (*CLEARANCE, "tests/control/test_limiting_laws.py"),
+        (*CLEARANCE, "tests/control/limits/test_limiting_laws.py"),
     ),
     Mutant(
         "a stop ends where joints are let go of",
@@ -1175,7 +1178,7 @@ MUTANTS = (
         "ArmHardware.write",
         "axis.homing.stop_lost()",
         "pass",
-        ("tests/control/test_homing_controller.py",),
+        ("tests/control/controllers/test_homing_controller.py",),
     ),
     Mutant(
         "frames of the size that a joint takes",

@@ -15,7 +15,7 @@ from bioscara.errors import (
 )
 from bioscara.hardware import ArmHardware, Mode, State
 from bioscara.protocol import Register
-from control.world import NAMES, PARAMETERS
+from control.control_stack import NAMES, PARAMETERS
 from simulated import World
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])

@@ -18,8 +18,8 @@ from bioscara.errors import (
 )
 from bioscara.hardware import ArmHardware, Mode, State
 from bioscara.protocol import Register
-from control.world import NAMES, PARAMETERS
-from control.world import World as Stack
+from control.control_stack import NAMES, PARAMETERS
+from control.control_stack import World as Stack
 from simulated import World, home_error
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])

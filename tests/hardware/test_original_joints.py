@@ -12,7 +12,7 @@ from bioscara.errors import JointLostError, NoAcknowledgeError
 from bioscara.hardware import ArmHardware, State
 from bioscara.protocol import Register, ResetCause
 from bioscara.robot import Robot
-from control.world import PARAMETERS
+from control.control_stack import PARAMETERS
 from drivers.test_original import Timed
 from simulated import World
 
