@@ -271,6 +271,7 @@ def test_joints_without_a_number_are_refused() -> None:
         scene.check(ARM, far)
 
 
+@pytest.mark.realtime
 def test_a_thousand_samples_of_six_zones_are_quick() -> None:
     rng = np.random.default_rng(1)
     zones = tuple(

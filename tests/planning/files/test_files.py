@@ -283,6 +283,7 @@ def test_a_csv_cut_within_a_line_is_refused(tmp_path: Path) -> None:
                 read(path)
 
 
+@pytest.mark.realtime
 def test_a_thousand_points_are_read_and_checked_quickly() -> None:
     point = _points(1, {"positions": -1, "velocities": -1, "accelerations": -1})
     lines = [line.replace("[0]", "[0.1]") for line in point.splitlines()[2:-1]]
