@@ -20,7 +20,7 @@ from bioscara.robot import kinematics_of
 from bioscara.robot.stack import TRAJECTORY, Stack
 
 CYCLES = 3000
-_PROVEN, _FREE, _NEAR = 0.2, 10, 120
+_PROVEN, _FREE, _NEAR = 0.2, 10, 40
 """Limits of the median, in bare cycles."""
 _START = (0.3, 0.2, 0.8, -0.5)
 _ZONES = tuple(
