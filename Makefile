@@ -1,7 +1,7 @@
 # Everything from a bare machine with python3 (3.11 or newer), a C++17 compiler and make.
 #
 #   make demo            home the simulated arm and run a planned trajectory
-#   make test            all tests
+#   make test            all tests: one process for each core, then those in real time alone
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
 #   make dist            what a release consists of: wheel, sdist, images of the joints, checksums
@@ -54,7 +54,10 @@ demo: $(VENV)/.demo
 	@$(BIN)/bioscara demo
 
 test: $(VENV)/.dev
-	@$(BIN)/python -m pytest
+	@status=0; \
+	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not realtime' || status=1; \
+	$(BIN)/python -m pytest -m realtime || status=1; \
+	exit $$status
 
 check: lint types layers fresh
 
@@ -97,8 +100,8 @@ bench: $(VENV)/.dev
 
 laws: $(VENV)/.dev firmware
 	@BIOSCARA_EVERY_BIT=1 BIOSCARA_EVERY_JOINT=1 BIOSCARA_LATENCY_STEPS=3000 BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 BIOSCARA_OWN_MOVES=10000 BIOSCARA_HOMING_STARTS=1000 BIOSCARA_FAULT_SEEDS=200 BIOSCARA_FUZZ_SEEDS=200 BIOSCARA_LOAD_SEEDS=200 $(BIN)/python -m pytest -o timeout=0 \
-	    tests/control/test_manager_at_speed.py tests/planning/test_zones.py tests/planning/test_jog.py \
-	    tests/planning/test_stop_guard.py tests/planning/test_bodies.py tests/control/test_clearance.py \
+	    tests/control/manager/test_manager_at_speed.py tests/planning/collision/test_zones.py tests/planning/motions/test_jog.py \
+	    tests/planning/collision/test_stop_guard.py tests/planning/collision/test_bodies.py tests/control/limits/test_clearance.py \
 	    tests/robot/test_beside_itself.py \
 	    tests/system/test_random_faults.py tests/system/test_load_speed.py tests/robot/test_robot_fuzz.py \
 	    tests/drivers/test_handshake.py tests/sim/test_socket_bus.py tests/oracle tests/firmware

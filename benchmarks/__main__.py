@@ -70,8 +70,9 @@ def _heading() -> list[str]:
     return [
         "# Benchmarks",
         "",
-        "Written by `make bench`. Absolute times are this run's and drift with the machine; the",
-        "limits are ratios, or bounds with ample room.",
+        "Written by `make bench`. Times are this run's and differ between computers. No limit is a",
+        "time: each is a ratio to a reference that was measured in turns with it, or concerns the",
+        "simulated arm, where time is virtual.",
         "",
         f"Python {platform.python_version()}, {platform.machine()}, {os.cpu_count()} cores.",
     ]

@@ -4,17 +4,15 @@ from __future__ import annotations
 
 import math
 import random
-import statistics
-import subprocess
-import sys
 from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
 import toppra
 
-from benchmarks.measure import Row, timings
+from benchmarks.measure import Row, at_most, duration, medians, timed
 from benchmarks.peers import Ruckig, random_problem, toppra_duration
+from benchmarks.startup import process
 from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, point_to_point, sequence
@@ -64,15 +62,6 @@ _POINTS_PER_PIECE = 20
 _CYCLE, _CYCLES = 0.01, 400
 
 
-def _least(*functions: Callable[[], object], rounds: int = 31) -> list[float]:
-    """Return the duration of each function's call least disturbed by other programs [s].
-
-    They take turns, so that a busy machine slows all of them.
-    """
-    turns = [[timings(function, 1)[0] for function in functions] for _ in range(rounds)]
-    return [min(column) for column in zip(*turns, strict=True)]
-
-
 def _toppra(path: Path, pieces: int) -> Callable[[], float]:
     """Return a function that times the joints along a path and returns the duration [s]."""
     edges = (0.0, *path.breaks, path.length)
@@ -91,39 +80,30 @@ def _ruckig(*, jerk_limited: bool) -> Ruckig:
 
 def _point_to_point() -> list[Row]:
     rows = []
-    for what, jerk_limited in (("jerk-limited", True), ("without jerk limit", False)):
+    for kind, jerk_limited, most in (
+        ("jerk-limited", True, 600),
+        ("without jerk limit", False, 400),
+    ):
         peer = _ruckig(jerk_limited=jerk_limited)
-        own, alone = _least(
+        own, alone = medians(
             lambda limited=jerk_limited: point_to_point(
                 _NAMES, START, END, _JOINTS, jerk_limited=limited
             ),
             peer.plan,
+            number=(1, 5),
         )
-        rows.append(
-            Row(
-                f"PTP of four joints, {what}, the trajectory included",
-                f"{1e6 * own:.0f} us",
-                f"ruckig alone, compiled: {1e6 * alone:.1f} us",
-                "at most 2 ms",
-                own <= 2e-3,
-            )
-        )
+        what = f"PTP of four joints, {kind}, the trajectory included"
+        rows.append(at_most(what, own, most, alone, "ruckig alone, compiled"))
     rng = random.Random(7)
     problems = [random_problem(rng, 1) for _ in range(501)]
     states, peers = iter(problems), iter([Ruckig(*problem) for problem in problems])
-    single = statistics.median(
-        timings(lambda: fastest(*(column[0] for column in next(states))), len(problems))
+    single, alone = medians(
+        lambda: fastest(*(column[0] for column in next(states))),
+        lambda: next(peers).plan(),
+        rounds=len(problems),
     )
-    alone = statistics.median(timings(lambda: next(peers).plan(), len(problems)))
-    rows.append(
-        Row(
-            "one joint from a random state of motion to another",
-            f"{1e6 * single:.0f} us",
-            f"ruckig alone, compiled: {1e6 * alone:.1f} us",
-            "at most 0.5 ms",
-            single <= 5e-4,
-        )
-    )
+    what = "one joint from a random state of motion to another"
+    rows.append(at_most(what, single, 150, alone, "ruckig alone, compiled"))
     return rows
 
 
@@ -156,7 +136,7 @@ def _paths() -> list[Row]:
         free, pieces = plan(FULL), len(plan(FULL).times) - 1
         peer = _toppra(path, pieces)
         functions = [lambda p=plan: p(FULL), lambda p=plan: p(None), peer]
-        own, bounded, alone = _least(*functions, rounds=7 if pieces > 1000 else 31)
+        own, bounded, alone = medians(*functions, rounds=7 if pieces > 1000 else 31)
         theirs = f"{pieces} pieces: {1e3 * alone:.1f} ms"
         rows += [
             Row(
@@ -184,76 +164,81 @@ def _planned() -> list[Row]:
     corners = rounded([Line(*ends) for ends in pairwise(CORNERS)], [BLEND] * 2).path
     down = Line(GOAL.compose(ABOVE), GOAL)
     ptp = _ruckig(jerk_limited=True)
-    kinds: list[tuple[str, Callable[[], Plan], str, tuple[Path, ...], float]] = [
-        ("PTP", lambda: planner.joints(END), "ruckig alone", (), 10e-3),
-        ("LIN", lambda: planner.linear(GOAL), "toppra alone", (line,), 20e-3),
-        ("CIRC", lambda: planner.circular(VIA, GOAL), "toppra alone", (arc,), 20e-3),
-        ("sequence", lambda: planner.sequence(AROUND), "toppra alone", (corners,), 40e-3),
+    kinds: list[tuple[str, Callable[[], Plan], str, tuple[Path, ...]]] = [
+        ("LIN", lambda: planner.linear(GOAL), "toppra alone", (line,)),
+        ("CIRC", lambda: planner.circular(VIA, GOAL), "toppra alone", (arc,)),
+        ("sequence", lambda: planner.sequence(AROUND), "toppra alone", (corners,)),
         (
             "approach and retract",
             lambda: planner.sequence(THERE_AND_BACK),
             "ruckig once and toppra twice",
             (down, down),
-            40e-3,
         ),
     ]
-    rows = []
-    for what, plan, whose, paths, most in kinds:
+
+    def with_scene(scene: Scene, plan: Callable[[], Plan]) -> Plan:
+        planner.scene = scene
+        return plan()
+
+    *own, peer = medians(
+        *(lambda s=scene: with_scene(s, lambda: planner.joints(END)) for scene in SCENES.values()),
+        _toppra(line, 200),
+    )
+    rows = [
+        at_most(f"`Planner`, PTP, {around}", time, 2, peer, "toppra alone, for a line")
+        for around, time in zip(SCENES, own, strict=True)
+    ]
+    for what, plan, whose, paths in kinds:
         planner.scene = Scene()
-        pieces = (len(plan().trajectory.times) - 1) // max(len(paths), 1)
-        peers = [_toppra(path, pieces) for path in paths] or [ptp.plan]
+        pieces = (len(plan().trajectory.times) - 1) // len(paths)
+        peers = [_toppra(path, pieces) for path in paths]
         if len(paths) > 1:
             peers.append(ptp.plan)
 
-        def with_scene(scene: Scene, plan: Callable[[], Plan] = plan) -> Plan:
-            planner.scene = scene
-            return plan()
-
-        *own, alone = _least(
-            *(lambda scene=scene: with_scene(scene) for scene in SCENES.values()),
+        *own, peer = medians(
+            *(lambda s=scene, p=plan: with_scene(s, p) for scene in SCENES.values()),
             lambda peers=peers: [peer() for peer in peers],
         )
         rows += [
-            Row(
-                f"`Planner`, {what}, {around}",
-                f"{1e3 * seconds:.1f} ms",
-                f"{whose}: {1e3 * alone:.2f} ms",
-                f"at most {1e3 * most:.0f} ms",
-                seconds <= most,
-            )
-            for around, seconds in zip(SCENES, own, strict=True)
+            at_most(f"`Planner`, {what}, {around}", time, 4, peer, whose)
+            for around, time in zip(SCENES, own, strict=True)
         ]
     return rows
 
 
-def _jogged(scene: Scene, direction: float) -> list[float]:
-    """Return the cost [s] of each step of a jog that continues past the end of its path."""
+def _jogged(scene: Scene, direction: float) -> tuple[list[float], list[float]]:
+    """Return the cost of each step of a jog past the end of its path, and of a solution [s]."""
     planner = Planner(_PARAMETERS, lambda: START)
     planner.scene = scene
-    jog, costs = planner.jog(START), []
+    jog, costs, solutions = planner.jog(START), [], []
     for cycle in range(_CYCLES):
         now = cycle * _CYCLE
         jog.command(ToolVelocity(0.05 * direction, 0.1 * direction, 0.0, 0.2), now)
-        costs += timings(lambda now=now: jog.step(now, _CYCLE), 1)
-    return costs
+        costs.append(timed(lambda now=now: jog.step(now, _CYCLE)))
+        solutions.append(timed(lambda: ARM.inverse(GOAL), 20))
+    return costs, solutions
 
 
 def _jog() -> list[Row]:
     rows = []
     for around, scene in {**SCENES, "a wall that holds it up": WALL}.items():
         costs: list[float] = []
+        solutions: list[float] = []
         for direction in (1.0, -1.0):
             # All runs are the same: the differences are due to other programs.
-            runs = [_jogged(scene, direction) for _ in range(3)]
-            costs += map(min, zip(*runs, strict=True))
-        median, p99 = np.percentile(costs, (50, 99))
+            steps, solved = zip(*(_jogged(scene, direction) for _ in range(3)), strict=True)
+            costs += map(min, zip(*steps, strict=True))
+            solutions += map(min, zip(*solved, strict=True))
+        median, p99 = np.percentile(costs, (50, 99)).tolist()
+        solution = float(np.median(solutions))
         rows.append(
             Row(
-                f"jog, a step, until past the end of the way, {around}",
-                f"{1e3 * median:.2f} ms median, {1e3 * p99:.2f} ms p99",
-                f"a cycle at 100 Hz: {1e3 * _CYCLE:.0f} ms",
-                "median at most a tenth of it, p99 at most half",
-                bool(median <= _CYCLE / 10.0 and p99 <= _CYCLE / 2.0),
+                f"jog, a step, until past the end of the path, {around}",
+                f"{duration(median)} median ({median / solution:.0f} times), "
+                f"{duration(p99)} p99 ({p99 / solution:.0f} times)",
+                f"inverse kinematics of one pose: {duration(solution)}",
+                "median at most 400 times, p99 at most 2000 times",
+                median <= 400 * solution and p99 <= 2000 * solution,
             )
         )
     return rows
@@ -261,27 +246,14 @@ def _jog() -> list[Row]:
 
 def _cold() -> list[Row]:
     """Measure a user's first plan: a whole process."""
-
-    def process(*arguments: str) -> Callable[[], object]:
-        return lambda: subprocess.run(
-            [sys.executable, *arguments], check=True, stdout=subprocess.DEVNULL
-        )
-
     target = [str(value) for value in GOAL]
-    numpy, plan = _least(
+    numpy, plan = medians(
         process("-c", "import numpy"),
         process("-m", "bioscara", "plan", "--pose", *target),
         rounds=9,
     )
-    return [
-        Row(
-            "`bioscara plan`, the whole process",
-            f"{1e3 * plan:.0f} ms ({plan / numpy:.1f} times)",
-            f"Python that imports numpy: {1e3 * numpy:.0f} ms",
-            "at most 4 times",
-            plan <= 4.0 * numpy,
-        )
-    ]
+    whose = "Python that imports numpy"
+    return [at_most("`bioscara plan`, the whole process", plan, 4, numpy, whose)]
 
 
 def rows() -> list[Row]:

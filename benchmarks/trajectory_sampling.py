@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import statistics
 from collections.abc import Callable
 
 import numpy as np
 
-from benchmarks.measure import Row, timings
+from benchmarks.measure import Row, at_most, medians
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController, Point
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
 from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory
@@ -67,8 +66,8 @@ def _each(sample: Callable[[float], object]) -> Callable[[], None]:
     return lambda: (sample(next(times)), None)[1]
 
 
-def _update() -> float:
-    """Return the median time of one update of the controller while it follows [s]."""
+def _update() -> Callable[[], None]:
+    """Return a function that updates the controller while it follows."""
     parameters = JointTrajectoryController.PARAMETERS.read(
         "jtc", {"joints": NAMES, "command_interfaces": ("position", "velocity")}
     )
@@ -93,29 +92,16 @@ def _update() -> float:
             state.stamp = now - 0.002
         controller.update(now, PERIOD / 10.0)
 
-    return statistics.median(timings(cycle, CALLS))
+    return cycle
 
 
 def rows() -> list[Row]:
     """Measure one sample of four joints, and a whole update of the controller."""
     points = _points()
-    peer = statistics.median(timings(_each(_hermite(points)), CALLS))
-    own = statistics.median(timings(_each(Interpolator(points).sample), CALLS))
-    update = _update()
-    return [
-        Row(
-            "one sample of four joints: position, velocity, acceleration",
-            f"{1e6 * own:.1f} us",
-            f"numpy, cubic Hermite, position and velocity: {1e6 * peer:.1f} us"
-            f" ({own / peer:.2f} times)",
-            "at most 3 times",
-            own <= 3.0 * peer,
-        ),
-        Row(
-            "one update of the trajectory controller, four joints",
-            f"{1e6 * update:.1f} us",
-            f"two samples: {2e6 * own:.1f} us",
-            "at most 25 us median",
-            update <= 25e-6,
-        ),
-    ]
+    own, update, peer = medians(
+        _each(Interpolator(points).sample), _update(), _each(_hermite(points)), rounds=CALLS
+    )
+    whose = "numpy, cubic Hermite, position and velocity"
+    what = "one sample of four joints: position, velocity, acceleration"
+    controller = "one update of the trajectory controller, four joints"
+    return [at_most(what, own, 1, peer, whose), at_most(controller, update, 2.5, peer, whose)]

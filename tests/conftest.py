@@ -1,13 +1,27 @@
-"""Settings of all property tests: judged by their findings, never by the machine's speed."""
+"""Settings and fixtures of all tests. Property tests are judged by findings, not by speed."""
 
 from __future__ import annotations
 
 import signal
+import subprocess
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 
+import pytest
 from hypothesis import settings
+
+from late_machine import pytest_runtest_protocol as pytest_runtest_protocol
+from processes import running
 
 settings.register_profile("bioscara", deadline=None, print_blob=True)
 settings.load_profile("bioscara")
 
 # A run in the background of a shell ignores Ctrl-C, and so would each program that a test starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+@pytest.fixture
+def start() -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Start Python programs, see :func:`processes.running`; the end of the test kills them."""
+    with ExitStack() as programs:
+        yield lambda *arguments, **options: programs.enter_context(running(*arguments, **options))

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from mutants import MUTANTS
+from source_places import apply
 
 ROOT = Path(__file__).parents[1]
 
@@ -83,8 +84,32 @@ def test_the_readme_lists_every_document_once() -> None:
 
 
 def test_every_mutant_still_finds_its_guard() -> None:
-    stale = [each.guard for each in MUTANTS if (ROOT / each.file).read_text().count(each.old) != 1]
+    stale = []
+    for mutant in MUTANTS:
+        try:
+            apply(mutant.place, mutant.old, mutant.new)
+        except LookupError as error:
+            stale.append(f"{mutant.guard}: {error}")
     assert stale == []
+
+
+def test_the_tests_that_should_notice_a_mutant_exist() -> None:
+    named = {test for mutant in MUTANTS for test in mutant.tests}
+    assert sorted(test for test in named if not (ROOT / test).exists()) == []
+
+
+def test_a_mutant_whose_place_or_guard_is_gone_is_stale() -> None:
+    with pytest.raises(LookupError, match=r"there is no Loop\.nothing"):
+        apply("Loop.nothing", "held_up", "False")
+    with pytest.raises(LookupError, match=r"'nothing' occurs 0 times in Loop\._step"):
+        apply("Loop._step", "nothing", "False")
+    with pytest.raises(LookupError, match=r"'self' occurs \d+ times in Loop\._step"):
+        apply("Loop._step", "self", "None")
+
+
+def test_a_mutant_survives_another_layout_of_its_guard() -> None:
+    place, guard = "I2cTarget::interrupt", "bus.SR1 = ~(status & kErrors) & kClearable;"
+    assert apply(place, "bus.SR1=~( status&kErrors )&kClearable ;", "") == apply(place, guard, "")
 
 
 @pytest.mark.skipif(shutil.which("make") is None, reason="make is not installed")

@@ -7,7 +7,6 @@ import os
 import re
 import signal
 import subprocess
-import sys
 from collections.abc import Callable, Sequence
 from itertools import pairwise
 from pathlib import Path
@@ -274,20 +273,21 @@ def test_ctrl_c_over_a_bad_wire_ramps_down_disables_and_reports(
         assert abs(speeds[-1]) < 1e-6
 
 
+@pytest.mark.realtime
 @pytest.mark.parametrize("words", [[], ["--v1"]])
 def test_simulate_serves_from_its_message_until_a_signal(
-    words: list[str], tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    words: list[str],
+    start: Callable[..., subprocess.Popen[str]],
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
 ) -> None:
     path = tmp_path / "arm.sock"
-    command = [sys.executable, "-u", "-m", "bioscara", "simulate", "--socket", str(path), *words]
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
-        try:
-            assert process.stdout
-            assert process.stdout.readline().endswith(f"--bus sim:{path}\n")
-            assert main(["joints", "--bus", f"sim:{path}"]) == 0
-        finally:
-            process.send_signal(signal.SIGINT)
-    assert process.returncode == 0
+    process = start("-m", "bioscara", "simulate", "--socket", str(path), *words)
+    assert process.stdout
+    assert process.stdout.readline().endswith(f"--bus sim:{path}\n")
+    assert main(["joints", "--bus", f"sim:{path}"]) == 0
+    process.send_signal(signal.SIGINT)
+    assert process.wait(20) == 0
     assert not path.exists()
     version = "protocol 1" if words else "protocol 2"
     assert version in line(capsys.readouterr().out, "j4")

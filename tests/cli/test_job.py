@@ -18,6 +18,7 @@ import pytest
 from bioscara.cli import main
 from bioscara.planning import read
 from bioscara.report import Phase
+from processes import wait_for_line
 
 
 def samples(folder: Path) -> list[dict[str, str]]:
@@ -43,24 +44,6 @@ def assert_complete(folder: Path, outcome: str) -> None:
     assert not list(folder.glob("partial-*"))
 
 
-def start(*words: str, **options: object) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-u", "-m", "bioscara", *words],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        **options,  # type: ignore[call-overload]
-    )
-
-
-def wait_for(process: subprocess.Popen[str], marker: str) -> None:
-    assert process.stdout
-    for line in process.stdout:
-        if marker in line:
-            return
-    pytest.fail(f"{marker!r} never came")
-
-
 def test_the_demo_homes_follows_and_reports(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -78,29 +61,34 @@ def test_the_demo_homes_follows_and_reports(
     assert homed == sorted(homed)
 
 
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.realtime
 @pytest.mark.parametrize(
-    ("words", "marker", "phase"),
-    [
-        (("--realtime",), "homing j2", "stopping"),
-        ((), "  approach", "stopping"),
-        ((), "  trajectory", "stopping"),
-    ],
+    ("words", "marker"), [(("--realtime",), "homing j2"), ((), "  approach"), ((), "  trajectory")]
 )
 def test_ctrl_c_in_each_phase_stops_and_reports(
-    tmp_path: Path, words: tuple[str, ...], marker: str, phase: str, number: signal.Signals
+    words: tuple[str, ...],
+    marker: str,
+    start: Callable[..., subprocess.Popen[str]],
+    tmp_path: Path,
 ) -> None:
-    process = start("demo", "--out", str(tmp_path), *words)
-    wait_for(process, marker)
-    process.send_signal(number)
-    process.send_signal(number)
-    out, err = process.communicate(timeout=60)
-    assert process.returncode == 130
-    assert len(err.splitlines()) == 1
-    assert "interrupted" in err
-    assert "all joints were stopped and disabled" in out
-    assert_complete(tmp_path, "CANCELLED")
-    assert samples(tmp_path)[-1]["phase"] == phase
+    demos = {
+        number: start(
+            "-m", "bioscara", "demo", "--out", str(tmp_path / number.name), *words,
+            stderr=subprocess.PIPE,
+        )
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }  # fmt: skip
+    for number, demo in demos.items():
+        wait_for_line(demo, marker)
+        demo.send_signal(number)
+        demo.send_signal(number)
+        out, err = demo.communicate(timeout=60)
+        assert demo.returncode == 130
+        assert len(err.splitlines()) == 1
+        assert "interrupted" in err
+        assert "all joints were stopped and disabled" in out
+        assert_complete(tmp_path / number.name, "CANCELLED")
+        assert samples(tmp_path / number.name)[-1]["phase"] == "stopping"
 
 
 @pytest.mark.parametrize(

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import csv
-import os
 import re
 import signal
 import subprocess
-import sys
-import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
 import pytest
-from tests.cli.test_job import start, wait_for
-from tests.system.observed_arm import truth
+from tests.system.observed_arm import at_rest, truth
 
 import bioscara.sim
 from bioscara.bus import Bus, Transaction
@@ -24,6 +20,7 @@ from bioscara.model import load_parameters
 from bioscara.protocol import Register
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
+from processes import environment, wait_for_line, wait_until
 
 NAMES = tuple(joint.name for joint in load_parameters().joints)
 
@@ -129,45 +126,38 @@ def test_half_speed_is_reported_with_its_reason(
         assert "LATE" in (tmp_path / "run" / "report.txt").read_text()
 
 
+@pytest.mark.realtime
 def test_host3_a_run_after_a_killed_one_reports_the_fault_and_moves_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    start: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ) -> None:
-    # A killed process leaves the folder of the simulated servo behind.
-    monkeypatch.setenv("TMPDIR", str(tmp_path))
     arm = tmp_path / "arm.sock"
-    env = {**os.environ, "PYTHONPATH": os.pathsep.join(filter(None, sys.path))}
-    with subprocess.Popen(
-        [sys.executable, "-m", "tests.system.observed_arm", str(arm), "homed"],
-        cwd=Path(__file__).parents[2],
-        env=env,
-        stdout=subprocess.PIPE,
-        text=True,
-    ) as simulated:
-        try:
-            assert simulated.stdout
-            assert simulated.stdout.readline() == "listening\n"
-            bus = ("--bus", f"sim:{arm}")
-            first = start("demo", "--out", str(tmp_path / "first"), *bus)
-            wait_for(first, "  approach")
-            while abs(truth(arm)[1][0]) < 0.05:
-                assert first.poll() is None
-            first.kill()
-            first.communicate()
-            time.sleep(0.5)
-            second = start("demo", "--out", str(tmp_path / "second"), *bus)
-            out, err = second.communicate(timeout=60)
-            assert second.returncode == 2, err
-            assert "SETPOINT_LOST (j1" in err
-            assert f"--bus sim:{arm} --acknowledge" in err
-            assert "homing" not in out
-            assert not (tmp_path / "second").exists()
-            third = start("demo", "--out", str(tmp_path / "third"), *bus, "--acknowledge")
-            wait_for(third, "  approach")
-            third.send_signal(signal.SIGINT)
-            out, err = third.communicate(timeout=60)
-            assert third.returncode == 130, err
-        finally:
-            simulated.terminate()
-            simulated.wait(10)
+    # A killed process leaves the folder of the simulated servo behind.
+    env = environment(TMPDIR=str(tmp_path))
+    simulated = start("-m", "tests.system.observed_arm", str(arm), "homed", env=env)
+    wait_for_line(simulated, "listening")
+
+    def demo(name: str, *words: str) -> subprocess.Popen[str]:
+        command = ("demo", "--out", str(tmp_path / name), "--bus", f"sim:{arm}", *words)
+        return start("-m", "bioscara", *command, env=env, stderr=subprocess.PIPE)
+
+    first = demo("first")
+    wait_for_line(first, "  approach")
+    wait_until(lambda: first.poll() is not None or abs(truth(arm)[1][0]) > 0.05, "j1 moves")
+    first.kill()
+    out, err = first.communicate()
+    assert first.returncode == -signal.SIGKILL, out + err
+    wait_until(lambda: at_rest(arm), "the joints stop by themselves")
+    second = demo("second")
+    out, err = second.communicate(timeout=60)
+    assert second.returncode == 2, err
+    assert "SETPOINT_LOST (j1" in err
+    assert f"--bus sim:{arm} --acknowledge" in err
+    assert "homing" not in out
+    assert not (tmp_path / "second").exists()
+    third = demo("third", "--acknowledge")
+    wait_for_line(third, "  approach")
+    third.send_signal(signal.SIGINT)
+    out, err = third.communicate(timeout=60)
+    assert third.returncode == 130, err
     with (tmp_path / "third" / "samples.csv").open(newline="") as file:
         assert all(row["phase"] != "homing" for row in csv.DictReader(file))

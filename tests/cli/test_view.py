@@ -11,7 +11,7 @@ import sys
 import threading
 import time
 import urllib.request
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pytest
@@ -39,26 +39,17 @@ def test_without_viser_the_error_names_the_package(
 
 
 @needs_viser
-def test_it_serves_until_it_is_interrupted() -> None:
-    view = subprocess.Popen(
-        [sys.executable, "-m", "bioscara", "view", "--port", "0"],
-        stdout=subprocess.PIPE,
-        text=True,
-        env={**os.environ, "PYTHONUNBUFFERED": "1"},
-    )
-    try:
-        assert view.stdout is not None
-        found = re.match(r"the arm in 3D: (http://127\.0\.0\.1:\d+) .*\n$", view.stdout.readline())
-        assert found
-        with urllib.request.urlopen(found[1]) as answer:
-            assert answer.status == 200
-        view.send_signal(signal.SIGINT)
-        assert view.wait(timeout=20) == 0
-        assert view.stdout.read() == ""
-    finally:
-        view.kill()
-        view.wait()
-        view.stdout.close()
+@pytest.mark.realtime
+def test_it_serves_until_it_is_interrupted(start: Callable[..., subprocess.Popen[str]]) -> None:
+    view = start("-m", "bioscara", "view", "--port", "0")
+    assert view.stdout is not None
+    found = re.match(r"the arm in 3D: (http://127\.0\.0\.1:\d+) .*\n$", view.stdout.readline())
+    assert found
+    with urllib.request.urlopen(found[1]) as answer:
+        assert answer.status == 200
+    view.send_signal(signal.SIGINT)
+    assert view.wait(timeout=20) == 0
+    assert view.stdout.read() == ""
 
 
 @pytest.mark.parametrize("port", ["-1", "65536", "http"])

@@ -15,7 +15,15 @@ from contract.arm_server import ArmServer
 from contract.arms import open_arm, served_arm
 from contract.preload import PreloadedBus, build_shim
 
-BUSES = ("firmware", "recording", "faulty", "socket", "linux", "linux-pi4", "linux-pi5")
+BUSES = (
+    "firmware",
+    "recording",
+    "faulty",
+    pytest.param("socket", marks=pytest.mark.realtime),
+    "linux",
+    "linux-pi4",
+    "linux-pi5",
+)
 
 
 @pytest.fixture(scope="session")

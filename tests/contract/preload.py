@@ -100,6 +100,9 @@ class PreloadedBus(Bus):
 
     def quit(self) -> None:
         """End the process."""
-        process = self._process
-        process.communicate()
+        with self._process as process:
+            try:
+                process.communicate(timeout=20)
+            finally:
+                process.kill()
         assert process.returncode == 0

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import pytest
 
 from bioscara.hardware import LifecycleState
-from control.wild import release
-from control.world import World
+from control.control_stack import World
+from control.scripted_controller import release
 
 
 @pytest.fixture(scope="module")

@@ -18,7 +18,7 @@ from bioscara.errors import (
     WrongJointError,
 )
 from bioscara.protocol import Flags, JointState, Register
-from drivers.world import ARM, World
+from simulated import ARM, World
 
 ADDRESS = 0x11
 ANGLE = When(address=ADDRESS, first=Register.ANGLEMOVED, count=1)

@@ -19,7 +19,7 @@ from bioscara.errors import (
     NotInitializedError,
 )
 from bioscara.protocol import JointState, Register
-from drivers.world import World
+from simulated import World
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 PERIOD = 0.02

@@ -20,7 +20,7 @@ from bioscara.errors import (
 )
 from bioscara.protocol import MAGIC, READ, TRAILER, Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
-from drivers.world import ARM, NEAR, Tap, World, clock_is_held
+from simulated import ARM, NEAR, Tap, World, clock_is_held
 
 SEEDS = range(int(os.environ.get("BIOSCARA_FAULT_SEEDS", "24")))
 ADDRESSES = tuple(joint.address for joint in ARM.joints)

@@ -30,7 +30,7 @@ from bioscara.errors import (
     WrongJointError,
 )
 from bioscara.protocol import BrakeMode, Capability, Flags, JointState, Register, ResetCause
-from drivers.world import ARM, World, home_error
+from simulated import ARM, World, home_error
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 STEPS = 12800

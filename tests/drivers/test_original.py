@@ -35,7 +35,7 @@ from bioscara.errors import (
 )
 from bioscara.protocol import READ, REGISTERS, WRITE, Flags, Register
 from bioscara.protocol.codec import field_bounds
-from drivers.world import ARM, NEAR, Tap, World
+from simulated import ARM, NEAR, Tap, World
 
 R = Register
 ANSWERED = {

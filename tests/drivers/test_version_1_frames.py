@@ -8,7 +8,7 @@ from bioscara.bus import Transaction
 from bioscara.errors import NotSupportedError
 from bioscara.protocol import Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
-from drivers.world import ARM, NEAR, World, home_error
+from simulated import ARM, NEAR, World, home_error
 
 
 def test_it_is_identified_as_version_1() -> None:

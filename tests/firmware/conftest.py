@@ -1,24 +1,35 @@
-"""The images that the emulator runs are built once, as `make firmware` builds them."""
+"""The images of the joints, built once however many test processes want them."""
 
 from __future__ import annotations
 
+import fcntl
 import shutil
 import subprocess
 from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+FIRMWARE = Path(__file__).parents[2] / "firmware"
 
 
 @pytest.fixture(scope="session")
-def images() -> None:
-    if shutil.which("arm-none-eabi-g++") is None:
-        pytest.skip("no arm-none-eabi-g++: on Debian and Ubuntu, apt install gcc-arm-none-eabi")
-    built = subprocess.run(
-        ["make", "--no-print-directory", "-C", str(ROOT / "firmware" / "joint")],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+def images() -> str:
+    """Build the images as ``make firmware`` does; return what the build printed."""
+    if shutil.which("make") is None or shutil.which("arm-none-eabi-g++") is None:
+        pytest.skip(
+            "make and arm-none-eabi-g++ build the images (Debian: gcc-arm-none-eabi, "
+            "libnewlib-arm-none-eabi, libstdc++-arm-none-eabi-newlib)"
+        )
+    (FIRMWARE / "build").mkdir(exist_ok=True)
+    # One process builds; the others wait, and then find the images up to date.
+    with (FIRMWARE / "build" / "tests.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        built = subprocess.run(
+            ["make", "--no-print-directory", "-C", str(FIRMWARE / "joint")],
+            check=False,
+            capture_output=True,
+            text=True,
+            timeout=110,
+        )
     assert built.returncode == 0, built.stdout + built.stderr
+    return built.stdout

@@ -14,8 +14,8 @@ from bioscara.protocol import (
 )
 from bioscara.sim import FirmwareBus, SimulatedArm
 from firmware.client import Client
+from simulated import NEAR
 
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 HOME = {"j1": (0, 10, 30, 15), "j2": (0, 45, 50, 30), "j3": (1, 11, 25, 10), "j4": (1, 11, 30, 10)}
 """Direction of the motor, rpm, sensitivity, current: the arm's committed homing."""
 

@@ -25,22 +25,6 @@ JOINTS = (1, 2, 3, 4)
 HEAP = {"malloc", "free", "realloc", "calloc", "_sbrk", "_Znwj", "_ZdlPv"}
 EXCEPTIONS = ("__cxa_throw", "_Unwind_", "__cxa_guard_acquire", "typeinfo")
 
-needs_compiler = pytest.mark.skipif(
-    shutil.which("arm-none-eabi-g++") is None or shutil.which("make") is None,
-    reason="make and arm-none-eabi-g++ build the images (Debian: gcc-arm-none-eabi, "
-    "libnewlib-arm-none-eabi, libstdc++-arm-none-eabi-newlib)",
-)
-
-
-@pytest.fixture(scope="module")
-def built() -> str:
-    """Build the images; return what the build printed."""
-    done = subprocess.run(
-        ["make", "-C", str(JOINT)], check=False, capture_output=True, text=True, timeout=110
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
 
 def _symbols(joint: int) -> dict[str, int]:
     listed = subprocess.run(
@@ -155,9 +139,8 @@ def test_a_stack_without_bound_is_an_error(line: str, says: str) -> None:
         add_up()
 
 
-@needs_compiler
 @pytest.mark.parametrize("joint", JOINTS)
-def test_an_image_says_what_it_is_and_that_it_is_whole(built: str, joint: int) -> None:
+def test_an_image_says_what_it_is_and_that_it_is_whole(images: str, joint: int) -> None:
     image = (BUILD / f"j{joint}.bin").read_bytes()
     magic, form, number, *version, length, crc = struct.unpack_from("<8s5B3xII", image, 0x200)
     assert (magic, form, number) == (b"BIOSCARA", 1, joint)
@@ -169,8 +152,7 @@ def test_an_image_says_what_it_is_and_that_it_is_whole(built: str, joint: int) -
     assert (BUILD / f"j{joint}.map").stat().st_size > 0
 
 
-@needs_compiler
-def test_the_images_differ_by_the_joint_alone(built: str) -> None:
+def test_the_images_differ_by_the_joint_alone(images: str) -> None:
     first, *others = ((BUILD / f"j{joint}.bin").read_bytes() for joint in JOINTS)
     for other in others:
         assert len(other) == len(first)
@@ -178,10 +160,9 @@ def test_the_images_differ_by_the_joint_alone(built: str) -> None:
         assert sum(a != b for a, b in zip(first, other, strict=True)) <= 5 + 12
 
 
-@needs_compiler
 @pytest.mark.parametrize("joint", JOINTS)
 def test_an_image_has_no_heap_no_exceptions_and_no_double_arithmetic(
-    built: str, joint: int
+    images: str, joint: int
 ) -> None:
     symbols = _symbols(joint)
     assert not HEAP & set(symbols)
@@ -189,9 +170,8 @@ def test_an_image_has_no_heap_no_exceptions_and_no_double_arithmetic(
     assert not [name for name in symbols if name.startswith("__aeabi_d")]
 
 
-@needs_compiler
 @pytest.mark.parametrize("joint", JOINTS)
-def test_the_vector_table_leads_into_the_first_block_of_the_flash(built: str, joint: int) -> None:
+def test_the_vector_table_leads_into_the_first_block_of_the_flash(images: str, joint: int) -> None:
     image = (BUILD / f"j{joint}.bin").read_bytes()
     symbols = _symbols(joint)
     initial, *handlers = struct.unpack_from("<101I", image)
@@ -212,15 +192,13 @@ def test_the_vector_table_leads_into_the_first_block_of_the_flash(built: str, jo
         assert symbols[name] < 0x0800_0800, name
 
 
-@needs_compiler
-def test_the_build_reports_sizes_and_stack(built: str) -> None:
-    assert built.count("exception frames") == len(JOINTS)
-    assert all(f"j{joint}.elf" in built for joint in JOINTS)
+def test_the_build_reports_sizes_and_stack(images: str) -> None:
+    assert images.count("exception frames") == len(JOINTS)
+    assert all(f"j{joint}.elf" in images for joint in JOINTS)
 
 
-@needs_compiler
 def test_a_stack_above_what_is_reserved_fails_the_build(
-    built: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    images: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.setattr(stack, "EXCEPTION_FRAME", 4096)
     assert stack.main(str(BUILD / "j1.elf")) == 1

@@ -16,8 +16,8 @@ from bioscara.hardware import LifecycleState, Mode
 from bioscara.hardware.bus_budget import Capacity, highest_rate
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
-from control.world import NAMES, NEAR, PARAMETERS
-from control.world import World as Stack
+from control.control_stack import NAMES, NEAR, PARAMETERS
+from control.control_stack import World as Stack
 
 AT = {"j1": -2.5, "j2": 0.30, "j3": 2.0, "j4": 2.0}
 FORWARD = "forward_command_controller/ForwardCommandController"

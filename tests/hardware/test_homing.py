@@ -15,8 +15,8 @@ from bioscara.errors import (
 )
 from bioscara.hardware import ArmHardware, LifecycleState, Mode
 from bioscara.protocol import Register
-from control.world import NAMES, PARAMETERS
-from drivers.world import World
+from control.control_stack import NAMES, PARAMETERS
+from simulated import World
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 PERIOD = 0.02

@@ -25,9 +25,9 @@ from bioscara.errors import (
 from bioscara.hardware import ArmHardware, LifecycleState
 from bioscara.protocol import Flags, Register
 from bioscara.sim import FirmwareBus, SimulatedArm
-from control.world import NAMES, PARAMETERS
-from control.world import World as Stack
-from drivers.world import Tap, World, home_error
+from control.control_stack import NAMES, PARAMETERS
+from control.control_stack import World as Stack
+from simulated import Tap, World, home_error
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 PERIOD = 0.01

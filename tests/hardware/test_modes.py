@@ -18,9 +18,9 @@ from bioscara.errors import (
 )
 from bioscara.hardware import ArmHardware, LifecycleState, Mode
 from bioscara.protocol import Register
-from control.world import NAMES, PARAMETERS
-from control.world import World as Stack
-from drivers.world import World, home_error
+from control.control_stack import NAMES, PARAMETERS
+from control.control_stack import World as Stack
+from simulated import World, home_error
 
 BOTH = pytest.mark.parametrize("v1", [False, True], ids=["v2", "v1"])
 PERIOD = 0.01

@@ -12,9 +12,9 @@ from bioscara.errors import JointLostError, NoAcknowledgeError
 from bioscara.hardware import ArmHardware, LifecycleState
 from bioscara.protocol import Register, ResetCause
 from bioscara.robot import Robot
-from control.world import PARAMETERS
+from control.control_stack import PARAMETERS
 from drivers.test_original import Timed
-from drivers.world import World
+from simulated import World
 
 
 @pytest.mark.parametrize("period", [0.01, 0.02])

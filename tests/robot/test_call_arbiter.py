@@ -35,10 +35,10 @@ from bioscara.robot.connection import call_arbiter
 from bioscara.robot.connection.call_arbiter import CallArbiter, exclusive
 from bioscara.robot.motions.cycle_recorder import Observe, ignore
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
+from simulated import NEAR
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 START = (-2.0, 0.30, 2.0, 2.0)
 GOAL = (-1.0, 0.28, 1.0, 1.0)
 POSE = Pose(0.45, -0.20, 0.25)

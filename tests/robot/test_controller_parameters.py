@@ -9,10 +9,9 @@ import pytest
 from bioscara.errors import GoalAbortedError, HomingError
 from bioscara.model import ArmParameters, load_parameters, loading
 from bioscara.robot import Robot
-from bioscara.sim import FirmwareBus, SimulatedArm
+from simulated import simulated_robot
 
 TEXT = Path(loading.__file__).with_name("parameters.yaml").read_text()
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 
 
 def changed(folder: Path, *values: tuple[str, str]) -> ArmParameters:
@@ -26,8 +25,7 @@ def changed(folder: Path, *values: tuple[str, str]) -> ArmParameters:
 
 
 def robot_of(parameters: ArmParameters, folder: Path) -> Robot:
-    arm = SimulatedArm(seed=2, positions=NEAR)
-    return Robot(FirmwareBus(arm), arm.clock, parameters, "changed", evidence=folder)
+    return simulated_robot(folder, parameters=parameters).robot
 
 
 @pytest.mark.parametrize(("v1", "rate"), [(True, 40), (False, 80)])

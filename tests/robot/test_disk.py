@@ -20,9 +20,9 @@ from bioscara.model import load_parameters
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
+from simulated import NEAR
 
 ARM = load_parameters()
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 SLOW_DISK = 0.08
 """Longest duration of an fsync on a memory card [s]."""
 IO = Path("/proc/thread-self/io")

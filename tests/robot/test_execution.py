@@ -19,25 +19,28 @@ from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 from bioscara.robot.planner import Plan
 from bioscara.robot.workspace.tools import Tool
-from bioscara.sim import FirmwareBus, SimulatedArm
+from bioscara.sim import SimulatedArm
+from simulated import SimulatedRobot, homed_robot
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 START = (-2.0, 0.30, 2.0, 2.0)
 
 
 @pytest.fixture
-def arm() -> SimulatedArm:
-    return SimulatedArm(seed=2, positions=NEAR)
+def homed(tmp_path: Path) -> Iterator[SimulatedRobot]:
+    with homed_robot(tmp_path, START) as made:
+        yield made
 
 
 @pytest.fixture
-def robot(arm: SimulatedArm, tmp_path: Path) -> Iterator[Robot]:
-    with Robot(FirmwareBus(arm), arm.clock, ARM, "arm", evidence=tmp_path) as made:
-        made.home()
-        made.move_joints(START)
-        yield made
+def arm(homed: SimulatedRobot) -> SimulatedArm:
+    return homed.arm
+
+
+@pytest.fixture
+def robot(homed: SimulatedRobot) -> Robot:
+    return homed.robot
 
 
 def fastest(arm: SimulatedArm) -> float:

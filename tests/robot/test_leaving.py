@@ -18,10 +18,10 @@ from bioscara.model import load_parameters
 from bioscara.robot import Robot
 from bioscara.robot.connection import arm_session
 from bioscara.sim import FirmwareBus, SimulatedArm
+from simulated import NEAR, simulated_robot
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 START = (-2.0, 0.30, 2.0, 2.0)
 J2 = When(address=ARM.joints[1].address)
 
@@ -30,9 +30,7 @@ class Scene:
     """A robot that is connected, and the simulated arm and bus behind it."""
 
     def __init__(self, folder: Path, *, v1: bool) -> None:
-        self.arm = SimulatedArm(seed=2, positions=NEAR, v1=v1)
-        self.bus = FaultyBus(FirmwareBus(self.arm), seed=1, clock=self.arm.clock)
-        self.robot = Robot(self.bus, self.arm.clock, ARM, "leaving", evidence=folder)
+        self.arm, self.bus, self.robot = simulated_robot(folder, v1=v1)
 
     def energised(self) -> list[str]:
         self.arm.run(1.0)

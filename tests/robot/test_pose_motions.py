@@ -27,21 +27,16 @@ from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
 from bioscara.robot.workspace.poses import NamedPose
 from bioscara.robot.workspace.tools import Tool
-from bioscara.sim import FirmwareBus, SimulatedArm
+from simulated import homed_robot
 
 ARM = load_parameters()
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 HERE = Pose(0.45, -0.20, 0.25)
 
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Robot]:
-    arm = SimulatedArm(seed=4, positions=NEAR)
-    folder: Path = tmp_path_factory.mktemp("evidence")
-    with Robot(FirmwareBus(arm), arm.clock, ARM, "poses", evidence=folder) as made:
-        made.home()
-        made.move_joints((0.0, 0.2, 0.0, 0.0))
-        yield made
+    with homed_robot(tmp_path_factory.mktemp("evidence"), (0.0, 0.2, 0.0, 0.0), seed=4) as made:
+        yield made.robot
 
 
 def tool_path(robot: Robot, records: list[CycleRecord]) -> np.ndarray:

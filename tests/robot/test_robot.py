@@ -31,11 +31,10 @@ from bioscara.planning import Trajectory, point_to_point
 from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
-from bioscara.sim import FirmwareBus, SimulatedArm
+from simulated import simulated_robot
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 START = (-2.0, 0.30, 2.0, 2.0)
 
 
@@ -43,8 +42,7 @@ class Scene:
     """A robot, and the simulated arm behind it."""
 
     def __init__(self, evidence: Path) -> None:
-        self.arm = SimulatedArm(seed=2, positions=NEAR)
-        self.robot = Robot(FirmwareBus(self.arm), self.arm.clock, ARM, "scene", evidence=evidence)
+        self.arm, _, self.robot = simulated_robot(evidence)
 
     def speeds(self) -> list[float]:
         """Speeds once the belts have swung out."""

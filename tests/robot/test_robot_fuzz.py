@@ -22,11 +22,11 @@ from bioscara.protocol import Register, ResetCause
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
+from simulated import NEAR
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
 BY_ADDRESS = {joint.address: joint for joint in ARM.joints}
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 CENTRE = (-0.5, 0.3, 0.5, 0.5)
 FIRST = int(os.environ.get("BIOSCARA_FUZZ_FIRST", "0"))
 SEEDS = range(FIRST, FIRST + int(os.environ.get("BIOSCARA_FUZZ_SEEDS", "10")))

@@ -14,7 +14,7 @@ from bioscara.model import load_parameters
 from bioscara.planning.motions.jog import ToolVelocity
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.robot import Robot
-from bioscara.sim import FirmwareBus, SimulatedArm
+from simulated import homed_robot
 
 ARM = load_parameters()
 GOAL = Pose(0.4, 0.2, 0.25)
@@ -25,12 +25,8 @@ Call = Callable[[Any], object]
 
 @pytest.fixture(scope="module")
 def robot(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    arm = SimulatedArm(seed=4)
-    bus, folder = FirmwareBus(arm), tmp_path_factory.mktemp("evidence")
-    with Robot(bus, arm.clock, ARM, "wrong", evidence=folder) as made:
-        made.home()
-        made.move_joints(HALF)
-        yield made
+    with homed_robot(tmp_path_factory.mktemp("evidence"), HALF, seed=4) as made:
+        yield made.robot
 
 
 WRONG: list[tuple[Call, str]] = [

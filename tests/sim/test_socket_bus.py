@@ -25,6 +25,8 @@ from bioscara.errors import BusUnavailableError, InvalidArgumentError, NoAcknowl
 from bioscara.sim import SimulatedArm, SocketBus, framing, serve, server, socket_bus
 from bioscara.sim.framing import FrameKind, Host, encode_frame, encode_hello, encode_request
 
+pytestmark = pytest.mark.realtime
+
 PING, PONG = Transaction(0x11, b"\x0f", 2), b"O\x0c"
 FLAGS_ONLY, NO_PAYLOAD = Transaction(0x11, b"\x29\x00", 1), b"\x0c"
 LIMIT = 10.0

@@ -13,12 +13,11 @@ from bioscara.kinematics import Joints, batch
 from bioscara.model import load_parameters
 from bioscara.robot import Robot, kinematics_of
 from bioscara.sim import FirmwareBus, SimulatedArm
+from simulated import NEAR
 
 PARAMETERS = load_parameters()
 NAMES = tuple(joint.name for joint in PARAMETERS.joints)
 KINEMATICS = kinematics_of(PARAMETERS)
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
-"""Close to the end stops that homing seeks."""
 _STEP = 1e-3
 
 

@@ -18,8 +18,8 @@ from bioscara.model import load_parameters
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm, serve
 from bioscara.sim.arm import JOINTS
+from simulated import NEAR
 
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 START = (-2.0, 0.25, 1.5, 1.5)
 _TRUTH = struct.Struct(f"<{2 * len(JOINTS)}d")
 
@@ -30,6 +30,11 @@ def truth(socket: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
     time.sleep(0.005)
     values = _TRUTH.unpack(_file(socket).read_bytes())
     return values[: len(JOINTS)], values[len(JOINTS) :]
+
+
+def at_rest(socket: Path) -> bool:
+    """Return whether no joint moves faster than 1 mm/s or 1 mrad/s for 0.1 s."""
+    return all(abs(speed) < 1e-3 for _ in range(20) for speed in truth(socket)[1])
 
 
 def _file(socket: Path) -> Path:

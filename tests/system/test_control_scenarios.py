@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.bus import FaultyBus
 from bioscara.control.controllers.joint_trajectory import Goal, GoalStatus, JointTrajectory, Point
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.control.faults.supervisor import FaultState
@@ -32,13 +31,11 @@ from bioscara.model import load_parameters
 from bioscara.protocol import SILENCE
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
-from bioscara.sim import FirmwareBus, SimulatedArm
-from drivers.world import home_error
+from simulated import home_error, simulated_bus
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
 LIMITS = {joint.name: joint for joint in ARM.joints}
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 START = (-2.5, 0.30, 2.2, 2.5)
 GOAL = (-1.5, 0.25, 0.8, 1.0)
 
@@ -47,8 +44,7 @@ class Scene:
     """A homed arm in motion until something happens."""
 
     def __init__(self, evidence: Path, *, v1: bool = False) -> None:
-        self.arm = SimulatedArm(seed=5, v1=v1, positions=NEAR, frequency=400e3)
-        self.bus = FaultyBus(FirmwareBus(self.arm), seed=5, clock=self.arm.clock)
+        self.arm, self.bus = simulated_bus(seed=5, v1=v1, frequency=400e3)
         self.evidence = evidence
         self.robot = self.host()
         self.records: list[CycleRecord] = []

@@ -28,10 +28,10 @@ from bioscara.protocol import WRITE, Fault, JointState, Register, ResetCause
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
+from simulated import NEAR, simulated_robot
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 PERIOD = 0.01
 SILENCE = 0.06
 
@@ -40,9 +40,7 @@ class Scene:
     """A homed arm that follows a trajectory until a fault strikes at a given time."""
 
     def __init__(self) -> None:
-        self.arm = SimulatedArm(seed=3, positions=NEAR)
-        self.bus = FaultyBus(FirmwareBus(self.arm), seed=3, clock=self.arm.clock)
-        self.robot = Robot(self.bus, self.arm.clock, ARM, "scenario")
+        self.arm, self.bus, self.robot = simulated_robot(seed=3)
         self.records: list[CycleRecord] = []
         self.struck = math.inf
 

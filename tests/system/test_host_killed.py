@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 import random
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -23,6 +21,9 @@ from bioscara.model import load_parameters
 from bioscara.protocol import Fault, JointState
 from bioscara.robot import Robot
 from bioscara.sim import SocketBus
+from processes import environment, running, wait_for_line, wait_until
+
+pytestmark = pytest.mark.realtime
 
 SILENCE = 0.060
 SLACK = 0.25
@@ -54,32 +55,21 @@ class Arm:
 @pytest.fixture(scope="module")
 def arm(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Arm]:
     path = tmp_path_factory.mktemp("simulate") / "arm.sock"
-    with subprocess.Popen(
-        [sys.executable, "-u", str(ARM), str(path)], stdout=subprocess.PIPE, text=True
-    ) as process:
-        assert process.stdout
-        assert process.stdout.readline() == "listening\n"
-        try:
-            yield Arm(path)
-        finally:
-            process.terminate()
-            process.wait(10)
-    assert process.returncode == 0
+    with running(str(ARM), str(path), env=environment()) as process:
+        wait_for_line(process, "listening")
+        yield Arm(path)
+        process.terminate()
+        assert process.wait(10) == 0
 
 
 @contextmanager
-def moving_host(arm: Arm, motion: str) -> Iterator[subprocess.Popen[str]]:
-    """A host that begins to move the joint now."""
-    with subprocess.Popen(
-        [sys.executable, "-u", str(HOST), str(arm.path), motion], stdout=subprocess.PIPE, text=True
-    ) as host:
-        try:
-            assert host.stdout
-            assert host.stdout.readline() == "moving\n", "the host did not get that far"
-            yield host
-        finally:
-            host.kill()
-    assert host.returncode == -signal.SIGKILL
+def moving_host(arm: Arm, motion: str) -> Iterator[None]:
+    """A host that begins to move the joint now; it is killed at the end of the block."""
+    with running(str(HOST), str(arm.path), motion, env=environment()) as host:
+        wait_for_line(host, "moving")
+        yield
+        host.kill()
+        assert host.wait(10) == -signal.SIGKILL
 
 
 @pytest.mark.parametrize("motion", ["track", "velocity"])
@@ -94,8 +84,7 @@ def test_the_joint_of_a_killed_host_stops_by_itself_and_the_next_host_learns_why
         while (speed := arm.speed()) < MOVING or time.monotonic() - begin < phase:
             assert time.monotonic() - begin < 10.0, "the joint does not move"
     killed = time.monotonic()
-    while arm.speed() > RESTING:
-        assert time.monotonic() - killed < 5.0, "the joint does not stop"
+    wait_until(lambda: arm.speed() <= RESTING, "the joint stops")
     assert time.monotonic() - killed < SILENCE + speed / J4.max_acceleration + SLACK
 
     with SocketBus(arm.path) as bus:

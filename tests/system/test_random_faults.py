@@ -10,18 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.bus import Direction, FaultyBus, When
+from bioscara.bus import Direction, When
 from bioscara.errors import BioscaraError, HomingError
 from bioscara.model import load_parameters
 from bioscara.protocol import ResetCause
 from bioscara.report import CycleRecord
-from bioscara.robot import Robot
-from bioscara.sim import FirmwareBus, SimulatedArm
-from drivers.world import clock_is_held
+from simulated import clock_is_held, simulated_robot
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
-NEAR = {"j1": -3.0, "j2": 0.33, "j3": 2.58, "j4": 2.9}
 SEEDS = range(int(os.environ.get("BIOSCARA_FAULT_SEEDS", "24")))
 
 
@@ -31,9 +28,7 @@ class Scene:
     def __init__(self, seed: int, folder: Path) -> None:
         self.random = random.Random(seed)
         self.v1 = self.random.random() < 0.2
-        self.arm = SimulatedArm(seed=seed, positions=NEAR, v1=self.v1)
-        self.bus = FaultyBus(FirmwareBus(self.arm), seed=seed, clock=self.arm.clock)
-        self.robot = Robot(self.bus, self.arm.clock, ARM, "random", evidence=folder)
+        self.arm, self.bus, self.robot = simulated_robot(folder, seed=seed, v1=self.v1)
         self.lost_turns = self.supply_lost = False
 
     def blow(self) -> Callable[[], object]:

@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import math
-import os
 import random
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import pytest
-from tests.system.observed_arm import truth
+from tests.system.observed_arm import at_rest, truth
 
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import FaultedError
 from bioscara.model import load_parameters
 from bioscara.robot import Robot
+from processes import environment, running, wait_for_line, wait_until
+
+pytestmark = pytest.mark.realtime
 
 SILENCE = 0.060
 SLACK = 0.3
@@ -27,7 +29,6 @@ RESTING = 0.05
 """Share of its highest speed below which a joint surely rests."""
 MOTOR_STEP_DEG = 1.8
 JOINTS = load_parameters().joints
-ROOT = Path(__file__).parents[2]
 
 
 def speeds(socket: Path) -> list[float]:
@@ -46,19 +47,12 @@ def turns(socket: Path) -> list[float]:
     ]
 
 
-def _start(folder: Path, script: str, *arguments: str) -> subprocess.Popen[str]:
-    return subprocess.Popen(
-        [sys.executable, "-u", "-m", f"tests.system.{script}", *arguments],
-        stdout=subprocess.PIPE,
-        text=True,
-        cwd=folder,
-        env={
-            **os.environ,
-            "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)]),
-            # A killed process leaves the folder of the simulated servo behind.
-            "TMPDIR": str(folder),
-        },
-    )
+def _program(
+    folder: Path, script: str, *arguments: str
+) -> AbstractContextManager[subprocess.Popen[str]]:
+    # A killed process leaves the folder of the simulated servo behind.
+    env = environment(TMPDIR=str(folder))
+    return running("-m", f"tests.system.{script}", *arguments, cwd=folder, env=env)
 
 
 @pytest.fixture(scope="module")
@@ -69,15 +63,11 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def socket(folder: Path) -> Iterator[Path]:
     path = folder / "arm.sock"
-    with _start(folder, "observed_arm", str(path), "homed") as process:
-        assert process.stdout
-        assert process.stdout.readline() == "listening\n"
-        try:
-            yield path
-        finally:
-            process.terminate()
-            process.wait(10)
-    assert process.returncode == 0
+    with _program(folder, "observed_arm", str(path), "homed") as process:
+        wait_for_line(process, "listening")
+        yield path
+        process.terminate()
+        assert process.wait(10) == 0
 
 
 @pytest.mark.parametrize("attempt", range(3))
@@ -86,26 +76,22 @@ def test_host3_a_killed_robot_leaves_an_arm_at_rest_and_restarts_faulted_and_mot
 ) -> None:
     seed = random.randrange(2**32)
     print(f"seed {seed}, attempt {attempt}")  # noqa: T201 (pytest shows it when the test fails)
-    with _start(folder, "moving_robot", str(socket)) as host:
-        try:
-            assert host.stdout
-            assert host.stdout.readline() == "moving\n"
-            begin = time.monotonic()
-            phase = random.Random(seed).uniform(0.2, 1.2)
-            while max(speeds(socket)) < 0.2 or time.monotonic() - begin < phase:
-                assert time.monotonic() - begin < 10.0, "the arm does not move"
-        finally:
-            host.kill()
-    assert host.returncode == -signal.SIGKILL
+    with _program(folder, "moving_robot", str(socket)) as host:
+        wait_for_line(host, "moving")
+        begin = time.monotonic()
+        phase = random.Random(seed).uniform(0.2, 1.2)
+        while max(speeds(socket)) < 0.2 or time.monotonic() - begin < phase:
+            assert time.monotonic() - begin < 10.0, "the arm does not move"
+        host.kill()
+        assert host.wait(10) == -signal.SIGKILL
     killed, fast = time.monotonic(), speeds(socket)
-    while max(speeds(socket)) > RESTING:
-        assert time.monotonic() - killed < 5.0, "the arm does not stop"
+    wait_until(lambda: max(speeds(socket)) <= RESTING, "the arm stops")
     braking = max(
         share * joint.max_velocity / joint.max_acceleration
         for share, joint in zip(fast, JOINTS, strict=True)
     )
     assert time.monotonic() - killed < SILENCE + braking + SLACK
-    time.sleep(0.3)
+    wait_until(lambda: at_rest(socket), "the belts swing out")
     rest = turns(socket)
     with Robot.connect(f"sim:{socket}", evidence=folder / "again") as again:
         assert [fault.kind for fault in again.faults] == [FaultKind.SETPOINT_LOST] * len(JOINTS)

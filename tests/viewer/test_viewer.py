@@ -26,6 +26,8 @@ from bioscara.viewer.kinematic_tree import KinematicTree  # noqa: E402
 from bioscara.viewer.page import Page  # noqa: E402
 from bioscara.viewer.zones import edges, solid  # noqa: E402
 
+pytestmark = pytest.mark.realtime
+
 PARAMETERS = load_parameters()
 SCENE = Scene(
     (

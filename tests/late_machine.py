@@ -1,0 +1,78 @@
+"""Tests in real time: one that fails while the computer ran late says so and is repeated once."""
+
+from __future__ import annotations
+
+import os
+import threading
+import time
+from types import TracebackType
+from typing import Self
+
+import pytest
+from _pytest.runner import runtestprotocol
+
+TICK = 0.005
+LATE = 0.01
+"""Lateness of a thread [s] that means a late computer: a cycle of the control loop."""
+
+
+class LatenessMonitor:
+    """Measures how much later than requested the operating system wakes up a thread on each core.
+
+    A process that a test started may be late while the process of the tests is not.
+    """
+
+    def __init__(self) -> None:
+        self.worst = 0.0
+        self._ended = threading.Event()
+        self._threads = [
+            threading.Thread(target=self._run, args=(core,), name="lateness", daemon=True)
+            for core in os.sched_getaffinity(0)
+        ]
+
+    def _run(self, core: int) -> None:
+        os.sched_setaffinity(0, {core})  # of this thread alone
+        while not self._ended.is_set():
+            begin = time.monotonic()
+            time.sleep(TICK)
+            self.worst = max(self.worst, time.monotonic() - begin - TICK)
+
+    def __enter__(self) -> Self:
+        for thread in self._threads:
+            thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._ended.set()
+        for thread in self._threads:
+            thread.join()
+
+
+def pytest_runtest_protocol(item: pytest.Item, nextitem: pytest.Item | None) -> bool | None:
+    """Run a ``realtime`` test; if it fails on a late machine, repeat it once on fresh fixtures."""
+    if item.get_closest_marker("realtime") is None:
+        return None
+    item.ihook.pytest_runtest_logstart(nodeid=item.nodeid, location=item.location)
+    with LatenessMonitor() as machine:
+        reports = runtestprotocol(item, log=False, nextitem=nextitem)
+    failed = [report.longreprtext for report in reports if report.failed]
+    if failed and (machine.worst > LATE or any("OVERRUN" in text for text in failed)):
+        terminal = item.config.pluginmanager.get_plugin("terminalreporter")
+        text = f"{item.nodeid}: the computer was {1e3 * machine.worst:.0f} ms late; once more"
+        if terminal is not None:
+            terminal.write_line(f"\n{text}")
+        # Fixtures of the module, such as a process with an arm, may be what failed.
+        item.session._setupstate.teardown_exact(None)
+        item._initrequest()  # type: ignore[attr-defined]
+        reports = runtestprotocol(item, log=False, nextitem=nextitem)
+        for report in reports:
+            report.sections.append(("repeated", text))
+    for report in reports:
+        item.ihook.pytest_runtest_logreport(report=report)
+    item.ihook.pytest_runtest_logfinish(nodeid=item.nodeid, location=item.location)
+    return True

@@ -1,0 +1,260 @@
+"""A jog enters no zone, exceeds no limit, and stops when the commands end."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from bioscara.errors import InvalidArgumentError, LimitError, ZoneError
+from bioscara.kinematics import Joints, Scara
+from bioscara.planning.collision.scene import Box, Cylinder, Scene
+from bioscara.planning.motions.jog import EXPIRY, Jog, JointVelocity, ToolVelocity
+from planning.limits import LIMITS
+from planning.sampled_contact import touched
+from planning.scenes import ARM, COUNT, free_joints, random_scene
+
+REST = Joints(0.3, 0.2, 0.8, -0.5)
+PERIOD = 0.02
+BELTS = (0.23, 0.107)
+"""Windows over which commands are averaged, in tests with averages [s]."""
+
+
+def random_velocity(rng: np.random.Generator) -> JointVelocity | ToolVelocity:
+    share = rng.uniform(-1.0, 1.0, 4) * (rng.random(4) < 0.7)
+    if rng.random() < 0.5:
+        rates = [limit.max_velocity for limit in LIMITS]
+        return JointVelocity(*(share * rates).tolist())
+    return ToolVelocity(*(share * [0.3, 0.3, 0.03, 2.0]).tolist())
+
+
+def at_a_zone(rng: np.random.Generator, scene: Scene, joints: Joints) -> ToolVelocity:
+    shape = scene.zones[rng.integers(len(scene.zones))].shape
+    pose, speed = ARM.forward(joints), rng.uniform(0.05, 0.3)
+    x, y = shape.x - pose.x, shape.y - pose.y
+    far = max(math.hypot(x, y), 1e-3)
+    return ToolVelocity(x / far * speed, y / far * speed, 0.0, rng.uniform(-1.0, 1.0))
+
+
+def held(jog: Jog, velocity: JointVelocity | ToolVelocity, seconds: float) -> list[Joints]:
+    """Return the positions while a command is repeated."""
+    rows = []
+    for number in range(round(seconds / PERIOD)):
+        jog.command(velocity, number * PERIOD)
+        rows.append(jog.step(number * PERIOD, PERIOD)[0])
+    return rows
+
+
+def test_no_sample_of_a_random_jog_enters_a_zone() -> None:
+    rng = np.random.default_rng(7)
+    tried = hindered = 0
+    while tried < COUNT:
+        scene = random_scene(rng)
+        start = free_joints(rng, scene)
+        if start is None:
+            continue
+        tried += 1
+        jog = Jog(ARM, LIMITS, start, scene, windows=BELTS if tried % 2 else ())
+        rows, speeds, fast = [start], [Joints(0.0, 0.0, 0.0, 0.0)], 0.0
+        now = 0.0
+        for _ in range(2):
+            aimed = rng.random() < 0.5
+            velocity = at_a_zone(rng, scene, jog.positions) if aimed else random_velocity(rng)
+            for _ in range(int(rng.integers(5, 40))):
+                jog.command(velocity, now)
+                positions, rates = jog.step(now, PERIOD)
+                rows.append(positions)
+                speeds.append(rates)
+                fast = max(fast, ARM.tool_speed(positions, rates))
+                hindered += jog.reason.startswith("zone")
+                now += PERIOD
+        between = np.linspace(0.0, 1.0, 5)[:-1, None, None]
+        dense = (np.array(rows[:-1]) + between * np.diff(rows, axis=0)).reshape(-1, 4)
+        assert scene.clearance(ARM, dense).min() >= scene.margin - 5e-4
+        assert not touched(ARM, scene.zones, rows[-1])
+        assert fast <= 0.25 * 1.005
+        within_limits(rows, speeds)
+    assert hindered > 0.5 * COUNT
+
+
+def within_limits(rows: list[Joints], speeds: list[Joints]) -> None:
+    changes = np.abs(np.diff(speeds, axis=0)).max(axis=0)
+    for joint, limit in enumerate(LIMITS):
+        column = [row[joint] for row in rows]
+        assert limit.lower - 1e-8 <= min(column)
+        assert max(column) <= limit.upper + 1e-8
+        assert max(abs(row[joint]) for row in speeds) <= limit.max_velocity * (1 + 1e-9)
+        assert changes[joint] <= limit.max_acceleration * PERIOD * (1 + 1e-9)
+
+
+def test_the_arm_slows_down_and_rests_at_the_zones_border() -> None:
+    pose = ARM.forward(REST)
+    wall = Box("wall", (pose.x - 0.3, pose.y + 0.15, 0.0), (pose.x + 0.3, pose.y + 0.4, 0.6))
+    scene = Scene((wall,))
+    jog = Jog(ARM, LIMITS, REST, scene)
+    rows = held(jog, ToolVelocity(y=0.1), 6.0)
+    clearances = scene.clearance(ARM, rows)
+    assert jog.reason == "wall"
+    assert max(map(abs, jog.velocities)) < 1e-3
+    assert scene.margin - 1e-9 <= clearances[-1] < scene.margin + 1e-3
+    # And it can leave.
+    held(jog, ToolVelocity(y=-0.1), 1.0)
+    assert jog.reason == ""
+    assert ARM.forward(jog.positions).y < ARM.forward(rows[-1]).y - 0.05
+
+
+def test_a_command_expires() -> None:
+    jog = Jog(ARM, LIMITS, REST)
+    jog.command(ToolVelocity(x=0.1), 0.0)
+    moving = []
+    for number in range(60):
+        _, rates = jog.step(number * PERIOD, PERIOD)
+        moving.append(ARM.tool_speed(jog.positions, rates))
+    last = int(EXPIRY / PERIOD)
+    assert min(moving[4 : last + 1]) > 0.09
+    assert moving[last + 1] < moving[last]
+    assert moving[-1] == 0.0
+    assert jog.reason == "expired"
+
+
+def test_the_tool_moves_in_the_commanded_direction() -> None:
+    jog = Jog(ARM, LIMITS, REST)
+    start = ARM.forward(REST)
+    held(jog, ToolVelocity(x=-0.1, y=0.05, z=0.02), 1.0)
+    pose = ARM.forward(jog.positions)
+    way = np.array(pose) - start
+    assert np.linalg.norm(np.cross(way[:3], (-0.1, 0.05, 0.02))) < 1e-3 * np.linalg.norm(way) ** 1
+    assert abs(way[3]) < 1e-3
+    assert np.linalg.norm(way[:3]) == pytest.approx(0.1136, rel=0.1)
+
+
+def test_the_tool_gets_no_faster_where_one_joint_stops_before_the_others() -> None:
+    # Wrist, elbow and base brake at once and rest one after the other, between two instants at
+    # which the stopping path is checked.
+    start = Joints(-2.0696, 0.0231, -0.0338, -0.8742)
+    jog = Jog(ARM, LIMITS, start, Scene((Cylinder("post", 0.116, -0.724, 0.007, 0.285, 0.544),)))
+    speeds = []
+    for number in range(35):
+        towards = number < 23
+        velocity = ToolVelocity(0.0825, -0.0261, 0.0, 0.3133)
+        jog.command(
+            velocity if towards else JointVelocity(0.4585, 0.015, 0.0, 9.0), number * PERIOD
+        )
+        speeds.append(ARM.tool_speed(*jog.step(number * PERIOD, PERIOD)))
+    assert max(speeds) <= 0.25 * 1.001
+
+
+def test_a_joint_at_its_limit_does_not_hold_the_others() -> None:
+    jog = Jog(ARM, LIMITS, REST._replace(j2=0.33), tool_speed=1.0)
+    rows = held(jog, JointVelocity(j2=0.03, j4=0.5), 2.0)
+    assert rows[-1].j2 == pytest.approx(LIMITS[1].upper, abs=1e-6)
+    assert jog.velocities.j4 == pytest.approx(0.5)
+    assert jog.reason == "j2 limit"
+
+
+@pytest.mark.parametrize("elbow", [0.4, -0.4])
+def test_the_arm_does_not_flip_over_when_it_is_stretched(elbow: float) -> None:
+    jog = Jog(ARM, LIMITS, Joints(0.0, 0.2, elbow, 0.0))
+    bearing = math.atan2(*ARM.forward(jog.positions)[1::-1])
+    outwards = ToolVelocity(x=0.2 * math.cos(bearing), y=0.2 * math.sin(bearing))
+    rows = held(jog, outwards, 5.0)
+    assert all(row.j3 * elbow > 0.0 for row in rows)
+    assert abs(rows[-1].j3) < 0.1
+    assert max(map(abs, jog.velocities)) < 1e-2
+    held(jog, ToolVelocity(x=-outwards.x, y=-outwards.y), 1.0)
+    assert abs(jog.positions.j3) > 0.1
+
+
+@pytest.mark.parametrize(("lower", "upper", "elbow"), [(0.5, 2.6, 0.7), (-2.6, -0.5, -0.7)])
+def test_the_tool_takes_no_joint_past_a_limit_before_it_is_stretched(
+    lower: float, upper: float, elbow: float
+) -> None:
+    limits = list(LIMITS)
+    limits[2] = dataclasses.replace(LIMITS[2], lower=lower, upper=upper)
+    arm = Scara(ARM.geometry, limits, ARM.tool)
+    jog = Jog(arm, limits, Joints(0.3, 0.2, elbow, -0.5))
+    outward = arm.forward(jog.positions)
+    far = math.hypot(outward.x, outward.y)
+    rows = held(jog, ToolVelocity(0.2 * outward.x / far, 0.2 * outward.y / far), 3.0)
+    assert all(lower - 1e-6 <= row.j3 <= upper + 1e-6 for row in rows)
+    assert jog.reason == "j3 limit"
+
+
+def test_the_tool_does_not_lead_an_elbow_past_half_a_turn_back_through_it() -> None:
+    limits = list(LIMITS)
+    limits[2] = dataclasses.replace(LIMITS[2], lower=-4.0, upper=4.0)
+    arm = Scara(ARM.geometry, limits)
+    jog = Jog(arm, limits, Joints(0.3, 0.2, 3.3, -0.5))
+    wrist = arm.forward(jog.positions)
+    far = math.hypot(wrist.x, wrist.y)
+    rows = held(jog, ToolVelocity(-0.05 * wrist.x / far, -0.05 * wrist.y / far), 3.0)
+    assert min(row.j3 for row in rows) == pytest.approx(math.pi + 0.02, abs=1e-3)
+    assert jog.reason == "stretched"
+
+
+def test_on_a_stretched_arm_a_tool_velocity_is_not_followed() -> None:
+    jog = Jog(ARM, LIMITS, Joints(0.0, 0.2, 0.0, 0.0))
+    held(jog, ToolVelocity(x=-0.1), 0.2)
+    assert (jog.reason, jog.positions) == ("stretched", Joints(0.0, 0.2, 0.0, 0.0))
+
+
+@given(st.floats(0.01, 0.25), st.floats(-math.pi, math.pi))
+def test_the_cap_holds_in_every_direction(cap: float, bearing: float) -> None:
+    jog = Jog(ARM, LIMITS, REST, tool_speed=cap)
+    fastest = 0.0
+    for number in range(25):
+        velocity = ToolVelocity(x=math.cos(bearing) * 0.9, y=math.sin(bearing) * 0.9)
+        jog.command(velocity, number * PERIOD)
+        fastest = max(fastest, ARM.tool_speed(*jog.step(number * PERIOD, PERIOD)))
+    assert fastest <= cap * 1.001
+
+
+def test_a_start_inside_a_zone_is_refused_with_numbers() -> None:
+    pose = ARM.forward(REST)
+    zone = Box("reader", (pose.x - 0.05, pose.y - 0.1, 0.0), (pose.x + 0.1, pose.y + 0.1, 0.3))
+    with pytest.raises(ZoneError, match=r"reader at the start.* mm inside"):
+        Jog(ARM, LIMITS, REST, Scene((zone,)))
+
+
+def test_a_start_outside_of_limits_is_refused() -> None:
+    with pytest.raises(LimitError, match="j3 at the start: 3 rad is outside"):
+        Jog(ARM, LIMITS, REST._replace(j3=3.0))
+
+
+@given(st.sampled_from([math.nan, math.inf, -math.inf]), st.integers(0, 4))
+def test_a_value_that_is_no_number_is_refused(value: float, which: int) -> None:
+    values = [0.0] * 5
+    values[which] = value
+    jog = Jog(ARM, LIMITS, REST)
+    for kind in (JointVelocity, ToolVelocity):
+        with pytest.raises(InvalidArgumentError, match="not a finite number"):
+            jog.command(kind(*values[:4]), values[4])
+    assert jog.step(0.0, PERIOD) == (REST, Joints(0.0, 0.0, 0.0, 0.0))
+
+
+@pytest.mark.parametrize("share", [-0.1, 1.1, math.nan])
+def test_a_share_is_between_0_and_1(share: float) -> None:
+    jog = Jog(ARM, LIMITS, REST)
+    with pytest.raises(InvalidArgumentError, match="share"):
+        jog.command(JointVelocity(j1=0.1), 0.0, share)
+    assert jog.step(0.0, PERIOD) == (REST, Joints(0.0, 0.0, 0.0, 0.0))
+
+
+def test_a_wrong_unit_is_named() -> None:
+    jog = Jog(ARM, LIMITS, REST)
+    with pytest.raises(LimitError, match=r"x velocity: 50 m/s is outside -1 \.\. 1 m/s; .*mm/s"):
+        jog.command(ToolVelocity(x=50.0), 0.0)
+    with pytest.raises(LimitError, match=r"j1 velocity: 30 rad/s"):
+        jog.command(JointVelocity(j1=30.0), 0.0)
+    with pytest.raises(InvalidArgumentError, match="tool speed"):
+        Jog(ARM, LIMITS, REST, tool_speed=math.nan)
+
+
+@pytest.mark.parametrize("period", [0.0, -0.02, math.nan, math.inf])
+def test_a_period_must_be_above_zero(period: float) -> None:
+    with pytest.raises(InvalidArgumentError, match=r"not above 0|not a finite"):
+        Jog(ARM, LIMITS, REST).step(0.0, period)

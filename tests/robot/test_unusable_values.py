@@ -1,0 +1,284 @@
+"""Every call of the robot, its planner and their values, with values that no call can use."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bioscara.kinematics import Joints, Pose
+from bioscara.model import load_parameters
+from bioscara.planning import Motion, ToolLimits, Trajectory, Waypoint, approach, retract
+from bioscara.planning.collision.scene import Box, Cylinder, Scene
+from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+from bioscara.robot import Robot
+from bioscara.robot.motions.cycle_recorder import ignore, never
+from bioscara.robot.motions.gripper import RobotGripper
+from bioscara.robot.planner import Planner
+from bioscara.robot.workspace.poses import NamedPose, TeachTable
+from bioscara.robot.workspace.tools import FINGERS, Tool
+from simulated import simulated_robot
+from unusable_values import Parts, judge
+
+ARM = load_parameters()
+NAMES = tuple(joint.name for joint in ARM.joints)
+HALF = (0.3, 0.2, 0.8, -0.5)
+Base = dict[str, Any]
+
+
+class World:
+    """A robot that stands at ``HALF``, and the conditions that must hold after each call."""
+
+    def __init__(self, folder: Path) -> None:
+        self.robot: Any
+        self.arm, _, self.robot = simulated_robot(folder, seed=4)
+        self._before: list[float] = []
+
+    def where(self) -> list[float]:
+        return [self.arm.position(name) for name in NAMES]
+
+    def look(self) -> None:
+        self._before = self.where()
+
+    def after(self, refused: bool) -> str:
+        before, now = self._before, self.where()
+        self._before = now
+        robot = self.robot
+        robot.speed = 1.0
+        if robot.faults:
+            return f"a fault is latched: {robot.faults[0]}"
+        if refused and max(abs(a - b) for a, b in zip(before, now, strict=True)) > 1e-3:
+            return f"the arm moved from {before} to {now}"
+        return ""
+
+
+@pytest.fixture(scope="module")
+def world(tmp_path_factory: pytest.TempPathFactory) -> Iterator[World]:
+    made = World(tmp_path_factory.mktemp("evidence"))
+    with made.robot:
+        made.robot.home()
+        made.robot.move_joints(HALF)
+        yield made
+
+
+def jogging(robot: Any) -> Callable[..., object]:
+    def jog(velocity: object) -> None:
+        left = [velocity, velocity]
+        robot.jog(lambda: left.pop() if left else None)
+
+    return jog
+
+
+def setting(of: Callable[[Any], Any], name: str) -> Callable[..., Callable[..., object]]:
+    return lambda robot: lambda value: setattr(of(robot), name, value)
+
+
+WATCHED: Base = {"observe": ignore, "cancelled": never, "timeout": 60.0}
+TABLE: Base = {
+    "joint_names": NAMES,
+    "times": [0.0, 1.0],
+    "positions": [list(HALF), list(HALF)],
+    "velocities": [[0.0] * 4] * 2,
+    "accelerations": [[0.0] * 4] * 2,
+}
+REST = Trajectory(**TABLE)
+
+
+def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
+    """Return every call, with usable arguments that cause no large motion."""
+    plan, here = robot.plan, robot.plan.kinematics.forward(HALF)
+    there = here._replace(z=here.z + 0.001)
+    via = here._replace(x=here.x + 0.001, z=here.z + 0.0005)
+    waypoint = Waypoint(there)
+    return {
+        "Robot.home": (robot.home, WATCHED),
+        "Robot.move_joints": (robot.move_joints, {"positions": HALF, "speed": 1.0, **WATCHED}),
+        "Robot.execute": (robot.execute, {"plan": plan.joints(HALF), **WATCHED}),
+        "Robot.follow": (robot.follow, {"trajectory": REST, "approach": True, **WATCHED}),
+        "Robot.move_to": (robot.move_to, {"pose": there, "speed": 1.0}),
+        "Robot.move_linear": (robot.move_linear, {"pose": there, "speed": 1.0}),
+        "Robot.move_circular": (
+            robot.move_circular,
+            {"via": via, "pose": there, "speed": 1.0},
+        ),
+        "Robot.move_named": (robot.move_named, {"name": "center", "speed": 1.0}),
+        "Robot.unfold": (robot.unfold, {"speed": 1.0}),
+        "Robot.move_sequence": (robot.move_sequence, {"waypoints": [waypoint]}),
+        "Robot.jog": (
+            robot.jog,
+            {"velocities": lambda: None, "observe": ignore, "timeout": 60.0},
+        ),
+        "jog(JointVelocity)": (jogging(robot), {"velocity": JointVelocity(0.01)}),
+        "jog(ToolVelocity)": (jogging(robot), {"velocity": ToolVelocity(0.001)}),
+        "Robot.speed": (setting(lambda r: r, "speed")(robot), {"value": 1.0}),
+        "Robot.full_speed": (setting(lambda r: r, "full_speed")(robot), {"value": False}),
+        "RobotGripper.move": (robot.gripper.move, {"width": 0.06}),
+        "Planner.joints": (plan.joints, {"goal": HALF, "speed": 1.0}),
+        "Planner.to": (plan.to, {"pose": there, "speed": 1.0}),
+        "Planner.named": (plan.named, {"name": "center", "speed": 1.0}),
+        "Planner.unfold": (plan.unfold, {"speed": 1.0}),
+        "Planner.check_width": (plan.check_width, {"width": 0.06}),
+        "Planner.linear": (plan.linear, {"pose": there, "speed": 1.0}),
+        "Planner.circular": (plan.circular, {"via": via, "pose": there, "speed": 1.0}),
+        "Planner.sequence": (plan.sequence, {"waypoints": [waypoint]}),
+        "waypoint": (lambda waypoint: plan.sequence([waypoint]), {"waypoint": waypoint}),
+        "waypoint with via": (
+            lambda waypoint: plan.sequence([waypoint]),
+            {"waypoint": Waypoint(there, Motion.CIRC, via=via)},
+        ),
+        "Planner.trajectory": (
+            plan.trajectory,
+            {"trajectory": REST, "elsewhere": HALF, "planned": False},
+        ),
+        "Planner.jog": (plan.jog, {"start": HALF}),
+        "Planner.use_tool": (plan.use_tool, {"name": FINGERS}),
+        "Planner.scene": (setting(lambda r: r.plan, "scene")(robot), {"value": Scene()}),
+        "Planner.full_speed": (setting(lambda r: r.plan, "full_speed")(robot), {"value": False}),
+        "Scara.solve": (plan.kinematics.solve, {"pose": there, "near": HALF}),
+        "Scara.inverse": (plan.kinematics.inverse, {"pose": there}),
+        "approach": (approach, {"target": here, "away": there, "motion": Motion.PTP, "speed": 1.0}),
+        "retract": (retract, {"target": here, "away": there, "speed": 1.0}),
+        "Pose.compose": (here.compose, {"other": here}),
+        "compose of a pose": (lambda pose: Pose(*pose).compose(here), {"pose": Parts(here)}),
+        "inverse of a pose": (lambda pose: Pose(*pose).inverse(), {"pose": Parts(here)}),
+        "Trajectory": (Trajectory, TABLE),
+        "Trajectory(cubics)": (
+            lambda cubics: Trajectory(
+                NAMES, [0.0, 1.0], [HALF, HALF], [[0.0] * 4] * 2, cubics=cubics
+            ),
+            {"cubics": [[[0.0, 0.0]] * 4]},
+        ),
+        "Trajectory.sample": (REST.sample, {"time": 0.5}),
+        "Trajectory.sample_many": (REST.sample_many, {"times": [0.5]}),
+        "ToolLimits": (
+            ToolLimits,
+            {"speed": 0.2, "acceleration": 1.0, "yaw_speed": 1.0, "yaw_acceleration": math.inf},
+        ),
+        "Box": (
+            lambda **values: plan_with(plan, Scene((Box(**values),))),
+            {
+                "name": "box",
+                "lower": (1.0, 1.0, 1.0),
+                "upper": (2.0, 2.0, 2.0),
+                "yaw": 0.1,
+                "keep_in": False,
+                "links": ("forearm",),
+            },
+        ),
+        "Cylinder": (
+            lambda **values: plan_with(plan, Scene((Cylinder(**values),))),
+            {
+                "name": "tube",
+                "x": 2.0,
+                "y": 2.0,
+                "radius": 0.1,
+                "low": 0.0,
+                "high": 1.0,
+                "keep_in": False,
+                "links": (),
+            },
+        ),
+        "Scene": (
+            lambda **values: plan_with(plan, Scene(**values)),
+            {
+                "zones": (Box("box", (1.0, 1.0, 1.0), (2.0, 2.0, 2.0)),),
+                "table_height": -0.5,
+                "margin": 0.005,
+            },
+        ),
+        "Tool": (Tool, {"name": "needle", "pose_tool_in_flange": here, "mass": 0.1}),
+        "NamedPose": (
+            NamedPose,
+            {
+                "name": "plate",
+                "joints": Joints(*HALF),
+                "pose_tool_in_base": here,
+                "tool": FINGERS,
+                "calibration": "",
+            },
+        ),
+        "TeachTable": (
+            TeachTable,
+            {
+                "fingers": plan.tool,
+                "tools": (Tool("needle", here, 0.1),),
+                "poses": (NamedPose("plate", Joints(*HALF)),),
+            },
+        ),
+        "TeachTable.tool": (plan.table.tool, {"name": FINGERS}),
+        "TeachTable.pose": (plan.table.pose, {"name": "center"}),
+        "TeachTable.with_tool": (plan.table.with_tool, {"tool": Tool("needle", here, 0.1)}),
+        "TeachTable.with_pose": (
+            plan.table.with_pose,
+            {"pose": NamedPose("plate", Joints(*HALF))},
+        ),
+        "TeachTable.without_pose": (plan.table.without_pose, {"name": "plate"}),
+        "Robot.simulated": (
+            Robot.simulated,
+            {
+                "parameters": ARM,
+                "v1": False,
+                "seed": 1,
+                "evidence": Path("faults"),
+                "full_speed": False,
+                "pace_homing": False,
+                "pace_motion": False,
+            },
+        ),
+        "Robot.connect": (
+            Robot.connect,
+            {
+                "name": "linux:1",
+                "parameters": ARM,
+                "rate": 100,
+                "evidence": Path("faults"),
+                "full_speed": False,
+            },
+        ),
+    }
+
+
+def plan_with(plan: Planner, scene: Scene) -> None:
+    """Use a scene, so that damage by a value would be seen."""
+    before = plan.scene
+    plan.scene = scene
+    try:
+        plan.joints(HALF)
+    finally:
+        plan.scene = before
+
+
+def test_every_call_takes_a_value_or_refuses_it_and_the_arm_stays_usable(world: World) -> None:
+    complaints = []
+    for name, (call, base) in calls(world.robot).items():
+        world.look()
+        complaints += judge(name, call, base, world.after)
+        world.robot.plan.full_speed = False
+        world.robot.move_joints(HALF)
+    assert complaints == [], "\n" + "\n".join(complaints)
+
+
+def test_every_public_call_is_in_the_table(world: World) -> None:
+    table = calls(world.robot)
+    missing = []
+    for kind in (Robot, Planner, RobotGripper, TeachTable):
+        for name, member in inspect.getmembers(kind):
+            if name.startswith("_"):
+                continue
+            if isinstance(member, property):
+                wanted = {"value"} if member.fset else set()
+            elif callable(member):
+                wanted = set(inspect.signature(member).parameters) - {"self"}
+            else:
+                continue
+            called = table.get(f"{kind.__name__}.{name}")
+            missing += [
+                f"{kind.__name__}.{name}({parameter})"
+                for parameter in wanted
+                if called is None or parameter not in called[1]
+            ]
+    assert missing == []
