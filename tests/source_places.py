@@ -1,8 +1,9 @@
 """Places in the sources by qualified name, and changes to them by tokens instead of exact text.
 
 A place is the end of a dotted name such as ``control.limits.limiter.Limiter.apply``: as much of it
-as tells it from others. ``Limiter.apply`` is a function, ``Limiter`` a class, ``limiter`` a module
-and ``limiter.LIMIT`` a constant; in C++ the same with ``::``. Layout and comments do not count.
+as distinguishes it from others. ``Limiter.apply`` is a function, ``Limiter`` a class, ``limiter`` a
+module and ``limiter.LIMIT`` a constant; in C++ likewise with ``::``. Layout and comments are not
+part of it.
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@
 those on the wire, ``codec`` turns a row and its values into frames of version 1 or 2, ``crc`` is
 their check byte, ``generate`` renders the table as the firmware's header and as docs/protocol.md.
 
-Law: decode(encode(x)) = x up to the resolution of the field.
+Invariant: decode(encode(x)) = x up to the resolution of the field.
 """
 
 from bioscara.protocol.codec import READ as READ

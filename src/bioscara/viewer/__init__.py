@@ -1,7 +1,7 @@
 """The arm's description as a 3D page in the browser; needs viser (``pip install bioscara[view]``).
 
-``tree`` computes the poses of the links of a URDF, ``page`` shows them with a slider for each
-joint, ``zones`` shows the zones and the table. The viewer sends no commands: no bus is opened.
+``kinematic_tree`` computes the poses of the links of a URDF, ``page`` shows them with a slider for
+each joint, ``zones`` shows the zones and the table. The viewer sends no commands: no bus is opened.
 
-``guard`` refuses requests of other sites.
+``access_control`` refuses requests of other sites.
 """

@@ -11,7 +11,7 @@ namespace {
 constexpr int kRest = 50;
 // Homings of one boot must find the same end stop [counts]; 20 degrees of the motor.
 constexpr int32_t kSameStop = 1820;
-// Position correction: a share of what is missing each tick, never more than the angle of full
+// Position correction: a share of the missing angle each tick, never more than the angle of full
 // torque. With the average's lag it follows the load in 8 ms.
 constexpr float kCorrectionGain = 0.3F;
 constexpr float kCorrectionMost = 0.25F * kElectricalPeriod;

@@ -18,7 +18,7 @@ class MovingAverage {
   float update(float value) {
     values_[next_] = value;
     next_ = (next_ + 1) % ticks;
-    // Added up anew each time: a running sum would keep its rounding errors for ever.
+    // Added up anew each time: a running sum would accumulate rounding errors.
     float sum = 0.0F;
     for (const float past : values_) sum += past;
     return sum / static_cast<float>(ticks);
