@@ -805,7 +805,7 @@ MUTANTS = (
     Mutant(
         "a command that is no number",
         "Execution._update_if_due",
-        "not isfinite(handle.value)",
+        "not isfinite(sum([handle.value for handle in handles]))",
         "False",
         MANAGER,
     ),

@@ -33,6 +33,14 @@ class Failure(NamedTuple):
     activated: tuple[str, ...] = ()
 
 
+def _require_finite(controller: AnyController) -> None:
+    for handle in controller.command_handles:
+        if not isfinite(handle.value):
+            raise ControllerError(
+                f"{controller.name} commands {handle.value} to {handle.name}", controller.name
+            )
+
+
 class Execution:
     """Updates controllers and exchanges with hardware; their exceptions are not passed on.
 
@@ -108,12 +116,9 @@ class Execution:
         try:
             controller.statistics.execution_time.measure(controller.update, time, elapsed)
             controller.statistics.periodicity.add(1.0 / elapsed)
-            for handle in handles:
-                if not isfinite(handle.value):
-                    raise ControllerError(
-                        f"{controller.name} commands {handle.value} to {handle.name}",
-                        controller.name,
-                    )
+            # The sum is not finite if one of them is not; it takes half the time of the checks.
+            if not isfinite(sum([handle.value for handle in handles])):
+                _require_finite(controller)
         except Exception as error:  # noqa: BLE001  a controller may raise anything at all
             for handle, value in zip(handles, before, strict=True):
                 handle.value = value
