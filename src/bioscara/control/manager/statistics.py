@@ -16,7 +16,9 @@ _PER_OCTAVE = 16
 _OCTAVES = 24
 """From 1 us to 16 s."""
 _LAST = _PER_OCTAVE * _OCTAVES - 1
-_BATCH = 64
+_BATCH, _LARGE_BATCH = 64, 256
+"""Values that a spread and a histogram collect before they are counted: all histograms of a loop
+are counted in the same cycle, which must be less than one in 100."""
 READ, UPDATE, WRITE = range(3)
 """Steps of a manager's cycle, in this order."""
 
@@ -36,7 +38,7 @@ class Histogram:
         # Counting them in batches takes a fifth of the time.
         new = self._new
         new.append(duration)
-        if len(new) >= _BATCH:
+        if len(new) >= _LARGE_BATCH:
             self._settle()
 
     @property
