@@ -236,15 +236,16 @@ def test_up_to_three_flipped_bits_are_always_noticed(
     assert decoded.flags & Flags.REFUSED
 
 
-def test_an_answer_for_another_request_or_joint_is_noticed() -> None:
-    body = bytes((0, 9))
+@pytest.mark.parametrize(("register", "values"), [(Register.STOP, 0), (Register.TRACK, 6)])
+def test_an_answer_for_another_request_or_joint_is_noticed(register: Register, values: int) -> None:
+    body = bytes((*[0] * values, 0, 9))
     answer = body + bytes((crc8(bytes((0x23,)) + body),))
-    stop = WRITE[Register.STOP]
-    assert stop.decode_v2(0x11, 9, answer).flags == 0
+    message = WRITE[register]
+    assert message.decode_v2(0x11, 9, answer).flags == 0
     with pytest.raises(CorruptFrameError, match="sequence number 8"):
-        stop.decode_v2(0x11, 8, answer)
+        message.decode_v2(0x11, 8, answer)
     with pytest.raises(CorruptFrameError):
-        stop.decode_v2(0x12, 9, answer)
+        message.decode_v2(0x12, 9, answer)
 
 
 @given(st.binary(min_size=8, max_size=12), st.integers(0, 255))
