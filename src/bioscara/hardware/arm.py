@@ -186,7 +186,7 @@ class ArmHardware(HardwareComponent):
         """Return the errors of joints that stopped, restarted or fell silent while not supervised.
 
         Args:
-            flags: Those that report an autonomous stop.
+            flags: The flags that report an autonomous stop.
         """
         found = []
         for axis in self.axes:

@@ -17,6 +17,7 @@ from bioscara.control.controllers.jog_controller import JogController
 from bioscara.control.controllers.joint_trajectory import (
     ErrorCode,
     Goal,
+    GoalHandle,
     GoalStatus,
     JointTrajectory,
     JointTrajectoryController,
@@ -122,7 +123,9 @@ class Guarded:
         forward.command(values)
         return forward
 
-    def follow(self, goal: Sequence[float], seconds: float, *, collision_checked: bool):  # type: ignore[no-untyped-def]
+    def follow(
+        self, goal: Sequence[float], seconds: float, *, collision_checked: bool
+    ) -> tuple[JointTrajectoryController, GoalHandle]:
         controller = self.world.load(
             "jtc",
             JointTrajectoryController.TYPE,

@@ -84,7 +84,7 @@ def test_timers_are_sharpened_without_any_privilege() -> None:
     try:
         assert slack.read_text().strip() == "1"
     except OSError:
-        pytest.skip("this kernel does not tell")
+        pytest.skip("this kernel does not report the timer slack")
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The types of controllers, those that are loaded, and their lifecycles apart from activation."""
+"""Controller types and loaded controllers: load, configure, clean up, unload."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class Switch(NamedTuple):
     Attributes:
         activate: To be activated, after all others were deactivated.
         deactivate: To be deactivated.
-        strictness: Handling of those that cannot be activated.
+        strictness: Handling of controllers that cannot be activated.
     """
 
     activate: tuple[AnyController, ...]

@@ -22,8 +22,8 @@ class Change(NamedTuple):
 
     Attributes:
         component: The component.
-        start: Names of those that are claimed.
-        stop: Names of those that are released.
+        start: Names of the interfaces that are claimed.
+        stop: Names of the interfaces that are released.
     """
 
     component: HardwareComponent
@@ -165,7 +165,7 @@ class ControllerSwitcher:
             component: The component.
             time: Now [s].
             problems: Takes the problems that occur.
-            including_readers: Whether also those that only read it.
+            including_readers: Whether controllers that only read it are deactivated too.
         """
         leaving = [
             controller

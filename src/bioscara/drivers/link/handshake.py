@@ -110,8 +110,8 @@ def await_power_up(
 ) -> None:
     """Wait if an acknowledge is missing: the joints may have been switched on just now.
 
-    Their original firmware can block the whole bus when it is read from while it starts up. There
-    is no wait for joints that acknowledge at once, nor for those that answered as version 2 before.
+    Their original firmware can block the whole bus when it is read from while it starts up. Joints
+    that acknowledge at once, or that answered as version 2 before, are not waited for.
 
     Args:
         bus: The bus.
