@@ -13,11 +13,9 @@ from benchmarks.measure import Row, at_most, duration, medians, timed
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, Point
 from bioscara.control.limits.limiter import CommandSource
-from bioscara.kinematics import Scara
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Scene
 from bioscara.planning.limits import REDUCED_SPEED
-from bioscara.robot import kinematics_of
 from bioscara.robot.connection.stack import TRAJECTORY, Stack
 
 CYCLES = 3000
@@ -79,10 +77,9 @@ def _streamed(stack: Stack, swing: Sequence[float]) -> tuple[list[float], float]
 
 def rows() -> list[Row]:
     """Measure a collision-checked trajectory, and a raw stream in free space and next to zones."""
-    surroundings: list[tuple[Scara, Scene]] = [(kinematics_of(load_parameters()), Scene())]
-    stack, clock = homed_stack(100, lambda arm: arm.clock, lambda: surroundings[-1])
+    workspace = Workspace.of(load_parameters())
+    stack, clock = homed_stack(100, lambda arm: arm.clock, workspace)
     stack.tool_speed.limit = REDUCED_SPEED
-    stack.smoothing.windows = load_parameters().belt_periods[:2]
     names, zero = tuple(axis.name for axis in stack.arm.axes), (0.0,) * 4
     goal = Goal(JointTrajectory(names, (Point(8.0, _START, zero, zero),)), collision_checked=True)
     stack.trajectory.send_goal(goal, clock.now())
@@ -94,7 +91,8 @@ def rows() -> list[Row]:
     stack.manager.configure("stream")
     stack.manager.switch(clock.now(), ("stream",), (TRAJECTORY,))
     free = _streamed(stack, _TO_AND_FRO)
-    surroundings.append((surroundings[0][0], Scene(_ZONES, 0.0)))
+    stack.use_workspace(workspace.with_scene(Scene(_ZONES, 0.0)))
+    stack.tool_speed.limit = REDUCED_SPEED
     interventions = stack.collision_guard.interventions
     near = _streamed(stack, _INTO)
     braked = stack.collision_guard.interventions - interventions

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import os
 import resource
 import statistics
@@ -25,12 +24,10 @@ from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory,
 from bioscara.control.loop.realtime import realtime
 from bioscara.errors import RealtimeError
 from bioscara.hardware import ArmHardware, GripperHardware
-from bioscara.kinematics import Scara
 from bioscara.model import load_parameters
-from bioscara.planning.collision.scene import Scene
-from bioscara.robot import kinematics_of
 from bioscara.robot.connection.devices import simulated_devices
 from bioscara.robot.connection.stack import TRAJECTORY, Stack
+from bioscara.robot.workspace.workspace import Workspace
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 CYCLES = 3000
@@ -46,7 +43,7 @@ _MEDIAN, _P99 = 10, 40
 """Limits, in bare cycles: of the median, and of the 99th percentile in those of bare ones."""
 _START, _SWING = (-2.5, 0.30, 2.2, 2.5), (0.5, 0.03, 0.5, 0.5)
 _PARAMETERS = load_parameters()
-_SURROUNDINGS = kinematics_of(_PARAMETERS), Scene()
+_WORKSPACE = Workspace.of(_PARAMETERS, reduced_speed=False)
 
 
 class _Marked:
@@ -84,7 +81,7 @@ class _Live:
 def homed_stack(
     rate: int,
     clock_of: Callable[[SimulatedArm], Clock],
-    surroundings: Callable[[], tuple[Scara, Scene]] = lambda: _SURROUNDINGS,
+    workspace: Workspace = _WORKSPACE,
 ) -> tuple[Stack, Clock]:
     """Return a homed arm on a bus that takes no time, under the trajectory controller."""
     arm = SimulatedArm(frequency=None, positions=NEAR)
@@ -102,9 +99,7 @@ def homed_stack(
     jaws = GripperHardware(
         "gripper", "gripper", simulated_devices(_PARAMETERS, v1=False, seed=0).gripper, clock
     )
-    stack = Stack(hardware, jaws, surroundings, clock, _PARAMETERS, rate, Path(os.devnull))
-    # The speed of the tool is computed but not bounded: the swing is as fast as the joints.
-    stack.tool_speed.limit = math.inf
+    stack = Stack(hardware, jaws, workspace, clock, rate, Path(os.devnull))
     stack.broadcast(clock.now())
     hardware.activate()
     stack.loop.step()

@@ -28,6 +28,7 @@ from bioscara.planning.profiles.double_s import fastest
 from bioscara.planning.profiles.segments import Bounds, MotionState
 from bioscara.robot import kinematics_of
 from bioscara.robot.planner import Plan, Planner
+from bioscara.robot.workspace.workspace import Workspace
 
 BLEND = 0.01
 CORNERS = [Pose(x, y, 0.2) for x, y in ((0.5, -0.2), (0.5, 0.2), (0.4, 0.2), (0.4, -0.2))]
@@ -159,29 +160,32 @@ def _paths() -> list[Row]:
 
 def _planned() -> list[Row]:
     """Measure the user's waiting time: planned at reduced speed and checked against the scene."""
-    planner = Planner(_PARAMETERS, lambda: START)
+    planner = Planner(Workspace.of(_PARAMETERS), lambda: START)
     line, arc = Line(CORNERS[0], GOAL), Arc.through(CORNERS[0], VIA, GOAL)
     corners = rounded([Line(*ends) for ends in pairwise(CORNERS)], [BLEND] * 2).path
     down = Line(GOAL.compose(ABOVE), GOAL)
     ptp = _ruckig(jerk_limited=True)
     kinds: list[tuple[str, Callable[[], Plan], str, tuple[Path, ...]]] = [
-        ("LIN", lambda: planner.linear(GOAL), "toppra alone", (line,)),
-        ("CIRC", lambda: planner.circular(VIA, GOAL), "toppra alone", (arc,)),
-        ("sequence", lambda: planner.sequence(AROUND), "toppra alone", (corners,)),
+        ("LIN", lambda: planner.move_linear(GOAL), "toppra alone", (line,)),
+        ("CIRC", lambda: planner.move_circular(VIA, GOAL), "toppra alone", (arc,)),
+        ("sequence", lambda: planner.move_sequence(AROUND), "toppra alone", (corners,)),
         (
             "approach and retract",
-            lambda: planner.sequence(THERE_AND_BACK),
+            lambda: planner.move_sequence(THERE_AND_BACK),
             "ruckig once and toppra twice",
             (down, down),
         ),
     ]
 
     def with_scene(scene: Scene, plan: Callable[[], Plan]) -> Plan:
-        planner.scene = scene
+        planner.workspace = planner.workspace.with_scene(scene)
         return plan()
 
     *own, peer = medians(
-        *(lambda s=scene: with_scene(s, lambda: planner.joints(END)) for scene in SCENES.values()),
+        *(
+            lambda s=scene: with_scene(s, lambda: planner.move_joints(END))
+            for scene in SCENES.values()
+        ),
         _toppra(line, 200),
     )
     rows = [
@@ -189,7 +193,7 @@ def _planned() -> list[Row]:
         for around, time in zip(SCENES, own, strict=True)
     ]
     for what, plan, whose, paths in kinds:
-        planner.scene = Scene()
+        planner.workspace = planner.workspace.with_scene(Scene())
         pieces = (len(plan().trajectory.times) - 1) // len(paths)
         peers = [_toppra(path, pieces) for path in paths]
         if len(paths) > 1:
@@ -208,8 +212,8 @@ def _planned() -> list[Row]:
 
 def _jogged(scene: Scene, direction: float) -> tuple[list[float], list[float]]:
     """Return the cost of each step of a jog past the end of its path, and of a solution [s]."""
-    planner = Planner(_PARAMETERS, lambda: START)
-    planner.scene = scene
+    planner = Planner(Workspace.of(_PARAMETERS), lambda: START)
+    planner.workspace = planner.workspace.with_scene(scene)
     jog, costs, solutions = planner.jog(START), [], []
     for cycle in range(_CYCLES):
         now = cycle * _CYCLE

@@ -22,14 +22,14 @@ robot = Robot.connect(sys.argv[1]) if sys.argv[1:] else Robot.simulated()
 with robot:
     robot.home()
     robot.move_joints([0.0, 0.2, 0.0, 0.0])  # Out of the folded position in which homing ends.
-    robot.plan.scene = EMPTY
+    robot.scene = EMPTY
     for place, before, after, scene in ((FROM, OPEN, GRIP, LADEN), (TO, GRIP, OPEN, EMPTY)):
         above = place._replace(z=place.z + LIFT)
         robot.gripper.move(before)
         robot.move_to(above)
-        robot.move_linear(place, speed=0.3)
+        robot.move_linear(place, velocity_scaling=0.3)
         robot.gripper.move(after)
-        robot.plan.scene = scene
+        robot.scene = scene
         robot.move_linear(above)
         width = 1e3 * robot.gripper.width
         print(f"left ({place.x:.2f}, {place.y:.2f}) with {width:.0f} mm between the jaws")

@@ -14,7 +14,7 @@ with robot:
     robot.home()
     robot.gripper.move(0.04)
     robot.move_to(BUTTON._replace(z=BUTTON.z + APPROACH))
-    robot.move_linear(BUTTON._replace(z=BUTTON.z - STROKE), speed=0.1)
+    robot.move_linear(BUTTON._replace(z=BUTTON.z - STROKE), velocity_scaling=0.1)
     print(f"pushed to z = {robot.pose.z:.4f} m")
     robot.move_linear(BUTTON._replace(z=BUTTON.z + APPROACH))
     print(f"retracted to z = {robot.pose.z:.3f} m")

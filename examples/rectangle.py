@@ -13,7 +13,7 @@ robot = Robot.connect(sys.argv[1]) if sys.argv[1:] else Robot.simulated()
 with robot:
     robot.home()
     robot.move_to(Pose(*CORNERS[0], HEIGHT))
-    plan = robot.plan.sequence(
+    plan = robot.plan.move_sequence(
         [Waypoint(Pose(x, y, HEIGHT), Motion.LIN, blend=0.01) for x, y in CORNERS[1:-1]]
         + [Waypoint(Pose(*CORNERS[-1], HEIGHT), Motion.LIN)]
     )

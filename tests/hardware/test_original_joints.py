@@ -89,7 +89,7 @@ def test_an_arm_of_both_kinds_homes_and_moves() -> None:
     with Robot(world.bus, world.arm.clock, PARAMETERS, "an arm of both kinds") as robot:
         robot.home()
         assert [joint.version for joint in robot.joints] == [2, 1, 2, 1]
-        robot.move_joints([-2.5, 0.3, 2.2, 2.5], speed=0.5)
+        robot.move_joints([-2.5, 0.3, 2.2, 2.5], velocity_scaling=0.5)
         assert robot.state.positions == pytest.approx((-2.5, 0.3, 2.2, 2.5), abs=0.02)
     assert not any(world.arm.has_torque(joint.name) for joint in PARAMETERS.joints[:1])
     timed.require_quiet()

@@ -169,7 +169,7 @@ class Watched:
         """
         plan = copy(self._plan)
         plan._measured = lambda: start
-        plan.scene, plan.full_speed = self.robot.plan.scene, self.robot.plan.full_speed
+        plan.scene, plan.full_speed = self.robot.scene, self.robot.plan.full_speed
         return plan
 
     @property
@@ -205,7 +205,7 @@ class Watched:
             self.fold()
         self.robot.gripper.move(PLATE_WIDTH if carrying else width)
         self.carrying = carrying
-        self.robot.plan.scene = scene(carrying=carrying)
+        self.robot.scene = scene(carrying=carrying)
 
     def lead(self, places: Sequence[Sequence[float]]) -> None:
         """Go from place to place without a collision check of the arm itself."""
@@ -238,7 +238,7 @@ class Watched:
         robot = self.robot
         robot.plan.here()
         robot._motions.prepare()
-        stack = robot._session.stack
+        stack = robot._arm.stack
         raw = self._forward()
         leaving = [
             other.name
@@ -256,14 +256,14 @@ class Watched:
             raw.command(values)
             return False
 
-        motion = MotionExecution(robot._session, self.look)
+        motion = MotionExecution(robot._arm.session, self.look)
         motion.run(done, Phase.JOG)
         stack.use(HOLD, robot.clock.now())
         cycles = iter(range(40))
         motion.run(lambda: next(cycles, None) is None, Phase.STOPPING)
 
     def _forward(self) -> ForwardCommandController:
-        manager, name = self.robot._session.stack.manager, "raw"
+        manager, name = self.robot._arm.stack.manager, "raw"
         if name not in {each.name for each in manager.controllers}:
             values = {"joints": NAMES, "interface_name": "position"}
             manager.load(name, ForwardCommandController.TYPE, values)

@@ -137,7 +137,7 @@ def test_planned_moves(watched: Watched) -> None:
         kind, start = start_of(watched, number, rng)
         plan = watched.planner(start.tolist())
         try:
-            trajectory = plan.joints(goal_near(start, rng).tolist()).trajectory
+            trajectory = plan.move_joints(goal_near(start, rng).tolist()).trajectory
         except REFUSALS:
             tally.counts[f"{kind}: refused"] += 1
             continue
@@ -153,7 +153,7 @@ def test_moves_of_the_plant(watched: Watched) -> None:
         robot = watched.robot
         goal = goal_near(np.array(robot.state.positions), rng)
         try:
-            plan = robot.plan.joints(goal.tolist())
+            plan = robot.plan.move_joints(goal.tolist())
         except REFUSALS:
             tally.counts[f"{kind}: refused"] += 1
             continue
@@ -328,7 +328,9 @@ def test_the_named_way_from_home_to_the_center(watched: Watched) -> None:
         watched.rows.clear()
         for name in ("unfold", "center"):
             watched.robot._motions.execute_at_once(
-                watched.robot.plan.unfold() if name == "unfold" else watched.robot.plan.named(name),
+                watched.robot.plan.unfold()
+                if name == "unfold"
+                else watched.robot.plan.move_named(name),
                 watched.look,
             )
         rows = watched.seen()

@@ -31,7 +31,7 @@ def test_a_line_that_keeps_to_its_speed_has_no_note_of_stretching() -> None:
         tool = planner.kinematics.forward(here)
         goal = tool._replace(x=tool.x + rng.normal() * 0.1, y=tool.y + rng.normal() * 0.1)
         try:
-            plan = planner.linear(goal)
+            plan = planner.move_linear(goal)
         except BioscaraError:
             continue
         planned += 1
@@ -69,7 +69,7 @@ def test_a_plan_has_notes_on_an_unusual_trajectory(
     velocities: list[list[float]] | None, unusual: str
 ) -> None:
     steps = Trajectory(NAMES, [0.0, 5.0], [HERE, HERE._replace(j1=0.3)], velocities)
-    (note,) = Planner(ARM, lambda: HERE).trajectory(steps, HERE).notes
+    (note,) = Planner(ARM, lambda: HERE).check_trajectory(steps, HERE).notes
     assert unusual in note
 
 
@@ -78,10 +78,10 @@ def test_a_plan_has_the_tool_limits_it_was_kept_to() -> None:
     planner = Planner(ARM, lambda: HERE)
     goal = planner.kinematics.forward(HERE)
     goal = goal._replace(x=goal.x + 0.05)
-    assert planner.linear(goal).tool == ToolLimits(speed=COMMANDED_SPEED)
-    assert planner.to(goal).tool == ToolLimits(COMMANDED_SPEED, math.inf, math.inf, math.inf)
+    assert planner.move_linear(goal).tool == ToolLimits(speed=COMMANDED_SPEED)
+    assert planner.move_to(goal).tool == ToolLimits(COMMANDED_SPEED, math.inf, math.inf, math.inf)
     planner.full_speed = True
-    assert planner.linear(goal).tool == planner.to(goal).tool == FULL
+    assert planner.move_linear(goal).tool == planner.move_to(goal).tool == FULL
 
 
 @pytest.mark.parametrize("word", ["no", "False", 1, None])

@@ -76,7 +76,7 @@ def test_a_homed_arm_knows_its_position_and_reaches_its_goal(homed: Scene) -> No
     assert homed.robot.state.positions == pytest.approx(START, abs=2e-3)
     for name, position in zip(NAMES, START, strict=True):
         assert homed.arm.position(name) == pytest.approx(position, abs=5e-3)
-    homed.robot.move_joints([-1.9, 0.29, 1.9, 1.9], speed=0.5)
+    homed.robot.move_joints([-1.9, 0.29, 1.9, 1.9], velocity_scaling=0.5)
     assert homed.robot.state.positions == pytest.approx([-1.9, 0.29, 1.9, 1.9], abs=2e-3)
 
 
@@ -126,7 +126,7 @@ def test_a_trajectory_for_one_joint_holds_the_others(homed: Scene) -> None:
 def test_pln2_a_small_gap_is_joined_by_a_ramp(homed: Scene) -> None:
     near = point_to_point(NAMES, (-1.99, 0.301, 2.01, 2.01), (-1.8, 0.30, 2.0, 2.0), ARM.joints)
     records: list[CycleRecord] = []
-    homed.robot.follow(near, records.append)
+    homed.robot.follow(near, on_cycle=records.append)
     assert {record.phase for record in records} >= {Phase.APPROACH, Phase.TRAJECTORY}
     speeds = [record.joints[0].reference_velocity for record in records]
     steps = [abs(b - a) for a, b in pairwise(speeds)]
@@ -150,7 +150,7 @@ def stop_after(homed: Scene, cycles: int, end: type[BaseException] | None) -> li
             homed.robot.stop()
 
     with pytest.raises((MotionCancelledError, KeyboardInterrupt)):
-        homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0), observe=observe)
+        homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0), on_cycle=observe)
     return records
 
 
@@ -175,7 +175,7 @@ def test_the_error_of_an_observer_is_raised_once_the_arm_is_at_rest(
             observe,
             lambda: late and homed.robot.clock.now() > begin + 2.5,
         )
-    stack = homed.robot._session.stack
+    stack = homed.robot._arm.stack
     for axis in stack.arm.axes:
         assert abs(axis.sample.velocity) < 0.01 * axis.velocity_limit
     assert max(homed.speeds()) < 1e-3
@@ -209,9 +209,9 @@ def test_a_motion_that_exceeds_its_timeout_ends_at_rest(homed: Scene) -> None:
 
 
 def test_the_chosen_speed_holds_from_the_first_cycle_of_a_motion(homed: Scene) -> None:
-    homed.robot.speed = 0.1
+    homed.robot.speed_override = 0.1
     records: list[CycleRecord] = []
-    homed.robot.move_joints((-1.5, 0.25, 0.8, 1.0), observe=records.append)
+    homed.robot.move_joints((-1.5, 0.25, 0.8, 1.0), on_cycle=records.append)
     for index, joint in enumerate(ARM.joints):
         fastest = max(abs(record.joints[index].reference_velocity) for record in records)
         assert 0.0 < fastest <= 0.1 * joint.max_velocity * 1.02
@@ -219,7 +219,7 @@ def test_the_chosen_speed_holds_from_the_first_cycle_of_a_motion(homed: Scene) -
 
 def test_a_motion_at_speed_zero_does_not_begin(homed: Scene) -> None:
     before = [homed.arm.position(name) for name in NAMES]
-    homed.robot.speed = 0.0
+    homed.robot.speed_override = 0.0
     with pytest.raises(MotionTimeoutError):
         homed.robot.move_joints((-1.5, 0.25, 0.8, 1.0), timeout=2.0)
     assert [homed.arm.position(name) for name in NAMES] == pytest.approx(before, abs=2e-3)
@@ -241,7 +241,7 @@ def test_the_tool_speed_is_limited_unless_full_speed_is_set(homed: Scene) -> Non
 
     def fastest() -> float:
         records: list[CycleRecord] = []
-        homed.robot.move_joints(goal, observe=records.append)
+        homed.robot.move_joints(goal, on_cycle=records.append)
         homed.robot.move_joints(START)
         return max(
             homed.robot.kinematics.tool_speed(
@@ -253,7 +253,7 @@ def test_the_tool_speed_is_limited_unless_full_speed_is_set(homed: Scene) -> Non
         )
 
     assert fastest() == pytest.approx(COMMANDED_SPEED, rel=0.02)
-    homed.robot.full_speed = True
+    homed.robot.reduced_speed = False
     assert fastest() > 0.4
 
 
@@ -327,7 +327,7 @@ def test_homing_can_be_stopped(scene: Scene) -> None:
             scene.robot.stop()
 
     with pytest.raises(MotionCancelledError, match="interrupted while homing j2"):
-        scene.robot.home(observe)
+        scene.robot.home(on_cycle=observe)
     assert max(scene.speeds()) < 0.02
     scene.robot.home()
     assert all(math.isfinite(position) for position in scene.robot.state.positions)
@@ -343,7 +343,7 @@ def test_homing_cancelled_before_its_first_cycle_moves_nothing(scene: Scene) -> 
 
 def test_homing_cancelled_between_two_joints_does_not_begin_the_next(scene: Scene) -> None:
     scene.robot.enable()
-    homing, before = scene.robot._session.stack.homing, scene.arm.position("j1")
+    homing, before = scene.robot._arm.stack.homing, scene.arm.position("j1")
 
     def cancelled() -> bool:
         goal = homing.goal
@@ -494,7 +494,7 @@ def _grid(trajectory: Trajectory) -> Iterator[float]:
 def test_a_goal_is_refused_by_a_controller_that_is_not_active(scene: Scene) -> None:
     from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory  # noqa: PLC0415
 
-    stack = scene.robot._session.stack
+    stack = scene.robot._arm.stack
     trajectory = point_to_point(NAMES, START, START, ARM.joints)
     with pytest.raises(GoalRejectedError, match="inactive"):
         stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), 0.0)

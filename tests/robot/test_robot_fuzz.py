@@ -193,7 +193,7 @@ class Fuzz:
                 self.asked = self.arm.now()
             self.blow()
         elif self.strike < 0 and self.random.random() < 0.02:
-            self.robot.speed = self.random.choice((0.05, 0.3, 1.0))
+            self.robot.speed_override = self.random.choice((0.05, 0.3, 1.0))
 
     def interrupt(self, instant: float) -> None:
         if self.arm.now() >= instant:
@@ -242,7 +242,7 @@ class Fuzz:
                 self.arm.set_power(name, False)
             self.arm.set_power(name, True)
             self.arm.overheat(name, False)
-        self.robot.speed = 1.0
+        self.robot.speed_override = 1.0
         self.arm.run(1.0)
 
     # Conditions that must hold.
@@ -269,7 +269,7 @@ class Fuzz:
                 way = abs(self.arm.position(joint.name) - was)
                 assert way < NEAR_ENOUGH[joint.unit], f"{joint.name} moved while looked at"
         self.attempt("look", lambda: robot.state)
-        stack = robot._session.stack
+        stack = robot._arm.stack
         assert stack is not None
         state = stack.broadcaster.states
         if state is None:
@@ -320,8 +320,8 @@ def test_random_calls_and_failures(seed: int, tmp_path: Path) -> None:
                     fuzz.way_back()
             if fuzz.random.random() < 0.5:
                 fuzz.way_back()
-                assert robot._session.stack is not None
-                assert robot._session.stack.supervisor.state is FaultState.CLEAR
+                assert robot._arm.stack is not None
+                assert robot._arm.stack.supervisor.state is FaultState.CLEAR
                 assert not fuzz.tap.complaints, fuzz.tap.complaints
             else:
                 fuzz.heal()

@@ -24,8 +24,8 @@ def planner(here: Joints = HOMED) -> Planner:
 def test_a_refused_direct_motion_is_planned_by_an_open_elbow() -> None:
     plan, goal = planner(), Joints(-3.04568, 0.33792, 2.13498786, -1.29199182)
     with pytest.raises(ZoneError, match=r"unfold\(\)"):
-        plan.trajectory(point_to_point(NAMES, HOMED, goal, ARM.joints), HOMED)
-    found = plan.joints(goal)
+        plan.check_trajectory(point_to_point(NAMES, HOMED, goal, ARM.joints), HOMED)
+    found = plan.move_joints(goal)
     assert "the elbow moves alone" in found.notes[-1]
     way = found.trajectory
     rows = way.sample_many(np.linspace(0.0, way.duration, 400))[0]

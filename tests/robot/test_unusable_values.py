@@ -48,7 +48,7 @@ class World:
         before, now = self._before, self.where()
         self._before = now
         robot = self.robot
-        robot.speed = 1.0
+        robot.speed_override = 1.0
         if robot.faults:
             return f"a fault is latched: {robot.faults[0]}"
         if refused and max(abs(a - b) for a, b in zip(before, now, strict=True)) > 1e-3:
@@ -97,7 +97,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
     return {
         "Robot.home": (robot.home, WATCHED),
         "Robot.move_joints": (robot.move_joints, {"positions": HALF, "speed": 1.0, **WATCHED}),
-        "Robot.execute": (robot.execute, {"plan": plan.joints(HALF), **WATCHED}),
+        "Robot.execute": (robot.execute, {"plan": plan.move_joints(HALF), **WATCHED}),
         "Robot.follow": (robot.follow, {"trajectory": REST, "approach": True, **WATCHED}),
         "Robot.move_to": (robot.move_to, {"pose": there, "speed": 1.0}),
         "Robot.move_linear": (robot.move_linear, {"pose": there, "speed": 1.0}),
@@ -114,7 +114,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         ),
         "jog(JointVelocity)": (jogging(robot), {"velocity": JointVelocity(0.01)}),
         "jog(ToolVelocity)": (jogging(robot), {"velocity": ToolVelocity(0.001)}),
-        "Robot.speed": (setting(lambda r: r, "speed")(robot), {"value": 1.0}),
+        "Robot.speed_override": (setting(lambda r: r, "speed")(robot), {"value": 1.0}),
         "Robot.full_speed": (setting(lambda r: r, "full_speed")(robot), {"value": False}),
         "RobotGripper.move": (robot.gripper.move, {"width": 0.06}),
         "Planner.joints": (plan.joints, {"goal": HALF, "speed": 1.0}),
@@ -125,9 +125,9 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "Planner.linear": (plan.linear, {"pose": there, "speed": 1.0}),
         "Planner.circular": (plan.circular, {"via": via, "pose": there, "speed": 1.0}),
         "Planner.sequence": (plan.sequence, {"waypoints": [waypoint]}),
-        "waypoint": (lambda waypoint: plan.sequence([waypoint]), {"waypoint": waypoint}),
+        "waypoint": (lambda waypoint: plan.move_sequence([waypoint]), {"waypoint": waypoint}),
         "waypoint with via": (
-            lambda waypoint: plan.sequence([waypoint]),
+            lambda waypoint: plan.move_sequence([waypoint]),
             {"waypoint": Waypoint(there, Motion.CIRC, via=via)},
         ),
         "Planner.trajectory": (
@@ -247,7 +247,7 @@ def plan_with(plan: Planner, scene: Scene) -> None:
     before = plan.scene
     plan.scene = scene
     try:
-        plan.joints(HALF)
+        plan.move_joints(HALF)
     finally:
         plan.scene = before
 
@@ -257,7 +257,7 @@ def test_every_call_takes_a_value_or_refuses_it_and_the_arm_stays_usable(world: 
     for name, (call, base) in calls(world.robot).items():
         world.look()
         complaints += judge(name, call, base, world.after)
-        world.robot.plan.full_speed = False
+        world.robot.reduced_speed = True
         world.robot.move_joints(HALF)
     assert complaints == [], "\n" + "\n".join(complaints)
 

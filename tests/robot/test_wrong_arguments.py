@@ -47,12 +47,12 @@ WRONG: list[tuple[Call, str]] = [
         "^waypoint 0: blend is '1'; give a number$",
     ),
     (
-        lambda r: r.follow(r.plan.to(GOAL)),
+        lambda r: r.follow(r.plan.move_to(GOAL)),
         r"^follow\(\) takes a Trajectory, not a Plan; execute\(\) takes a Plan$",
     ),
     (lambda r: r.follow(None), r"^follow\(\) takes a Trajectory, not a NoneType; execute"),
     (
-        lambda r: r.execute(r.plan.to(GOAL).trajectory),
+        lambda r: r.execute(r.plan.move_to(GOAL).trajectory),
         r"^execute\(\) takes a Plan, not a Trajectory; follow\(\) takes a Trajectory$",
     ),
     (lambda r: r.execute(GOAL), r"^execute\(\) takes a Plan, not a Pose; follow"),
@@ -70,7 +70,7 @@ WRONG: list[tuple[Call, str]] = [
     (lambda r: setattr(r, "speed", "fast"), "^speed is 'fast'; give a number$"),
     (lambda r: setattr(r.plan, "scene", None), r"^the scene is None; give Scene\(\.\.\.\)$"),
     (lambda r: r.move_named(3), "^there is no pose 3"),
-    (lambda r: r.plan.use_tool(None), "^there is no tool None"),
+    (lambda r: r.tool = None, "^there is no tool None"),
     (
         lambda r: r.jog(ToolVelocity(0.1)),
         r"^jog\(\) is given ToolVelocity\(.*\); give a function that returns the velocity, or None",
@@ -95,7 +95,7 @@ def test_invalid_arguments_are_refused_and_nothing_moves(
 
 def test_the_tool_cannot_be_changed_without_the_kinematics(robot: Robot) -> None:
     with pytest.raises(AttributeError, match="tool"):
-        robot.plan.tool = robot.plan.table.tool("fingers")  # type: ignore[misc]
+        robot.tool = robot.table.tool("fingers")  # type: ignore[misc]
 
 
 def test_joints_and_speed_may_be_numbers_of_numpy(robot: Robot) -> None:

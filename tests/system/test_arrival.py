@@ -35,7 +35,7 @@ def test_when_a_plan_ends_every_motor_stands_within_4_microsteps(tmp_path: Path)
             elbow = rng.uniform(0.2, 1.8) * rng.choice((-1.0, 1.0))
             goal = Joints(rng.uniform(-2.0, 2.0), rng.uniform(0.1, 0.3), elbow, rng.uniform(-1, 1))
             try:
-                plan = loads.robot.plan.joints(goal)
+                plan = loads.robot.plan.move_joints(goal)
             except BioscaraError:
                 continue
             moves += 1

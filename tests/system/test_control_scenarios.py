@@ -68,7 +68,7 @@ class Scene:
                 self.struck = self.arm.now()
                 event()
 
-        self.robot.move_joints(GOAL, speed, observe)
+        self.robot.move_joints(GOAL, speed, on_cycle=observe)
 
     def fields(self) -> list[float]:
         return [self.arm.field(name) for name in NAMES]
@@ -184,7 +184,7 @@ def test_host5_an_arm_whose_computer_froze_waits_at_rest_for_as_long_as_it_takes
 
 
 def test_host7_a_controller_that_takes_over_at_speed_makes_no_step(scene: Scene) -> None:
-    robot, stack = scene.robot, scene.robot._session.stack
+    robot, stack = scene.robot, scene.robot._arm.stack
     guards = stack.manager.limiter.joints
     last = dict.fromkeys(NAMES, math.nan)
 
@@ -202,7 +202,7 @@ def test_host7_a_controller_that_takes_over_at_speed_makes_no_step(scene: Scene)
 
     robot.move_joints(START)
     with pytest.raises(GoalAbortedError):
-        robot.move_joints(GOAL, 1.0, observe)
+        robot.move_joints(GOAL, 1.0, on_cycle=observe)
     scene.arm.run(2 * SWING)
     assert not scene.moves()
 
@@ -264,7 +264,7 @@ def test_mec2_a_joint_that_answers_well_but_trails_its_commands_is_noticed_by_th
     assert fault.time - scene.struck < 1.0
     assert fault.evidence is not None
     assert str(error) in fault.evidence.read_text()
-    goal = scene.robot._session.stack.trajectory.goal
+    goal = scene.robot._arm.stack.trajectory.goal
     assert goal is not None
     assert goal.status is GoalStatus.ABORTED
     scene.arm.run(2 * SWING)
@@ -284,7 +284,7 @@ def test_usr1_an_emergency_stop_is_named_within_two_cycles_and_targets_are_dropp
     assert fault.kind is FaultKind.POWER_LOST
     assert "emergency stop" in str(fault)
     assert fault.time - scene.struck <= 2.1 * robot.period
-    stack = robot._session.stack
+    stack = robot._arm.stack
     assert stack.arm.state is LifecycleState.INACTIVE
     assert not [
         controller
@@ -363,7 +363,7 @@ def test_usr2_power_that_comes_back_moves_nothing_and_homes_are_kept(scene: Scen
     after = [scene.arm.position(name) for name in NAMES]
     assert after == pytest.approx(before, abs=1e-6)
     recover(scene)
-    assert all(axis.homed for axis in scene.robot._session.arm.axes)
+    assert all(axis.homed for axis in scene.robot._arm.session.arm.axes)
     scene.robot.move_joints(GOAL)
     assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
 
@@ -466,7 +466,7 @@ def test_pln1_a_target_for_other_joints_is_refused(resting: Scene, count: int) -
 
 @pytest.mark.parametrize("value", [math.nan, math.inf])
 def test_pln1_a_goal_with_numbers_that_are_none_is_rejected(resting: Scene, value: float) -> None:
-    stack = resting.robot._session.stack
+    stack = resting.robot._arm.stack
     before = resting.fields()
     stack.use("joint_trajectory_controller", resting.arm.now())
     points = (Point(1.0, (value, *START[1:])),)
@@ -504,7 +504,7 @@ def test_pln5_a_cancel_at_any_instant_ramps_down_at_once_and_the_next_goal_is_ta
         robot.move_joints(GOAL, 1.0, observe, cancelled)
     after = [record for record in scene.records if record.phase is Phase.STOPPING]
     first = after[min(1, len(after) - 1)]
-    assert first.start + robot._session.begin - asked[0] < robot.period + 0.010
+    assert first.start + robot._arm.session.begin - asked[0] < robot.period + 0.010
     speeds = [[abs(joint.reference_velocity) for joint in record.joints] for record in after]
     for cycle, (before, now) in enumerate(pairwise(speeds[1:])):
         for joint, a, b in zip(ARM.joints, before, now, strict=True):
@@ -512,14 +512,14 @@ def test_pln5_a_cancel_at_any_instant_ramps_down_at_once_and_the_next_goal_is_ta
             # The pace bends gradually; where the course speeds up that shows for some cycles.
             assert b <= max(a + (0.2 * step if cycle < 5 else 0.0), step) + 1e-9
     scene.arm.run(SWING / 10)
-    assert robot._session.stack.supervisor.state is FaultState.CLEAR
+    assert robot._arm.stack.supervisor.state is FaultState.CLEAR
     assert robot.faults == ()
     robot.move_joints(GOAL)
     assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
 
 
 def test_pln5_the_cancelled_goal_says_so(scene: Scene) -> None:
-    stack = scene.robot._session.stack
+    stack = scene.robot._arm.stack
     scene.robot.move_joints(START)
     trajectory = stack.trajectory
     handle = trajectory.send_goal(
@@ -532,7 +532,7 @@ def test_pln5_the_cancelled_goal_says_so(scene: Scene) -> None:
 
 
 def test_a_fault_can_be_acknowledged_at_once_the_arm_comes_to_rest_first(scene: Scene) -> None:
-    robot, stack = scene.robot, scene.robot._session.stack
+    robot, stack = scene.robot, scene.robot._arm.stack
     robot.move_joints(START)
     goal = Goal(JointTrajectory(NAMES, (Point(4.0, GOAL),)))
     stack.trajectory.send_goal(goal, scene.arm.now())

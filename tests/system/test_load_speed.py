@@ -138,7 +138,7 @@ def test_point_to_point(loads: Loads) -> None:
             here = loads.robot.plan.here()
             ways = [share * rng.choice((0, 1, 1)) * rng.uniform(-1.5, 1.5) for _ in here]
             ways[1] *= 0.05
-            return loads.robot.plan.joints([a + b for a, b in zip(here, ways, strict=True)])
+            return loads.robot.plan.move_joints([a + b for a, b in zip(here, ways, strict=True)])
 
         plan = planned(loads, make)
         assert_slow(loads, lambda plan=plan: loads.robot.execute(plan))
@@ -151,15 +151,15 @@ def test_paths_of_the_tool(loads: Loads, kind: str) -> None:
         def make(here: Pose, rng: random.Random = rng) -> Plan:
             plan = loads.robot.plan
             if kind == "lines":
-                return plan.linear(near(rng, here, 0.35))
+                return plan.move_linear(near(rng, here, 0.35))
             if kind == "arcs":
-                return plan.circular(near(rng, here, 0.2), near(rng, here, 0.2))
+                return plan.move_circular(near(rng, here, 0.2), near(rng, here, 0.2))
             blends = [rng.choice((0.0, 0.005, 0.01, 0.02, 0.04)) for _ in range(4)]
             ways = [Waypoint(near(rng, here, 0.15), blend=blend) for blend in (*blends, 0.0)]
-            return plan.sequence(ways)
+            return plan.move_sequence(ways)
 
         plan = planned(loads, make)
-        cap = loads.robot._session.stack.tool_speed
+        cap = loads.robot._arm.stack.tool_speed
         before = cap.interventions
         assert_slow(loads, lambda plan=plan: loads.robot.execute(plan))
         assert cap.interventions == before, "slowed down although it was planned within the limit"
@@ -171,8 +171,8 @@ def test_a_line_at_the_limit_passes_the_cap_unchanged(loads: Loads) -> None:
     rng = random.Random("stops34")
     robot = loads.robot
     robot.move_joints(place(rng))
-    plan = planned(loads, lambda here: robot.plan.linear(near(rng, here, 0.35)))
-    cap = robot._session.stack.tool_speed
+    plan = planned(loads, lambda here: robot.plan.move_linear(near(rng, here, 0.35)))
+    cap = robot._arm.stack.tool_speed
     before = cap.interventions
     assert_slow(loads, lambda: robot.execute(plan))
     assert cap.interventions == before
@@ -190,14 +190,14 @@ def test_trapezoids_of_somebody_else(loads: Loads) -> None:
         points = [here + share * way for share in shares]
         trajectory = Trajectory(NAMES, times, points, [rest, velocity, velocity, rest])
         with suppress(BioscaraError):
-            loads.robot.plan.trajectory(trajectory, here)
+            loads.robot.plan.check_trajectory(trajectory, here)
             assert_slow(loads, lambda trajectory=trajectory: loads.robot.follow(trajectory))
 
 
 def test_a_stop_on_the_way_and_a_jog_at_once_after_it(loads: Loads) -> None:
     robot = loads.robot
     for rng in starts(loads, "stops"):
-        plan = planned(loads, lambda here, rng=rng: robot.plan.linear(near(rng, here, 0.35)))
+        plan = planned(loads, lambda here, rng=rng: robot.plan.move_linear(near(rng, here, 0.35)))
         at = robot.clock.now() + rng.uniform(0.3, max(plan.trajectory.duration - 0.2, 0.4))
         since: list[float] = []
 
@@ -221,7 +221,7 @@ def test_a_stop_on_the_way_and_a_jog_at_once_after_it(loads: Loads) -> None:
 def test_from_its_highest_speed_it_stops_within_34_mm(loads: Loads) -> None:
     robot = loads.robot
     robot.move_joints((-0.6, 0.2, 0.3, 0.2))
-    plan = robot.plan.joints((0.6, 0.2, 0.3, 0.2))
+    plan = robot.plan.move_joints((0.6, 0.2, 0.3, 0.2))
     at = robot.clock.now() + plan.trajectory.duration / 2.0
     asked: list[float] = []
 
@@ -242,20 +242,20 @@ def test_from_its_highest_speed_it_stops_within_34_mm(loads: Loads) -> None:
 def test_pauses_and_overrides(loads: Loads) -> None:
     robot = loads.robot
     for rng in starts(loads, "pauses"):
-        plan = planned(loads, lambda here, rng=rng: robot.plan.linear(near(rng, here, 0.35)))
+        plan = planned(loads, lambda here, rng=rng: robot.plan.move_linear(near(rng, here, 0.35)))
         at = robot.clock.now() + rng.uniform(0.3, max(plan.trajectory.duration - 0.2, 0.4))
 
         def hesitate(_: object, at: float = at, rng: random.Random = rng) -> None:
             paused = 0.0 <= robot.clock.now() - at < 0.7
-            robot.speed = rng.choice((0.0, 0.0, 0.2, 0.5)) if paused else 1.0
+            robot.speed_override = rng.choice((0.0, 0.0, 0.2, 0.5)) if paused else 1.0
 
         assert_slow(loads, lambda plan=plan, each=hesitate: robot.execute(plan, each))
-        robot.speed = 1.0
+        robot.speed_override = 1.0
 
 
 @pytest.mark.parametrize("kind", ["steps", "lines", "velocities"])
 def test_raw_streams(loads: Loads, kind: str) -> None:
-    robot, stack = loads.robot, loads.robot._session.stack
+    robot, stack = loads.robot, loads.robot._arm.stack
     name = f"raw {kind}"
     manager = stack.manager
     interface = "velocity" if kind == "velocities" else "position"

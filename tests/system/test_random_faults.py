@@ -119,7 +119,7 @@ def test_a_random_fault_ends_at_rest_and_can_be_recovered_from(seed: int, tmp_pa
         uniform = scene.random.uniform
         goal = (uniform(-1.0, 1.0), uniform(0.2, 0.33), uniform(0.0, 1.0), uniform(-1.0, 1.0))
         with suppress(BioscaraError, KeyboardInterrupt):
-            robot.move_joints(goal, observe=observe)
+            robot.move_joints(goal, on_cycle=observe)
         scene.arm.run(1.0)
         assert max(abs(scene.arm.velocity(name)) for name in NAMES) < 0.05
         scene.heal()

@@ -26,14 +26,16 @@ def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULT
     Raises:
         InvalidArgumentError: There is no bus of that name.
     """
-    full_speed = getattr(options, "full_speed", False)
+    reduced_speed = not getattr(options, "full_speed", False)
     if options.bus != "sim":
-        return Robot.connect(options.bus, parameters, evidence=evidence, full_speed=full_speed)
+        return Robot.connect(
+            options.bus, parameters, evidence=evidence, reduced_speed=reduced_speed
+        )
     return Robot.simulated(
         parameters,
         v1=options.v1,
         evidence=evidence,
-        full_speed=full_speed,
+        reduced_speed=reduced_speed,
         pace_homing=getattr(options, "realtime", False),
         pace_motion=options.paced,
     )

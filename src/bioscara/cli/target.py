@@ -25,6 +25,7 @@ from bioscara.planning.motions.tool_speed import peak_tool_speed
 from bioscara.planning.trajectory.extrema import joint_extrema
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.workspace.tools import check_number
+from bioscara.robot.workspace.workspace import Workspace
 
 
 def scene_from(options: Options) -> Scene:
@@ -43,13 +44,13 @@ def planner_from(options: Options, parameters: ArmParameters) -> Planner:
         InvalidArgumentError: The start is outside the limits, or a file cannot be read.
     """
     start = START if options.start is None else options.start
-    planner = Planner(parameters, lambda: start)
-    problems = planner.kinematics.beyond(start)
+    reduced_speed = not getattr(options, "full_speed", False)
+    workspace = Workspace.of(parameters, reduced_speed=reduced_speed)
+    problems = workspace.kinematics.beyond(start)
     if problems:
         raise InvalidArgumentError(f"--from is outside the limits: {'; '.join(problems)}")
-    planner.table = read_table(options, planner.tool)
-    planner.scene = scene_from(options)
-    return planner
+    workspace = workspace.with_table(read_table(options, workspace.tool))
+    return Planner(workspace.with_scene(scene_from(options)), lambda: start)
 
 
 def target_planner(options: Options, parameters: ArmParameters) -> Planner:
@@ -60,7 +61,7 @@ def target_planner(options: Options, parameters: ArmParameters) -> Planner:
             no such tool.
     """
     planner = planner_from(options, parameters)
-    lookup(options, planner.use_tool, options.tool)
+    planner.workspace = lookup(options, planner.workspace.with_tool, options.tool)
     check_target(planner, options)
     return planner
 
@@ -69,25 +70,25 @@ def plan_target(planner: Planner, options: Options) -> Plan:
     """Return the motion to the target that the options name; nothing moves.
 
     Args:
-        planner: Planner at the arm's position, with table, scene and tool of the planner that
+        planner: Planner at the arm's position, in the workspace of the planner that
             :func:`target_planner` returned.
         options: Parsed options, checked by :func:`target_planner`.
 
     Raises:
         UnreachableError, TrajectoryError, ZoneError: The arm cannot move to the target.
     """
-    planner.full_speed = options.full_speed
+    share = options.speed
     if options.name:
-        return planner.named(options.name, options.speed)
+        return planner.move_named(options.name, velocity_scaling=share)
     if options.joints is not None:
-        return planner.joints(options.joints, options.speed)
+        return planner.move_joints(options.joints, velocity_scaling=share)
     pose = Pose(*options.pose or ())
     if options.via is not None:
         x, y, z = options.via
-        return planner.circular(Pose(x, y, z, pose.yaw), pose, options.speed)
+        return planner.move_circular(Pose(x, y, z, pose.yaw), pose, velocity_scaling=share)
     if options.linear:
-        return planner.linear(pose, options.speed)
-    return planner.to(pose, options.speed)
+        return planner.move_linear(pose, velocity_scaling=share)
+    return planner.move_to(pose, velocity_scaling=share)
 
 
 def describe(plan: Plan, arm: Scara) -> list[str]:
@@ -136,7 +137,7 @@ def check_target(planner: Planner, options: Options) -> None:
     if options.via is not None:
         _check_via(arm, options.via)
     solutions = _solutions(planner, options)
-    refusals = [_refusal(planner.scene, arm, joints) for joints in solutions]
+    refusals = [_refusal(planner.workspace.scene, arm, joints) for joints in solutions]
     found = [refusal for refusal in refusals if refusal is not None]
     if len(found) == len(solutions):
         raise min(found, key=lambda refusal: refusal.depth)
@@ -186,11 +187,12 @@ def _solutions(planner: Planner, options: Options) -> list[Joints]:
     word = "--joints"
     if options.name:
         word = f"pose {options.name}"
-        taught = lookup(options, planner.table.pose, options.name)
+        taught = lookup(options, planner.workspace.table.pose, options.name)
         joints, place = taught.joints, taught.pose_tool_in_base
-        if joints is None and taught.tool != planner.tool.name:
+        mounted = planner.workspace.tool.name
+        if joints is None and taught.tool != mounted:
             raise InvalidArgumentError(
-                f"{word} was taught with tool {taught.tool}, the arm has {planner.tool.name}; "
+                f"{word} was taught with tool {taught.tool}, the arm has {mounted}; "
                 f"give --tool {taught.tool} once that is mounted"
             )
     if joints is not None:

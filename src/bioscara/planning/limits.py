@@ -16,19 +16,21 @@ SLOWEST = 1e-3
 """Least speed share of a motion: with it, a motion of one second takes a quarter of an hour."""
 
 
-def check_share(speed: float) -> float:
-    """Check a speed share and return it.
+def check_share(speed: float, name: str = "speed") -> float:
+    """Check a share of a limit and return it.
 
     Args:
         speed: From :data:`SLOWEST` to 1.
+        name: Its name in messages.
 
     Raises:
         InvalidArgumentError: It is outside that range.
     """
-    speed = number("speed", speed)
+    speed = number(name, speed)
     if not SLOWEST <= speed <= 1.0:
+        what = "acceleration" if name.startswith("acceleration") else "speed"
         raise InvalidArgumentError(
-            f"speed {speed} is outside {SLOWEST:g} .. 1; it is a share of the highest speed"
+            f"{name} {speed} is outside {SLOWEST:g} .. 1; it is a share of the highest {what}"
         )
     return speed
 

@@ -1,12 +1,12 @@
 """A whole arm as one object: homing, motion, stopping and fault handling.
 
-Begin with ``robot``: ``Robot`` is the public interface, and is composed of parts. ``connection``
-connects, enables and shuts down the arm and reads its state, ``motions`` moves it, ``planner``
-plans from the arm's current position without moving, and ``workspace`` has the named tools and
-poses.
+Begin with ``robot``: ``Robot`` is the public interface. ``arm`` runs the control loop and the
+``operations`` in it, one at a time on each device. ``connection`` connects, enables and shuts down
+the arm, ``planner`` plans from where it is without moving, and ``workspace`` is what motions depend
+on besides the arm: tool, scene, speed limit, named poses.
 
-Invariant: however a motion ends, every joint that can be reached is at rest before the caller
-gets the exception, and one thread at a time communicates with the joints.
+Invariant: however a motion ends, every joint that can be reached is at rest before the caller gets
+the exception, and one thread at a time communicates with the joints.
 """
 
 from importlib import import_module

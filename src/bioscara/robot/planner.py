@@ -2,21 +2,26 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import pairwise
 from typing import NamedTuple
 
 from bioscara.arguments import flag, items, number, numbers, shown
 from bioscara.errors import InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.model import ArmParameters
-from bioscara.model.parameters import JERK_TIME
+from bioscara.model import ArmParameters, JointParameters
 from bioscara.planning import Trajectory, check
-from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.unfolding import by_open_elbow, joined
-from bioscara.planning.limits import FULL, REDUCED_SPEED, ToolLimits, check_share
+from bioscara.planning.limits import (
+    FULL,
+    REDUCED_SPEED,
+    SLOWEST,
+    JointLimits,
+    ToolLimits,
+    check_share,
+)
 from bioscara.planning.motions.cartesian import circular, linear
 from bioscara.planning.motions.jog import Jog
 from bioscara.planning.motions.point_to_point import point_to_point
@@ -25,9 +30,7 @@ from bioscara.planning.motions.tool_speed import COMMANDED_SPEED, UNPLANNED_SHAR
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.planning.moving_average import averaged, most_jerk
 from bioscara.planning.trajectory.retiming import stretch_factor, stretched
-from bioscara.robot.connection.call_arbiter import CallArbiter, exclusive
-from bioscara.robot.workspace.poses import TeachTable
-from bioscara.robot.workspace.tools import Tool, fingers, kinematics_of
+from bioscara.robot.workspace.workspace import Workspace
 
 ACCELERATION_SHARE = 0.8
 """Share of a joint's acceleration that motions planned here use. At full acceleration a joint that
@@ -39,6 +42,14 @@ _JERK_SHARE = 2.0
 oscillation [1/s]."""
 _REDUCED = replace(FULL, speed=COMMANDED_SPEED)
 """Tool limits on any path unless full speed is enabled; lines and arcs have further limits."""
+
+
+@lru_cache(maxsize=4)
+def _planned_limits(parameters: ArmParameters) -> tuple[JointParameters, ...]:
+    return tuple(
+        replace(limit, max_acceleration=ACCELERATION_SHARE * limit.max_acceleration)
+        for limit in parameters.joints
+    )
 
 
 class Plan(NamedTuple):
@@ -56,79 +67,32 @@ class Plan(NamedTuple):
 
 
 class Planner:
-    """Plans for one arm with one tool.
+    """Plans motions of one arm in one workspace, from where it is; nothing moves.
 
     Every plan starts at the arm's current position, stays within the limits of joints and tool,
-    and keeps clear of the scene.
+    and keeps clear of the scene. Its methods are named as those of ``Robot`` that move.
 
     Args:
-        parameters: Parameters of the arm.
+        workspace: Parameters of the arm, tool, scene and speed limit.
         measured: Returns the measured joint positions [rad, m, rad, rad].
-        arbiter: Call arbiter of the arm that is planned for; None if there is no arm to move.
-        widths: Returns the smallest and the largest width that the gripper may have now [m]; None
-            if the width is unknown, for the full range of the gripper.
 
     Attributes:
-        table: The named tools and poses.
-        kinematics: Kinematics of the arm with its tool.
+        workspace: As given.
+        joint_names: Names of the joints, in order.
     """
 
-    def __init__(
-        self,
-        parameters: ArmParameters,
-        measured: Callable[[], Sequence[float]],
-        arbiter: CallArbiter | None = None,
-        widths: Callable[[], tuple[float, float]] | None = None,
-    ) -> None:
-        self._tool = fingers(parameters)
-        self.table = TeachTable(self._tool)
-        self.kinematics = kinematics_of(parameters)
-        every = parameters.gripper.lower, parameters.gripper.upper
-        self._widths = widths or (lambda: every)
-        self._scene = self._surroundings = Scene(widths=every)
-        self._arbiter = arbiter or CallArbiter()
-        self._full_speed = False
-        self._limits, self._measured = parameters.joints, measured
-        self._periods = parameters.belt_periods
-        self._planned_limits = tuple(
-            replace(limit, max_acceleration=ACCELERATION_SHARE * limit.max_acceleration)
-            for limit in parameters.joints
-        )
-        self._names = tuple(limit.name for limit in parameters.joints)
+    __slots__ = ("_limits", "_measured", "_planned_limits", "joint_names", "workspace")
+
+    def __init__(self, workspace: Workspace, measured: Callable[[], Sequence[float]]) -> None:
+        self.workspace, self._measured = workspace, measured
+        self._limits = workspace.parameters.joints
+        self._planned_limits = _planned_limits(workspace.parameters)
+        self.joint_names = tuple(limit.name for limit in self._limits)
 
     @property
-    def tool(self) -> Tool:
-        """The mounted tool; :meth:`use_tool` changes it."""
-        return self._tool
-
-    @property
-    def full_speed(self) -> bool:
-        """Whether the tool may be faster than 250 mm/s."""
-        return self._full_speed
-
-    @full_speed.setter
-    def full_speed(self, full_speed: bool) -> None:
-        self._full_speed = flag("full_speed", full_speed)
-
-    @property
-    def scene(self) -> Scene:
-        """Surroundings to keep clear of; cannot be changed while a call uses the arm."""
-        return self._scene
-
-    @scene.setter
-    @exclusive("setting scene")
-    def scene(self, scene: Scene) -> None:
-        if not isinstance(scene, Scene):
-            raise InvalidArgumentError(f"the scene is {shown(scene)}; give Scene(...)")
-        self._scene = self._surroundings = scene
-
-    def surroundings(self) -> tuple[Scara, Scene]:
-        """Return the arm with its tool, and the scene with the current widths of the gripper."""
-        widths = self._widths()
-        # The same object as long as nothing changes, so that its precomputed data stay valid.
-        if self._surroundings.widths != widths:
-            self._surroundings = replace(self._scene, widths=widths)
-        return self.kinematics, self._surroundings
+    def kinematics(self) -> Scara:
+        """Kinematics of the arm with its tool."""
+        return self.workspace.kinematics
 
     def check_width(self, width: float) -> None:
         """Check that the jaws may move to a width at the arm's current position.
@@ -142,7 +106,7 @@ class Planner:
             NotHomedError: The position of a joint is unknown.
         """
         width = number("the width", width)
-        arm, scene = self.surroundings()
+        arm, scene = self.kinematics, self.workspace.surroundings
         low, high = scene.widths
         swept = replace(scene, widths=(min(low, width), max(high, width)))
         swept.check_standing(arm, self.here(), scene)
@@ -155,7 +119,13 @@ class Planner:
         """
         return self._clipped_at_end_stops(self._measured())
 
-    def joints(self, goal: Sequence[float], speed: float = 1.0) -> Plan:
+    def move_joints(
+        self,
+        goal: Sequence[float],
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+    ) -> Plan:
         """Plan to joint positions; all joints start and end together.
 
         If the arm would come too near to itself on this path because it is folded up at the start
@@ -164,7 +134,8 @@ class Planner:
 
         Args:
             goal: One position for each joint [rad or m].
-            speed: Share of the speed limits to use, 0.001 to 1.
+            velocity_scaling: Share of the speed limits to use, 0.001 to 1.
+            acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
 
         Raises:
             TrajectoryError: The goal is outside the limits or not finite.
@@ -174,22 +145,30 @@ class Planner:
         if isinstance(goal, Pose):
             raise TrajectoryError(f"the positions of the joints are {shown(goal)}; {remedy}")
         goal = items("the positions of the joints", goal, remedy, error=TrajectoryError)
-        if len(goal) != len(self._names):
-            raise TrajectoryError(f"{len(goal)} positions for {len(self._names)} joints")
-        here = self.here()
-        direct = point_to_point(self._names, here, goal, self._planned_limits, speed=speed)
+        if len(goal) != len(self.joint_names):
+            raise TrajectoryError(f"{len(goal)} positions for {len(self.joint_names)} joints")
+        here, share = self.here(), check_share(velocity_scaling, "velocity_scaling")
+        limits = self._slowed_limits(acceleration_scaling)
+        direct = point_to_point(self.joint_names, here, goal, limits, speed=share)
         try:
             smooth, slowdown = self._smoothed(direct, here)
             return self._collision_free(smooth, here, slowdown=slowdown)
         except ZoneError as error:
             plan = (
-                self._by_open_elbow(here, goal, speed) if self._is_self_collision(error) else None
+                self._by_open_elbow(here, goal, limits, share)
+                if self._is_self_collision(error)
+                else None
             )
             if plan is None:
                 raise
             return plan
 
-    def unfold(self, speed: float = 1.0) -> Plan:
+    def unfold(
+        self,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+    ) -> Plan:
         """Plan to open the elbow alone, j3 to 0, so that a folded arm can move freely.
 
         From the position in which homing leaves the arm, this is free at every width of the
@@ -197,64 +176,79 @@ class Planner:
         afterwards.
 
         Args:
-            speed: Share of the speed limits to use, 0.001 to 1.
+            velocity_scaling: Share of the speed limits to use, 0.001 to 1.
+            acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
 
         Raises:
             NotHomedError: The position of a joint is unknown.
             ZoneError: The path is not free.
         """
         here = self.here()._replace(j3=0.0)
-        return self.joints(here, speed)
+        return self.move_joints(
+            here, velocity_scaling=velocity_scaling, acceleration_scaling=acceleration_scaling
+        )
 
-    def to(self, pose: Pose, speed: float = 1.0) -> Plan:
+    def move_to(
+        self,
+        pose: Pose,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+    ) -> Plan:
         """Plan to a pose by the closest joint solution; the tool's path is not a line.
 
         Args:
             pose: Pose of the tool in the base.
-            speed: Share of the speed limits to use, 0.001 to 1.
+            velocity_scaling: Share of the speed limits to use, 0.001 to 1.
+            acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
 
         Raises:
             UnreachableError: The arm cannot reach the pose.
             ZoneError: The path is not free.
         """
-        return self.joints(self.kinematics.solve(pose, self.here()), speed)
+        return self.move_joints(
+            self.kinematics.solve(pose, self.here()),
+            velocity_scaling=velocity_scaling,
+            acceleration_scaling=acceleration_scaling,
+        )
 
-    def named(self, name: str, speed: float = 1.0) -> Plan:
+    def move_named(
+        self,
+        name: str,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+    ) -> Plan:
         """Plan to a pose of the teach table.
 
         Args:
             name: Name of the pose.
-            speed: Share of the speed limits to use, 0.001 to 1.
+            velocity_scaling: Share of the speed limits to use, 0.001 to 1.
+            acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
 
         Raises:
             InvalidArgumentError: No pose has that name, or it was taught with another tool.
             UnreachableError: The arm cannot reach the pose.
             ZoneError: The path is not free.
         """
-        taught = self.table.pose(name)
+        taught = self.workspace.table.pose(name)
         if taught.joints is not None:
-            return self.joints(taught.joints, speed)
-        if taught.tool != self.tool.name or taught.pose_tool_in_base is None:
-            raise InvalidArgumentError(
-                f"pose {name} was taught with tool {taught.tool}, the arm has {self.tool.name}; "
-                f"set plan.use_tool({taught.tool!r}) once that is mounted"
+            return self.move_joints(
+                taught.joints,
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
             )
-        return self.to(taught.pose_tool_in_base, speed)
-
-    @exclusive("use_tool()")
-    def use_tool(self, name: str) -> None:
-        """Plan for another tool of the teach table from now on.
-
-        Args:
-            name: Name of the mounted tool.
-
-        Raises:
-            InvalidArgumentError: No tool has that name.
-            BusyError: A call is using the arm.
-        """
-        self._tool = self.table.tool(name)
-        old = self.kinematics
-        self.kinematics = Scara(old.geometry, old.limits, self.tool.pose_tool_in_flange, old.base)
+        mounted = self.workspace.tool.name
+        if taught.tool != mounted or taught.pose_tool_in_base is None:
+            raise InvalidArgumentError(
+                f"pose {name} was taught with tool {taught.tool}, the arm has {mounted}; "
+                f"set robot.tool = {taught.tool!r} once that is mounted"
+            )
+        return self.move_to(
+            taught.pose_tool_in_base,
+            velocity_scaling=velocity_scaling,
+            acceleration_scaling=acceleration_scaling,
+        )
 
     def jog(self, start: Sequence[float]) -> Jog:
         """Return a jog that starts at rest.
@@ -269,78 +263,112 @@ class Planner:
         start = self._require_within_limits(
             self._clipped_at_end_stops(self._joint_positions("the start", start))
         )
-        speed = math.inf if self.full_speed else UNPLANNED_SHARE * COMMANDED_SPEED
-        arm, scene = self.surroundings()
-        return Jog(arm, self._planned_limits, start, scene, speed, self.windows)
+        workspace = self.workspace
+        return Jog(
+            workspace.kinematics,
+            self._planned_limits,
+            start,
+            workspace.surroundings,
+            UNPLANNED_SHARE * workspace.commanded_speed,
+            workspace.windows,
+        )
 
-    @property
-    def windows(self) -> tuple[float, ...]:
-        """Durations of the command averaging that keeps the belts from oscillating [s]."""
-        if self.full_speed:
-            return (JERK_TIME,)
-        return self._periods[:2]
-
-    def linear(self, pose: Pose, speed: float = 1.0) -> Plan:
+    def move_linear(
+        self,
+        pose: Pose,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+    ) -> Plan:
         """Plan to a pose along a line.
 
         Args:
             pose: Pose of the tool in the base.
-            speed: Share of the tool's speed limit to use, 0.001 to 1.
+            velocity_scaling: Share of the tool's speed limit to use, 0.001 to 1.
+            acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
 
         Raises:
             UnreachableError, TrajectoryError: The arm cannot follow that line.
             ZoneError: The path is not free.
         """
         here = self._start_of_path()
-        tool = self._tool_limits()
-        speed, window = check_share(speed), self.windows[0]
-        trajectory = linear(
-            self.kinematics, here, pose, self._planned_limits, tool, speed=speed, window=window
+        tool, limits = (
+            self._tool_limits(acceleration_scaling),
+            self._slowed_limits(acceleration_scaling),
         )
+        share = check_share(velocity_scaling, "velocity_scaling")
+        window = self.workspace.windows[0]
+        trajectory = linear(self.kinematics, here, pose, limits, tool, speed=share, window=window)
         return self._collision_free(trajectory, here, tool=tool)
 
-    def circular(self, via: Pose, pose: Pose, speed: float = 1.0) -> Plan:
+    def move_circular(
+        self,
+        via: Pose,
+        pose: Pose,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+    ) -> Plan:
         """Plan to a pose along an arc.
 
         Args:
             via: A pose on the arc; its yaw is not used.
             pose: The goal pose; both are poses of the tool in the base.
-            speed: Share of the tool's speed limit to use, 0.001 to 1.
+            velocity_scaling: Share of the tool's speed limit to use, 0.001 to 1.
+            acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
 
         Raises:
             UnreachableError, TrajectoryError: The arm cannot follow that arc.
             ZoneError: The path is not free.
         """
         here = self._start_of_path()
-        tool = self._tool_limits()
-        speed, window, limits = check_share(speed), self.windows[0], self._planned_limits
+        tool, limits = (
+            self._tool_limits(acceleration_scaling),
+            self._slowed_limits(acceleration_scaling),
+        )
+        share = check_share(velocity_scaling, "velocity_scaling")
+        window = self.workspace.windows[0]
         trajectory = circular(
-            self.kinematics, here, via, pose, limits, tool, speed=speed, window=window
+            self.kinematics, here, via, pose, limits, tool, speed=share, window=window
         )
         return self._collision_free(trajectory, here, tool=tool)
 
-    def sequence(self, waypoints: Sequence[Waypoint]) -> Plan:
+    def move_sequence(
+        self,
+        waypoints: Sequence[Waypoint],
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+    ) -> Plan:
         """Plan along several waypoints with rounded corners, without a stop.
 
         Args:
             waypoints: Waypoints of the tool in the base.
+            velocity_scaling: Share of the speeds of the waypoints to use, 0.001 to 1.
+            acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
 
         Raises:
             UnreachableError, TrajectoryError: The arm cannot reach a waypoint; names the waypoint.
             ZoneError: The path is not free.
         """
         here = self._start_of_path()
+        share = check_share(velocity_scaling, "velocity_scaling")
+        if share < 1.0:
+            waypoints = [
+                replace(each, speed=max(share * each.speed, SLOWEST))
+                for each in items("the waypoints", waypoints)
+            ]
         trajectory, warnings = sequence(
             self.kinematics,
             here,
             waypoints,
-            self._planned_limits,
-            self._tool_limits(),
-            self.windows[0],
+            self._slowed_limits(acceleration_scaling),
+            self._tool_limits(acceleration_scaling),
+            self.workspace.windows[0],
         )
         return self._collision_free(trajectory, here, warnings)
 
-    def trajectory(
+    def check_trajectory(
         self, trajectory: Trajectory, elsewhere: Sequence[float], *, planned: bool = False
     ) -> Plan:
         """Check a trajectory; slow it down and average it where necessary.
@@ -376,7 +404,7 @@ class Planner:
         Returns:
             The motion, and the factor in time by which it was slowed down before averaging.
         """
-        if self.full_speed:
+        if not self.workspace.reduced_speed:
             return trajectory, 1.0
         # Slow down before averaging. Stretching an averaged motion would stretch the window too,
         # which must match the belt's period; and a motion that is slow enough needs no averaging.
@@ -388,17 +416,21 @@ class Planner:
             for name, jerk in zip(trajectory.joint_names, jerks, strict=True)
         ):
             return trajectory, factor
-        smooth = averaged(trajectory, self.windows[0])
+        smooth = averaged(trajectory, self.workspace.windows[0])
         # Between its points the averaged curve may exceed a limit by a thousandth.
         return stretched(smooth, stretch_factor(smooth, self._limits)), factor
 
     def _joint_positions(self, what: str, joints: Sequence[float]) -> Joints:
         values = numbers(what, joints, "give one for each joint", error=TrajectoryError)
-        if len(values) != len(self._names):
-            raise TrajectoryError(f"{what}: {len(values)} positions for {len(self._names)} joints")
+        if len(values) != len(self.joint_names):
+            raise TrajectoryError(
+                f"{what}: {len(values)} positions for {len(self.joint_names)} joints"
+            )
         return Joints(*values)
 
-    def _by_open_elbow(self, here: Joints, goal: Sequence[float], speed: float) -> Plan | None:
+    def _by_open_elbow(
+        self, here: Joints, goal: Sequence[float], limits: Sequence[JointLimits], share: float
+    ) -> Plan | None:
         """Plan with the elbow moving alone while it is not open; None if no such path is free."""
         waypoints = by_open_elbow(here, goal)
         if len(waypoints) == 2:
@@ -406,7 +438,7 @@ class Planner:
         note = "the elbow moves alone while the arm is folded up: otherwise the hand would touch it"
         try:
             motions = [
-                point_to_point(self._names, start, end, self._planned_limits, speed=speed)
+                point_to_point(self.joint_names, start, end, limits, speed=share)
                 for start, end in pairwise(waypoints)
             ]
             legs = [self._smoothed(motion, here)[0] for motion in motions]
@@ -416,7 +448,7 @@ class Planner:
 
     def _is_self_collision(self, error: ZoneError) -> bool:
         """Return whether the arm would collide with itself."""
-        return error.zone not in {"table", *(zone.name for zone in self.scene.zones)}
+        return error.zone not in {"table", *(zone.name for zone in self.workspace.scene.zones)}
 
     def _start_of_path(self) -> Joints:
         """Return the joint positions; raise if one is outside its limits."""
@@ -439,8 +471,26 @@ class Planner:
             )
         return start
 
-    def _tool_limits(self) -> ToolLimits:
-        return FULL if self.full_speed else ToolLimits(speed=COMMANDED_SPEED)
+    def _slowed_limits(self, acceleration_scaling: float) -> Sequence[JointLimits]:
+        """Return the joint limits of planned motions, with a share of their accelerations."""
+        share = check_share(acceleration_scaling, "acceleration_scaling")
+        if share == 1.0:
+            return self._planned_limits
+        return [
+            replace(limit, max_acceleration=share * limit.max_acceleration)
+            for limit in self._planned_limits
+        ]
+
+    def _tool_limits(self, acceleration_scaling: float) -> ToolLimits:
+        """Return the limits of the tool on a path, with a share of its accelerations."""
+        if not self.workspace.reduced_speed:
+            return FULL
+        usual = ToolLimits(speed=COMMANDED_SPEED)
+        return replace(
+            usual,
+            acceleration=acceleration_scaling * usual.acceleration,
+            yaw_acceleration=acceleration_scaling * usual.yaw_acceleration,
+        )
 
     def _collision_free(
         self,
@@ -462,7 +512,7 @@ class Planner:
         Raises:
             ZoneError: The path is not free.
         """
-        if not self.full_speed:
+        if self.workspace.reduced_speed:
             trajectory, factor = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
             factor *= slowdown
             if round(factor, 2) > 1.0:
@@ -470,6 +520,6 @@ class Planner:
                     f"takes {factor:.2f} times as long to keep the tool at "
                     f"{1e3 * REDUCED_SPEED:.0f} mm/s",
                 )
-        arm, scene = self.surroundings()
+        arm, scene = self.kinematics, self.workspace.surroundings
         scene.check(arm, trajectory, here)
-        return Plan(trajectory, notes, FULL if self.full_speed else tool)
+        return Plan(trajectory, notes, FULL if not self.workspace.reduced_speed else tool)

@@ -2,46 +2,71 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from bioscara.arguments import shown
+from bioscara.arguments import flag, shown
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.drivers import Gripper, Joint
 from bioscara.errors import InvalidArgumentError, MotionCancelledError
+from bioscara.hardware import LifecycleState
 from bioscara.kinematics import Pose, Scara
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.planning import Trajectory
+from bioscara.planning.collision.scene import Scene
 from bioscara.planning.motions.waypoints import Waypoint
+from bioscara.robot.arm import Arm
 from bioscara.robot.connection.arm_session import FAULTS, ArmSession
-from bioscara.robot.connection.call_arbiter import exclusive
 from bioscara.robot.connection.devices import devices_on, real_gripper, simulated_devices
-from bioscara.robot.connection.fault_recovery import FaultRecovery
-from bioscara.robot.connection.state_reader import StateReader
-from bioscara.robot.motions.arm_motions import ArmMotions, Velocity
-from bioscara.robot.motions.cycle_recorder import Cancelled, Observe, ignore, never
-from bioscara.robot.motions.gripper import JawWidths, RobotGripper
+from bioscara.robot.gripper import RobotGripper
+from bioscara.robot.operations.change_workspace import ChangeWorkspace
+from bioscara.robot.operations.fault_handling import Acknowledge, Recover
+from bioscara.robot.operations.follow_trajectory import FollowTrajectory, MakePlan, checked
+from bioscara.robot.operations.home import Home
+from bioscara.robot.operations.jog import Jog, Velocity
+from bioscara.robot.operations.operation import OnCycle, Operation
+from bioscara.robot.operations.power import Disable, Enable
 from bioscara.robot.planner import Plan, Planner
+from bioscara.robot.workspace.poses import TeachTable
+from bioscara.robot.workspace.tools import Tool
+from bioscara.robot.workspace.workspace import Workspace
+from bioscara.spelling import did_you_mean
+
+_OWN = frozenset({"bus", "clock", "parameters", "description", "gripper"})
+"""Attributes that a robot has besides its methods and properties."""
 
 
 class Robot:
     """A Bioscara arm.
 
-    Used as a context manager: entering opens the bus and connects to the joints, and nothing moves;
-    leaving always stops and disables all joints; joints for which that failed are reported by a
-    HardwareError, or by notes on the exception that is being raised. Every method returns when the
-    activity that it started has ended. One call at a time uses the arm: during that call any thread
-    may read ``state``, ``pose`` and ``faults``, change ``speed``, and call :meth:`stop` and
-    :meth:`shutdown`; everything else raises BusyError, also in the callbacks of the call itself.
+    :meth:`open` opens the bus and connects to the joints, and nothing moves; :meth:`close` always
+    stops and disables all joints. A ``with`` statement does both; joints that could not be disabled
+    are then reported by a HardwareError, or by notes on the exception that is being raised.
+
+    Every motion takes the same keyword arguments:
+
+    - ``velocity_scaling``, ``acceleration_scaling``: shares of the limits to plan with, 0.001 to 1.
+    - ``timeout``: longest duration [s]; the arm is then brought to rest, and MotionTimeoutError is
+      raised.
+    - ``on_cycle``: receives a record of all joints at the end of each cycle; must return at once.
+    - ``wait``: True returns at the end of the motion. False returns at its begin, and a thread of
+      the robot carries it out.
+
+    and returns its operation: ``status``, ``progress``, ``pause()``, ``resume()``, ``cancel()`` and
+    ``result()``; ``await`` waits for its end. The gripper may move while the arm moves. Whatever
+    else uses the arm meanwhile raises BusyError, also in the callbacks of the motion; but any
+    thread may read ``state``, ``pose`` and ``faults``, change ``speed_override``, and call
+    :meth:`pause`, :meth:`resume`, :meth:`stop` and :meth:`close`.
 
     The motions to poses plan first, check limits and zones, and only then move; ``warnings`` have
     the notes on the plan for the user. ``plan`` plans the same motions without moving:
-    ``robot.plan.linear(pose)`` and so on. Poses are of the tool in the base.
+    ``robot.plan.move_linear(pose)``. Poses are of the tool in the base.
 
     Created by :meth:`simulated` or :meth:`connect`.
 
@@ -54,7 +79,7 @@ class Robot:
         servo: The simulated servo of that driver; referenced for the lifetime of the robot.
         rate: Control cycles per second [Hz]; None for the rate that suits the joints.
         evidence: Folder for the flight records of faults.
-        full_speed: False keeps the tool at or below 250 mm/s, even if more is commanded.
+        reduced_speed: Whether the tool keeps to 250 mm/s, even if more is commanded.
         pace_homing: Whether simulated homing is held back to real time.
         pace_motion: Whether simulated motion is held back to real time.
 
@@ -63,7 +88,6 @@ class Robot:
         clock: Clock of the arm.
         parameters: Parameters of the arm.
         description: Which arm on which bus, in words.
-        plan: Plans motions from the arm's current position, without moving.
         gripper: The gripper.
     """
 
@@ -78,7 +102,7 @@ class Robot:
         servo: object = None,
         rate: int | None = None,
         evidence: Path = FAULTS,
-        full_speed: bool = False,
+        reduced_speed: bool = True,
         pace_homing: bool = False,
         pace_motion: bool = False,
     ) -> None:
@@ -87,17 +111,19 @@ class Robot:
         self.parameters, self.description = parameters, description
         driver = gripper or real_gripper(parameters, clock)
         self._servo = servo
-        self._session = ArmSession(bus, clock, parameters, driver, rate=rate, evidence=evidence)
-        self._arbiter = self._session.arbiter
-        self._state = StateReader(self._session)
-        self._recovery = FaultRecovery(self._session)
-        jaws = JawWidths(self._session.gripper, parameters.gripper)
-        self.plan = Planner(parameters, self._state.positions, self._arbiter, jaws.range)
-        self.plan.full_speed = full_speed
-        self.gripper = RobotGripper(self._session, jaws, self.plan.check_width)
-        self._motions = ArmMotions(
-            self._session, self.plan, pace_homing=pace_homing, pace_motion=pace_motion
-        )
+        session = ArmSession(bus, clock, parameters, driver, rate=rate, evidence=evidence)
+        workspace = Workspace.of(parameters, reduced_speed=reduced_speed)
+        self._arm = Arm(session, workspace, pace_homing=pace_homing, pace_motion=pace_motion)
+        self.gripper = RobotGripper(self._arm)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        # A misspelt name, such as robot.secne, would otherwise be accepted without an effect.
+        known = [key for key in dir(type(self)) if not key.startswith("_")]
+        if not (name in known or name in _OWN or name.startswith("_")):
+            raise AttributeError(
+                f"a robot has no attribute {name!r}; {did_you_mean(name, known, 'see dir(robot)')}"
+            )
+        object.__setattr__(self, name, value)
 
     @classmethod
     def simulated(
@@ -107,7 +133,7 @@ class Robot:
         v1: bool | Collection[str] = False,
         seed: int = 0,
         evidence: Path = FAULTS,
-        full_speed: bool = False,
+        reduced_speed: bool = True,
         pace_homing: bool = False,
         pace_motion: bool = False,
     ) -> Self:
@@ -119,7 +145,7 @@ class Robot:
                 of the joints that have it.
             seed: Seed of all random values in the simulation.
             evidence: Folder for the flight records of faults.
-            full_speed: False keeps the tool at or below 250 mm/s.
+            reduced_speed: Whether the tool keeps to 250 mm/s.
             pace_homing: Whether homing takes as long as on the arm.
             pace_motion: Whether motion takes as long as on the arm.
         """
@@ -129,7 +155,7 @@ class Robot:
             **devices._asdict(),
             parameters=parameters,
             evidence=evidence,
-            full_speed=full_speed,
+            reduced_speed=reduced_speed,
             pace_homing=pace_homing,
             pace_motion=pace_motion,
         )
@@ -142,7 +168,7 @@ class Robot:
         *,
         rate: int | None = None,
         evidence: Path = FAULTS,
-        full_speed: bool = False,
+        reduced_speed: bool = True,
     ) -> Self:
         """Return the arm on the bus of this name.
 
@@ -152,7 +178,7 @@ class Robot:
             parameters: Parameters of the arm; the committed ones by default.
             rate: Control cycles per second [Hz]; None for the rate that suits the joints.
             evidence: Folder for the flight records of faults.
-            full_speed: False keeps the tool at or below 250 mm/s.
+            reduced_speed: Whether the tool keeps to 250 mm/s.
 
         Raises:
             InvalidArgumentError: There is no bus of that name.
@@ -164,21 +190,35 @@ class Robot:
             parameters=parameters,
             rate=rate,
             evidence=evidence,
-            full_speed=full_speed,
+            reduced_speed=reduced_speed,
         )
 
-    def __enter__(self) -> Self:
+    def open(self) -> Self:
+        """Open the bus and connect to the joints; nothing moves. Return the robot.
+
+        Raises:
+            LifecycleError: It is open already, or was closed.
+            BioscaraError: A joint cannot be used; the bus is closed again.
+        """
         try:
-            self._connect()
+            self._arm.connect()
         except MotionCancelledError:
-            # Stopped once connected: the with statement is not entered and would not call __exit__.
-            self.__exit__(None, None, None)
+            # Stopped once connected.
+            self.close()
             raise
         return self
 
-    @exclusive("connecting")
-    def _connect(self) -> None:
-        self._session.connect(self.plan.surroundings)
+    def close(self) -> None:
+        """Stop all motion, disable all joints and close the bus; may be called again.
+
+        Raises:
+            HardwareError: A joint could not be stopped or disabled.
+            BusyError: Called from a callback of a motion.
+        """
+        self._arm.close(None)
+
+    def __enter__(self) -> Self:
+        return self if self._arm.session.connected else self.open()
 
     def __exit__(
         self,
@@ -186,45 +226,66 @@ class Robot:
         exc: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._session.leave(self.shutdown, exc)
+        self._arm.close(exc)
 
-    def stop(self) -> None:
-        """Stop the call that is using the arm, from any thread; returns at once.
-
-        That call raises MotionCancelledError once the arm is at rest. If no call is using the
-        arm, nothing happens: a later call is not affected.
-        """
-        self._arbiter.stop()
-
-    @exclusive("shutdown()", last=True)
     def shutdown(self) -> list[str]:
         """Stop and disable all joints; does nothing if that is done already.
 
-        A call that uses the arm, with the callback it may be in, is first stopped and awaited.
+        A motion, with the callback it may be in, is first stopped and awaited.
 
         Returns:
             A sentence for each joint that could not be stopped or disabled.
 
         Raises:
-            BusyError: Called from a callback of the call that it would have to wait for.
+            BusyError: Called from a callback of the motion that it would have to wait for.
         """
-        return self._session.shutdown()
+        return self._arm.shutdown()
+
+    def watch(self) -> None:
+        """Run the control loop in a thread of its own from now on, also while nothing moves.
+
+        Faults of a standing arm are then noticed, and systemd is notified. The simulated arm then
+        moves in real time.
+
+        Raises:
+            NotInitializedError: The robot is not connected.
+        """
+        self._arm.watch()
+
+    def stop(self) -> None:
+        """Stop all motion on its path and end a pause, from any thread; returns at once.
+
+        Each call that was moving raises MotionCancelledError once the arm is at rest. If nothing
+        moves, nothing happens: a later motion is not affected.
+        """
+        self._arm.stop()
+
+    def pause(self) -> None:
+        """Bring all motion to rest on its path, as fast as :meth:`stop`, until :meth:`resume`.
+
+        A motion that is begun meanwhile waits for it; ``warnings`` say so.
+        """
+        self._arm.paused = True
+
+    def resume(self) -> None:
+        """Continue the motion that was paused; does nothing if none was."""
+        self._arm.paused = False
 
     @property
     def joints(self) -> tuple[Joint, ...]:
         """The drivers of the joints."""
-        return self._session.arm.joints
+        return self._arm.session.arm.joints
 
     @property
     def state(self) -> JointStates:
-        """Joint states: of the last cycle of the running call, else read now.
+        """Joint states: of the last cycle while the arm moves or is watched, else read now.
 
         Raises:
-            BusyError: The running call has not read the joints yet.
+            BusyError: A motion begins and has not read the joints yet.
             FaultedError: The joints were released because of a fault, and are not recovered.
             BioscaraError: They were released without a fault: ``enable()`` them.
         """
-        return self._state.read()
+        return self._arm.states()
 
     @property
     def pose(self) -> Pose:
@@ -234,59 +295,109 @@ class Robot:
             NotHomedError: The position of a joint is unknown.
             BusyError: As ``state``.
         """
-        positions = self._state.positions("the pose of the tool is unknown")
-        return self.plan.kinematics.forward(positions)
+        positions = self._arm.positions("the pose of the tool is unknown")
+        return self.kinematics.forward(positions)
+
+    @property
+    def is_homed(self) -> bool:
+        """Whether all joints are homed; errors as ``state``."""
+        return not any(map(math.isnan, self.state.positions))
+
+    @property
+    def is_enabled(self) -> bool:
+        """Whether the motors of the joints are energised by this robot."""
+        session = self._arm.session
+        return session.connected and session.arm.state is LifecycleState.ACTIVE
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether an operation uses the arm or the gripper."""
+        return bool(self._arm.arbiter.running)
 
     @property
     def kinematics(self) -> Scara:
         """Kinematics of the arm with its tool."""
-        return self.plan.kinematics
+        return self._arm.workspace.kinematics
 
     @property
     def period(self) -> float:
         """Time between two setpoints [s]."""
-        return self._session.stack.loop.period
+        return self._arm.stack.loop.period
 
     @property
-    def speed(self) -> float:
+    def plan(self) -> Planner:
+        """Plans motions in the present workspace from where the arm is, without moving it."""
+        return Planner(self._arm.workspace, self._arm.positions)
+
+    @property
+    def speed_override(self) -> float:
         """Share of the planned or jog speed, 0 to 1; any thread may change it, 0 pauses."""
-        return self._motions.speed
+        return self._arm.speed_override
 
-    @speed.setter
-    def speed(self, speed: float) -> None:
-        self._motions.speed = speed
+    @speed_override.setter
+    def speed_override(self, share: float) -> None:
+        self._arm.speed_override = share
 
     @property
-    def full_speed(self) -> bool:
-        """Whether the tool may be faster than 250 mm/s; cannot be changed while a call runs."""
-        return self.plan.full_speed
+    def reduced_speed(self) -> bool:
+        """Whether the tool keeps to 250 mm/s; cannot be changed while the arm moves."""
+        return self._arm.workspace.reduced_speed
 
-    @full_speed.setter
-    @exclusive("setting full_speed")
-    def full_speed(self, full_speed: bool) -> None:
-        self.plan.full_speed = full_speed
+    @reduced_speed.setter
+    def reduced_speed(self, reduced_speed: bool) -> None:
+        flag("reduced_speed", reduced_speed)
+        self._change("reduced_speed", lambda space: space.with_reduced_speed(reduced_speed))
 
-    @exclusive("enable()")
+    @property
+    def scene(self) -> Scene:
+        """Surroundings to keep clear of; cannot be changed while the arm moves."""
+        return self._arm.workspace.scene
+
+    @scene.setter
+    def scene(self, scene: Scene) -> None:
+        self._change("scene", lambda space: space.with_scene(scene))
+
+    @property
+    def table(self) -> TeachTable:
+        """The tools and poses that have names; cannot be changed while the arm moves."""
+        return self._arm.workspace.table
+
+    @table.setter
+    def table(self, table: TeachTable) -> None:
+        self._change("table", lambda space: space.with_table(table))
+
+    @property
+    def tool(self) -> Tool:
+        """The mounted tool; set to the name of another one of ``table`` once that is mounted."""
+        return self._arm.workspace.tool
+
+    @tool.setter
+    def tool(self, tool: str | Tool) -> None:
+        name = tool.name if isinstance(tool, Tool) else tool
+        self._change("tool", lambda space: space.with_tool(name))
+
+    def _change(self, what: str, change: Callable[[Workspace], Workspace]) -> None:
+        self._arm.execute(ChangeWorkspace(f"setting {what}", change))
+
     def enable(self) -> None:
         """Enable all joints at their positions; nothing moves.
 
         Raises:
             FaultedError: A fault is latched, here or in a joint.
-            BusyError: Another call is using the arm.
+            BusyError: The arm moves.
             BioscaraError: A joint was not enabled; all are released, and the error is latched as a
                 fault.
         """
-        self._session.enable()
+        self._arm.execute(Enable())
 
-    @exclusive("disable()")
     def disable(self) -> None:
         """Bring all joints to rest and disable them; they stay homed.
 
         Raises:
-            BusyError: Another call is using the arm; :meth:`stop` ends it.
+            BusyError: The arm moves; :meth:`stop` ends that.
             HardwareError: A joint could not be stopped or disabled; call it again.
         """
-        self._session.disable()
+        self._arm.execute(Disable())
 
     @property
     def faults(self) -> tuple[ArmFault, ...]:
@@ -294,43 +405,36 @@ class Robot:
 
         Includes faults that joints had latched before this robot was connected.
         """
-        return self._recovery.faults
+        return tuple(self._arm.stack.supervisor.faults)
 
     @property
     def warnings(self) -> tuple[str, ...]:
         """The latest warnings: events that stopped nothing, such as a computer that is too slow."""
-        return self._recovery.warnings
+        return tuple(self._arm.stack.supervisor.warnings)
 
-    @exclusive("acknowledge()")
     def acknowledge(self) -> tuple[ArmFault, ...]:
         """Acknowledge the faults once the arm is at rest and write their evidence; nothing moves.
 
         Raises:
             FaultedError: There is no fault.
             OSError: The evidence cannot be written.
-            BusyError: Another call is using the arm.
+            BusyError: The arm moves.
         """
-        return self._recovery.acknowledge()
+        return self._arm.execute(Acknowledge())
 
-    @exclusive("recover()")
     def recover(self) -> None:
         """Clear acknowledged faults; nothing moves, and :meth:`enable` is the next step.
 
         Raises:
             FaultedError: The faults are not acknowledged, or another one has occurred since.
-            BusyError: Another call is using the arm.
+            BusyError: The arm moves.
             BioscaraError: A joint does not answer.
         """
-        self._recovery.recover()
+        self._arm.execute(Recover())
 
-    @exclusive("home()")
     def home(
-        self,
-        observe: Observe = ignore,
-        cancelled: Cancelled = never,
-        *,
-        timeout: float | None = None,
-    ) -> None:
+        self, *, timeout: float | None = None, on_cycle: OnCycle | None = None, wait: bool = True
+    ) -> Operation[None]:
         """Home the joints that are not homed, in the order of the parameters.
 
         A homed joint is homed again where the hand could otherwise hit the arm: the lift before the
@@ -338,127 +442,254 @@ class Robot:
         are not homed are unknown: the elbow must be open, and the gripper empty.
 
         Args:
-            observe: Receives a record of all joints each cycle.
-            cancelled: Called each cycle; True ends the homing.
             timeout: Longest duration [s]; None for no limit except each joint's own.
+            on_cycle: Receives a record of all joints each cycle.
+            wait: Whether to return at the end.
 
         Raises:
             MotionCancelledError: It was stopped; the arm is at rest.
             HomingError: A joint found no reliable home position; or the elbow is known to be
                 folded and the wrist is not homed, and nothing moved.
-            BusyError: Another call is using the arm.
+            BusyError: The arm moves.
             BioscaraError: As the drivers.
         """
-        self._motions.home(observe, cancelled, timeout)
+        return self._carry_out(Home(timeout=timeout, on_cycle=on_cycle), wait)
 
-    @exclusive("move_joints()")
     def move_joints(
         self,
         positions: Sequence[float],
-        speed: float = 1.0,
-        observe: Observe = ignore,
-        cancelled: Cancelled = never,
         *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
         timeout: float | None = None,
-    ) -> None:
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[None]:
         """Move all joints to given positions; they start and end together.
 
         Args:
             positions: One position for each joint [rad or m].
-            speed: Share of the speed limits to use, 0.001 to 1.
-            observe: Receives a record of all joints each cycle.
-            cancelled: Called each cycle; True ends the motion.
+            velocity_scaling: Share of the speed limits to use, 0.001 to 1.
+            acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
             timeout: Longest duration [s]; None for no limit.
+            on_cycle: Receives a record of all joints each cycle.
+            wait: Whether to return at the end.
 
         Raises:
             TrajectoryError: A position is outside its limits or not finite; nothing moved.
             BioscaraError: As :meth:`follow`.
         """
-        plan = self.plan.joints(positions, speed)
-        self._motions.execute_at_once(plan, observe, cancelled, timeout)
+        return self._move(
+            "move_joints()",
+            lambda planner: planner.move_joints(
+                positions,
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
 
-    @exclusive("move_to()")
-    def move_to(self, pose: Pose, speed: float = 1.0) -> None:
+    def move_to(
+        self,
+        pose: Pose,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[None]:
         """Move to a pose by the closest joint solution.
 
         Args:
             pose: Goal pose of the tool.
-            speed: Share of the speed limits to use, 0.001 to 1.
+            velocity_scaling: Share of the speed limits to use, 0.001 to 1.
+            acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
+            timeout: Longest duration [s]; None for no limit.
+            on_cycle: Receives a record of all joints each cycle.
+            wait: Whether to return at the end.
 
         Raises:
             UnreachableError: The arm cannot reach the pose; nothing moved.
             ZoneError: The path is not free; nothing moved.
             BioscaraError: As :meth:`follow`.
         """
-        self._motions.execute_at_once(self.plan.to(pose, speed))
+        return self._move(
+            "move_to()",
+            lambda planner: planner.move_to(
+                pose,
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
 
-    @exclusive("move_linear()")
-    def move_linear(self, pose: Pose, speed: float = 1.0) -> None:
+    def move_linear(
+        self,
+        pose: Pose,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[None]:
         """Move to a pose along a line; arguments and errors as :meth:`move_to`."""
-        self._motions.execute_at_once(self.plan.linear(pose, speed))
+        return self._move(
+            "move_linear()",
+            lambda planner: planner.move_linear(
+                pose,
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
 
-    @exclusive("move_circular()")
-    def move_circular(self, via: Pose, pose: Pose, speed: float = 1.0) -> None:
+    def move_circular(
+        self,
+        via: Pose,
+        pose: Pose,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[None]:
         """Move to a pose along an arc through ``via``; otherwise as :meth:`move_to`."""
-        self._motions.execute_at_once(self.plan.circular(via, pose, speed))
+        return self._move(
+            "move_circular()",
+            lambda planner: planner.move_circular(
+                via,
+                pose,
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
 
-    @exclusive("move_named()")
-    def move_named(self, name: str, speed: float = 1.0) -> None:
-        """Move to a pose of the teach table; otherwise as :meth:`move_to`.
-
-        Args:
-            name: Name of the pose.
-            speed: Share of the speed limits to use, 0.001 to 1.
+    def move_named(
+        self,
+        name: str,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[None]:
+        """Move to a pose of ``table`` by its name; otherwise as :meth:`move_to`.
 
         Raises:
             InvalidArgumentError: No pose has that name, or it was taught with another tool.
         """
-        self._motions.execute_at_once(self.plan.named(name, speed))
+        return self._move(
+            "move_named()",
+            lambda planner: planner.move_named(
+                name,
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
 
-    @exclusive("unfold()")
-    def unfold(self, speed: float = 1.0) -> None:
+    def unfold(
+        self,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[None]:
         """Open the elbow alone, j3 to 0, so that an arm left folded up by homing can move freely.
 
-        Args:
-            speed: Share of the speed limits to use, 0.001 to 1.
+        Arguments as :meth:`move_to`.
 
         Raises:
             NotHomedError: The position of a joint is unknown.
             ZoneError: The path is not free; nothing moved.
         """
-        self._motions.execute_at_once(self.plan.unfold(speed))
+        return self._move(
+            "unfold()",
+            lambda planner: planner.unfold(
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
 
-    @exclusive("move_sequence()")
-    def move_sequence(self, waypoints: Sequence[Waypoint]) -> None:
-        """Move along waypoints with rounded corners; errors as :meth:`move_to`."""
-        self._motions.execute_at_once(self.plan.sequence(waypoints))
+    def move_sequence(
+        self,
+        waypoints: Sequence[Waypoint],
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[None]:
+        """Move along waypoints with rounded corners; otherwise as :meth:`move_to`."""
+        return self._move(
+            "move_sequence()",
+            lambda planner: planner.move_sequence(
+                waypoints,
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
 
-    @exclusive("execute()")
     def execute(
         self,
-        plan: Plan,
-        observe: Observe = ignore,
-        cancelled: Cancelled = never,
+        plan: Plan | Trajectory,
         *,
         timeout: float | None = None,
-    ) -> None:
-        """Execute a plan; arguments and errors as :meth:`follow`.
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[None]:
+        """Execute a plan, or follow a trajectory; keyword arguments and errors as :meth:`follow`.
 
         Tool, speed limit or scene may have changed since planning: the plan is checked against the
         current ones, and slowed down where the tool would be too fast; ``warnings`` then say so.
         """
-        self._motions.execute(plan, observe, cancelled, timeout)
+        if isinstance(plan, Trajectory):
+            return self.follow(plan, timeout=timeout, on_cycle=on_cycle, wait=wait)
+        if not isinstance(plan, Plan):
+            raise InvalidArgumentError(
+                f"execute() takes a Plan or a Trajectory, not {shown(plan)}; robot.plan makes plans"
+            )
+        return self._move(
+            "execute()",
+            lambda planner: checked(plan.trajectory, planner, planned=True),
+            timeout,
+            on_cycle,
+            wait,
+        )
 
-    @exclusive("follow()")
     def follow(
         self,
         trajectory: Trajectory,
-        observe: Observe = ignore,
-        cancelled: Cancelled = never,
         *,
         approach: bool = False,
         timeout: float | None = None,
-    ) -> None:
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[None]:
         """Follow a trajectory.
 
         If it ends early, all joints that can still be reached ramp down together within their
@@ -466,10 +697,10 @@ class Robot:
 
         Args:
             trajectory: Trajectory of some or all joints; the others hold.
-            observe: Receives a record of all joints each cycle.
-            cancelled: Called each cycle; True ends the motion.
             approach: Whether to move to its start on a planned ramp from any position of the arm.
             timeout: Longest total duration [s]; None for no limit.
+            on_cycle: Receives a record of all joints each cycle.
+            wait: Whether to return at the end.
 
         Raises:
             TrajectoryError: It exceeds a limit, or starts too far from the arm's current position;
@@ -477,31 +708,39 @@ class Robot:
             MotionCancelledError: It was stopped; the arm is at rest.
             NotHomedError: The position of a joint is unknown.
             FaultedError: A fault is latched.
-            BusyError: Another call is using the arm.
+            BusyError: The arm moves.
             GoalAbortedError: It was not followed to its end.
             BioscaraError: The error that stopped the arm.
         """
-        self._motions.follow(trajectory, observe, cancelled, approach=approach, timeout=timeout)
+        operation = FollowTrajectory(
+            "follow()",
+            lambda planner: checked(trajectory, planner),
+            approach=approach,
+            timeout=timeout,
+            on_cycle=on_cycle,
+        )
+        return self._carry_out(operation, wait)
 
-    @exclusive("jog()")
     def jog(
         self,
         velocities: Callable[[], Velocity | None],
-        observe: Observe = ignore,
         *,
         timeout: float | None = None,
-    ) -> None:
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[None]:
         """Move by streamed velocities until the stream ends; the arm is then at rest.
 
         Joint limits, the tool's speed limit and zones are respected, with enough distance to stop
-        before them. Commanded velocities are scaled by ``speed``. If the source does not answer
-        within 0.15 s, the arm comes to rest.
+        before them. Commanded velocities are scaled by ``speed_override``. If the source does not
+        answer within 0.15 s, the arm comes to rest.
 
         Args:
             velocities: Called each cycle: returns a velocity of the joints or of the tool, the
                 previous one as long as it holds, or None to end.
-            observe: Receives a record of all joints each cycle.
             timeout: Longest duration [s]; None for no limit.
+            on_cycle: Receives a record of all joints each cycle.
+            wait: Whether to return at the end.
 
         Raises:
             InvalidArgumentError: A velocity is not finite or too large; the arm is at rest.
@@ -509,7 +748,44 @@ class Robot:
             ZoneError: The arm's clearance is too small; nothing moved.
             BioscaraError: As :meth:`follow`.
         """
-        self._motions.jog(velocities, observe, timeout)
+        return self._carry_out(Jog(velocities, timeout=timeout, on_cycle=on_cycle), wait)
+
+    def _move(
+        self,
+        name: str,
+        plan: MakePlan,
+        timeout: float | None,
+        on_cycle: OnCycle | None,
+        wait: bool,
+    ) -> Operation[None]:
+        operation = FollowTrajectory(name, plan, timeout=timeout, on_cycle=on_cycle)
+        return self._carry_out(operation, wait)
+
+    def _carry_out(self, operation: Operation[None], wait: bool) -> Operation[None]:
+        if flag("wait", wait):
+            self._arm.execute(operation)
+        else:
+            self._arm.start(operation)
+        return operation
+
+    def __repr__(self) -> str:
+        return f"<Robot {self.description}, {self._condition()}>"
+
+    def _condition(self) -> str:
+        """Return whether the robot can move, and the pose of its tool, without using the bus."""
+        session = self._arm.session
+        if not session.connected:
+            return "closed"
+        if self.faults:
+            return f"stopped by a fault: {self.faults[0]}"
+        if running := self._arm.arbiter.running:
+            return f"busy: {', '.join(claim.name for claim in running)}"
+        states = session.stack.broadcaster.states
+        power = "enabled" if self.is_enabled else "disabled"
+        if states is None or any(map(math.isnan, states.positions)):
+            return f"{power}, not homed"
+        x, y, z, yaw = self.kinematics.forward(states.positions)
+        return f"{power}, homed, at x={x:z.3f} y={y:z.3f} z={z:z.3f} yaw={yaw:z.2f}"
 
 
 def _require_parameters(parameters: ArmParameters) -> ArmParameters:

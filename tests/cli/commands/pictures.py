@@ -25,7 +25,7 @@ def expected(
     planner = Planner(PARAMETERS, lambda: start)
     planner.scene = scene or Scene()
     path = folder / "expected.png"
-    plan = planner.joints(goal)
+    plan = planner.move_joints(goal)
     arm = planner.kinematics
     write_plan(path, plan.trajectory, arm, PARAMETERS.joints, plan.tool, title, planner.scene)
     return path.read_bytes()

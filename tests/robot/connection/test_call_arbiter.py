@@ -150,7 +150,7 @@ class Scene:
             if len(records) == cycle:
                 gate.wait()
 
-        mover = Other(lambda: self.robot.move_joints(GOAL, observe=observe))
+        mover = Other(lambda: self.robot.move_joints(GOAL, on_cycle=observe))
         gate.reached()
         return mover, gate, records
 
@@ -183,7 +183,7 @@ STAND = Trajectory(NAMES, (0.0, 1.0), (START, START))
 CALLS: dict[str, Callable[[Robot], object]] = {
     "home()": lambda robot: robot.home(),
     "move_joints()": lambda robot: robot.move_joints(START),
-    "execute()": lambda robot: robot.execute(robot.plan.joints(START)),
+    "execute()": lambda robot: robot.execute(robot.plan.move_joints(START)),
     "follow()": lambda robot: robot.follow(STAND),
     "jog()": lambda robot: robot.jog(lambda: None),
     "move_to()": lambda robot: robot.move_to(POSE),
@@ -200,7 +200,7 @@ CALLS: dict[str, Callable[[Robot], object]] = {
     "gripper.move()": lambda robot: robot.gripper.move(0.06),
     "setting full_speed": lambda robot: setattr(robot, "full_speed", True),
     "setting scene": lambda robot: setattr(robot.plan, "scene", Surroundings(table_height=1.0)),
-    "use_tool()": lambda robot: robot.plan.use_tool("fingers"),
+    "use_tool()": lambda robot: robot.tool = "fingers",
 }
 
 
@@ -236,7 +236,7 @@ def test_a_call_from_a_callback_is_refused(scene: Scene, name: str) -> None:
             CALLS[name](scene.robot)
 
     with pytest.raises(BusyError, match="refused inside move_joints") as refused:
-        scene.robot.move_joints(GOAL, observe=observe)
+        scene.robot.move_joints(GOAL, on_cycle=observe)
     assert str(refused.value).startswith(name)
     # The belts swing out.
     scene.arm.run(0.1)
@@ -254,7 +254,7 @@ def test_an_observer_that_always_fails_leaves_the_arm_at_rest(scene: Scene) -> N
             raise ZeroDivisionError
 
     with pytest.raises(ZeroDivisionError):
-        scene.robot.move_joints(GOAL, observe=observe)
+        scene.robot.move_joints(GOAL, on_cycle=observe)
     states = scene.robot.state
     assert max(map(abs, states.velocities)) < 0.02
     assert scene.speed() < 0.05
@@ -269,8 +269,8 @@ def test_reading_the_state_during_a_motion_does_not_use_the_bus(scene: Scene) ->
         assert robot.state.positions == tuple(j.position for j in records[-1].joints)
         assert robot.pose == robot.kinematics.forward(robot.state.positions)
         assert robot.faults == ()
-        assert robot.speed == 1.0
-    robot.plan.joints(START)
+        assert robot.speed_override == 1.0
+    robot.plan.move_joints(START)
     assert len(scene.bus.users) == transfers
     assert scene.arm.now() == pytest.approx(now + 0.02)
     gate.open()
@@ -284,22 +284,22 @@ def test_a_late_reading_by_an_observer_does_not_use_the_bus(scene: Scene) -> Non
         if record.phase is Phase.TRAJECTORY and not transfers:
             scene.arm.run(0.03)
             before = len(scene.bus.users)
-            assert scene.robot.state.time == record.start + scene.robot._session.begin
+            assert scene.robot.state.time == record.start + scene.robot._arm.session.begin
             transfers.append(len(scene.bus.users) - before)
 
-    scene.robot.move_joints(GOAL, observe=observe)
+    scene.robot.move_joints(GOAL, on_cycle=observe)
     assert transfers == [0]
 
 
 def test_the_speed_can_be_changed_from_another_thread(scene: Scene) -> None:
     mover, gate, records = scene.held_motion()
-    scene.robot.speed = 0.5
+    scene.robot.speed_override = 0.5
     gate.open()
     assert mover.end() is None
-    assert scene.robot._session.stack.trajectory.scaling == 0.5
+    assert scene.robot._arm.stack.trajectory.scaling == 0.5
     slow, _ = len(records), records.clear()
-    scene.robot.speed = 1.0
-    scene.robot.move_joints(START, observe=records.append)
+    scene.robot.speed_override = 1.0
+    scene.robot.move_joints(START, on_cycle=records.append)
     assert slow > 1.5 * len(records)
 
 
@@ -370,7 +370,7 @@ def test_stopped_jaws_stay_at_their_width(scene: Scene) -> None:
 
 def test_after_a_stopped_motion_the_jaws_can_be_moved(scene: Scene) -> None:
     with pytest.raises(MotionCancelledError, match="s into the trajectory"):
-        scene.robot.move_joints(GOAL, observe=lambda _: scene.robot.stop())
+        scene.robot.move_joints(GOAL, on_cycle=lambda _: scene.robot.stop())
     scene.robot.gripper.move(0.06)
     assert scene.robot.gripper.width == pytest.approx(0.06, abs=5e-3)
 
@@ -399,7 +399,7 @@ def test_however_often_ctrl_c_is_pressed_the_arm_ramps_down(
             raise ZeroDivisionError
 
     with pytest.raises(KeyboardInterrupt):
-        scene.robot.move_joints(GOAL, observe=observe)
+        scene.robot.move_joints(GOAL, on_cycle=observe)
     assert len(scene.bus.users) > max(scene.bus.ctrl_c), "it was at rest too early"
     assert Phase.TRAJECTORY in phases
     scene.arm.run(0.1)
@@ -473,7 +473,7 @@ def test_the_next_call_can_begin_however_a_call_ended(
             raise end
 
     with pytest.raises(end or MotionCancelledError):
-        scene.robot.move_joints(GOAL, observe=observe)
+        scene.robot.move_joints(GOAL, on_cycle=observe)
     with pytest.raises(TrajectoryError):
         scene.robot.move_joints((0.0,))
     assert Other(lambda: scene.robot.move_joints(START)).end() is None
@@ -535,7 +535,7 @@ def test_shutdown_by_another_thread_brings_the_arm_to_rest_first(
 
     def move(observer: Observe) -> None:
         try:
-            robot.move_joints(GOAL, observe=observer)
+            robot.move_joints(GOAL, on_cycle=observer)
         except BioscaraError as error:
             errors.append(error)
 
@@ -576,6 +576,6 @@ def test_a_callback_cannot_shut_down_the_arm_during_its_motion(scene: Scene) -> 
             scene.robot.__exit__(None, None, None)
 
     with pytest.raises(BusyError, match=r"shutdown\(\) refused inside move_joints\(\)"):
-        scene.robot.move_joints(GOAL, observe=observe)
+        scene.robot.move_joints(GOAL, on_cycle=observe)
     assert not scene.bus.closed
     scene.robot.move_joints(START)

@@ -119,7 +119,7 @@ def test_a_homed_joint_left_energised_is_released(tmp_path: Path) -> None:
 
 def test_joints_left_energised_by_another_program_are_released(scene: Scene) -> None:
     with Robot(FirmwareBus(scene.arm), scene.arm.clock, ARM, "next") as after:
-        assert after._session.stack.arm.state is LifecycleState.INACTIVE
+        assert after._arm.stack.arm.state is LifecycleState.INACTIVE
     assert scene.energised() == []
 
 
@@ -239,7 +239,7 @@ def test_ctrl_c_ends_the_wait_for_a_callback_that_never_returns(
 
     def home() -> None:
         with suppress(BioscaraError):
-            robot.home(observe=hang)
+            robot.home(on_cycle=hang)
 
     def press(frame: FrameType, event: str, _: object) -> None:
         caller = frame.f_back
@@ -264,7 +264,7 @@ def test_ctrl_c_ends_the_wait_for_a_callback_that_never_returns(
             robot.__exit__(None, None, None)
     finally:
         sys.settrace(before)
-    assert (robot._arbiter.running is None) is bool(patience), "it was waited for, or not"
+    assert (robot._arm.arbiter.running is None) is bool(patience), "it was waited for, or not"
     end.set()
     for thread in threads:
         thread.join(10.0)

@@ -34,8 +34,8 @@ def run(options: Options) -> int:
     parameters, output = load_parameters(), Output()
     wanted = target_planner(options, parameters)
     robot = open_arm(options, parameters)
-    robot.plan.table, robot.plan.scene = wanted.table, wanted.scene
-    robot.plan.use_tool(options.tool)
+    robot.table, robot.scene = wanted.workspace.table, wanted.workspace.scene
+    robot.tool = options.tool
     with StopRequest() as cancelled, robot:
         output.line(f"arm: {robot.description}")
         require_acknowledgement(robot, options)
@@ -62,8 +62,14 @@ def _move(robot: Robot, options: Options, cancelled: StopRequest, output: Output
         InvalidArgumentError: The motion was refused before anything moved.
     """
     cycles: deque[CycleRecord] = deque(maxlen=1)
+
+    def on_cycle(record: CycleRecord) -> None:
+        cycles.append(record)
+        if cancelled():
+            robot.stop()
+
     try:
-        robot.home(cycles.append, cancelled)
+        robot.home(on_cycle=on_cycle)
         plan = plan_target(robot.plan, options)
         for line in describe(plan, robot.kinematics):
             output.line(line)
@@ -72,7 +78,7 @@ def _move(robot: Robot, options: Options, cancelled: StopRequest, output: Output
         if options.plot is not None:
             picture = write_picture(options.plot, plan, robot.plan, robot.parameters, "move")
             output.line(picture)
-        robot.execute(plan, cycles.append, cancelled)
+        robot.execute(plan, on_cycle=on_cycle)
     except MotionCancelledError as error:
         complain(f"{error}; all joints were stopped and disabled")
         return ExitStatus.INTERRUPTED

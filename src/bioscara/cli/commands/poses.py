@@ -98,8 +98,8 @@ def _drawn(path: Path, pose: NamedPose, options: Options, parameters: ArmParamet
         InvalidArgumentError: The arm cannot move there, or the file cannot be written.
     """
     planner = planner_from(options, parameters)
-    planner.use_tool(pose.tool)
-    plan = planner.named(pose.name)
+    planner.workspace = planner.workspace.with_tool(pose.tool)
+    plan = planner.move_named(pose.name)
     return write_picture(path, plan, planner, parameters, f"pose {pose.name}")
 
 

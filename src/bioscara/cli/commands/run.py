@@ -154,7 +154,7 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
     path = options.out or default_path(Path("runs"), job.title, started)
     priority = nullcontext() if options.priority is None else realtime(options.priority)
     with StopRequest() as cancelled, priority, open_arm(options, parameters, path) as robot:
-        robot.plan.scene = job.scene
+        robot.scene = job.scene
         output.line(f"arm: {robot.description}")
         require_acknowledgement(robot, options)
         output.line(f"trajectory: {job.source}, {job.trajectory.duration:.2f} s")
@@ -211,17 +211,19 @@ def _move(robot: Robot, job: Job, cancelled: StopRequest, observer: Observer) ->
     warnings = NewWarnings(robot, job.notes)
     reported: list[str] = []
 
-    def observe(record: CycleRecord) -> None:
+    def on_cycle(record: CycleRecord) -> None:
         observer.cycle(record)
+        if cancelled():
+            robot.stop()
         for sentence in warnings.take():
             reported.append(sentence)
             observer.note(sentence)
 
     try:
         observer.phase("homing " + ", ".join(robot.parameters.homing_order))
-        robot.home(observe, cancelled)
+        robot.home(on_cycle=on_cycle)
         observer.phase("following the trajectory")
-        robot.follow(job.trajectory, observe, cancelled, approach=True)
+        robot.follow(job.trajectory, approach=True, on_cycle=on_cycle)
     except MotionCancelledError as error:
         outcome, message = Outcome.CANCELLED, f"{error}; all joints were stopped and disabled"
     except BioscaraError as error:

@@ -15,6 +15,7 @@ from bioscara.errors import ConfigurationError
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Scene
 from bioscara.robot.planner import Planner
+from bioscara.robot.workspace.workspace import Workspace
 
 
 def run(options: Options) -> int:
@@ -59,6 +60,5 @@ def _drawn(path: Path, start: Mapping[str, float], goal: Mapping[str, float], sc
     """
     parameters = load_parameters()
     here, there = ([places[joint.name] for joint in parameters.joints] for places in (start, goal))
-    planner = Planner(parameters, lambda: here)
-    planner.scene = scene
-    return write_picture(path, planner.joints(there), planner, parameters, "view")
+    planner = Planner(Workspace.of(parameters).with_scene(scene), lambda: here)
+    return write_picture(path, planner.move_joints(there), planner, parameters, "view")

@@ -83,7 +83,7 @@ def write_picture(
     Raises:
         InvalidArgumentError: The file cannot be written.
     """
-    arm, scene = planner.kinematics, planner.scene
+    arm, scene = planner.kinematics, planner.workspace.scene
     try:
         write_plan(path, plan.trajectory, arm, parameters.joints, plan.tool, title, scene)
     except OSError as error:

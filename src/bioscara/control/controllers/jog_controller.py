@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Literal
 
 from bioscara.control.controllers.controller import Controller, interfaces
@@ -10,6 +9,9 @@ from bioscara.control.controllers.parameters import Parameters
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, LifecycleState
 from bioscara.planning.motions.jog import Jog, JointVelocity, ToolVelocity
+
+_SAME = 2e-3
+"""Offset [rad or m] up to which a jog begins at the commanded positions: the end stops yield."""
 
 
 class JogParameters(Parameters):
@@ -28,14 +30,12 @@ class JogController(Controller[JogParameters]):
     """Commands the output of a :class:`~bioscara.planning.motions.jog.Jog` for streamed velocities.
 
     Attributes:
-        prepare: Returns a jog that starts at the commanded joint positions; set before activation
-            by code that knows the arm's shape and surroundings.
-        jog: The running one; None before the first activation.
+        jog: The jog at rest that begins with the next activation, or the running one; made by code
+            that knows the arm's shape and surroundings.
     """
 
     TYPE = "bioscara_controllers/JogController"
     PARAMETERS = JogParameters
-    prepare: Callable[[tuple[float, ...]], Jog] | None = None
     jog: Jog | None = None
 
     @property
@@ -60,16 +60,19 @@ class JogController(Controller[JogParameters]):
             )
 
     def on_activate(self, time: float) -> None:
-        """Begin at the commanded joint positions.
+        """Begin the jog at the commanded joint positions.
 
         Raises:
-            GoalRejectedError: :attr:`prepare` is not set.
-            ZoneError: The arm is too near to an obstacle.
+            GoalRejectedError: There is none, or it begins elsewhere.
         """
-        if self.prepare is None:
-            raise GoalRejectedError(f"{self.name}: it does not know the arm; set prepare first")
-        count = len(self.parameters.joints)
-        self.jog = self.prepare(tuple(handle.value for handle in self.command_handles[:count]))
+        if self.jog is None:
+            raise GoalRejectedError(f"{self.name}: there is no jog to begin; set one first")
+        for handle, position in zip(self.command_handles, self.jog.positions, strict=False):
+            if abs(handle.value - position) > _SAME:
+                raise GoalRejectedError(
+                    f"{self.name}: {handle.name} is {handle.value:.6g}, and the jog begins at "
+                    f"{position:.6g}; prepare one that begins there"
+                )
 
     @property
     def at_rest(self) -> bool:

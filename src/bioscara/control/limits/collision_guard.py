@@ -8,7 +8,7 @@ does not, the arm comes to rest from the state before, on the path that was foun
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, MutableSequence, Sequence
+from collections.abc import Mapping, MutableSequence, Sequence
 from typing import NamedTuple
 
 from bioscara.control.limits.averaging import Smoothing
@@ -35,22 +35,26 @@ class CollisionGuard:
 
     Args:
         joints: All joints of the arm, j1 to j4.
-        surroundings: Returns the arm with its tool, and the scene that it must keep clear of.
+        arm: The arm with its tool.
+        scene: Scene that it must keep clear of.
         smoothing: Averages the sent commands after this stage.
         warnings: Takes a message when a source of commands is stopped.
 
     Attributes:
+        arm: As given; may be changed at rest.
+        scene: As given; may be changed at rest.
         interventions: In how many cycles it braked.
     """
 
     def __init__(
         self,
         joints: Sequence[JointLimiter],
-        surroundings: Callable[[], tuple[Scara, Scene]],
+        arm: Scara,
+        scene: Scene,
         smoothing: Smoothing,
         warnings: MutableSequence[str],
     ) -> None:
-        self._joints, self._surroundings = tuple(joints), surroundings
+        self._joints, self.arm, self.scene = tuple(joints), arm, scene
         self._smoothing, self._warnings = smoothing, warnings
         self._stop_guard: StopGuard | None = None
         self._stop: _Stop | None = None
@@ -123,7 +127,7 @@ class CollisionGuard:
         before, (here, speeds) = self._before[0], self._state()
         if here == before and not any(speeds):
             return ""
-        arm, scene = self._surroundings()
+        arm, scene = self.arm, self.scene
         checker, joints, smoothing = self._stop_guard, self._joints, self._smoothing
         if checker is None or checker.arm is not arm or checker.scene is not scene:
             checker = self._stop_guard = StopGuard(arm, scene)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from pathlib import Path
 
 from bioscara.arguments import shown
@@ -20,24 +18,20 @@ from bioscara.errors import (
 )
 from bioscara.hardware import ArmHardware, GripperHardware, LifecycleState
 from bioscara.hardware.safe_stop import release
-from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
-from bioscara.planning.collision.scene import Scene
 from bioscara.protocol import Flags
-from bioscara.robot.connection.call_arbiter import CallArbiter
 from bioscara.robot.connection.stack import Stack
+from bioscara.robot.workspace.workspace import Workspace
 
 FAULTS = Path("faults")
 """Folder for the flight records of faults, unless another one is named."""
-_PATIENCE = 15.0
-"""Time after which a stopped call is at rest, or in a callback that may never return [s]."""
 
 
 class ArmSession:
     """Connects, enables, disables and shuts down one arm; nothing here makes it move.
 
     Args:
-        bus: The bus of the joints; closed by :meth:`leave`.
+        bus: The bus of the joints.
         clock: Clock of the arm.
         parameters: Parameters of the arm.
         gripper: The driver of the gripper.
@@ -49,7 +43,6 @@ class ArmSession:
         clock: Clock of the arm.
         parameters: Parameters of the arm.
         begin: Time at which the session was created [s].
-        arbiter: Admits one call at a time to the arm.
         arm: Hardware component of the joints.
         gripper: Hardware component of the gripper.
 
@@ -71,7 +64,6 @@ class ArmSession:
             raise InvalidArgumentError(f"evidence is {shown(evidence)}; give the path of a folder")
         self.bus, self.clock, self.parameters = bus, clock, parameters
         self.begin = clock.now()
-        self.arbiter = CallArbiter()
         self.arm = ArmHardware("bioscara_arm", bus, clock, parameters.joints)
         self.gripper = GripperHardware("bioscara_gripper", "gripper", gripper, clock)
         self._rate = None if rate is None else require_rate(rate)
@@ -86,14 +78,21 @@ class ArmSession:
             NotInitializedError: The robot is not connected.
         """
         if self._stack is None:
-            raise NotInitializedError("the robot is not connected: use it in a with statement")
+            raise NotInitializedError(
+                "the robot is not connected: open() it, or use it in a with statement"
+            )
         return self._stack
 
-    def connect(self, surroundings: Callable[[], tuple[Scara, Scene]]) -> None:
+    @property
+    def connected(self) -> bool:
+        """Whether the bus is open and the joints are connected."""
+        return self._stack is not None
+
+    def connect(self, workspace: Workspace) -> None:
         """Open the bus, connect to the joints and run the first control cycle; nothing moves.
 
         Args:
-            surroundings: Returns the arm with its tool and the scene, as for :class:`Stack`.
+            workspace: Tool, scene and speed limit, as for :class:`Stack`.
 
         Raises:
             LifecycleError: The robot is connected, or was shut down.
@@ -108,9 +107,8 @@ class ArmSession:
             stack = self._stack = Stack(
                 self.arm,
                 self.gripper,
-                surroundings,
+                workspace,
                 self.clock,
-                self.parameters,
                 self._rate,
                 self._evidence,
             )
@@ -127,12 +125,10 @@ class ArmSession:
         """Enable all joints at their positions, unless they are enabled; nothing moves.
 
         Raises:
-            MotionCancelledError: A stop of the running call was requested.
             FaultedError: A fault is latched, here or in a joint.
             BioscaraError: A joint was not enabled; all are released, and the error is latched as
                 a fault.
         """
-        self.arbiter.require_not_stopped()
         stack = self.stack
         stack.supervisor.require_clear()
         if self.arm.state is LifecycleState.UNCONFIGURED:
@@ -177,32 +173,3 @@ class ArmSession:
         # Not before: after an interruption, shutdown() can be called again.
         self._stack = None
         return problems
-
-    def leave(self, shutdown: Callable[[], list[str]], error: BaseException | None) -> None:
-        """Shut down despite interruptions, and close the bus.
-
-        Args:
-            shutdown: Calls :meth:`shutdown` once the call that uses the arm has ended.
-            error: The exception that is being raised, if any; it gets the problems as a note.
-
-        Raises:
-            HardwareError: A joint could not be stopped or disabled, and there is no ``error``.
-            KeyboardInterrupt, SystemExit: It was interrupted; the joints are disabled, unless a
-                call did not end within 15 s.
-        """
-        problems, raised, begin = "", error, time.monotonic()
-        # While shutdown is refused, a call is still using the bus, which stays open.
-        while self._stack is not None:
-            try:
-                problems = "; ".join(shutdown())
-            except (KeyboardInterrupt, SystemExit) as interrupt:
-                if self.arbiter.running is not None and time.monotonic() - begin >= _PATIENCE:
-                    raise
-                raised = interrupt
-        self.bus.close()
-        if problems and raised is None:
-            raise HardwareError(problems)
-        if problems and raised is not None:
-            raised.add_note(problems)
-        if raised is not None and raised is not error:
-            raise raised

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
@@ -30,10 +30,9 @@ from bioscara.control.manager.manager import ControllerManager
 from bioscara.errors import BioscaraError
 from bioscara.hardware import POSITION, VELOCITY, ArmHardware, GripperHardware, LifecycleState, Mode
 from bioscara.hardware.bus_budget import Capacity, highest_rate
-from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters, JointParameters
-from bioscara.planning.collision.scene import Scene
-from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
+from bioscara.planning.motions.tool_speed import UNPLANNED_SHARE
+from bioscara.robot.workspace.workspace import Workspace
 
 C = TypeVar("C")
 
@@ -53,10 +52,8 @@ class Stack:
     Args:
         arm: Hardware component of the joints, INACTIVE.
         gripper: Hardware component of the gripper.
-        surroundings: Returns the kinematics of the arm with its tool, and the scene that it must
-            keep clear of; both do not change while a call uses the arm.
+        workspace: Parameters of the arm, its tool, scene and speed limit at first.
         clock: Clock of the arm.
-        parameters: Parameters of the arm.
         rate: Cycles per second [Hz]; None for the rate that suits the joints.
         evidence: Folder for the flight records of faults.
 
@@ -83,13 +80,13 @@ class Stack:
         self,
         arm: ArmHardware,
         gripper: GripperHardware,
-        surroundings: Callable[[], tuple[Scara, Scene]],
+        workspace: Workspace,
         clock: Clock,
-        parameters: ArmParameters,
         rate: int | None,
         evidence: Path,
     ) -> None:
         self.arm = arm
+        parameters = workspace.parameters
         if isinstance(clock, MonotonicClock):
             sharpen_timers()
         version = min(joint.version for joint in arm.joints)
@@ -103,9 +100,13 @@ class Stack:
         warnings: deque[str] = deque(maxlen=WARNINGS)
         limited = joint_limiters((arm, gripper))
         joints = [limited[axis.name] for axis in arm.axes]
-        self.tool_speed = ToolSpeedCap(joints, surroundings()[0].tool_speed, COMMANDED_SPEED)
+        arm_with_tool = workspace.kinematics
+        self.tool_speed = ToolSpeedCap(joints, arm_with_tool.tool_speed, workspace.commanded_speed)
         self.smoothing = Smoothing(joints, hertz)
-        self.collision_guard = CollisionGuard(joints, surroundings, self.smoothing, warnings)
+        self.collision_guard = CollisionGuard(
+            joints, arm_with_tool, workspace.surroundings, self.smoothing, warnings
+        )
+        self.use_workspace(workspace)
         limiter = Limiter(limited, (self.tool_speed, self.collision_guard, self.smoothing))
         self.manager = ControllerManager((arm, gripper), limiter, hertz, warnings)
         for name, kind, values in _controllers(parameters, version):
@@ -121,6 +122,14 @@ class Stack:
         self.loop = Loop(
             self.manager, self.supervisor, record, clock, hertz, bus_time, self.watchdog
         )
+
+    def use_workspace(self, workspace: Workspace) -> None:
+        """Bound every command by another tool, scene and speed limit, from the next cycle on."""
+        cap, guard, windows = self.tool_speed, self.collision_guard, workspace.windows
+        cap.limit, cap.speed_of = workspace.commanded_speed, workspace.kinematics.tool_speed
+        cap.share, cap.soon = UNPLANNED_SHARE, (sum(windows) / 2.0, sum(windows))
+        self.smoothing.windows = windows
+        guard.arm, guard.scene = workspace.kinematics, workspace.surroundings
 
     def use(self, name: str, time: float) -> None:
         """Make a controller the one that commands the joints, unless it is active already.

@@ -50,7 +50,7 @@ def tool_path(robot: Robot, records: list[CycleRecord]) -> np.ndarray:
 
 def follow(robot: Robot, plan: object) -> np.ndarray:
     records: list[CycleRecord] = []
-    robot.execute(plan, records.append)  # type: ignore[arg-type]
+    robot.execute(plan, on_cycle=records.append)  # type: ignore[arg-type]
     return tool_path(robot, records)
 
 
@@ -66,7 +66,7 @@ def test_a_pose_is_reached(robot: Robot) -> None:
 def test_a_line_is_a_line(robot: Robot) -> None:
     robot.move_to(HERE)
     goal = Pose(0.35, 0.30, 0.28)
-    way = follow(robot, robot.plan.linear(goal))
+    way = follow(robot, robot.plan.move_linear(goal))
     assert near(robot.pose, goal)
     start, end = np.array(HERE[:3]), np.array(goal[:3])
     along = (end - start) / np.linalg.norm(end - start)
@@ -78,7 +78,7 @@ def test_a_line_is_a_line(robot: Robot) -> None:
 def test_an_arc_passes_its_point(robot: Robot) -> None:
     robot.move_to(Pose(0.40, -0.15, 0.25))
     via, goal = Pose(0.50, 0.0, 0.25), Pose(0.40, 0.15, 0.25)
-    way = follow(robot, robot.plan.circular(via, goal))
+    way = follow(robot, robot.plan.move_circular(via, goal))
     assert near(robot.pose, goal)
     assert np.linalg.norm(way[:, :3] - np.array(via[:3]), axis=1).min() < 5e-3
 
@@ -86,7 +86,7 @@ def test_an_arc_passes_its_point(robot: Robot) -> None:
 def test_a_sequence_rounds_its_corners_without_a_stop(robot: Robot) -> None:
     corners = [(0.5, -0.2), (0.5, 0.2), (0.4, 0.2), (0.4, -0.2)]
     robot.move_to(Pose(*corners[0], 0.2))
-    plan = robot.plan.sequence(
+    plan = robot.plan.move_sequence(
         [Waypoint(Pose(x, y, 0.2), Motion.LIN, blend=0.01) for x, y in corners[1:-1]]
         + [Waypoint(Pose(*corners[-1], 0.2), Motion.LIN)]
     )
@@ -128,16 +128,16 @@ def test_an_unreachable_pose_is_refused_and_nothing_moves(
 
 def test_a_zone_is_not_entered(robot: Robot) -> None:
     robot.move_to(HERE)
-    robot.plan.scene = Scene((Box("rack", (0.30, -0.05, 0.0), (0.6, 0.05, 0.4)),))
+    robot.scene = Scene((Box("rack", (0.30, -0.05, 0.0), (0.6, 0.05, 0.4)),))
     try:
         with pytest.raises(ZoneError, match="rack"):
             robot.move_linear(HERE._replace(y=0.2))
         assert near(robot.pose, HERE)
         stopped = jog(robot, ToolVelocity(y=0.1), 4.0)
         assert stopped.y < -0.05
-        assert robot._session.stack.jog.jog is not None
+        assert robot._arm.stack.jog.jog is not None
     finally:
-        robot.plan.scene = Scene()
+        robot.scene = Scene()
     robot.move_to(HERE)
 
 
@@ -152,7 +152,7 @@ def jog(robot: Robot, velocity: JointVelocity | ToolVelocity, seconds: float) ->
 
 
 def commanded(robot: Robot) -> list[float]:
-    return [guard.here for guard in robot._session.stack.manager.limiter.joints.values()]
+    return [guard.here for guard in robot._arm.stack.manager.limiter.joints.values()]
 
 
 @pytest.mark.parametrize("share", [0.3, 0.4, 0.5, 0.7])
@@ -166,9 +166,9 @@ def test_a_cancelled_motion_stops_on_its_checked_path(robot: Robot, share: float
     robot.move_joints((0.0, 0.2, 0.3, 0.0))
     robot.move_to(start)
     ring = Cylinder("ring", *middle, radius + 5.2e-3, -0.5, 0.6, keep_in=True, links=("tool",))
-    robot.plan.scene = scene = Scene((ring,))
+    robot.scene = scene = Scene((ring,))
     try:
-        arc = robot.plan.circular(via, goal).trajectory
+        arc = robot.plan.move_circular(via, goal).trajectory
         rows: list[list[float]] = []
         begin = robot.clock.now()
         with pytest.raises(MotionCancelledError):
@@ -178,7 +178,7 @@ def test_a_cancelled_motion_stops_on_its_checked_path(robot: Robot, share: float
                 cancelled=lambda: robot.clock.now() - begin > share * arc.duration,
             )
     finally:
-        robot.plan.scene = Scene()
+        robot.scene = Scene()
     assert np.abs(rows[-1] - arc.positions[-1]).max() > 0.05
     assert max(map(abs, robot.state.velocities)) < 0.02
     assert scene.clearance(robot.kinematics, rows).min() > scene.margin
@@ -194,7 +194,7 @@ def test_an_aborted_jog_stops_on_its_checked_path(robot: Robot, error: type[Base
     least = []
     for seconds in (0.2, 0.25, 0.3, 0.4):
         robot.move_joints(start)
-        robot.plan.scene, rows = scene, []
+        robot.scene, rows = scene, []
         end = robot.clock.now() + seconds
 
         def velocities(end: float = end) -> ToolVelocity:
@@ -206,7 +206,7 @@ def test_an_aborted_jog_stops_on_its_checked_path(robot: Robot, error: type[Base
             with pytest.raises(error):
                 robot.jog(velocities, lambda _, rows=rows: rows.append(commanded(robot)))
         finally:
-            robot.plan.scene = Scene()
+            robot.scene = Scene()
         assert rows[-1] == pytest.approx(rows[-3], abs=1e-9)
         least.append(scene.clearance(robot.kinematics, rows).min())
     assert scene.margin - 1e-6 <= min(least) < scene.margin + 5e-3
@@ -227,7 +227,7 @@ def test_a_jog_goes_at_the_chosen_share_of_its_velocity(robot: Robot) -> None:
     try:
         ways = {}
         for speed in (1.0, 0.25, 0.0):
-            robot.speed = speed
+            robot.speed_override = speed
             before = robot.state.positions[3]
             jog(robot, JointVelocity(j4=0.3), 1.0)
             ways[speed] = robot.state.positions[3] - before
@@ -237,19 +237,19 @@ def test_a_jog_goes_at_the_chosen_share_of_its_velocity(robot: Robot) -> None:
         with pytest.raises(InvalidArgumentError, match="j4 velocity: 100 rad/s"):
             jog(robot, JointVelocity(j4=100.0), 1.0)
     finally:
-        robot.speed = 1.0
+        robot.speed_override = 1.0
 
 
 def test_a_jog_that_starts_in_a_zone_is_refused_and_changes_nothing(robot: Robot) -> None:
     robot.move_to(HERE)
-    active = [each.state for each in robot._session.stack.manager.controllers]
-    robot.plan.scene = Scene((Box("crate", (-2.0, -2.0, -2.0), (2.0, 2.0, 2.0)),))
+    active = [each.state for each in robot._arm.stack.manager.controllers]
+    robot.scene = Scene((Box("crate", (-2.0, -2.0, -2.0), (2.0, 2.0, 2.0)),))
     try:
         with pytest.raises(ZoneError, match="crate"):
             jog(robot, JointVelocity(j4=0.3), 1.0)
     finally:
-        robot.plan.scene = Scene()
-    assert [each.state for each in robot._session.stack.manager.controllers] == active
+        robot.scene = Scene()
+    assert [each.state for each in robot._arm.stack.manager.controllers] == active
     assert near(robot.pose, HERE)
 
 
@@ -272,26 +272,24 @@ def test_the_speed_can_be_changed_in_motion(robot: Robot) -> None:
             nonlocal changed
             if record.trajectory_time > 0.5 and not changed:
                 changed = True
-                robot.speed = speed
+                robot.speed_override = speed
 
-        robot.move_joints((1.0, 0.2, 0.5, 0.5), observe=observe)
-        robot.speed = 1.0
+        robot.move_joints((1.0, 0.2, 0.5, 0.5), on_cycle=observe)
+        robot.speed_override = 1.0
         return robot.clock.now() - begin
 
     assert duration(0.5) > 1.5 * duration(1.0)
     with pytest.raises(InvalidArgumentError, match="10"):
-        robot.speed = 10.0
+        robot.speed_override = 10.0
     with pytest.raises(InvalidArgumentError, match="outside 0"):
-        robot.move_joints((0.0, 0.2, 0.0, 0.0), speed=0.0)
+        robot.move_joints((0.0, 0.2, 0.0, 0.0), velocity_scaling=0.0)
 
 
 def test_poses_and_tools_have_names(robot: Robot) -> None:
-    table = robot.plan.table
+    table = robot.table
     probe = Tool("probe", Pose(0.05, 0.0, -0.1), 0.1)
     try:
-        robot.plan.table = table.with_tool(probe).with_pose(
-            NamedPose("well", None, HERE, "probe", "")
-        )
+        robot.table = table.with_tool(probe).with_pose(NamedPose("well", None, HERE, "probe", ""))
         robot.move_named("center")
         assert robot.state.positions == pytest.approx((0.0, 0.2, 0.0, 0.0), abs=2e-3)
         with pytest.raises(InvalidArgumentError, match=r"well.*probe"):
@@ -299,18 +297,18 @@ def test_poses_and_tools_have_names(robot: Robot) -> None:
         with pytest.raises(InvalidArgumentError, match="did you mean center"):
             robot.move_named("centre")
         with pytest.raises(InvalidArgumentError, match="did you mean probe"):
-            robot.plan.use_tool("prob")
-        robot.plan.use_tool("probe")
+            robot.tool = "prob"
+        robot.tool = "probe"
         robot.move_named("well")
         assert near(robot.pose, HERE)
     finally:
-        robot.plan.use_tool("fingers")
-        robot.plan.table = table
+        robot.tool = "fingers"
+        robot.table = table
 
 
 def test_a_plan_moves_nothing(robot: Robot) -> None:
     before = robot.state.positions
-    plan = robot.plan.to(Pose(0.4, 0.2, 0.2))
+    plan = robot.plan.move_to(Pose(0.4, 0.2, 0.2))
     assert plan.trajectory.duration > 0.5
     assert robot.state.positions == pytest.approx(before, abs=1e-4)
 
@@ -325,13 +323,13 @@ def test_an_arm_that_is_not_homed_has_no_pose(tmp_path: Path) -> None:
 
 def test_raw_setpoints_keep_clear_of_the_planner_scene(robot: Robot) -> None:
     robot.move_joints((0.3, 0.2, 0.8, -0.5))
-    stack, scene = robot._session.stack, robot.plan.scene
+    stack, scene = robot._arm.stack, robot.scene
     names = tuple(joint.name for joint in ARM.joints)
     values = {"joints": names, "interface_name": "position"}
     forward = stack.manager.load("raw", ForwardCommandController.TYPE, values)
     assert isinstance(forward, ForwardCommandController)
     stack.manager.configure("raw")
-    robot.plan.scene = Scene((Box("wall", (-0.2, 0.62, 0.0), (0.6, 0.9, 0.6)),))
+    robot.scene = Scene((Box("wall", (-0.2, 0.62, 0.0), (0.6, 0.9, 0.6)),))
     try:
         stack.use("raw", robot.clock.now())
         forward.command((1.5, 0.2, 0.8, -0.5))
@@ -339,12 +337,12 @@ def test_raw_setpoints_keep_clear_of_the_planner_scene(robot: Robot) -> None:
         for _ in range(600):
             stack.loop.step()
         here = [guard.here for guard in stack.manager.limiter.joints.values()]
-        assert robot.plan.scene.clearance(robot.plan.kinematics, [here])[0] >= 5e-3
+        assert robot.scene.clearance(robot.plan.kinematics, [here])[0] >= 5e-3
         assert "wall" in stack.manager.warnings[-1]
         # From where it was stopped a planned motion leads away.
         robot.move_joints((0.3, 0.2, 0.8, -0.5))
         assert stack.collision_guard.interventions > 10
     finally:
-        robot.plan.scene = scene
+        robot.scene = scene
     stack.manager.cleanup("raw")
     stack.manager.unload("raw")

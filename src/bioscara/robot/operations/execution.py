@@ -1,26 +1,19 @@
-"""Execution of a motion: runs the control loop, and brings the arm to rest however it ends."""
+"""Motion within an operation: sends goals, and brings the arm to rest however the motion ends."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable
 from contextlib import suppress
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from bioscara.arguments import function, number
 from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
-from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory
+from bioscara.control.controllers.joint_trajectory import Goal
 from bioscara.control.faults.supervisor import FaultState
-from bioscara.errors import (
-    GoalAbortedError,
-    InvalidArgumentError,
-    MotionCancelledError,
-    MotionTimeoutError,
-)
-from bioscara.planning import Trajectory
+from bioscara.errors import GoalAbortedError, MotionCancelledError, MotionTimeoutError
 from bioscara.report import Phase
-from bioscara.robot.connection.arm_session import ArmSession
-from bioscara.robot.motions.cycle_recorder import Cancelled, CycleRecorder, Observe, ignore, never
+from bioscara.robot.arm import Arm
+from bioscara.robot.operations.operation import Cycle, Cycles, Operation
 
 SETTLING = 0.3
 """Duration for which the end of a trajectory is held, so that the records show it at rest [s]."""
@@ -32,51 +25,25 @@ G = TypeVar("G", bound=AcceptedGoal)
 
 
 class MotionExecution:
-    """A call that moves the arm, from its first cycle to rest.
+    """Moves the arm for an operation, from the first cycle to rest.
 
     Args:
-        session: ArmSession of the arm.
-        observe: Receives a record each cycle.
-        cancelled: Called each cycle; True ends the motion.
-        timeout: Longest duration from now [s]; None for no limit.
-
-    Raises:
-        InvalidArgumentError: The timeout is not above zero, or a callback cannot be called.
-        NotInitializedError: The robot is not connected.
+        arm: The arm.
+        operation: The operation; its timeout counts from now.
     """
 
-    def __init__(
-        self,
-        session: ArmSession,
-        observe: Observe = ignore,
-        cancelled: Cancelled = never,
-        timeout: float | None = None,
-    ) -> None:
-        self._stack, self._clock, self._arbiter = session.stack, session.clock, session.arbiter
-        self._timeout = math.inf if timeout is None else number("timeout", timeout, infinite=True)
-        if not self._timeout > 0.0:
-            raise InvalidArgumentError(f"timeout {self._timeout:g} s must be above zero")
-        function("observe", observe)
-        function("cancelled", cancelled)
-        self._deadline = self._clock.now() + self._timeout
-        self._observe, self._cancelled = observe, cancelled
-        self._recorder = CycleRecorder(self._stack, session.begin)
-        self._arbiter.mark_cycling()
+    def __init__(self, arm: Arm, operation: Operation[Any]) -> None:
+        self._arm, self._operation = arm, operation
+        self._stack, self._clock = arm.stack, arm.session.clock
+        self._deadline = self._clock.now() + operation.timeout
         self._stack.loop.restart()
 
-    def follow(
-        self,
-        trajectory: Trajectory,
-        phase: Phase,
-        speed: Callable[[], float],
-        until_start: float = 0.0,
-    ) -> None:
+    def follow(self, message: Goal, phase: Phase, until_start: float = 0.0) -> Cycles[None]:
         """Follow a checked trajectory that starts at the arm's position; hold its end for a while.
 
         Args:
-            trajectory: Trajectory to follow.
+            message: The trajectory as a goal.
             phase: Phase that the records have.
-            speed: Returns the commanded share of the planned speed; called each cycle.
             until_start: Time from now to the start of the trajectory proper [s].
 
         Raises:
@@ -88,21 +55,22 @@ class MotionExecution:
 
         def apply_speed() -> None:
             nonlocal scaling
-            if (commanded := speed()) != scaling:
-                scaling = commanded
-                controller.set_scaling(commanded)
+            if (wanted := self._arm.speed_of(self._operation)) != scaling:
+                scaling = wanted
+                controller.set_scaling(wanted)
 
         apply_speed()
         now = self._clock.now()
         zero = now + until_start
-        message = Goal(JointTrajectory.of(trajectory), collision_checked=True)
-        goal = self.pursue(lambda: controller.send_goal(message, now), phase, zero, apply_speed)
+        goal = yield from self.pursue(
+            lambda: controller.send_goal(message, now), phase, zero, apply_speed
+        )
         if goal.status is not GoalStatus.SUCCEEDED:
-            self._come_to_rest(zero)
+            yield from self._come_to_rest(zero)
             raise GoalAbortedError(goal.text, goal.error_code)
         if phase is Phase.TRAJECTORY:
             until = self._clock.now() + SETTLING
-            self.run(lambda: self._clock.now() >= until, Phase.SETTLING, zero)
+            yield from self.run(lambda: self._clock.now() >= until, Phase.SETTLING, zero)
 
     def pursue(
         self,
@@ -110,7 +78,7 @@ class MotionExecution:
         phase: Phase,
         zero: float = math.nan,
         before_cycle: Callable[[], None] = lambda: None,
-    ) -> G:
+    ) -> Cycles[G]:
         """Send a goal and run cycles until it is done.
 
         Args:
@@ -136,10 +104,10 @@ class MotionExecution:
                 before_cycle()
             return goals[0].done
 
-        self.run(done, phase, zero)
+        yield from self.run(done, phase, zero)
         return goals[0]
 
-    def run(self, done: Callable[[], bool], phase: Phase, zero: float = math.nan) -> None:
+    def run(self, done: Callable[[], bool], phase: Phase, zero: float = math.nan) -> Cycles[None]:
         """Run cycles until ``done``.
 
         Args:
@@ -152,58 +120,48 @@ class MotionExecution:
             MotionTimeoutError: It took too long; the arm is at rest.
             BioscaraError: The error that stopped the arm.
         """
-        supervisor = self._stack.supervisor
+        operation, supervisor, cycle = self._operation, self._stack.supervisor, Cycle(phase, zero)
         try:
             while not done():
-                if self._arbiter.stopped or self._cancelled():
+                if operation.claim.stopped:
                     raise MotionCancelledError(self._interrupted(phase, zero))
                 if self._clock.now() >= self._deadline:
                     raise MotionTimeoutError(
-                        f"not done within {self._timeout:g} s; the arm was brought to rest"
+                        f"not done within {operation.timeout:g} s; the arm was brought to rest"
                     )
-                self._cycle(self._observe, phase, zero)
+                yield cycle
                 if supervisor.state is not FaultState.CLEAR:
                     raise supervisor.faults[0].error()
+        except GeneratorExit:
+            raise
         except BaseException:
-            self._come_to_rest(zero)
+            yield from self._come_to_rest(zero)
             raise
 
-    def _cycle(self, observe: Observe, phase: Phase, zero: float) -> None:
-        cycle = self._stack.loop.step()
-        # Building a record takes about a sixth of the host's time in a cycle.
-        if observe is not ignore:
-            observe(self._recorder.record(cycle, phase, zero))
-
-    def _come_to_rest(self, zero: float) -> None:
-        supervisor, observe = self._stack.supervisor, self._observe
-        problem: BaseException | None = None
-        since = self._clock.now()
+    def _come_to_rest(self, zero: float) -> Cycles[None]:
+        supervisor, since = self._stack.supervisor, self._clock.now()
         while True:
             try:
-                self._rest(observe, zero, since)
+                yield from self._rest(zero, since)
                 break
-            except BaseException as error:
-                # Neither a failing observer nor any number of Ctrl-C may leave the arm moving.
-                if observe is ignore and isinstance(error, Exception):
-                    raise
-                problem, observe = error, ignore
+            except KeyboardInterrupt as error:
+                # No number of Ctrl-C may leave the arm moving.
+                self._operation.interrupt(error)
         if supervisor.faults:
             # A full disk does not undo a stop; acknowledging writes the evidence again.
             with suppress(OSError):
                 supervisor.keep_evidence()
-        if problem is not None:
-            raise problem
 
-    def _rest(self, observe: Observe, zero: float, since: float) -> None:
+    def _rest(self, zero: float, since: float) -> Cycles[None]:
         supervisor, now = self._stack.supervisor, self._clock.now()
-        self._stack.gripper.cancel()
+        stopping = Cycle(Phase.STOPPING, zero)
         supervisor.halt(now)
         while not supervisor.halted and now - since < _MAX_DECELERATION_TIME:
-            self._cycle(observe, Phase.STOPPING, zero)
+            yield stopping
             now = self._clock.now()
         supervisor.stop(now)
         while True:
-            self._cycle(observe, Phase.STOPPING, zero)
+            yield stopping
             if supervisor.stopper.at_rest(self._clock.now(), now):
                 break
 
@@ -214,8 +172,22 @@ class MotionExecution:
             return f"interrupted while homing {(goal and goal.current) or 'the arm'}"
         if phase is Phase.JOG:
             return "interrupted while jogging"
-        if math.isnan(zero):
-            return "interrupted while moving the jaws"
         into = self._clock.now() - zero
         where = "into" if into >= 0.0 else "before the start of"
         return f"interrupted {abs(into):.2f} s {where} the trajectory"
+
+
+def ready(arm: Arm, operation: Operation[Any]) -> Cycles[None]:
+    """Enable the arm, bound it by its workspace and run a cycle, unless the operation was stopped.
+
+    Raises:
+        MotionCancelledError: It was stopped; nothing moved.
+        FaultedError: A fault is latched.
+        BioscaraError: A joint was not enabled.
+    """
+    arm.pace(homing=False)
+    operation.claim.require_not_stopped()
+    arm.session.enable()
+    arm.stack.use_workspace(arm.workspace)
+    arm.stack.loop.restart()
+    yield None

@@ -52,11 +52,11 @@ def fastest(arm: SimulatedArm) -> float:
 def test_a_plan_made_at_full_speed_is_slowed_down_and_keeps_its_goal(
     robot: Robot, arm: SimulatedArm
 ) -> None:
-    robot.full_speed = True
-    plan = robot.plan.joints((-0.5, 0.30, 0.5, 0.5))
-    robot.full_speed = False
+    robot.reduced_speed = False
+    plan = robot.plan.move_joints((-0.5, 0.30, 0.5, 0.5))
+    robot.reduced_speed = True
     records: list[CycleRecord] = []
-    robot.execute(plan, records.append)
+    robot.execute(plan, on_cycle=records.append)
     assert robot.state.positions == pytest.approx((-0.5, 0.30, 0.5, 0.5), abs=2e-3)
     assert fastest(arm) < 1e-3
     for record in records:
@@ -66,9 +66,9 @@ def test_a_plan_made_at_full_speed_is_slowed_down_and_keeps_its_goal(
 
 
 def test_a_plan_is_slowed_down_for_a_longer_tool(robot: Robot) -> None:
-    plan = robot.plan.joints((-0.5, 0.30, 2.0, 2.0))
-    robot.plan.table = robot.plan.table.with_tool(Tool("rod", Pose(0.9, 0.0, -0.2), 0.5))
-    robot.plan.use_tool("rod")
+    plan = robot.plan.move_joints((-0.5, 0.30, 2.0, 2.0))
+    robot.table = robot.table.with_tool(Tool("rod", Pose(0.9, 0.0, -0.2), 0.5))
+    robot.tool = "rod"
     begin = robot.clock.now()
     robot.execute(plan)
     assert robot.clock.now() - begin > 1.2 * plan.trajectory.duration
@@ -76,11 +76,11 @@ def test_a_plan_is_slowed_down_for_a_longer_tool(robot: Robot) -> None:
 
 
 def test_a_plan_is_checked_against_the_current_scene(robot: Robot) -> None:
-    plan = robot.plan.joints((-1.0, 0.30, 2.0, 2.0))
-    robot.plan.scene = Scene((Box("crate", (-2.0, -2.0, -2.0), (2.0, 2.0, 2.0)),))
+    plan = robot.plan.move_joints((-1.0, 0.30, 2.0, 2.0))
+    robot.scene = Scene((Box("crate", (-2.0, -2.0, -2.0), (2.0, 2.0, 2.0)),))
     with pytest.raises(ZoneError, match="crate"):
         robot.execute(plan)
-    robot.plan.scene = Scene()
+    robot.scene = Scene()
     far = point_to_point(NAMES, START, (-1.0, 0.30, 2.0, 2.0), ARM.joints)
     with pytest.raises(TrajectoryError, match=r"j1.*exceeds the limit"):
         robot.execute(Plan(stretched(far, 0.5)))
@@ -96,10 +96,10 @@ def test_a_motion_that_misses_its_goal_is_aborted(
 ) -> None:
     def observe(record: CycleRecord) -> None:
         if record.joints[0].position > -1.0 - left:
-            robot._session.stack.tool_speed.limit = speed
+            robot._arm.stack.tool_speed.limit = speed
 
     with pytest.raises(GoalAbortedError, match=complaint):
-        robot.move_joints((-1.0, 0.30, 2.0, 2.0), observe=observe)
+        robot.move_joints((-1.0, 0.30, 2.0, 2.0), on_cycle=observe)
     assert fastest(arm) < 1e-3
     assert robot.faults == ()
     robot.move_joints(START)
@@ -139,7 +139,7 @@ def test_an_arm_beyond_a_limit_is_moved_back_by_its_joints(turned: Robot) -> Non
     with pytest.raises(TrajectoryError, match=r"j4: goal 3\.1 rad is outside"):
         turned.move_joints((*START[:3], 3.1))
     found, records = turned.state.positions[3], list[CycleRecord]()
-    turned.execute(turned.plan.joints(START), records.append)
+    turned.execute(turned.plan.move_joints(START), on_cycle=records.append)
     assert turned.state.positions == pytest.approx(START, abs=2e-3)
     references = [record.joints[3].reference for record in records]
     assert references[0] == pytest.approx(found, abs=0.01)

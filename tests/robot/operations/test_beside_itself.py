@@ -81,7 +81,7 @@ def test_a_path_from_home_into_the_column_rods_is_refused(
     direct = point_to_point(NAMES, HOMED, INTO_THE_RODS, PLANNED)
     assert nearest(rows_of(direct, 40), widths[1]) < 0.0
     try:
-        plan = arm.plan.joints(INTO_THE_RODS)
+        plan = arm.plan.move_joints(INTO_THE_RODS)
     except ZoneError as error:
         refused = error
     else:
@@ -101,7 +101,7 @@ def test_from_home_exactly_the_free_paths_are_accepted(spread: float) -> None:
         direct = point_to_point(NAMES, HOMED, goal.tolist(), PLANNED)
         least = nearest(rows_of(direct, 60), width)
         try:
-            plan = arm.plan.joints(goal.tolist())
+            plan = arm.plan.move_joints(goal.tolist())
         except ZoneError:
             hit += 1
             assert least < 0.010, (goal, width)
@@ -118,7 +118,7 @@ def test_the_elbow_alone_can_leave_the_homed_position(
     place = (*place[:2], side * (HOMED[2] - off), side * (HOMED[3] - off))
     arm = Beside(place)
     assume(arm.clearance() > 5e-3)
-    arm.plan.joints((*place[:2], 0.0, place[3]))
+    arm.plan.move_joints((*place[:2], 0.0, place[3]))
 
 
 def test_a_jog_folds_the_arm_as_far_as_its_margin_and_out_again() -> None:
@@ -139,17 +139,17 @@ def test_a_position_slightly_too_near_may_be_left_but_not_approached(
     margin: float, nearer: float, fine: bool
 ) -> None:
     arm = Beside()
-    arm.plan.scene = Scene(table_height=0.0, margin=margin)
+    arm.scene = Scene(table_height=0.0, margin=margin)
     low = 0.1466 - 0.135 + margin - nearer
     arm.here = (0.0, low, 0.0, 0.0)
     if not fine:
         with pytest.raises(ZoneError, match="at the start"):
-            arm.plan.joints(CENTER)
+            arm.plan.move_joints(CENTER)
         return
-    arm.plan.joints(CENTER)
+    arm.plan.move_joints(CENTER)
     arm.plan.jog(arm.here)
     with pytest.raises(ZoneError, match="table"):
-        arm.plan.joints((0.0, low - 0.1e-3, 0.0, 0.0))
+        arm.plan.move_joints((0.0, low - 0.1e-3, 0.0, 0.0))
 
 
 PUSHED = (0.0, 0.001, 2.303, -3.0)
@@ -164,9 +164,9 @@ def test_an_arm_pushed_against_itself_may_only_move_away() -> None:
     assert begin == pytest.approx(2e-3, abs=1e-4)
     for goal in (elbow + 1e-4, elbow, elbow - 1e-3):
         with pytest.raises(ZoneError, match=r"base_link at the start|base_link from .*"):
-            arm.plan.joints((*PUSHED[:2], float(goal), PUSHED[3]))
-    arm.plan.joints((*PUSHED[:2], float(elbow) - 0.01, PUSHED[3]))
-    arm.plan.joints(CENTER)
+            arm.plan.move_joints((*PUSHED[:2], float(goal), PUSHED[3]))
+    arm.plan.move_joints((*PUSHED[:2], float(elbow) - 0.01, PUSHED[3]))
+    arm.plan.move_joints(CENTER)
     jog = arm.plan.jog(arm.here)
     for step in range(60):
         jog.command(JointVelocity(j3=0.1 if step < 30 else -0.1), step * 0.01)
@@ -192,7 +192,7 @@ def approach(arm: Beside, off: float) -> float:
         for step in STEPS:
             goal = (arm.here[0], arm.here[1] - 1e-3 * (-1) ** move, arm.here[2] + step, arm.here[3])
             try:
-                arm.plan.joints(goal)
+                arm.plan.move_joints(goal)
             except ZoneError:
                 continue
             arm.here = (*goal[:2], goal[2] + off, goal[3])
@@ -207,26 +207,26 @@ def test_small_moves_do_not_accumulate_into_a_collision_with_the_base() -> None:
     arm = Beside(FREE)
     assert arm.clearance() > 0.01
     with pytest.raises(ZoneError, match=r"the margin of 5 mm"):
-        arm.plan.joints((*FREE[:2], 2.45, FREE[3]))  # the same path in one move
-    assert approach(arm, 0.0) > arm.plan.scene.margin - 1e-6
+        arm.plan.move_joints((*FREE[:2], 2.45, FREE[3]))  # the same path in one move
+    assert approach(arm, 0.0) > arm.scene.margin - 1e-6
 
 
 @pytest.mark.parametrize("off", [1e-4, 4e-4])
 def test_small_moves_do_not_accumulate_even_if_each_rests_slightly_nearer(off: float) -> None:
     arm = Beside(FREE)
-    assert approach(arm, off) > arm.plan.scene.margin - 2.0 * GOAL_SLACK
-    arm.plan.joints(CENTER)
+    assert approach(arm, off) > arm.scene.margin - 2.0 * GOAL_SLACK
+    arm.plan.move_joints(CENTER)
 
 
 def test_a_load_is_kept_clear_of_every_link_within_its_reach() -> None:
     """A bottle that is as high as the forearm: folded, it meets the upper arm."""
     arm = Beside((0.0, 0.2, 1.0, 2.5))
     goal = (0.0, 0.2, 2.4, 2.5)
-    arm.plan.joints(goal)
+    arm.plan.move_joints(goal)
     bottle = Prism(0.119, 0.0, 0.0, 0.0, -0.15, 0.08, 0.03)
-    arm.plan.scene = Scene().carrying(bottle)
+    arm.scene = Scene().carrying(bottle)
     with pytest.raises(ZoneError, match="load comes too near to link_2"):
-        arm.plan.joints(goal)
+        arm.plan.move_joints(goal)
 
 
 def test_from_a_goal_that_was_free_the_arm_can_leave_again() -> None:
@@ -240,9 +240,9 @@ def test_from_a_goal_that_was_free_the_arm_can_leave_again() -> None:
         thin = Scene((Cylinder("post", *place, 0.01, -1.0, 1.0),))
         room = float(thin.clearance(robot.kinematics, [goal])[0])
         radius = 0.01 + room - thin.margin - 1e-9
-        robot.plan.scene = Scene((Cylinder("post", *place, radius, -1.0, 1.0),))
+        robot.scene = Scene((Cylinder("post", *place, radius, -1.0, 1.0),))
         robot.move_joints(goal)
-        assert robot.plan.scene.clearance(robot.kinematics, [robot.state.positions])[0] < 5e-3
+        assert robot.scene.clearance(robot.kinematics, [robot.state.positions])[0] < 5e-3
         robot.move_joints(start)
 
 
@@ -262,7 +262,7 @@ def test_collision_checks_use_the_known_jaw_width() -> None:
         robot.gripper.disable()
         assert robot.plan.surroundings()[1].widths == every
         # The caller that sets a scene need not know the width.
-        robot.plan.scene = replace(Scene(), margin=0.01)
+        robot.scene = replace(Scene(), margin=0.01)
         robot.gripper.enable()
         assert robot.plan.surroundings()[1].widths == pytest.approx((0.05, 0.05), abs=1e-6)
         assert robot.plan.surroundings()[1].margin == 0.01

@@ -3,28 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 from bioscara.control.loop.loop import CycleReport
 from bioscara.drivers import Quality
 from bioscara.hardware.axis import Axis
 from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
 from bioscara.robot.connection.stack import Stack
-
-Observe = Callable[[CycleRecord], None]
-"""Receives the record of each cycle at its end; must return at once."""
-Cancelled = Callable[[], bool]
-"""Returns whether to end the motion; called once per cycle."""
-
-
-def ignore(record: CycleRecord) -> None:
-    """Discard the record of a cycle."""
-
-
-def never() -> bool:
-    """Never end the motion."""
-    return False
-
 
 _QUALITY = {
     Quality.FRESH: SampleQuality.GOOD,

@@ -1,0 +1,371 @@
+"""One arm with its control loop: operations are begun and stepped here, and nowhere else."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from bioscara.arguments import flag, number
+from bioscara.control.controllers.joint_state_broadcaster import JointStates
+from bioscara.errors import BioscaraError, HardwareError, InvalidArgumentError, NotHomedError
+from bioscara.kinematics import Joints
+from bioscara.robot.connection.arm_session import ArmSession
+from bioscara.robot.connection.pacing import PacedClock
+from bioscara.robot.connection.stack import Stack
+from bioscara.robot.operations.arbiter import Arbiter, Claim
+from bioscara.robot.operations.operation import Operation
+from bioscara.robot.workspace.jaw_widths import JawWidths
+from bioscara.robot.workspace.workspace import Workspace
+
+T = TypeVar("T")
+
+_PATIENCE = 15.0
+"""Time after which a stopped operation is at rest, or in a callback that may never return [s]."""
+_POLL = 0.1
+"""Polling period of a thread that waits for its turn, in case it is not notified [s]."""
+
+
+class Arm:
+    """Runs the operations of one arm, one at a time on each device, in one control loop.
+
+    The loop runs in the thread that executes an operation, from its first cycle to its last; or,
+    with :meth:`watch` or :meth:`run`, in one thread for ever, so that faults are noticed while
+    nothing moves. An operation does not know which.
+
+    Args:
+        session: Connection to the arm.
+        workspace: Tool, scene, load and speed limit at first.
+        pace_homing: Whether simulated homing is held back to real time.
+        pace_motion: Whether simulated motion is held back to real time.
+
+    Attributes:
+        session: As given.
+        arbiter: Admits one operation to each device.
+        jaws: The widths that the gripper's jaws may have.
+        paused: Whether all motions are paused.
+    """
+
+    def __init__(
+        self,
+        session: ArmSession,
+        workspace: Workspace,
+        *,
+        pace_homing: bool = False,
+        pace_motion: bool = False,
+    ) -> None:
+        self.session, self._workspace = session, workspace
+        self.jaws = JawWidths(session.gripper, session.parameters.gripper)
+        self.arbiter = Arbiter()
+        self.paused = False
+        self._pace_homing = flag("pace_homing", pace_homing)
+        self._pace_motion = flag("pace_motion", pace_motion)
+        self._speed_override = 1.0
+        self._operations: tuple[Operation[Any], ...] = ()
+        self._turn = threading.Condition()
+        self._stepper: threading.Thread | None = None
+        self._runner: threading.Thread | None = None
+        self._watched = False
+
+    @property
+    def stack(self) -> Stack:
+        """The control stack.
+
+        Raises:
+            NotInitializedError: The arm is not connected.
+        """
+        return self.session.stack
+
+    @property
+    def operations(self) -> tuple[Operation[Any], ...]:
+        """The operations that were begun and have not ended."""
+        return self._operations
+
+    @property
+    def workspace(self) -> Workspace:
+        """Tool, scene, load, speed limit and the widths that the jaws may have now."""
+        self._workspace = self._workspace.with_widths(*self.jaws.range())
+        return self._workspace
+
+    def use_workspace(self, workspace: Workspace) -> None:
+        """Replace the workspace, for plans, jogs and limits; only within an operation."""
+        self._workspace = workspace
+        if self.session.connected:
+            self.stack.use_workspace(workspace)
+
+    @property
+    def speed_override(self) -> float:
+        """Share of the planned or jog speed, 0 to 1; any thread may change it, 0 pauses."""
+        return self._speed_override
+
+    @speed_override.setter
+    def speed_override(self, share: float) -> None:
+        share = number("speed_override", share)
+        if not 0.0 <= share <= 1.0:
+            raise InvalidArgumentError(
+                f"speed_override {share:g} is outside 0 .. 1: it is a share of the planned speed"
+            )
+        self._speed_override = share
+
+    def speed_of(self, operation: Operation[Any]) -> float:
+        """Return the share of the planned speed at which an operation moves now."""
+        return 0.0 if self.paused or operation.paused else self._speed_override
+
+    def pace(self, *, homing: bool) -> None:
+        """Hold simulated time back to real time, or not, as chosen for homing and for motion."""
+        clock = self.session.clock
+        if isinstance(clock, PacedClock):
+            clock.paced = self._pace_homing if homing else self._pace_motion
+
+    def states(self) -> JointStates:
+        """Return the joint states: of the last cycle while the loop runs, else read now.
+
+        Raises:
+            BusyError: The loop runs and has not read the joints yet.
+            FaultedError: The joints were released because of a fault, and are not recovered.
+            BioscaraError: They were released without a fault.
+        """
+        stack = self.stack
+        with self._turn:
+            stepped = self._stepper is not None
+            if not stepped:
+                states, now = stack.broadcaster.states, self.session.clock.now()
+                if states is None or now - states.time > 2.0 * stack.loop.period:
+                    stack.cycle()
+        states = stack.broadcaster.states
+        if states is None:
+            if stepped and (running := self.arbiter.running):
+                raise running[0].refuse("state")
+            stack.supervisor.require_clear()
+            raise BioscaraError("the joints are released and report no state; enable() them")
+        return states
+
+    def positions(self, reason: str = "its position is unknown; home() first") -> Joints:
+        """Return the joint positions [rad, m, rad, rad].
+
+        Args:
+            reason: Why a joint that is not homed is refused, for the message.
+
+        Raises:
+            NotHomedError: The position of a joint is unknown.
+            BioscaraError: As :meth:`states`.
+        """
+        states = self.states()
+        for name, position in zip(states.names, states.positions, strict=True):
+            if math.isnan(position):
+                raise NotHomedError(f"{name} is not homed: {reason}", name)
+        return Joints(*states.positions)
+
+    def begin(self, operation: Operation[Any]) -> None:
+        """Claim the devices of an operation and prepare it; :meth:`step` then advances it.
+
+        Raises:
+            BusyError: Another operation uses one of the devices, or this is called from a callback
+                of an operation.
+            BioscaraError: The operation is refused; nothing moves.
+        """
+        if self._stepper is threading.current_thread():
+            running = self.arbiter.running or (Claim("the control loop"),)
+            raise running[0].refuse(operation.name)
+        with self._turn:
+            self._operations = (*self._operations, operation)
+        try:
+            operation.begin(self)
+        except BaseException:
+            self._forget_ended()
+            raise
+
+    def execute(self, operation: Operation[T]) -> T:
+        """Begin an operation and return its result at its end.
+
+        An exception that interrupts the call, such as KeyboardInterrupt, is raised once the devices
+        are at rest.
+
+        Raises:
+            BusyError: As :meth:`begin`.
+            BioscaraError: The operation was refused, or the error that ended it.
+        """
+        self.begin(operation)
+        while not operation.done:
+            try:
+                self._take_turn(operation)
+                while not operation.done:
+                    self.step()
+            except BaseException as error:  # noqa: BLE001  raised by result()
+                operation.interrupt(error)
+            finally:
+                self._leave_turn()
+        self._forget_ended()
+        return operation.result()
+
+    def start(self, operation: Operation[Any]) -> None:
+        """Begin an operation, and step it in a thread of its own or in that of :meth:`watch`.
+
+        Raises:
+            BusyError: As :meth:`begin`.
+            BioscaraError: The operation is refused; nothing moves.
+        """
+        self.begin(operation)
+        operation.claim.thread = self._ensure_runner()
+
+    def watch(self) -> None:
+        """Run the control loop for ever in a thread of its own, in real time, until the shutdown.
+
+        Raises:
+            NotInitializedError: The arm is not connected.
+        """
+        _ = self.stack
+        self._pace_homing = self._pace_motion = self._watched = True
+        self.pace(homing=False)
+        self._ensure_runner()
+
+    def run(self, ended: Callable[[], bool]) -> None:
+        """Run the control loop in this thread, also while nothing moves.
+
+        Args:
+            ended: Called each cycle; returns whether to return once no operation is left.
+        """
+        self._take_turn()
+        try:
+            self.stack.loop.restart()
+            while self._operations or not ended():
+                try:
+                    self.step(idle=True)
+                except BaseException as error:
+                    if not self._operations:
+                        raise
+                    for operation in self._operations:
+                        operation.interrupt(error)
+        finally:
+            self._leave_turn()
+
+    def step(self, *, idle: bool = False) -> None:
+        """Advance all operations and run the control cycle that they need.
+
+        Called by the thread that runs the loop.
+
+        Args:
+            idle: Whether to run a cycle even if no operation needs one.
+        """
+        ended = False
+        for operation in self._operations:
+            operation.step()
+            ended = ended or operation.done
+        if ended:
+            self._forget_ended()
+        if self._operations or idle:
+            cycle = self.stack.loop.step()
+            for operation in self._operations:
+                operation.observe(cycle)
+
+    def stop(self) -> None:
+        """Stop all operations and end a pause, from any thread; returns at once."""
+        self.arbiter.stop()
+        self.paused = False
+
+    def connect(self) -> None:
+        """Open the bus, connect to the joints and run the first control cycle; nothing moves.
+
+        Raises:
+            LifecycleError: The arm is connected, or was shut down.
+            BioscaraError: A joint cannot be used; the bus is closed again.
+            MotionCancelledError: It was stopped meanwhile; the arm is connected.
+        """
+        with self.arbiter.claimed("connecting"):
+            self._take_turn()
+            try:
+                self.session.connect(self.workspace)
+            finally:
+                self._leave_turn()
+
+    def shutdown(self) -> list[str]:
+        """Stop all operations, wait for their ends, and disable all joints.
+
+        Does nothing if that is done already.
+
+        Returns:
+            A sentence for each joint that could not be stopped or disabled.
+
+        Raises:
+            BusyError: Called from a callback of an operation that it would have to wait for.
+        """
+        with self.arbiter.seized("shutdown()"):
+            self._watched = False
+            self._take_turn()
+            try:
+                return self.session.shutdown()
+            finally:
+                self._leave_turn()
+
+    def close(self, error: BaseException | None) -> None:
+        """Shut down despite interruptions, and close the bus.
+
+        Args:
+            error: The exception that is being raised, if any; it gets the problems as a note.
+
+        Raises:
+            HardwareError: A joint could not be stopped or disabled, and there is no ``error``.
+            KeyboardInterrupt, SystemExit: It was interrupted; the joints are disabled, unless an
+                operation did not end within 15 s.
+        """
+        problems, raised, begin = "", error, time.monotonic()
+        # While shutdown is refused, an operation is still using the bus, which stays open.
+        while self.session.connected:
+            try:
+                problems = "; ".join(self.shutdown())
+            except (KeyboardInterrupt, SystemExit) as interrupt:
+                if self.arbiter.running and time.monotonic() - begin >= _PATIENCE:
+                    raise
+                raised = interrupt
+        self.session.bus.close()
+        if problems and raised is None:
+            raise HardwareError(problems)
+        if problems and raised is not None:
+            raised.add_note(problems)
+        if raised is not None and raised is not error:
+            raise raised
+
+    def _take_turn(self, operation: Operation[Any] | None = None) -> None:
+        """Wait until no other thread runs the loop or reads the joints, or the operation ended."""
+        me = threading.current_thread()
+        with self._turn:
+            while self._stepper not in {None, me}:
+                if operation is not None and operation.done:
+                    return
+                self._turn.wait(_POLL)
+            self._stepper = me
+
+    def _leave_turn(self) -> None:
+        # The attribute first: a KeyboardInterrupt can be raised at a function call.
+        if self._stepper is threading.current_thread():
+            self._stepper = None
+        with self._turn:
+            self._turn.notify_all()
+
+    def _forget_ended(self) -> None:
+        with self._turn:
+            self._operations = tuple([each for each in self._operations if not each.done])
+            self._turn.notify_all()
+
+    def _ensure_runner(self) -> threading.Thread:
+        with self._turn:
+            if self._runner is None:
+                self._runner = threading.Thread(
+                    target=self._run_in_thread, name="bioscara-arm", daemon=True
+                )
+                self._runner.start()
+            return self._runner
+
+    def _run_in_thread(self) -> None:
+        while True:
+            try:
+                self.run(lambda: not self._watched)
+            finally:
+                with self._turn:
+                    ended = not self._operations and not self._watched
+                    if ended:
+                        self._runner = None
+            if ended:
+                return

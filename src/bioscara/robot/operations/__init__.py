@@ -1,0 +1,7 @@
+"""What the arm can do, each as an object that the control loop steps from cycle to cycle.
+
+Begin with ``operation``: an ``Operation`` is begun, stepped, paused, resumed and cancelled, and has
+a status, a progress and a result or an error. ``execution`` moves the arm within an operation and
+brings it to rest however that ends. ``arbiter`` admits one operation for each device. The other
+modules are the operations; ``Arm`` in ``robot.arm`` begins and steps them.
+"""

@@ -1,0 +1,46 @@
+"""The steps from a latched fault to an arm that can be enabled again; nothing moves."""
+
+from __future__ import annotations
+
+from bioscara.control.faults.kinds import ArmFault
+from bioscara.control.faults.supervisor import FaultState
+from bioscara.robot.arm import Arm
+from bioscara.robot.operations.arbiter import EVERYTHING
+from bioscara.robot.operations.operation import Cycles, Operation
+
+
+class Acknowledge(Operation[tuple[ArmFault, ...]]):
+    """Acknowledges the faults once the arm is at rest, and writes their evidence."""
+
+    devices = EVERYTHING
+
+    def __init__(self) -> None:
+        super().__init__("acknowledge()")
+
+    def cycles(self, arm: Arm) -> Cycles[tuple[ArmFault, ...]]:
+        """Run cycles until the arm is at rest; return the faults."""
+        stack = arm.stack
+        stack.loop.restart()
+        yield None
+        stack.loop.restart()
+        while stack.supervisor.state is FaultState.STOPPING:
+            yield None
+        return tuple(stack.supervisor.acknowledge())
+
+
+class Recover(Operation[None]):
+    """Clears acknowledged faults, here and in the joints."""
+
+    devices = EVERYTHING
+
+    def __init__(self) -> None:
+        super().__init__("recover()")
+
+    def cycles(self, arm: Arm) -> Cycles[None]:
+        """Clear the faults after a cycle: one that occurred since the last must not go unseen."""
+        stack = arm.stack
+        stack.loop.restart()
+        yield None
+        now = arm.session.clock.now()
+        stack.supervisor.recover(now)
+        stack.broadcast(now)

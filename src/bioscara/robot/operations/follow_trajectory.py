@@ -1,0 +1,149 @@
+"""Following of trajectories, planned here or elsewhere."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+from bioscara.arguments import flag
+from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory
+from bioscara.errors import InvalidArgumentError, TrajectoryError
+from bioscara.planning import Trajectory
+from bioscara.report import Phase
+from bioscara.robot.arm import Arm
+from bioscara.robot.connection.stack import TRAJECTORY
+from bioscara.robot.operations.execution import MotionExecution, ready
+from bioscara.robot.operations.operation import Cycles, OnCycle, Operation
+from bioscara.robot.planner import Plan, Planner
+
+START_TOLERANCE = {"rad": math.radians(1.0), "m": 2e-3}
+"""Largest offset of the arm from a trajectory's start; a ramp leads from there to the start."""
+_AT_START = 1e-4
+"""Offset [rad or m] up to which the arm counts as being at the start of a trajectory."""
+
+MakePlan = Callable[[Planner], Plan]
+"""Plans a motion from where the arm is."""
+
+
+class FollowTrajectory(Operation[None]):
+    """Follows a planned trajectory, after a ramp to its start where that is elsewhere.
+
+    Args:
+        name: Name for messages, such as ``"move_linear()"``.
+        plan: Plans the motion, once the arm is claimed; nothing else moves it from then on.
+        approach: Whether to move to its start from any position of the arm.
+        timeout: Longest duration [s]; None for no limit.
+        on_cycle: Receives the record of each cycle.
+
+    Attributes:
+        plan: The plan, from the begin on; None before.
+    """
+
+    pausable = True
+
+    def __init__(
+        self,
+        name: str,
+        plan: MakePlan,
+        *,
+        approach: bool = False,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+    ) -> None:
+        super().__init__(name, timeout=timeout, on_cycle=on_cycle)
+        self._make_plan, self._approach = plan, flag("approach", approach)
+        self.plan: Plan | None = None
+        self._goal = self._ramp_goal = Goal(JointTrajectory((), ()))
+        self._ramp: Trajectory | None = None
+        self._elapsed: Callable[[], float] = lambda: 0.0
+
+    @property
+    def progress(self) -> float:
+        """Share of the planned time that has passed on the trajectory, 0 to 1."""
+        if self.done and self.error is None:
+            return 1.0
+        if self.plan is None:
+            return 0.0
+        return min(max(self._elapsed() / max(self.plan.trajectory.duration, 1e-9), 0.0), 1.0)
+
+    def prepare(self, arm: Arm) -> None:
+        """Plan the motion and a ramp to its start."""
+        planner = Planner(arm.workspace, arm.positions)
+        self.plan = self._make_plan(planner)
+        trajectory = self.plan.trajectory
+        self._ramp = self._ramp_to(trajectory, planner)
+        self._goal = _goal(trajectory)
+        if self._ramp is not None:
+            self._ramp_goal = _goal(self._ramp)
+        warnings = arm.stack.supervisor.warnings
+        warnings.extend(self.plan.notes)
+        if arm.speed_of(self) == 0.0:
+            warnings.append(f"{self.name} begins paused: it moves after resume()")
+
+    def cycles(self, arm: Arm) -> Cycles[None]:
+        """Follow the ramp, then the trajectory."""
+        stack, clock = arm.stack, arm.session.clock
+        yield from ready(arm, self)
+        stack.use(TRAJECTORY, clock.now())
+        execution = MotionExecution(arm, self)
+        if self._ramp is not None:
+            yield from execution.follow(self._ramp_goal, Phase.APPROACH, self._ramp.duration)
+
+        def elapsed() -> float:
+            feedback = stack.trajectory.feedback
+            return 0.0 if feedback is None else feedback.trajectory_time
+
+        self._elapsed = elapsed
+        yield from execution.follow(self._goal, Phase.TRAJECTORY)
+
+    def _ramp_to(self, trajectory: Trajectory, planner: Planner) -> Trajectory | None:
+        """Return a ramp from the arm to the start; None if the arm is there."""
+        here, start = planner.here(), start_of(trajectory, planner)
+        if not self._approach:
+            _require_near(here, start, planner)
+        if max(abs(a - b) for a, b in zip(here, start, strict=True)) <= _AT_START:
+            return None
+        return planner.move_joints(start).trajectory
+
+
+def checked(trajectory: Trajectory, planner: Planner, *, planned: bool = False) -> Plan:
+    """Return a plan of a trajectory, checked against the current tool, speed limit and scene.
+
+    Args:
+        trajectory: Trajectory of some or all joints.
+        planner: Planner of the arm.
+        planned: Whether it was planned here before.
+
+    Raises:
+        InvalidArgumentError: It is no trajectory.
+        TrajectoryError: The trajectory exceeds a limit.
+        ZoneError: Its path is not free.
+    """
+    if not isinstance(trajectory, Trajectory):
+        raise InvalidArgumentError(
+            f"follow() takes a Trajectory, not a {type(trajectory).__name__}; execute() takes a "
+            "Plan or a Trajectory"
+        )
+    return planner.check_trajectory(trajectory, start_of(trajectory, planner), planned=planned)
+
+
+def start_of(trajectory: Trajectory, planner: Planner) -> list[float]:
+    """Return all joint positions at the start of a trajectory of some or all joints."""
+    here = dict(zip(planner.joint_names, planner.here(), strict=True))
+    named = zip(trajectory.joint_names, trajectory.positions[0].tolist(), strict=True)
+    return [*(here | dict(named)).values()]
+
+
+def _goal(trajectory: Trajectory) -> Goal:
+    return Goal(JointTrajectory.of(trajectory), collision_checked=True)
+
+
+def _require_near(here: Sequence[float], start: Sequence[float], planner: Planner) -> None:
+    for joint, current, first in zip(planner.workspace.parameters.joints, here, start, strict=True):
+        limit = START_TOLERANCE[joint.unit]
+        if abs(first - current) > limit:
+            raise TrajectoryError(
+                f"{joint.name} is at {current:.4f} {joint.unit} and the trajectory starts at "
+                f"{first:.4f}: more than {limit:.4f} {joint.unit} apart; move_joints() there "
+                "first, or follow(..., approach=True)"
+            )

@@ -1,0 +1,82 @@
+"""Enabling and disabling of the joints and of the gripper's servo; nothing moves."""
+
+from __future__ import annotations
+
+from bioscara.hardware import LifecycleState
+from bioscara.robot.arm import Arm
+from bioscara.robot.connection.stack import GRIPPER as GRIPPER_CONTROLLER
+from bioscara.robot.operations.arbiter import GRIPPER
+from bioscara.robot.operations.operation import Cycles, Operation
+
+
+class Enable(Operation[None]):
+    """Enables all joints at their positions."""
+
+    def __init__(self) -> None:
+        super().__init__("enable()")
+
+    def cycles(self, arm: Arm) -> Cycles[None]:
+        """Enable the joints, without a control cycle."""
+        self.claim.require_not_stopped()
+        arm.session.enable()
+        yield from ()
+
+
+class Disable(Operation[None]):
+    """Brings all joints to rest and disables them."""
+
+    def __init__(self) -> None:
+        super().__init__("disable()")
+
+    def cycles(self, arm: Arm) -> Cycles[None]:
+        """Disable the joints, without a control cycle."""
+        arm.session.disable()
+        yield from ()
+
+
+class EnableGripper(Operation[None]):
+    """Drives the servo of the gripper at its present position."""
+
+    devices = GRIPPER
+
+    def __init__(self) -> None:
+        super().__init__("gripper.enable()")
+
+    def cycles(self, arm: Arm) -> Cycles[None]:
+        """Drive the servo."""
+        self.claim.require_not_stopped()
+        yield from drive(arm)
+
+
+class DisableGripper(Operation[None]):
+    """Releases the servo of the gripper."""
+
+    devices = GRIPPER
+
+    def __init__(self) -> None:
+        super().__init__("gripper.disable()")
+
+    def cycles(self, arm: Arm) -> Cycles[None]:
+        """Release the servo, without a control cycle."""
+        gripper = arm.session.gripper
+        if gripper.state is LifecycleState.ACTIVE:
+            now = arm.session.clock.now()
+            arm.stack.manager.set_hardware_state(gripper.name, LifecycleState.INACTIVE, now)
+        yield from ()
+
+
+def drive(arm: Arm) -> Cycles[None]:
+    """Drive the servo of the gripper, unless it is driven.
+
+    Raises:
+        FaultedError: A fault is latched.
+        GripperError: There is no output for it, or it cannot be used.
+    """
+    stack, gripper = arm.stack, arm.session.gripper
+    stack.supervisor.require_clear()
+    if gripper.state is not LifecycleState.ACTIVE:
+        gripper.set_state(LifecycleState.ACTIVE)
+    if stack.gripper.state is not LifecycleState.ACTIVE:
+        stack.loop.restart()
+        yield None
+        stack.manager.switch(arm.session.clock.now(), (GRIPPER_CONTROLLER,))

@@ -1,0 +1,114 @@
+"""What the motions of an arm depend on besides the arm: tool, scene, load and speed limit."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+from bioscara.arguments import flag, shown
+from bioscara.errors import InvalidArgumentError
+from bioscara.kinematics import Scara
+from bioscara.model import ArmParameters
+from bioscara.model.parameters import JERK_TIME
+from bioscara.planning.collision.scene import Scene
+from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
+from bioscara.robot.workspace.poses import TeachTable
+from bioscara.robot.workspace.tools import Tool, fingers, kinematics_with
+
+
+@dataclass(frozen=True, slots=True)
+class Workspace:
+    """Tool, scene and speed limit of an arm; immutable, a change returns another one.
+
+    Created by :meth:`of`.
+
+    Attributes:
+        parameters: Parameters of the arm.
+        table: The named tools and poses.
+        tool: The mounted tool.
+        kinematics: Kinematics of the arm with its tool.
+        scene: Surroundings to keep clear of, as given.
+        surroundings: The scene with the widths that the gripper may have now.
+        reduced_speed: Whether the tool keeps to 250 mm/s.
+    """
+
+    parameters: ArmParameters
+    table: TeachTable
+    tool: Tool
+    kinematics: Scara
+    scene: Scene
+    surroundings: Scene
+    reduced_speed: bool = True
+
+    @classmethod
+    def of(cls, parameters: ArmParameters, *, reduced_speed: bool = True) -> Workspace:
+        """Return the workspace of an arm with its gripper, without surroundings."""
+        tool = fingers(parameters)
+        scene = Scene(widths=(parameters.gripper.lower, parameters.gripper.upper))
+        return cls(
+            parameters,
+            TeachTable(tool),
+            tool,
+            kinematics_with(parameters, tool),
+            scene,
+            scene,
+            flag("reduced_speed", reduced_speed),
+        )
+
+    @property
+    def windows(self) -> tuple[float, ...]:
+        """Durations of the command averaging that keeps the belts from oscillating [s]."""
+        return self.parameters.belt_periods[:2] if self.reduced_speed else (JERK_TIME,)
+
+    @property
+    def commanded_speed(self) -> float:
+        """Highest commanded speed of the tool [m/s]: below the limit by what the loads overshoot.
+
+        Infinite without the limit.
+        """
+        return COMMANDED_SPEED if self.reduced_speed else math.inf
+
+    def with_table(self, table: TeachTable) -> Workspace:
+        """Return the workspace with other tools and poses.
+
+        Raises:
+            InvalidArgumentError: It is no table.
+        """
+        if not isinstance(table, TeachTable):
+            raise InvalidArgumentError(f"the table is {shown(table)}; give a TeachTable")
+        return replace(self, table=table)
+
+    def with_tool(self, name: str) -> Workspace:
+        """Return the workspace with another tool of the table mounted.
+
+        Raises:
+            InvalidArgumentError: No tool has that name.
+        """
+        tool = self.table.tool(name)
+        return replace(self, tool=tool, kinematics=kinematics_with(self.parameters, tool))
+
+    def with_scene(self, scene: Scene) -> Workspace:
+        """Return the workspace with other surroundings.
+
+        Raises:
+            InvalidArgumentError: It is no scene.
+        """
+        if not isinstance(scene, Scene):
+            raise InvalidArgumentError(f"the scene is {shown(scene)}; give Scene(...)")
+        return replace(self, scene=scene, surroundings=replace(scene, widths=self.widths))
+
+    def with_reduced_speed(self, reduced_speed: bool) -> Workspace:
+        """Return the workspace with or without the limit of 250 mm/s."""
+        return replace(self, reduced_speed=flag("reduced_speed", reduced_speed))
+
+    @property
+    def widths(self) -> tuple[float, float]:
+        """Smallest and largest width that the gripper may have now [m]."""
+        return self.surroundings.widths
+
+    def with_widths(self, low: float, high: float) -> Workspace:
+        """Return the workspace of a gripper that may have other widths [m]."""
+        # The same scene as long as nothing changes, so that its precomputed data stay valid.
+        if self.widths == (low, high):
+            return self
+        return replace(self, surroundings=replace(self.scene, widths=(low, high)))
