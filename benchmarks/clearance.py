@@ -17,6 +17,7 @@ from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Box, Scene
 from bioscara.planning.limits import REDUCED_SPEED
 from bioscara.robot.connection.stack import TRAJECTORY, Stack
+from bioscara.robot.workspace.workspace import Workspace
 
 CYCLES = 3000
 _PROVEN, _FREE, _NEAR = 0.2, 10, 40
