@@ -22,6 +22,7 @@ from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.robot.arm import Arm
+from bioscara.robot.connection import exit_guard
 from bioscara.robot.connection.arm_session import FAULTS, ArmSession
 from bioscara.robot.connection.devices import devices_on, real_gripper, simulated_devices
 from bioscara.robot.gripper import RobotGripper
@@ -47,7 +48,9 @@ class Robot:
 
     :meth:`open` opens the bus and connects to the joints, and nothing moves; :meth:`close` always
     stops and disables all joints. A ``with`` statement does both; joints that could not be disabled
-    are then reported by a HardwareError, or by notes on the exception that is being raised.
+    are then reported by a HardwareError, or by notes on the exception that is being raised. SIGTERM,
+    SIGHUP and the end of the program release the joints too, unless the program handles these
+    signals itself.
 
     Every motion takes the same keyword arguments:
 
@@ -200,11 +203,15 @@ class Robot:
             LifecycleError: It is open already, or was closed.
             BioscaraError: A joint cannot be used; the bus is closed again.
         """
+        exit_guard.guard(self)
         try:
             self._arm.connect()
         except MotionCancelledError:
             # Stopped once connected.
             self.close()
+            raise
+        except BaseException:
+            exit_guard.forget(self)
             raise
         return self
 
@@ -215,7 +222,14 @@ class Robot:
             HardwareError: A joint could not be stopped or disabled.
             BusyError: Called from a callback of a motion.
         """
-        self._arm.close(None)
+        self._close(None)
+
+    def _close(self, error: BaseException | None) -> None:
+        try:
+            self._arm.close(error)
+        finally:
+            if not self._arm.session.connected:
+                exit_guard.forget(self)
 
     def __enter__(self) -> Self:
         return self if self._arm.session.connected else self.open()
@@ -226,7 +240,7 @@ class Robot:
         exc: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._arm.close(exc)
+        self._close(exc)
 
     def shutdown(self) -> list[str]:
         """Stop and disable all joints; does nothing if that is done already.
