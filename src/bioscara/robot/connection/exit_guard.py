@@ -58,7 +58,7 @@ def forget(robot: Closeable) -> None:
         del _replaced[number]
 
 
-def _exit(number: int, frame: FrameType | None) -> None:
+def _exit(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the form of a handler
     # The status of a process that such a signal ended, for shells and supervisors.
     raise SystemExit(128 + number)
 
@@ -68,4 +68,4 @@ def _close_all() -> None:
         try:
             robot.close()
         except Exception as error:  # noqa: BLE001  the others are closed nevertheless
-            print(f"bioscara: at exit: {error}", file=sys.stderr)
+            sys.stderr.write(f"bioscara: at exit: {error}\n")
