@@ -249,7 +249,11 @@ class Robot:
 
     @property
     def speed(self) -> float:
-        """Share of the planned or jog speed, 0 to 1; any thread may change it, 0 pauses."""
+        """Share of the planned or jog speed, 0 to 1; any thread may change it.
+
+        0 pauses: the arm comes to rest on its path as soon as after a stop, and a share above 0
+        continues the motion.
+        """
         return self._motions.speed
 
     @speed.setter

@@ -219,6 +219,10 @@ def test_rule_18_a_paused_goal_stands_on_its_path_and_goes_on(
         assert shares.max() - shares.min() < 1e-6
     if "velocity" in kinds:
         smooth(arm, begin)
+    if "velocity" in kinds and collision_checked:
+        for one, two, three in zip(arm.seen[90:], arm.seen[91:], arm.seen[92:160], strict=False):
+            mean = (three.positions[0] - one.positions[0]) / (three.time - one.time)
+            assert two.velocities[0] == pytest.approx(mean, abs=3e-3)
 
 
 def test_a_goal_that_is_not_collision_checked_leaves_its_path_when_cancelled_but_not_when_paused(
@@ -250,7 +254,8 @@ def test_a_pause_just_before_the_end_gives_no_verdict_until_it_goes_on(
 ) -> None:
     arm = follower(constraints={**GENTLE, "goal_time": 0.3})
     end = arm.move(0.2, 1.0)
-    goal = arm.send(Point(0.0, arm.commanded, NOTHING), end)
+    path = arm.trajectory(Point(0.0, arm.commanded, NOTHING), end)
+    goal = arm.jtc.send_goal(Goal(path, collision_checked=True), arm.now)
     arm.run(1.0 - early)
     arm.jtc.set_scaling(0.0)
     arm.run(2.0)
