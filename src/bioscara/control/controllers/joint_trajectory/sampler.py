@@ -109,9 +109,8 @@ class TrajectorySampler:
         """
         # At rest the factor may step: the velocity does not, and motion starts with the new factor.
         at_rest = self.holding or self.time > self.course.duration
-        if at_rest:
-            self._pausing = None
-        elif self._decelerations and self._pausing is None and self.scaling and not self.wanted:
+        in_motion = self.scaling and not at_rest and self._pausing is None
+        if in_motion and not self.wanted and self._decelerations:
             self._pausing_since = self._commanded_time
             self._pausing, self._rate = self._braked(), 0.0
         if self._pausing is None:
