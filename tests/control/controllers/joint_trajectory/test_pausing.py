@@ -411,6 +411,9 @@ def test_a_collision_stop_ends_a_pause(follower: Callable[..., Follower], after:
     rest = dict(zip(NAMES, arm.commanded, strict=True))
     arm.jtc.on_collision_stop("a wall", rest)
     assert (goal.status, goal.text) == (GoalStatus.ABORTED, "a wall")
+    # A goal that is cancelled at once begins no ramp on the path that ended.
+    arm.send(arm.move(0.05, 1.0))
+    arm.jtc.cancel(arm.now)
     arm.run(0.3)
     assert not arm.jtc.paused
     assert arm.jtc.holding
