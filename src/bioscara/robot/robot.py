@@ -364,7 +364,11 @@ class Robot:
 
     @property
     def speed_override(self) -> float:
-        """Share of the planned or jog speed, 0 to 1; any thread may change it, 0 pauses."""
+        """Share of the planned or jog speed, 0 to 1; any thread may change it.
+
+        0 pauses: the arm comes to rest on its path as soon as after a stop, and a share above 0
+        continues the motion.
+        """
         return self._arm.speed_override
 
     @speed_override.setter
