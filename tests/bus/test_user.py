@@ -1,4 +1,4 @@
-"""Programs that use a bus are named as their users know them: by the script, not its interpreter."""
+"""Programs that use a bus are named by their script, not by its interpreter."""
 
 from __future__ import annotations
 

@@ -267,7 +267,7 @@ def false_arm(path: Path, answer: bytes) -> Iterator[None]:
 @pytest.mark.parametrize(
     ("answer", "words"),
     [
-        (encode_frame(FrameKind.REPLY, 2, TIME + b"\1\0\0\2O\x0c"), "number 2 came where .* number 1"),
+        (encode_frame(FrameKind.REPLY, 2, TIME), "number 2 came where .* number 1"),
         (encode_frame(FrameKind.WELCOME, 1), "WELCOME number 1 came where REPLY"),
         (encode_frame(FrameKind.REPLY, 1, TIME + b"\2\0\0\0\0\0"), "2 results for 1"),
         (encode_frame(FrameKind.REPLY, 1, TIME + b"\1\0\0\2O"), "ends too early"),
@@ -462,7 +462,8 @@ def test_a_host_that_takes_no_replies_is_disconnected(path: Path) -> None:
         sequence, begin = 1, arm.now()
         while not hung_up(deaf):
             with contextlib.suppress(TimeoutError, OSError):
-                deaf.sendall(encode_frame(FrameKind.REQUEST, sequence, encode_request(request, 0.0)))
+                body = encode_request(request, 0.0)
+                deaf.sendall(encode_frame(FrameKind.REQUEST, sequence, body))
                 sequence += 1
             clock.time += 0.2
             assert sequence < 1000

@@ -6,14 +6,14 @@ same number. REFUSAL carries a sentence and is the last frame of a connection.
 
     HELLO    4s magic, u8 version
     WELCOME  nothing
-    REQUEST  f64 time, u16 count, per transaction u8 address, u8 size, u8 read and the bytes to write
-    REPLY    f64 time, u16 count, per transaction u8 outcome, u8 size and the bytes read
+    REQUEST  f64 begin, u16 count, per transaction u8 address, u8 size, u8 read and bytes to write
+    REPLY    f64 end, u16 count, per transaction u8 outcome, u8 size and the bytes read
     REFUSAL  text
 
-The times are those of the machine's monotonic clock [s]: when the transactions begin on the bus, and
-when the last one ends. The host waits for the latter, so that delays of two processes by the
-scheduler do not make the bus slower. Everything is bounded: at most 64 transactions of at most 255
-bytes each way.
+``begin`` and ``end`` are times of the machine's monotonic clock [s]: when the transactions begin on
+the bus, and when the last one ends. The host waits for the latter, so that the scheduler's delays
+of two processes do not make the bus slower. Everything is bounded: at most 64 transactions of at
+most 255 bytes each way.
 """
 
 from __future__ import annotations

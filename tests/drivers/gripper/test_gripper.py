@@ -308,9 +308,7 @@ def test_calibration_finds_the_line_it_was_measured_on(
     assert replace(found, deg_per_m=3333.3, zero_width=0.058, **limits) == PARAMETERS
 
 
-def test_the_gripper_reaches_both_of_its_limits(
-    kernel: Kernel, channel: Path, file: Path
-) -> None:
+def test_the_gripper_reaches_both_of_its_limits(kernel: Kernel, channel: Path, file: Path) -> None:
     hand = gripper(kernel, file)
     hand.enable()
     for width in (PARAMETERS.lower, PARAMETERS.upper):

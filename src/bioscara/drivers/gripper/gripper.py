@@ -123,8 +123,8 @@ class Gripper:
     def set_width(self, width: float) -> float:
         """Store a width, move the jaws, and return the commanded width.
 
-        A width beyond the limits is bounded, as the original driver does. It waits for the disk as :meth:`store_width` does, unless this width is already
-        commanded.
+        A width beyond the limits is bounded, as the original driver does. It waits for the disk as
+        :meth:`store_width` does, unless this width is already commanded.
 
         Args:
             width: Width between the jaws [m].
