@@ -154,6 +154,16 @@ def test_an_arm_behind_a_socket_answers_the_same_bytes(path: Path) -> None:
 
 
 @pytest.mark.usefixtures("arm")
+def test_a_transfer_is_not_faster_than_the_bus(path: Path) -> None:
+    with SocketBus(path) as bus:
+        bus.transfer([])
+        begin = time.monotonic()
+        bus.transfer([PING] * 50)
+        # 57 bits each at 100 kHz.
+        assert time.monotonic() - begin >= 50 * 57e-5
+
+
+@pytest.mark.usefixtures("arm")
 def test_a_second_arm_cannot_take_the_socket(path: Path) -> None:
     with pytest.raises(BusUnavailableError, match="cannot make the socket"):
         serve(SimulatedArm(), path, lambda: True)
