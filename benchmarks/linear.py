@@ -70,7 +70,7 @@ def _carried_on(robot: Robot, arm: SimulatedArm, *, pauses: bool) -> float:
     here = robot.plan.here()
     goal = Pose(*[a + b - c for a, b, c in zip(kinematics.forward(here), GOAL, START, strict=True)])
     tool = ToolLimits(speed=REDUCED_SPEED)
-    trajectory = linear(kinematics, here, goal, limits, tool, window=robot.plan.windows[0])
+    trajectory = linear(kinematics, here, goal, limits, tool, window=robot.plan.workspace.windows[0])
     at = robot.clock.now() + trajectory.duration / 2.0
     places: list[Pose] = []
 
@@ -80,14 +80,12 @@ def _carried_on(robot: Robot, arm: SimulatedArm, *, pauses: bool) -> float:
     def press(_: object) -> None:
         if robot.clock.now() >= at and not places:
             places.append(place())
-            robot.speed = 0.0 if pauses else 1.0
-
-    def cancelled() -> bool:
-        return bool(places) and (not pauses or robot.clock.now() > at + 1.0)
+            robot.pause() if pauses else robot.stop()
+        elif places and robot.clock.now() > at + 1.0:
+            robot.stop()
 
     with suppress(MotionCancelledError):
-        robot.follow(trajectory, press, cancelled)
-    robot.speed = 1.0
+        robot.follow(trajectory, on_cycle=press)
     return math.dist(places[0][:3], place()[:3])
 
 
@@ -99,7 +97,7 @@ def _pause_and_stop() -> tuple[float, float]:
         Robot(FirmwareBus(arm), arm.clock, _PARAMETERS, "line", evidence=Path(evidence)) as robot,
     ):
         robot.home()
-        robot.full_speed = True
+        robot.reduced_speed = False
         return _carried_on(robot, arm, pauses=True), _carried_on(robot, arm, pauses=False)
 
 
