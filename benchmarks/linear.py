@@ -70,7 +70,8 @@ def _carried_on(robot: Robot, arm: SimulatedArm, *, pauses: bool) -> float:
     here = robot.plan.here()
     goal = Pose(*[a + b - c for a, b, c in zip(kinematics.forward(here), GOAL, START, strict=True)])
     tool = ToolLimits(speed=REDUCED_SPEED)
-    trajectory = linear(kinematics, here, goal, limits, tool, window=robot.plan.workspace.windows[0])
+    window = robot.plan.workspace.windows[0]
+    trajectory = linear(kinematics, here, goal, limits, tool, window=window)
     at = robot.clock.now() + trajectory.duration / 2.0
     places: list[Pose] = []
 
