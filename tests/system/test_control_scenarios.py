@@ -425,7 +425,11 @@ def test_usr3_a_joint_that_was_pushed_beyond_its_limit_moves_only_back(scene: Sc
     assert beyond > limit.upper
     robot.enable()
     furthest = [beyond]
-    robot.move_joints(GOAL, 0.5, lambda _: furthest.append(scene.arm.position("j4")))
+    robot.move_joints(
+        GOAL,
+        velocity_scaling=0.5,
+        on_cycle=lambda _: furthest.append(scene.arm.position("j4")),
+    )
     assert max(furthest) < beyond + 5e-3
     assert scene.arm.position("j4") == pytest.approx(GOAL[3], abs=5e-3)
 
@@ -447,13 +451,14 @@ def test_pln1_targets_that_make_no_sense_are_refused_and_nothing_moves(
     assert resting.fields() == pytest.approx(before, abs=STANDSTILL)
 
 
-@pytest.mark.parametrize("speed", [math.nan, math.inf, 0.0, -0.5, 1.01])
+@pytest.mark.parametrize("keyword", ["velocity_scaling", "acceleration_scaling"])
+@pytest.mark.parametrize("share", [math.nan, math.inf, 0.0, -0.5, 1.01])
 def test_pln1_speeds_that_make_no_sense_are_refused_and_nothing_moves(
-    resting: Scene, speed: float
+    resting: Scene, share: float, keyword: str
 ) -> None:
     before = resting.fields()
-    with pytest.raises(InvalidArgumentError):
-        resting.robot.move_joints(GOAL, speed)
+    with pytest.raises(InvalidArgumentError, match=keyword):
+        resting.robot.move_joints(GOAL, **{keyword: share})
     resting.arm.run(0.02)
     assert resting.fields() == pytest.approx(before, abs=STANDSTILL)
 
