@@ -1235,7 +1235,7 @@ MUTANTS = (
     ),
     Mutant(
         "the deadline of a frame on the socket",
-        "_Server._send_due_reply",
+        "_Server._continue",
         "client.deadline is not None and now > client.deadline",
         "False",
         SOCKET,

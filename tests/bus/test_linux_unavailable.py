@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import fcntl
 import math
+import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -40,14 +43,57 @@ def test_something_that_is_no_adapter_is_refused(tmp_path: Path, make: object) -
         LinuxBus(str(tmp_path / "i2c-1")).transfer(PING)
 
 
-def test_a_bus_that_another_program_uses_is_refused(tmp_path: Path) -> None:
+HOLDER = """
+import fcntl, sys
+device = open(sys.argv[1], "w")
+fcntl.flock(device, fcntl.LOCK_EX)
+print("locked", flush=True)
+sys.stdin.read()
+"""
+
+
+@pytest.mark.parametrize("end", ["close", "kill"])
+def test_a_bus_that_another_program_uses_is_refused_with_its_name_and_pid(
+    tmp_path: Path, end: str
+) -> None:
+    device, script = tmp_path / "i2c-1", tmp_path / "pipetting.py"
+    script.write_text(HOLDER)
+    with subprocess.Popen(
+        [sys.executable, str(script), str(device)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as other:
+        try:
+            assert other.stdin
+            assert other.stdout
+            assert other.stdout.readline() == "locked\n"
+            bus = LinuxBus(str(device))
+            for _ in range(3):
+                with pytest.raises(BusUnavailableError) as caught:
+                    bus.transfer(PING)
+                used = f"{device} is used by pipetting.py (pid {other.pid}): "
+                assert str(caught.value).startswith(used)
+                assert str(caught.value).endswith("; end that one first")
+            if end == "kill":
+                other.kill()
+            else:
+                other.stdin.close()
+            other.wait(10.0)
+            with pytest.raises(BusUnavailableError, match="is not an I2C adapter"):
+                bus.transfer(PING)
+        finally:
+            other.kill()
+
+
+def test_a_second_bus_of_the_same_program_is_named_as_such(tmp_path: Path) -> None:
     device = tmp_path / "i2c-1"
     with device.open("w") as other:
         fcntl.flock(other, fcntl.LOCK_EX)
-        with pytest.raises(BusUnavailableError, match=f"{device} is used by another program"):
+        with pytest.raises(
+            BusUnavailableError, match=f"another bus of this program, .*pid {os.getpid()}"
+        ):
             LinuxBus(str(device)).transfer(PING)
-    with pytest.raises(BusUnavailableError, match="is not an I2C adapter"):
-        LinuxBus(str(device)).transfer(PING)
 
 
 def test_making_a_bus_opens_nothing_and_closing_it_is_idempotent() -> None:

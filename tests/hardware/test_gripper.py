@@ -86,9 +86,8 @@ def test_a_width_is_bounded_and_sent_only_when_it_changed(
     assert cycle(gripper)[0] == pytest.approx(0.08)
     claim(gripper)
     cycle(gripper, 5.0)
-    # The longest pulse of the servo comes before the largest width.
-    assert servo.pulse() == pytest.approx(PARAMETERS.pulse_upper)
-    assert cycle(gripper)[0] == pytest.approx(0.058 + 180.0 / 3333.3)
+    assert servo.pulse() == pytest.approx(PARAMETERS.pulse_upper, abs=1e-7)
+    assert cycle(gripper)[0] == pytest.approx(PARAMETERS.upper)
     written = next(servo.root.glob("*/*/duty_cycle"))
     before = written.stat().st_mtime_ns
     for _ in range(5):

@@ -80,7 +80,7 @@ def test_the_fingers_are_as_far_apart_as_the_gripper_says(pin: Any, share: Path)
         model, str(URDF), pin.GeometryType.VISUAL, package_dirs=[str(share)]
     )
     data = model.createData()
-    for width in (0.04, 0.0787, 0.12):
+    for width in (0.04, 0.0787, 0.112):
         pin.framesForwardKinematics(model, data, configuration(pin, model, np.zeros(4), width))
         tool = data.oMf[model.getFrameId("tool_link")]
         faces = []
@@ -159,7 +159,7 @@ def test_disabled_pairs_never_touch_and_all_others_are_checked(pin: Any, share: 
     samples = rng.uniform(LOWER, UPPER, (300, 4))
     samples[:150] = folded + rng.uniform((-3, 0, -0.1, -3), (3, 0.338, 0, 3), (150, 4))
     for arm in samples:
-        q = configuration(pin, model, arm, rng.uniform(0.04, 0.12))
+        q = configuration(pin, model, arm, rng.uniform(0.04, 0.112))
         pin.computeCollisions(model, data, bodies, found, q, False)
         for pair, result in zip(bodies.collisionPairs, found.collisionResults, strict=True):
             if result.isCollision():

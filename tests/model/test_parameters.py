@@ -163,7 +163,14 @@ def test_a_copy_of_the_file_is_the_same_arm(tmp_path: Path) -> None:
         ),
         ("velocity: -0.03", "velocity: -1.1", "homing.velocity: -1.1 is outside -1 .. 1 rad/s"),
         ("homing_order: [j2, j1, j4, j3]", "homing_order: [j2, j1, j4]", "each of j1, j2, j3, j4"),
-        ("  initial: 0.08", "  initial: 0.2", "gripper.initial: 0.2 is outside 0.04 .. 0.12 m"),
+        ("  initial: 0.08", "  initial: 0.2", "gripper.initial: 0.2 is outside 0.04 .. 0.112 m"),
+        (
+            "  upper: 0.112 ",
+            "  upper: 0.12 ",
+            "gripper.upper: 0.12 m is out of the servo's reach: with gripper.deg_per_m 3333.3 and "
+            "gripper.zero_width 0.058, pulses of 0.5 .. 2.5 ms give 0.003999 .. 0.112 m",
+        ),
+        ("  lower: 0.04 ", "  lower: 0.003 ", "gripper.lower: 0.003 m is out of the servo's reach"),
         ("channel: 2}", "chanel: 2}", "did you mean channel?"),
         (
             "version_2: 100 ",

@@ -41,7 +41,7 @@ NAMES = tuple(joint.name for joint in ARM.joints)
 LOWER = np.array([joint.lower for joint in ARM.joints])
 UPPER = np.array([joint.upper for joint in ARM.joints])
 CENTER = (0.0, 0.2, 0.0, 0.0)
-WIDTHS = (ARM.gripper.lower, 0.112)
+WIDTHS = (ARM.gripper.lower, ARM.gripper.upper)
 """Jaws from closed to the opening at the longest pulse of the servo [m]."""
 REACH = np.array([0.80, 1.0, 0.48, 0.21, 0.5])
 """Largest displacement of a point of hand or plate per movement of j1 to j4 and of the width."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import random
 import select
@@ -23,12 +24,14 @@ import pytest
 from bioscara.bus import Transaction
 from bioscara.errors import BusUnavailableError, InvalidArgumentError, NoAcknowledgeError
 from bioscara.sim import SimulatedArm, SocketBus, framing, serve, server, socket_bus
-from bioscara.sim.framing import FrameKind, Host, encode_frame, encode_hello, encode_request
+from bioscara.sim.framing import FrameKind, encode_frame, encode_hello, encode_request
 
 pytestmark = pytest.mark.realtime
 
 PING, PONG = Transaction(0x11, b"\x0f", 2), b"O\x0c"
 FLAGS_ONLY, NO_PAYLOAD = Transaction(0x11, b"\x29\x00", 1), b"\x0c"
+TIME = bytes(8)
+"""Time 0, with which the body of a request and of a reply begins."""
 LIMIT = 10.0
 """Time after which a condition that is waited for counts as never met [s]."""
 SEEDS = range(int(os.environ.get("BIOSCARA_FAULT_SEEDS", "24")))
@@ -51,8 +54,10 @@ class HeldArm(SimulatedArm):
     """Lets the test act while a transfer is underway."""
 
     during: Callable[[], None] = staticmethod(lambda: None)
+    transferred = 0
 
     def transfer(self, transactions: Sequence[Transaction]) -> list[bytes | int]:
+        self.transferred += len(transactions)
         self.during()
         return super().transfer(transactions)
 
@@ -108,6 +113,16 @@ def everything(connection: socket.socket) -> bytes:
     return parts
 
 
+def free(path: Path) -> bool:
+    """Return whether a host is admitted."""
+    with SocketBus(path) as bus:
+        try:
+            bus.transfer([])
+        except BusUnavailableError:
+            return False
+        return True
+
+
 @pytest.fixture
 def path(tmp_path: Path) -> Path:
     return tmp_path / "arm.sock"
@@ -136,6 +151,16 @@ def test_an_arm_behind_a_socket_answers_the_same_bytes(path: Path) -> None:
     bus.close()
     with pytest.raises(BusUnavailableError, match="closed; make a new one"):
         bus.transfer([PING])
+
+
+@pytest.mark.usefixtures("arm")
+def test_a_transfer_is_not_faster_than_the_bus(path: Path) -> None:
+    with SocketBus(path) as bus:
+        bus.transfer([])
+        begin = time.monotonic()
+        bus.transfer([PING] * 50)
+        # 57 bits each at 100 kHz.
+        assert time.monotonic() - begin >= 50 * 57e-5
 
 
 @pytest.mark.usefixtures("arm")
@@ -252,12 +277,13 @@ def false_arm(path: Path, answer: bytes) -> Iterator[None]:
 @pytest.mark.parametrize(
     ("answer", "words"),
     [
-        (encode_frame(FrameKind.REPLY, 2, b"\1\0\0\2O\x0c"), "number 2 came where .* number 1"),
+        (encode_frame(FrameKind.REPLY, 2, TIME), "number 2 came where .* number 1"),
         (encode_frame(FrameKind.WELCOME, 1), "WELCOME number 1 came where REPLY"),
-        (encode_frame(FrameKind.REPLY, 1, b"\2\0\0\0\0\0"), "2 results for 1"),
-        (encode_frame(FrameKind.REPLY, 1, b"\1\0\0\2O"), "ends too early"),
-        (encode_frame(FrameKind.REPLY, 1, b"\1\0\0\2O\x0c."), "continues after its end"),
+        (encode_frame(FrameKind.REPLY, 1, TIME + b"\2\0\0\0\0\0"), "2 results for 1"),
+        (encode_frame(FrameKind.REPLY, 1, TIME + b"\1\0\0\2O"), "ends too early"),
+        (encode_frame(FrameKind.REPLY, 1, TIME + b"\1\0\0\2O\x0c."), "continues after its end"),
         (struct.pack("<HBI", 0xFFFF, FrameKind.REPLY, 1), "at most"),
+        (encode_frame(FrameKind.REPLY, 1, struct.pack("<d", math.nan)), "the time nan"),
         (b"\0\0\x77\0\0\0\0", "kind"),
         (encode_frame(FrameKind.REFUSAL, 0, b"no more"), "no more"),
         (b"\1", "went away or hangs"),
@@ -321,20 +347,60 @@ def test_a_second_host_is_refused_with_name_and_pid_of_the_first(
 
 
 @pytest.mark.usefixtures("arm")
+def test_of_hosts_that_connect_at_once_one_is_admitted(path: Path) -> None:
+    for _ in range(10):
+        with contextlib.ExitStack() as stack:
+            hosts = [stack.enter_context(client(path)) for _ in range(8)]
+            for host in hosts:
+                host.sendall(HELLO)
+            answers = sorted(host.recv(1000)[2] for host in hosts)
+            assert answers == [FrameKind.WELCOME] + 7 * [FrameKind.REFUSAL]
+        until(lambda: free(path), "the arm is free again")
+
+
+@pytest.mark.usefixtures("arm")
+def test_a_host_is_named_by_the_kernel_and_not_by_itself(path: Path) -> None:
+    with SocketBus(path) as first, SocketBus(path) as second:
+        first.transfer([])
+        with pytest.raises(
+            BusUnavailableError, match=rf"another bus of this program, .*pid {os.getpid()}"
+        ):
+            second.transfer([])
+
+
+def test_refusals_take_nothing_from_the_host(path: Path) -> None:
+    clock = ManualClock()
+    with serving(path, clock) as arm, SocketBus(path) as bus, contextlib.ExitStack() as stack:
+        offset = clock.time - arm.now()
+        bus.transfer([PING])
+        clock.time += 0.1
+        until(lambda: arm.now() >= clock.time - offset - 1e-6, "the arm catches up")
+        before, sent = arm.now(), arm.transferred
+        for _ in range(20):
+            refused = stack.enter_context(client(path))
+            refused.sendall(HELLO)
+            assert b"used by" in everything(refused)
+        assert arm.transferred == sent
+        # Neither time of the arm nor of its bus was taken, and the host is still connected.
+        assert arm.now() == before
+        assert bus.transfer([PING]) == [PONG]
+
+
+@pytest.mark.usefixtures("arm")
 def test_a_host_that_was_killed_with_a_request_underway_is_no_obstacle(path: Path) -> None:
     for _ in range(20):
         with client(path) as first:
-            first.sendall(encode_frame(FrameKind.HELLO, 0, encode_hello(Host(1, "first"))))
+            first.sendall(encode_frame(FrameKind.HELLO, 0, encode_hello()))
             assert first.recv(100) == encode_frame(FrameKind.WELCOME, 0)
-            first.sendall(encode_frame(FrameKind.REQUEST, 1, encode_request([PING])))
+            first.sendall(encode_frame(FrameKind.REQUEST, 1, encode_request([PING], 0.0)))
         with SocketBus(path) as second:
             assert second.transfer([FLAGS_ONLY]) == [NO_PAYLOAD]
 
 
 # Slow, half-dead and sending invalid data.
 
-HELLO = encode_frame(FrameKind.HELLO, 0, encode_hello(Host(1, "slow")))
-REQUEST = encode_frame(FrameKind.REQUEST, 1, encode_request([PING] * 20))
+HELLO = encode_frame(FrameKind.HELLO, 0, encode_hello())
+REQUEST = encode_frame(FrameKind.REQUEST, 1, encode_request([PING] * 20, 0.0))
 
 
 @pytest.mark.parametrize("host", [False, True])
@@ -373,6 +439,30 @@ def test_a_host_is_served_while_a_client_sends_slowly(path: Path, arm: HeldArm) 
         assert bus.transfer([PING]) == [PONG]
 
 
+def test_a_transfer_begins_when_it_was_sent_though_the_server_wakes_late(path: Path) -> None:
+    clock = ManualClock()
+    late, exact = 0.01, 0
+    with serving(path, clock) as arm, client(path) as host:
+        offset = clock.time - arm.now()
+        began: list[float] = []
+        arm.during = lambda: began.append(arm.now() + offset)
+        host.sendall(HELLO)
+        host.recv(1000)
+        for sequence in range(1, 21):
+            sent = clock.time
+            body = encode_request([PING], sent)
+            clock.time += late
+            host.sendall(encode_frame(FrameKind.REQUEST, sequence, body))
+            _, end = framing.decode_reply(host.recv(1000)[7:], 1)
+            # The arm may have been advanced between the two lines above.
+            assert sent - 1e-6 <= began[-1] <= clock.time + 1e-6
+            assert began[-1] < end <= began[-1] + 1.5e-3
+            exact += abs(began[-1] - sent) < 1e-6
+            clock.time += late
+            until(lambda: arm.now() + offset >= clock.time - 1e-6, "the arm catches up")
+    assert exact > 10
+
+
 def test_a_host_that_takes_no_replies_is_disconnected(path: Path) -> None:
     clock = ManualClock()
     request = [Transaction(0x11, b"\x0f", 255)] * 64
@@ -382,7 +472,8 @@ def test_a_host_that_takes_no_replies_is_disconnected(path: Path) -> None:
         sequence, begin = 1, arm.now()
         while not hung_up(deaf):
             with contextlib.suppress(TimeoutError, OSError):
-                deaf.sendall(encode_frame(FrameKind.REQUEST, sequence, encode_request(request)))
+                body = encode_request(request, 0.0)
+                deaf.sendall(encode_frame(FrameKind.REQUEST, sequence, body))
                 sequence += 1
             clock.time += 0.2
             assert sequence < 1000
@@ -401,15 +492,16 @@ def test_a_host_that_takes_no_replies_is_disconnected(path: Path) -> None:
         (b"\xff\xff" + b"x" * 10, "kind"),
         (b"GET / HTTP/1.1\r\n\r\n", "kind"),
         (struct.pack("<HBI", 0xFFFF, FrameKind.HELLO, 0), "at most"),
-        (encode_frame(FrameKind.REQUEST, 1, b"\0\0"), "REQUEST number 1 came where HELLO"),
+        (encode_frame(FrameKind.REQUEST, 1, TIME + b"\0\0"), "REQUEST number 1 came where HELLO"),
         (encode_frame(FrameKind.HELLO, 0, b"BSIM"), "at least"),
-        (encode_frame(FrameKind.HELLO, 0, b"XSIM\1\0\0\0\0"), "same version"),
+        (encode_frame(FrameKind.HELLO, 0, b"XSIM\1"), "same version"),
         (HELLO + HELLO, "HELLO number 0 came where REQUEST number 1"),
-        (HELLO + encode_frame(FrameKind.REQUEST, 2, b"\0\0"), "number 2 came where"),
-        (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\xff\xff"), "65535 transactions"),
-        (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\2\0\x11\0\1"), "ends too early"),
-        (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\1\0\x91\0\1"), "address 0x91"),
-        (HELLO + encode_frame(FrameKind.REQUEST, 1, b"\0\0\0"), "continues after its end"),
+        (HELLO + encode_frame(FrameKind.REQUEST, 2, TIME + b"\0\0"), "number 2 came where"),
+        (HELLO + encode_frame(FrameKind.REQUEST, 1, TIME + b"\xff\xff"), "65535 transactions"),
+        (HELLO + encode_frame(FrameKind.REQUEST, 1, struct.pack("<d", math.inf)), "the time inf"),
+        (HELLO + encode_frame(FrameKind.REQUEST, 1, TIME + b"\2\0\x11\0\1"), "ends too early"),
+        (HELLO + encode_frame(FrameKind.REQUEST, 1, TIME + b"\1\0\x91\0\1"), "address 0x91"),
+        (HELLO + encode_frame(FrameKind.REQUEST, 1, TIME + b"\0\0\0"), "continues after its end"),
     ],
 )
 @pytest.mark.usefixtures("arm")

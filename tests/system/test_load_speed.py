@@ -237,6 +237,31 @@ def test_from_its_highest_speed_it_stops_within_34_mm(loads: Loads) -> None:
     assert way < 0.034
 
 
+def test_a_pause_takes_as_much_of_a_line_as_a_stop(loads: Loads) -> None:
+    robot, ways = loads.robot, dict[bool, float]()
+    for pauses in (True, False):
+        robot.move_joints((-0.6, 0.2, 1.2, 0.2))
+        here = robot.plan.kinematics.forward(robot.plan.here())
+        plan = robot.plan.move_linear(here._replace(x=here.x - 0.1, y=here.y + 0.35))
+        at = robot.clock.now() + plan.trajectory.duration / 2.0
+        asked: list[float] = []
+
+        def press(_: object, at: float = at, asked: list[float] = asked, p: bool = pauses) -> None:
+            if robot.clock.now() >= at and not asked:
+                asked.append(robot.clock.now())
+                robot.pause() if p else robot.stop()
+            elif asked and robot.clock.now() > asked[0] + 1.0:
+                robot.stop()
+
+        def go(plan: Plan = plan, press: Callable[[object], None] = press) -> None:
+            with suppress(MotionCancelledError):
+                robot.execute(plan, on_cycle=press)
+
+        ways[pauses], time = carried_on(assert_slow(loads, go), asked[0])
+        note(f"{'pause' if pauses else 'stop'}: {1e3 * ways[pauses]:.1f} mm in {time:.2f} s")
+    assert ways[True] <= 1.2 * ways[False]
+
+
 def test_pauses_and_overrides(loads: Loads) -> None:
     robot = loads.robot
     for rng in starts(loads, "pauses"):

@@ -17,6 +17,7 @@ from typing import NamedTuple
 
 from bioscara.bus.bus import ADDRESSES, Bus, Transaction
 from bioscara.bus.diagnosis import GONE, open_error, transfer_error
+from bioscara.bus.user import in_use, locking_user
 from bioscara.errors import (
     BusStuckError,
     BusTimeoutError,
@@ -263,11 +264,9 @@ class LinuxBus(Bus):
         try:
             flock(device, LOCK_EX | LOCK_NB)
         except OSError as error:
+            text = in_use(self._path, locking_user(device), os.getpid())
             os.close(device)
-            raise BusUnavailableError(
-                f"{self._path} is used by another program: two programs that address the joints at "
-                f"the same time read each other's answers; end that one first"
-            ) from error
+            raise BusUnavailableError(text) from error
         try:
             functions = ioctl(device, _I2C_FUNCS, bytes(struct.calcsize("L")))
             ioctl(device, _I2C_TIMEOUT, self._timeout_steps)

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from bioscara.cli.arguments import Options
 from bioscara.control.faults.kinds import FaultKind
-from bioscara.drivers import Joint
 from bioscara.errors import FaultedError
 from bioscara.model import ArmParameters
 from bioscara.robot import FAULTS, Robot
@@ -39,14 +38,6 @@ def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULT
         pace_homing=getattr(options, "realtime", False),
         pace_motion=options.paced,
     )
-
-
-def firmware_of(joint: Joint) -> str:
-    """Return the protocol and firmware versions of a joint, in words."""
-    if joint.hello is None:
-        return "protocol 1"
-    major, minor = joint.hello.firmware
-    return f"protocol {joint.hello.protocol}, firmware {major}.{minor}"
 
 
 def require_acknowledgement(robot: Robot, options: Options) -> None:

@@ -17,7 +17,14 @@ from xml.parsers import expat
 from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError
 from bioscara.model import GripperParameters, JointParameters
-from bioscara.model.checks import JOINTS, UNITS, check_addresses, check_jaws, check_joint
+from bioscara.model.checks import (
+    JOINTS,
+    UNITS,
+    check_addresses,
+    check_jaws,
+    check_joint,
+    check_reach,
+)
 from bioscara.model.section import Section
 from bioscara.model.tags import (
     ARM_COMMANDS,
@@ -239,7 +246,8 @@ def read_gripper(
     section.refuse_unknown(GRIPPER_TAGS.values())
     if _unit(urdf, element) != "m":
         raise urdf.error(element, f"{joint} is not prismatic: its position is a width")
-    return GripperDescription(name, joint, replace(servo, **check_jaws(section)._asdict()))
+    gripper = replace(servo, **check_jaws(section)._asdict())
+    return GripperDescription(name, joint, check_reach(section, gripper))
 
 
 def _component(urdf: Urdf, name: str) -> Element:

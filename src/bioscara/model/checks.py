@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from bioscara.model.parameters import HomingParameters, JointParameters
+from bioscara.model.parameters import GripperParameters, HomingParameters, JointParameters
 from bioscara.model.section import Section
 
 UNITS = {"j1": "rad", "j2": "m", "j3": "rad", "j4": "rad"}
@@ -20,6 +20,8 @@ _MOTOR_VELOCITY = 343.0
 _MOTOR_ACCELERATION = 365.0
 """Highest acceleration of a motor [rad/s^2]: the register of its driver ends just above it. More is
 clamped; firmware of the existing arms takes a small share of it instead."""
+_WIDTH_TOLERANCE = 1e-9
+"""Rounding of a width that was computed from a pulse [m]."""
 _HOMING_RPM = (1.0, 250.0)
 """Motor speeds that HOME can carry: the original host refuses the bounds themselves."""
 
@@ -121,3 +123,27 @@ def check_jaws(section: Section) -> Jaws:
         deg_per_m=section.nonzero("deg_per_m", 1e5, "deg/m"),
         zero_width=section.number("zero_width", -1.0, 1.0, "m"),
     )
+
+
+def check_reach(section: Section, gripper: GripperParameters) -> GripperParameters:
+    """Return the parameters of a gripper whose servo reaches the limits of its jaws.
+
+    Args:
+        section: Section of the limits and of the calibration.
+        gripper: The parameters.
+
+    Raises:
+        ConfigurationError: It does not; names the limit and what the calibration reaches.
+    """
+    smallest, largest = gripper.reach
+    for key, limit in (("lower", gripper.lower), ("upper", gripper.upper)):
+        if not smallest - _WIDTH_TOLERANCE <= limit <= largest + _WIDTH_TOLERANCE:
+            raise section.error(
+                f"{section.name(key)}: {limit:g} m is out of the servo's reach: with "
+                f"{section.name('deg_per_m')} {gripper.deg_per_m:g} and "
+                f"{section.name('zero_width')} {gripper.zero_width:g}, pulses of "
+                f"{1e3 * gripper.pulse_lower:g} .. {1e3 * gripper.pulse_upper:g} ms give "
+                f"{smallest:.4g} .. {largest:.4g} m; give a limit between these, or calibrate anew",
+                key,
+            )
+    return gripper

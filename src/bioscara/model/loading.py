@@ -6,7 +6,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from bioscara.model.checks import JOINTS, UNITS, check_addresses, check_jaws, check_joint
+from bioscara.model.checks import (
+    JOINTS,
+    UNITS,
+    check_addresses,
+    check_jaws,
+    check_joint,
+    check_reach,
+)
 from bioscara.model.parameters import (
     HIGHEST_RATE,
     LOWEST_RATE,
@@ -53,7 +60,7 @@ def _gripper(section: YamlSection) -> GripperParameters:
     jaws = check_jaws(section)
     pulse_lower = section.number("pulse_lower", 1e-4, 1e-2, "s")
     pulse_upper = section.above("pulse_upper", pulse_lower, 1e-2)
-    return GripperParameters(
+    gripper = GripperParameters(
         **jaws._asdict(),
         max_velocity=section.number("max_velocity", 1e-3, 10.0, "m/s"),
         frequency=section.number("frequency", 1.0, 0.9 / pulse_upper, "Hz"),
@@ -63,6 +70,7 @@ def _gripper(section: YamlSection) -> GripperParameters:
         pulse_upper=pulse_upper,
         outputs=tuple(_output(output) for output in section.sections("outputs")),
     )
+    return check_reach(section, gripper)
 
 
 def _output(section: YamlSection) -> PwmOutput:

@@ -101,8 +101,8 @@ class GripperParameters:
     """The parallel gripper and its servo.
 
     Attributes:
-        lower: Smallest width [m].
-        upper: Largest width [m].
+        lower: Smallest width [m]; the servo reaches it.
+        upper: Largest width [m]; likewise.
         max_velocity: Speed of the width that the gripper cannot exceed [m/s].
         initial: Width that is assumed until one is commanded [m].
         deg_per_m: Servo degrees per metre of width; its sign is the direction.
@@ -127,6 +127,17 @@ class GripperParameters:
     pulse_lower: float
     pulse_upper: float
     outputs: tuple[PwmOutput, ...]
+
+    @property
+    def reach(self) -> tuple[float, float]:
+        """Smallest and largest width that the pulses of the servo reach [m]."""
+        ends = self.width_at(self.pulse_lower), self.width_at(self.pulse_upper)
+        return min(ends), max(ends)
+
+    def width_at(self, pulse: float) -> float:
+        """Return the width at a pulse length [s] in m, beyond the limits too."""
+        angle_deg = (pulse - self.pulse_center) / self.pulse_per_deg
+        return self.zero_width + angle_deg / self.deg_per_m
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import lru_cache
@@ -11,6 +12,7 @@ from typing import NamedTuple
 from bioscara.arguments import flag, items, number, numbers, shown
 from bioscara.errors import InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.kinematics.pose import require_near, wrapped
 from bioscara.model import ArmParameters, JointParameters
 from bioscara.planning import Trajectory, check
 from bioscara.planning.collision.unfolding import by_open_elbow, joined
@@ -206,6 +208,7 @@ class Planner:
             UnreachableError: The arm cannot reach the pose.
             ZoneError: The path is not free.
         """
+        pose = require_near("the goal", pose)
         return self.move_joints(
             self.kinematics.solve(pose, self.here()),
             velocity_scaling=velocity_scaling,
@@ -291,6 +294,7 @@ class Planner:
             UnreachableError, TrajectoryError: The arm cannot follow that line.
             ZoneError: The path is not free.
         """
+        pose = require_near("the goal", pose)
         here = self._start_of_path()
         tool, limits = (
             self._tool_limits(acceleration_scaling),
@@ -300,6 +304,42 @@ class Planner:
         window = self.workspace.windows[0]
         trajectory = linear(self.kinematics, here, pose, limits, tool, speed=share, window=window)
         return self._collision_free(trajectory, here, tool=tool)
+
+    def move_relative(
+        self,
+        x: float = 0.0,
+        y: float = 0.0,
+        z: float = 0.0,
+        yaw: float = 0.0,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+    ) -> Plan:
+        """Plan along a line by a displacement of the tool, along the axes of the base.
+
+        Args:
+            x: [m].
+            y: [m].
+            z: [m].
+            yaw: Rotation about the vertical [rad], by less than half a turn.
+            velocity_scaling: As for :meth:`move_linear`.
+            acceleration_scaling: As for :meth:`move_linear`.
+
+        Raises:
+            InvalidArgumentError: A value is not finite or too large, or all are zero.
+            UnreachableError, TrajectoryError, ZoneError: As :meth:`move_linear`.
+        """
+        by = require_near("the displacement", Pose(x, y, z, yaw))
+        if abs(by.yaw) >= math.pi:
+            raise InvalidArgumentError(
+                f"the displacement turns the tool by {by.yaw:g} rad: less than half a turn, "
+                f"{math.pi:.4f} rad, is possible in one motion; make two"
+            )
+        here = self.kinematics.forward(self._start_of_path())
+        goal = Pose(here.x + by.x, here.y + by.y, here.z + by.z, wrapped(here.yaw + by.yaw))
+        return self.move_linear(
+            goal, velocity_scaling=velocity_scaling, acceleration_scaling=acceleration_scaling
+        )
 
     def move_circular(
         self,
@@ -321,6 +361,7 @@ class Planner:
             UnreachableError, TrajectoryError: The arm cannot follow that arc.
             ZoneError: The path is not free.
         """
+        via, pose = require_near("the place on the arc", via), require_near("the goal", pose)
         here = self._start_of_path()
         tool, limits = (
             self._tool_limits(acceleration_scaling),

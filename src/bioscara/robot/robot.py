@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import AsyncIterator, Callable, Collection, Sequence
 from pathlib import Path
 from types import TracebackType
 from typing import Self
 
-from bioscara.arguments import flag, shown
+from bioscara.arguments import flag, number, shown
 from bioscara.bus import Bus
 from bioscara.clock import Clock
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
@@ -17,11 +18,13 @@ from bioscara.drivers import Gripper, Joint
 from bioscara.errors import InvalidArgumentError, MotionCancelledError
 from bioscara.hardware import LifecycleState
 from bioscara.kinematics import Pose, Scara
+from bioscara.kinematics.pose import wrapped
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.robot.arm import Arm
+from bioscara.robot.connection import exit_guard
 from bioscara.robot.connection.arm_session import FAULTS, ArmSession
 from bioscara.robot.connection.devices import devices_on, real_gripper, simulated_devices
 from bioscara.robot.gripper import RobotGripper
@@ -48,6 +51,8 @@ class Robot:
     :meth:`open` opens the bus and connects to the joints, and nothing moves; :meth:`close` always
     stops and disables all joints. A ``with`` statement does both; joints that could not be disabled
     are then reported by a HardwareError, or by notes on the exception that is being raised.
+    SIGTERM, SIGHUP and the end of the program release the joints too, unless the program handles
+    these signals itself.
 
     Every motion takes the same keyword arguments:
 
@@ -200,11 +205,15 @@ class Robot:
             LifecycleError: It is open already, or was closed.
             BioscaraError: A joint cannot be used; the bus is closed again.
         """
+        exit_guard.guard(self)
         try:
             self._arm.connect()
         except MotionCancelledError:
             # Stopped once connected.
             self.close()
+            raise
+        except BaseException:
+            exit_guard.forget(self)
             raise
         return self
 
@@ -215,7 +224,14 @@ class Robot:
             HardwareError: A joint could not be stopped or disabled.
             BusyError: Called from a callback of a motion.
         """
-        self._arm.close(None)
+        self._close(None)
+
+    def _close(self, error: BaseException | None) -> None:
+        try:
+            self._arm.close(error)
+        finally:
+            if not self._arm.session.connected:
+                exit_guard.forget(self)
 
     def __enter__(self) -> Self:
         return self if self._arm.session.connected else self.open()
@@ -226,7 +242,7 @@ class Robot:
         exc: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self._arm.close(exc)
+        self._close(exc)
 
     def shutdown(self) -> list[str]:
         """Stop and disable all joints; does nothing if that is done already.
@@ -287,16 +303,33 @@ class Robot:
         """
         return self._arm.states()
 
+    async def states(self, period: float = 0.1) -> AsyncIterator[JointStates]:
+        """Iterate over the joint states without blocking the event loop, until the robot is closed.
+
+        Args:
+            period: Time between two of them [s].
+
+        Raises:
+            InvalidArgumentError: The period is not above zero.
+            BioscaraError: As ``state``.
+        """
+        if not (period := number("period", period)) > 0.0:
+            raise InvalidArgumentError(f"period {period:g} s must be above zero")
+        while self._arm.session.connected:
+            yield await asyncio.to_thread(self._arm.states)
+            await asyncio.sleep(period)
+
     @property
     def pose(self) -> Pose:
-        """Pose of the tool in the base; as old as ``state``.
+        """Pose of the tool in the base, yaw above -pi and up to pi; as old as ``state``.
 
         Raises:
             NotHomedError: The position of a joint is unknown.
             BusyError: As ``state``.
         """
         positions = self._arm.positions("the pose of the tool is unknown")
-        return self.kinematics.forward(positions)
+        pose = self.kinematics.forward(positions)
+        return pose._replace(yaw=wrapped(pose.yaw))
 
     @property
     def is_homed(self) -> bool:
@@ -331,7 +364,11 @@ class Robot:
 
     @property
     def speed_override(self) -> float:
-        """Share of the planned or jog speed, 0 to 1; any thread may change it, 0 pauses."""
+        """Share of the planned or jog speed, 0 to 1; any thread may change it.
+
+        0 pauses: the arm comes to rest on its path as soon as after a stop, and a share above 0
+        continues the motion.
+        """
         return self._arm.speed_override
 
     @speed_override.setter
@@ -543,6 +580,49 @@ class Robot:
             "move_linear()",
             lambda planner: planner.move_linear(
                 pose,
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
+
+    def move_relative(
+        self,
+        x: float = 0.0,
+        y: float = 0.0,
+        z: float = 0.0,
+        yaw: float = 0.0,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[None]:
+        """Move along a line by a displacement along the axes of the base.
+
+        Errors as :meth:`move_to`.
+
+        Args:
+            x: [m].
+            y: [m].
+            z: [m].
+            yaw: Rotation about the vertical [rad], by less than half a turn.
+            velocity_scaling: Share of the speed limits to use, 0.001 to 1.
+            acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
+            timeout: Longest duration [s]; None for no limit.
+            on_cycle: Receives a record of all joints each cycle.
+            wait: Whether to return at the end.
+        """
+        return self._move(
+            "move_relative()",
+            lambda planner: planner.move_relative(
+                x,
+                y,
+                z,
+                yaw,
                 velocity_scaling=velocity_scaling,
                 acceleration_scaling=acceleration_scaling,
             ),

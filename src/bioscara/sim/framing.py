@@ -4,17 +4,21 @@ A frame is ``u16 size, u8 kind, u32 sequence`` and ``size`` bytes, little endian
 with sequence 0 and gets WELCOME, then REQUESTs numbered from 1, each answered by the REPLY of the
 same number. REFUSAL carries a sentence and is the last frame of a connection.
 
-    HELLO    4s magic, u8 version, u32 process id, name of the program
+    HELLO    4s magic, u8 version
     WELCOME  nothing
-    REQUEST  u16 count, per transaction u8 address, u8 size, u8 read and the bytes to write
-    REPLY    u16 count, per transaction u8 outcome, u8 size and the bytes read
+    REQUEST  f64 begin, u16 count, per transaction u8 address, u8 size, u8 read and bytes to write
+    REPLY    f64 end, u16 count, per transaction u8 outcome, u8 size and the bytes read
     REFUSAL  text
 
-Everything is bounded: at most 64 transactions of at most 255 bytes each way.
+``begin`` and ``end`` are times of the machine's monotonic clock [s]: when the transactions begin on
+the bus, and when the last one ends. The host waits for the latter, so that the scheduler's delays
+of two processes do not make the bus slower. Everything is bounded: at most 64 transactions of at
+most 255 bytes each way.
 """
 
 from __future__ import annotations
 
+import math
 import struct
 from collections.abc import Sequence
 from enum import IntEnum
@@ -25,11 +29,11 @@ from bioscara.errors import BusUnavailableError, InvalidArgumentError
 
 TRANSACTIONS_MAX = 64
 BYTES_MAX = 255
-NAME_MAX = 100
 TEXT_MAX = 1000
 _HEADER = struct.Struct("<HBI")
-_HELLO = struct.Struct("<4sBI")
-_MAGIC, _VERSION = b"BSIM", 1
+_HELLO = struct.Struct("<4sB")
+_MAGIC, _VERSION = b"BSIM", 2
+_TIME = struct.Struct("<d")
 _COUNT = struct.Struct("<H")
 _HEAD = struct.Struct("<BBB")
 _RESULT = struct.Struct("<BB")
@@ -46,10 +50,10 @@ class FrameKind(IntEnum):
 
 
 _SIZE_MAX = {
-    FrameKind.HELLO: _HELLO.size + NAME_MAX,
+    FrameKind.HELLO: 128,
     FrameKind.WELCOME: 0,
-    FrameKind.REQUEST: _COUNT.size + TRANSACTIONS_MAX * (_HEAD.size + BYTES_MAX),
-    FrameKind.REPLY: _COUNT.size + TRANSACTIONS_MAX * (_RESULT.size + BYTES_MAX),
+    FrameKind.REQUEST: _TIME.size + _COUNT.size + TRANSACTIONS_MAX * (_HEAD.size + BYTES_MAX),
+    FrameKind.REPLY: _TIME.size + _COUNT.size + TRANSACTIONS_MAX * (_RESULT.size + BYTES_MAX),
     FrameKind.REFUSAL: TEXT_MAX,
 }
 
@@ -66,21 +70,6 @@ class Frame(NamedTuple):
     kind: FrameKind
     sequence: int
     body: bytes
-
-
-class Host(NamedTuple):
-    """A program that uses a simulated arm.
-
-    Attributes:
-        pid: Its process id.
-        name: Its name.
-    """
-
-    pid: int
-    name: str
-
-    def __str__(self) -> str:
-        return f"{self.name} (pid {self.pid})"
 
 
 def encode_frame(kind: FrameKind, sequence: int, body: bytes = b"") -> bytes:
@@ -125,32 +114,33 @@ def expect(frame: Frame, kind: FrameKind, sequence: int) -> bytes:
     return frame.body
 
 
-def encode_hello(host: Host) -> bytes:
+def encode_hello() -> bytes:
     """Return the body of a HELLO."""
-    name = host.name.encode(errors="replace")[:NAME_MAX]
-    return _HELLO.pack(_MAGIC, _VERSION, host.pid) + name
+    return _HELLO.pack(_MAGIC, _VERSION)
 
 
-def decode_hello(body: bytes) -> Host:
-    """Return the host that sent a HELLO.
+def check_hello(body: bytes) -> None:
+    """Check the body of a HELLO.
 
     Raises:
-        BusUnavailableError: It is no host, or one of another version.
+        BusUnavailableError: It is no host's, or that of another version.
     """
     if len(body) < _HELLO.size:
         raise BusUnavailableError(f"a HELLO of {len(body)} bytes; it has at least {_HELLO.size}")
-    magic, version, pid = _HELLO.unpack_from(body)
+    magic, version = _HELLO.unpack_from(body)
     if (magic, version) != (_MAGIC, _VERSION):
         raise BusUnavailableError(
             f"the host speaks {magic!r} version {version}, the simulated arm {_MAGIC!r} version "
             f"{_VERSION}; use the same version of bioscara for both"
         )
-    name = body[_HELLO.size :].decode(errors="replace")
-    return Host(pid, "".join(c if c.isprintable() else "?" for c in name) or "a program")
 
 
-def encode_request(transactions: Sequence[Transaction]) -> bytes:
+def encode_request(transactions: Sequence[Transaction], begin: float) -> bytes:
     """Return the body of the REQUEST for ``transactions``.
+
+    Args:
+        transactions: The transactions.
+        begin: Time at which they begin [s].
 
     Raises:
         InvalidArgumentError: More or larger transactions than a frame carries.
@@ -159,7 +149,7 @@ def encode_request(transactions: Sequence[Transaction]) -> bytes:
         raise InvalidArgumentError(
             f"{len(transactions)} transactions in one transfer; at most {TRANSACTIONS_MAX}"
         )
-    parts = [_COUNT.pack(len(transactions))]
+    parts = [_TIME.pack(begin), _COUNT.pack(len(transactions))]
     for address, write, read in transactions:
         if len(write) > BYTES_MAX or not 0 <= read <= BYTES_MAX or not 0 <= address <= 0x7F:
             raise InvalidArgumentError(
@@ -170,13 +160,14 @@ def encode_request(transactions: Sequence[Transaction]) -> bytes:
     return b"".join(parts)
 
 
-def decode_request(body: bytes) -> list[Transaction]:
-    """Return the transactions of a REQUEST.
+def decode_request(body: bytes) -> tuple[list[Transaction], float]:
+    """Return the transactions of a REQUEST and the time at which they begin [s].
 
     Raises:
         BusUnavailableError: It is not one.
     """
     reader = _BodyParser(body)
+    begin = reader.time()
     (count,) = reader.unpack(_COUNT)
     if count > TRANSACTIONS_MAX:
         raise BusUnavailableError(f"{count} transactions at once; at most {TRANSACTIONS_MAX}")
@@ -187,12 +178,17 @@ def decode_request(body: bytes) -> list[Transaction]:
             raise BusUnavailableError(f"address {address:#x}; an address is at most 0x7f")
         transactions.append(Transaction(address, reader.take(size), read))
     reader.end()
-    return transactions
+    return transactions, begin
 
 
-def encode_reply(results: Sequence[bytes | int]) -> bytes:
-    """Return the body of the REPLY that carries ``results``: bytes read, or an outcome number."""
-    parts = [_COUNT.pack(len(results))]
+def encode_reply(results: Sequence[bytes | int], end: float) -> bytes:
+    """Return the body of the REPLY that carries ``results``.
+
+    Args:
+        results: Bytes read, or the number of an outcome.
+        end: Time at which the last transaction ends [s].
+    """
+    parts = [_TIME.pack(end), _COUNT.pack(len(results))]
     for result in results:
         if isinstance(result, bytes):
             parts.append(_RESULT.pack(0, len(result)) + result)
@@ -201,13 +197,14 @@ def encode_reply(results: Sequence[bytes | int]) -> bytes:
     return b"".join(parts)
 
 
-def decode_reply(body: bytes, count: int) -> list[bytes | int]:
-    """Return the results of a REPLY to ``count`` transactions.
+def decode_reply(body: bytes, count: int) -> tuple[list[bytes | int], float]:
+    """Return the results of a REPLY to ``count`` transactions and the time at which they end [s].
 
     Raises:
         BusUnavailableError: It is not one.
     """
     reader = _BodyParser(body)
+    end = reader.time()
     (answered,) = reader.unpack(_COUNT)
     if answered != count:
         raise BusUnavailableError(f"{answered} results for {count} transactions")
@@ -217,7 +214,7 @@ def decode_reply(body: bytes, count: int) -> list[bytes | int]:
         read = reader.take(size)
         results.append(outcome or read)
     reader.end()
-    return results
+    return results, end
 
 
 class _BodyParser:
@@ -232,6 +229,12 @@ class _BodyParser:
             raise BusUnavailableError(f"a frame of {len(self._body)} bytes ends too early")
         self._at += size
         return part
+
+    def time(self) -> float:
+        (time,) = _TIME.unpack(self.take(_TIME.size))
+        if not math.isfinite(time):
+            raise BusUnavailableError(f"a frame with the time {time}")
+        return float(time)
 
     def unpack(self, form: struct.Struct) -> tuple[int, ...]:
         return form.unpack(self.take(form.size))

@@ -7,9 +7,11 @@ import os
 import select
 import socket
 import stat
+import struct
 from collections.abc import Callable
 from pathlib import Path
 
+from bioscara.bus.user import User, in_use, user_of
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.errors import BusUnavailableError
 from bioscara.sim.arm import SimulatedArm
@@ -17,8 +19,7 @@ from bioscara.sim.framing import (
     TEXT_MAX,
     Frame,
     FrameKind,
-    Host,
-    decode_hello,
+    check_hello,
     decode_request,
     encode_frame,
     encode_reply,
@@ -36,6 +37,8 @@ _CLIENTS_MAX = 16
 """Maximum number of connections: the host, and clients that have not sent a HELLO yet."""
 _SEQUENCES = 2**32
 _RECEIVE = 2**16
+_CREDENTIALS = struct.Struct("=iII")
+"""The kernel's answer to SO_PEERCRED: process, user and group."""
 
 
 def serve(
@@ -56,7 +59,7 @@ def serve(
         arm: The arm.
         path: Path of the socket; a socket without a listener is replaced.
         cancelled: Called every few milliseconds.
-        clock: Real time.
+        clock: Real time; the machine's monotonic clock by default, as that of the hosts.
         listening: Called once clients can connect.
 
     Raises:
@@ -80,16 +83,16 @@ class _Client:
     """One connection; nothing here waits for the other side.
 
     Attributes:
-        host: Its identity; None before its HELLO.
+        host: The program; None before its HELLO.
         sequence: Number of the next frame from it.
         deadline: Time limit of a transfer in progress, in either direction [s]; None without one.
-        due: Time from which the reply may be sent [s].
+        due: Time before which its next request is not carried out [s].
     """
 
     def __init__(self, connection: socket.socket, now: float) -> None:
         connection.setblocking(False)
         self.connection = connection
-        self.host: Host | None = None
+        self.host: User | None = None
         self.sequence = 0
         self.deadline: float | None = now + FRAME_TIMEOUT
         self.due = now
@@ -128,10 +131,15 @@ class _Client:
                 self.deadline = now + FRAME_TIMEOUT
         return frame
 
-    def reply(self, frame: bytes, due: float) -> None:
-        """Send ``frame`` once it is ``due``."""
+    def reply(self, frame: bytes, now: float, due: float) -> None:
+        """Send ``frame``; the next request has to wait until ``due``.
+
+        Raises:
+            OSError: The client is gone.
+        """
         self._outbox += frame
-        self.due, self.deadline = due, due + FRAME_TIMEOUT
+        self.due, self.deadline = due, now + FRAME_TIMEOUT
+        self.send()
 
     def send(self) -> None:
         """Send as much of the reply as the client accepts.
@@ -143,6 +151,13 @@ class _Client:
             del self._outbox[: self.connection.send(self._outbox)]
         if not self._outbox:
             self.deadline = None
+
+    def user(self) -> User:
+        """Return the program that connected, as the kernel knows it."""
+        answer = self.connection.getsockopt(
+            socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size
+        )
+        return user_of(_CREDENTIALS.unpack(answer)[0])
 
     def gone(self) -> bool:
         """Return whether the other side has closed, even if it sent data before."""
@@ -168,31 +183,40 @@ class _Server:
 
     def step(self) -> None:
         """Wait briefly for clients, advance the arm, and serve the clients that are ready."""
-        waiting = {client.connection: client for client in self._clients if not client.replying}
-        ready, _, _ = select.select([self._listener, *waiting], [], [], self._select_timeout())
-        self._catch_up()
+        now = self._wall.now()
+        waiting = {
+            client.connection: client
+            for client in self._clients
+            if not client.replying and client.due <= now
+        }
+        ready, _, _ = select.select([self._listener, *waiting], [], [], self._select_timeout(now))
+        self._skip_pause()
         for socket_ in ready:
             if socket_ is self._listener:
                 self._accept()
             else:
                 self._serve_client(waiting[socket_], self._receive)
         for client in tuple(self._clients):
-            self._serve_client(client, self._send_due_reply)
+            self._serve_client(client, self._continue)
+        self._run_until(self._wall.now())
 
     def close(self) -> None:
         """Disconnect all clients."""
         for client in tuple(self._clients):
             self._drop(client)
 
-    def _select_timeout(self) -> float:
-        now = self._wall.now()
-        return min([_STEP, *(max(c.due - now, 0.0) for c in self._clients if c.replying)])
+    def _select_timeout(self, now: float) -> float:
+        return min([_STEP, *(client.due - now for client in self._clients if client.due > now)])
 
-    def _catch_up(self) -> None:
+    def _skip_pause(self) -> None:
+        """Drop a lag that is too large to be made up for."""
         lag = self._wall.now() - self._offset - self._arm.now()
         if lag > _LAG_MAX:
             self._offset += lag - _STEP
-            lag = _STEP
+
+    def _run_until(self, time: float) -> None:
+        """Run the arm until a real time [s], unless it is beyond that already."""
+        lag = time - self._offset - self._arm.now()
         if lag > 0.0:
             self._arm.run(lag)
 
@@ -221,41 +245,47 @@ class _Server:
         client.receive()
         self._answer(client)
 
-    def _send_due_reply(self, client: _Client) -> None:
-        """Send a reply that is due, and raise if a client exceeds its time."""
+    def _continue(self, client: _Client) -> None:
+        """Continue with a reply or with received requests; raise if a client exceeds its time."""
         now = self._wall.now()
-        if client.replying and client.due <= now:
+        if client.replying:
             client.send()
-            if not client.replying:
-                self._answer(client)
+        if not client.replying and client.due <= now:
+            self._answer(client)
         if client.deadline is not None and now > client.deadline:
             raise BusUnavailableError(f"it waits at most {FRAME_TIMEOUT:g} s for a whole frame")
 
     def _answer(self, client: _Client) -> None:
-        frame = client.next_frame(self._wall.now())
+        now = self._wall.now()
+        frame = client.next_frame(now)
         if frame is None:
             return
         if client.host is None:
-            self._welcome(client, decode_hello(expect(frame, FrameKind.HELLO, 0)))
+            check_hello(expect(frame, FrameKind.HELLO, 0))
+            self._welcome(client, now)
         else:
-            request = decode_request(expect(frame, FrameKind.REQUEST, client.sequence))
-            body = encode_reply(self._arm.transfer(request))
+            request, begin = decode_request(expect(frame, FrameKind.REQUEST, client.sequence))
+            # This process may wake up late: on the bus the request begins when it was sent.
+            self._run_until(min(begin, now))
+            results = self._arm.transfer(request)
             # The transfer took bus time: continuous requests must not make the arm run faster.
-            due = self._arm.now() + self._offset
-            client.reply(encode_frame(FrameKind.REPLY, client.sequence, body), due)
+            end = self._arm.now() + self._offset
+            body = encode_reply(results, end)
+            client.reply(encode_frame(FrameKind.REPLY, client.sequence, body), now, end)
         client.sequence = (client.sequence + 1) % _SEQUENCES
 
-    def _welcome(self, client: _Client, host: Host) -> None:
+    def _welcome(self, client: _Client, now: float) -> None:
+        user = client.user()
         for other in tuple(self._clients):
             if other.host is None:
                 continue
             if not other.gone():
-                raise BusUnavailableError(
-                    f"it is used by {other.host}, and has one host at a time; end that one first"
-                )
+                raise BusUnavailableError(in_use("it", other.host, user.pid))
             self._drop(other)
-        client.host = host
-        client.reply(encode_frame(FrameKind.WELCOME, 0), self._wall.now())
+        client.host = user
+        client.reply(
+            encode_frame(FrameKind.WELCOME, 0), now, max(now, self._arm.now() + self._offset)
+        )
 
     def _drop(self, client: _Client) -> None:
         if client in self._clients:

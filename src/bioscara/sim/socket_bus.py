@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-import os
 import socket
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 
 from bioscara.bus import Bus, Transaction
+from bioscara.clock import MonotonicClock
 from bioscara.errors import BusUnavailableError, CommunicationError
 from bioscara.sim.firmware_bus import failure
 from bioscara.sim.framing import (
     TRANSACTIONS_MAX,
     FrameKind,
-    Host,
     decode_reply,
     encode_frame,
     encode_hello,
@@ -44,6 +42,7 @@ class SocketBus(Bus):
 
     def __init__(self, path: str | Path) -> None:
         self._path = str(path)
+        self._clock = MonotonicClock()
         self._connection: socket.socket | None = None
         self._received = bytearray()
         self._sequence = 0
@@ -63,7 +62,8 @@ class SocketBus(Bus):
             transactions[begin : begin + TRANSACTIONS_MAX]
             for begin in range(0, len(transactions), TRANSACTIONS_MAX)
         ]
-        requests = [(encode_request(batch), len(batch)) for batch in batches]
+        begin = self._clock.now()
+        requests = [(encode_request(batch, begin), len(batch)) for batch in batches]
         try:
             results = self._carry_out(requests)
         except BaseException:
@@ -83,16 +83,20 @@ class SocketBus(Bus):
     def _carry_out(self, requests: Sequence[tuple[bytes, int]]) -> list[bytes | int]:
         connection = self._connection or self._connect()
         results: list[bytes | int] = []
+        end = 0.0
         try:
             for body, count in requests:
                 self._sequence = (self._sequence + 1) % _SEQUENCES
                 connection.sendall(encode_frame(FrameKind.REQUEST, self._sequence, body))
-                results += decode_reply(self._receive(connection, FrameKind.REPLY), count)
+                reply = self._receive(connection, FrameKind.REPLY)
+                part, end = decode_reply(reply, count)
+                results += part
         except OSError as error:
             raise BusUnavailableError(
                 f"the simulated arm behind {self._path} went away or hangs: {error}; "
                 f"start it with 'bioscara simulate --socket {self._path}'"
             ) from error
+        self._clock.sleep_until(min(end, self._clock.now() + _TIMEOUT))
         return results
 
     def _connect(self) -> socket.socket:
@@ -101,7 +105,7 @@ class SocketBus(Bus):
         try:
             connection.connect(self._path)
             self._sequence = 0
-            connection.sendall(encode_frame(FrameKind.HELLO, 0, encode_hello(_this_process())))
+            connection.sendall(encode_frame(FrameKind.HELLO, 0, encode_hello()))
             self._receive(connection, FrameKind.WELCOME)
         except OSError as error:
             raise BusUnavailableError(
@@ -127,9 +131,3 @@ class SocketBus(Bus):
             self._connection.close()
         self._connection = None
         self._received.clear()
-
-
-def _this_process() -> Host:
-    program = Path(sys.argv[0] if sys.argv else "")
-    name = program.parent.name if program.name == "__main__.py" else program.name
-    return Host(os.getpid(), name or "python")

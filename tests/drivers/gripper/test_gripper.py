@@ -49,9 +49,9 @@ def gripper(kernel: Kernel, file: Path) -> Gripper:
 
 
 def pulse_us(width: float) -> float:
-    """Return the pulse of the original driver, bounded to the servo's range."""
-    bounded = min(max(width, 0.04), 0.12)
-    return min(max(1500 + 3333.3 * (bounded - 0.058) * 500 / 90, 500.0), 2500.0)
+    """Return the pulse of the original driver, bounded to widths that the servo reaches."""
+    bounded = min(max(width, 0.04), 0.112)
+    return 1500 + 3333.3 * (bounded - 0.058) * 500 / 90
 
 
 def test_the_chip_is_found_by_its_device(kernel: Kernel, channel: Path) -> None:
@@ -292,7 +292,7 @@ def test_calibration_angles_are_bounded(kernel: Kernel, channel: Path, file: Pat
     assert kernel.value(channel, "duty_cycle") == 1_250_000
 
 
-@given(st.floats(500.0, 6000.0), st.floats(0.0, 0.1), st.floats(0.03, 0.07), st.floats(0.08, 0.12))
+@given(st.floats(500.0, 6000.0), st.floats(0.03, 0.1), st.floats(0.03, 0.07), st.floats(0.08, 0.12))
 def test_calibration_finds_the_line_it_was_measured_on(
     slope: float, zero: float, near: float, far: float
 ) -> None:
@@ -300,9 +300,32 @@ def test_calibration_finds_the_line_it_was_measured_on(
     found = calibrate(PARAMETERS, points[0], points[1])
     assert found.deg_per_m == pytest.approx(slope, rel=1e-6)
     assert found.zero_width == pytest.approx(zero, abs=1e-9)
-    assert replace(found, deg_per_m=1.0, zero_width=0.0) == replace(
-        PARAMETERS, deg_per_m=1.0, zero_width=0.0
-    )
+    smallest, largest = found.reach
+    assert found.lower == max(PARAMETERS.lower, smallest)
+    assert found.upper == min(PARAMETERS.upper, largest)
+    assert found.lower <= found.initial <= found.upper
+    limits = {"lower": 0.04, "upper": 0.112, "initial": 0.08}
+    assert replace(found, deg_per_m=3333.3, zero_width=0.058, **limits) == PARAMETERS
+
+
+def test_the_gripper_reaches_both_of_its_limits(kernel: Kernel, channel: Path, file: Path) -> None:
+    hand = gripper(kernel, file)
+    hand.enable()
+    for width in (PARAMETERS.lower, PARAMETERS.upper):
+        assert hand.set_width(width) == pytest.approx(width, abs=1e-12)
+        sent = kernel.value(channel, "duty_cycle") * 1e-9
+        assert PARAMETERS.width_at(sent) == pytest.approx(width, abs=1e-7)
+
+
+def test_a_pulse_beyond_the_limits_is_ended_at_them(
+    kernel: Kernel, channel: Path, file: Path
+) -> None:
+    gripper(kernel, file).enable()
+    (channel / "duty_cycle").write_text("2648000")
+    hand = gripper(kernel, file)
+    hand.enable()
+    assert hand.state.width == PARAMETERS.upper
+    assert kernel.value(channel, "duty_cycle") == pytest.approx(2_500_000, abs=100)
 
 
 @pytest.mark.parametrize(
@@ -312,6 +335,7 @@ def test_calibration_finds_the_line_it_was_measured_on(
         ((10.0, 0.05), (20.0, 0.05)),
         ((math.nan, 0.05), (20.0, 0.06)),
         ((10.0, 0.05), (20.0, math.inf)),
+        ((0.0, 0.5), (1000.0, 0.6)),
     ],
 )
 def test_calibration_refuses_points_without_a_line(

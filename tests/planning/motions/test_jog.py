@@ -236,6 +236,24 @@ def test_a_value_that_is_no_number_is_refused(value: float, which: int) -> None:
     assert jog.step(0.0, PERIOD) == (REST, Joints(0.0, 0.0, 0.0, 0.0))
 
 
+@pytest.mark.parametrize("windows", [(), BELTS])
+@pytest.mark.parametrize("velocity", [ToolVelocity(y=0.2, yaw=0.5), JointVelocity(j1=0.2, j3=0.4)])
+def test_a_share_of_0_decelerates_like_a_stop(
+    velocity: JointVelocity | ToolVelocity, windows: tuple[float, ...]
+) -> None:
+    rows = []
+    for last, share in ((velocity, 0.0), (JointVelocity(), 1.0)):
+        jog = Jog(ARM, LIMITS, REST, windows=windows)
+        held(jog, velocity, 0.6)
+        assert any(jog.velocities)
+        rows.append([])
+        for number in range(50):
+            jog.command(last, number * PERIOD, share)
+            rows[-1].append(jog.step(number * PERIOD, PERIOD))
+        assert not any(jog.velocities)
+    assert rows[0] == rows[1]
+
+
 @pytest.mark.parametrize("share", [-0.1, 1.1, math.nan])
 def test_a_share_is_between_0_and_1(share: float) -> None:
     jog = Jog(ARM, LIMITS, REST)

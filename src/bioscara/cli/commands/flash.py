@@ -7,8 +7,9 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
 from bioscara.cli.arguments import Options
-from bioscara.cli.arm import firmware_of, open_arm
+from bioscara.cli.arm import open_arm
 from bioscara.cli.output.console import ExitStatus, Output, complain
+from bioscara.cli.output.firmware import firmware_of
 from bioscara.cli.signals import raising_keyboard_interrupt
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.drivers import Joint

@@ -3,32 +3,34 @@
 from __future__ import annotations
 
 from bioscara.cli.arguments import Options
-from bioscara.cli.arm import firmware_of, open_arm
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
+from bioscara.cli.output.firmware import firmware_of
 from bioscara.drivers import Joint, await_power_up
 from bioscara.errors import BioscaraError, BusUnavailableError
-from bioscara.model import load_parameters
+from bioscara.model import ArmParameters, load_parameters
 from bioscara.protocol import Capability, Flags
+from bioscara.robot.connection.devices import Devices, devices_on, simulated_devices
 
 _HEADINGS = ("joint", "address", "firmware", "flags", "homed", "reset", "fault", "errors")
 
 
 def run(options: Options) -> int:
-    """List the joints; nothing moves.
+    """List the joints; nothing moves, and nothing is sent on a bus that another program uses.
 
     Raises:
-        BusUnavailableError: The bus cannot be opened.
+        BusUnavailableError: The bus cannot be opened, or another program uses it.
         OSError: Standard output cannot be written.
     """
     output = Output()
-    robot = open_arm(options, load_parameters())
-    output.line(f"arm: {robot.description}")
+    parameters = load_parameters()
+    devices = _devices(options, parameters)
+    output.line(f"arm: {devices.description}")
     missing: list[str] = []
     rows: list[tuple[str, ...]] = [_HEADINGS]
-    with robot.bus:
-        addresses = {joint.name: joint.parameters.address for joint in robot.joints}
-        await_power_up(robot.bus, robot.clock, addresses, complain)
-        for joint in robot.joints:
+    with devices.bus as bus:
+        addresses = {joint.name: joint.address for joint in parameters.joints}
+        await_power_up(bus, devices.clock, addresses, complain)
+        for joint in (Joint(bus, devices.clock, each) for each in parameters.joints):
             try:
                 joint.init()
                 rows.append(_row(joint))
@@ -45,6 +47,13 @@ def run(options: Options) -> int:
         complain(sentence)
     output.check()
     return ExitStatus.FAILED if missing else ExitStatus.OK
+
+
+def _devices(options: Options, parameters: ArmParameters) -> Devices:
+    # No Robot: to import planning and control would take time from a program that moves an arm.
+    if options.bus == "sim":
+        return simulated_devices(parameters, v1=options.v1, seed=0)
+    return devices_on(options.bus, parameters)
 
 
 def _row(joint: Joint) -> tuple[str, ...]:

@@ -13,12 +13,12 @@ from bioscara.cli.arguments import Options
 from bioscara.cli.arm import (
     NewWarnings,
     acknowledge_faults,
-    firmware_of,
     open_arm,
     remedy,
     require_acknowledgement,
 )
 from bioscara.cli.output.console import ExitStatus, Output, complain
+from bioscara.cli.output.firmware import firmware_of
 from bioscara.cli.output.live_view import make_view
 from bioscara.cli.output.observer import Observer
 from bioscara.cli.signals import StopRequest

@@ -71,7 +71,9 @@ class Gripper:
         """
         running = self._pwm.pulse()
         if running is not None:
-            self._width = self._width_of(running)
+            # Another program may have left a pulse beyond the limits.
+            width = self.parameters.width_at(running)
+            self._width = min(max(width, self.parameters.lower), self.parameters.upper)
         elif self._width == self._saved:
             self._width = self._saved = self._stored_width()
         self._pwm.start(1.0 / self.parameters.frequency, self._pulse_of(self._width))
@@ -114,16 +116,15 @@ class Gripper:
         """
         commanded = self._width
         if width is not None:
-            commanded = self._width_of(self._pulse_of(number("gripper width", width)))
+            commanded = self.parameters.width_at(self._pulse_of(number("gripper width", width)))
         if commanded != self._saved:
             self._save(commanded)
 
     def set_width(self, width: float) -> float:
         """Store a width, move the jaws, and return the commanded width.
 
-        A width beyond the limits, or beyond what the servo can do, is bounded, as the original
-        driver does. It waits for the disk as :meth:`store_width` does, unless this width is already
-        commanded.
+        A width beyond the limits is bounded, as the original driver does. It waits for the disk as
+        :meth:`store_width` does, unless this width is already commanded.
 
         Args:
             width: Width between the jaws [m].
@@ -147,7 +148,7 @@ class Gripper:
         width = number("gripper width", width)
         self._require_enabled()
         pulse = self._pulse_of(width)
-        commanded = self._width_of(pulse)
+        commanded = self.parameters.width_at(pulse)
         if commanded != self._width:
             self._pwm.set_pulse(pulse)
             self._width = commanded
@@ -167,7 +168,7 @@ class Gripper:
         self._require_enabled()
         pulse = self._bounded_pulse(angle_deg)
         self._pwm.set_pulse(pulse)
-        self._width = self._width_of(pulse)
+        self._width = self.parameters.width_at(pulse)
         return (pulse - self.parameters.pulse_center) / self.parameters.pulse_per_deg
 
     def _save(self, width: float) -> None:
@@ -178,7 +179,7 @@ class Gripper:
     def _stored_width(self) -> float:
         parameters = self.parameters
         width = read_width(self._file, parameters.lower, parameters.upper, parameters.initial)
-        return self._width_of(self._pulse_of(width))
+        return parameters.width_at(self._pulse_of(width))
 
     def _require_enabled(self) -> None:
         if not self._enabled:
@@ -194,16 +195,13 @@ class Gripper:
         pulse = parameters.pulse_center + angle_deg * parameters.pulse_per_deg
         return min(max(pulse, parameters.pulse_lower), parameters.pulse_upper)
 
-    def _width_of(self, pulse: float) -> float:
-        parameters = self.parameters
-        angle_deg = (pulse - parameters.pulse_center) / parameters.pulse_per_deg
-        return parameters.zero_width + angle_deg / parameters.deg_per_m
-
 
 def calibrate(
     parameters: GripperParameters, first: tuple[float, float], second: tuple[float, float]
 ) -> GripperParameters:
     """Return ``parameters`` with the line through two measured points.
+
+    Limits that the servo does not reach on this line are moved to the end of its range.
 
     Args:
         parameters: Parameters of the gripper.
@@ -211,7 +209,8 @@ def calibrate(
         second: Another such pair.
 
     Raises:
-        InvalidArgumentError: The points are not finite, or do not make a line with a slope.
+        InvalidArgumentError: The points are not finite, do not make a line with a slope, or the
+            servo reaches no width within the limits on that line.
     """
     if not isinstance(parameters, GripperParameters):
         raise InvalidArgumentError("gripper calibration: give the parameters of a gripper first")
@@ -227,4 +226,14 @@ def calibrate(
     zero = (first_deg * second_width - second_deg * first_width) / (first_deg - second_deg)
     if slope == 0.0 or not math.isfinite(slope) or not math.isfinite(zero):
         raise InvalidArgumentError(f"gripper calibration: no line goes through {first}, {second}")
-    return replace(parameters, deg_per_m=slope, zero_width=zero)
+    line = replace(parameters, deg_per_m=slope, zero_width=zero)
+    smallest, largest = line.reach
+    lower, upper = max(line.lower, smallest), min(line.upper, largest)
+    if lower >= upper:
+        raise InvalidArgumentError(
+            f"gripper calibration: on the line through {first} and {second} the servo reaches "
+            f"{smallest:.4g} .. {largest:.4g} m, none of the widths {line.lower:g} .. "
+            f"{line.upper:g} m; measure again"
+        )
+    initial = min(max(line.initial, lower), upper)
+    return replace(line, lower=lower, upper=upper, initial=initial)

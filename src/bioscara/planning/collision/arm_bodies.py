@@ -24,7 +24,7 @@ wrist's and offset from it by half the gripper's width along y."""
 ATTACHED = ({"link_1", "link_2"}, {"link_3", "link_4"})
 """Links that overlap by construction: the column's rods in the carriage, the post of the wrist in
 the forearm's hub."""
-WIDTHS = (0.04, 0.12)
+WIDTHS = (0.04, 0.112)
 """Smallest and largest width of the existing gripper [m], as in the committed parameters."""
 _JAWS = {LEFT_JAW: 0.5, RIGHT_JAW: -0.5}
 """Position of each jaw along the wrist's y, as a share of the gripper's width."""

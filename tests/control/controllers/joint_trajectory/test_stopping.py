@@ -27,6 +27,19 @@ PLANNED = [
     replace(limit, max_acceleration=ACCELERATION_SHARE * limit.max_acceleration) for limit in LIMITS
 ]
 MOST = [limit.max_acceleration for limit in LIMITS]
+PARAMETERS = JointTrajectoryParameters.read(
+    "jtc",
+    {
+        "joints": NAMES,
+        "constraints": {
+            "decelerate_on_cancel": True,
+            **{
+                limit.name: {"max_deceleration_on_cancel": limit.max_acceleration}
+                for limit in LIMITS
+            },
+        },
+    },
+)
 
 
 @given(st.integers(0, 2**32 - 1), st.floats(0.0, 1.0), st.floats(0.05, 1.0))
@@ -82,7 +95,7 @@ def test_a_stop_at_an_end_of_the_course_stays_there(begin: float, pace: float) -
 def test_an_interrupted_stop_can_be_requested_again(line: int, *, collision_checked: bool) -> None:
     move = point_to_point(NAMES, (0.0, 0.2, 0.0, 0.0), (1.0, 0.2, 1.0, 1.0), PLANNED)
     begin = move.sample_many(np.array([0.0]))[0][0]
-    player = TrajectorySampler(JointTrajectoryParameters(joints=NAMES), PERIOD, begin, 0.0)
+    player = TrajectorySampler(PARAMETERS, PERIOD, begin, 0.0)
     course = Interpolator(JointTrajectory.of(move).points)
     player.waiting = Request(course, 0.0, frozenset(), collision_checked=collision_checked)
     nowhere = Sample(tuple(begin), (0.0,) * 4, (0.0,) * 4)
@@ -107,11 +120,11 @@ def test_an_interrupted_stop_can_be_requested_again(line: int, *, collision_chec
         before = sys.gettrace()
         try:
             sys.settrace(press)  # type: ignore[arg-type]
-            player.brake(MOST)
+            player.brake()
         except KeyboardInterrupt:
             if not player.holding:
                 sys.settrace(before)
-                player.brake(MOST)
+                player.brake()
         finally:
             sys.settrace(before)
     gains = np.abs(np.diff(rows, 2, axis=0)) / PERIOD**2

@@ -1,4 +1,4 @@
-"""Bringing the joints to rest after a cancel or a violation."""
+"""Bringing the joints to rest after a cancel or a violation, and for a pause."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator, Place
 from bioscara.control.controllers.joint_trajectory.messages import Point
+from bioscara.control.controllers.joint_trajectory.splicing import Spliced
 from bioscara.planning import Sample
 
 _SLOWEST = 0.2
@@ -66,7 +67,7 @@ class Braked:
 
     def __init__(
         self,
-        course: Interpolator,
+        course: Interpolator | Spliced | Braked,
         time: float,
         pace: float,
         limits: Sequence[float],
@@ -93,12 +94,20 @@ class Braked:
 
     def sample(self, time: float) -> Place:
         """Return the state at ``time`` [s since the pace began to fall]."""
+        return self._at(*self.along(time))
+
+    def along(self, time: float) -> tuple[float, float, float]:
+        """Return the time on the course [s], the pace, and the rate of the pace [1/s].
+
+        Args:
+            time: Time since the pace began to fall [s].
+        """
         index = min(max(int(time / self._period), 0), len(self._steps) - 2)
         if index < 0 or time >= self.duration:
-            return self._at(self._steps[-1][0], 0.0, 0.0)
+            return self._steps[-1][0], 0.0, 0.0
         (begin, pace), (_, left) = self._steps[index : index + 2]
         rate, into = (left - pace) / self._period, time - index * self._period
-        return self._at(begin + (pace + rate * into / 2.0) * into, pace + rate * into, rate)
+        return begin + (pace + rate * into / 2.0) * into, pace + rate * into, rate
 
     def _at(self, time: float, pace: float, rate: float) -> Place:
         (positions, velocities, accelerations), point = self._course.sample(time)

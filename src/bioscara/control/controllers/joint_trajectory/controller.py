@@ -84,6 +84,11 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         return self._active().scaling
 
     @property
+    def paused(self) -> bool:
+        """Whether it rests on a trajectory at a scaling of 0; a factor above 0 continues it."""
+        return self._sampler is not None and self._sampler.paused
+
+    @property
     def controller_state(self) -> ControllerState | None:
         """State of its last cycle; None while it is inactive."""
         feedback = self.feedback
@@ -122,7 +127,6 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self._velocity_only = kinds == (VELOCITY,)
         self._pids = [Pid(parameters.gains.get(joint, Gains())) for joint in joints]
         self._defaults = defaults(joints, constraints)
-        self._decelerations = [constraints.of(joint).max_deceleration_on_cancel for joint in joints]
         timeout = parameters.cmd_timeout
         if 0.0 < timeout <= constraints.goal_time:
             self.warnings.append(
@@ -158,6 +162,10 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
 
     def set_scaling(self, factor: float) -> None:
         """Choose the share of the planned speed; in motion it changes gradually.
+
+        0 pauses: the joints come to rest on their path, as fast as a cancel of a collision-checked
+        goal stops them. The goal then stays active, but does not end for being reached or late;
+        a factor above 0 continues it, once the joints have come to rest.
 
         Args:
             factor: 0 pauses; above 1 is faster than planned.
@@ -271,15 +279,15 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             self._end_if_decided(sampler, error, time)
         ahead = sampler.ahead()
         if self._velocity_only:
-            handles.write_velocities(ahead, error, self._pids, sampler.pace, period)
+            handles.write_velocities(ahead, error, self._pids, sampler.commanded_pace, period)
         else:
-            handles.write(ahead, sampler.pace)
+            handles.write(ahead, sampler.commanded_pace)
 
     def _end_if_decided(self, sampler: TrajectorySampler, error: Sample, time: float) -> None:
         """End the trajectory once it is reached or failed, and hold or come to rest."""
         overtime = sampler.time - sampler.course.duration
-        # With a waiting request, path tolerances apply beyond the end too.
-        if overtime < 0.0 or sampler.waiting is not None:
+        # With a waiting request or a pause, path tolerances apply beyond the end too.
+        if overtime < 0.0 or sampler.waiting is not None or not sampler.wanted:
             verdict = self._monitor.before_the_end(error, sampler.time)
         else:
             verdict = self._monitor.after_the_end(error, overtime)
@@ -304,8 +312,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
 
     def _stop(self, sampler: TrajectorySampler, time: float) -> None:
         """Come to rest: on a ramp where the parameters say so, else at the measured positions."""
-        if self.parameters.constraints.decelerate_on_cancel and all(self._decelerations):
-            sampler.brake(self._decelerations)
+        if self.parameters.decelerations:
+            sampler.brake()
         else:
             sampler.hold(self._handles.measured().positions, time)
 

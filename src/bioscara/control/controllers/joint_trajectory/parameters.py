@@ -24,7 +24,7 @@ class JointConstraints(ParameterGroup):
     Attributes:
         trajectory: On the path [rad or m].
         goal: At the end [rad or m].
-        max_deceleration_on_cancel: For the ramp after a cancel [rad/s^2 or m/s^2].
+        max_deceleration_on_cancel: For the ramp after a cancel and to a pause [rad/s^2 or m/s^2].
     """
 
     trajectory: NotNegative = 0.0
@@ -38,7 +38,7 @@ class Constraints(ParameterGroup):
     Attributes:
         stopped_velocity_tolerance: Speed of every joint that counts as standing [rad/s or m/s].
         goal_time: Permitted delay after the planned arrival [s]; 0 waits without limit.
-        decelerate_on_cancel: Whether a cancelled goal ends on a ramp.
+        decelerate_on_cancel: Whether a cancelled goal ends on a ramp, and a pause begins with one.
         least_time_on_cancel: Shortest duration of the ramp of a collision-checked trajectory [s].
             Above 0, scaling changes gradually too.
         joints: Constraints of single joints.
@@ -125,6 +125,12 @@ class JointTrajectoryParameters(Parameters):
     positions_upsampling: PositionsUpsampling = PositionsUpsampling()
     gains: dict[str, Gains] = field(default_factory=dict)
     constraints: Constraints = Constraints()
+
+    @property
+    def decelerations(self) -> tuple[float, ...]:
+        """Of the joints on a ramp to rest [rad/s^2 or m/s^2]; empty if there are no ramps."""
+        each = tuple(self.constraints.of(name).max_deceleration_on_cancel for name in self.joints)
+        return each if self.constraints.decelerate_on_cancel and all(each) else ()
 
     def check(self, controller: str) -> None:
         """Check that the parameters are consistent.

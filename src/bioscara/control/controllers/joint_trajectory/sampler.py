@@ -33,6 +33,7 @@ class TrajectorySampler:
         holding: Whether it follows no trajectory.
         waiting: The request to follow next, or None.
         scaling: Current share of the planned speed.
+        commanded_pace: Time on the course per time at the last command.
         share: Share of the chosen scaling to change to.
         collision_checked: Whether the trajectory that it follows, or followed before it held, is
             known to be clear.
@@ -48,10 +49,17 @@ class TrajectorySampler:
         self._desired_start = parameters.interpolate_from_desired_state
         self._splices = parameters.allow_trajectory_replacement
         self._period, self._now = period, time
+        self._decelerations = parameters.decelerations
         self.scaling = self._wanted_scaling = parameters.speed_scaling.initial_scaling_factor
         self.share, self.collision_checked = 1.0, True
         self._least, self._rate = parameters.constraints.least_time_on_cancel, 0.0
         self.waiting: Request | None = None
+        self._pausing: Braked | None = None
+        self._pausing_since = time
+        self.course: Interpolator | Spliced | Braked
+        self.time: float
+        self._commanded_at: tuple[Interpolator | Spliced | Braked, float]
+        self._commanded_time: float
         self.hold(positions, time)
 
     @property
@@ -64,8 +72,21 @@ class TrajectorySampler:
         """Whether it holds, and a ramp to rest has ended."""
         return self.holding and self.waiting is None and self.time >= self.course.duration
 
+    @property
+    def wanted(self) -> float:
+        """Scaling to change to; 0 for a pause."""
+        return self._wanted_scaling * self.share
+
+    @property
+    def paused(self) -> bool:
+        """Whether it rests on a trajectory that a scaling above 0 continues."""
+        return not (self.holding or self.wanted or self.scaling)
+
     def scale(self, factor: float) -> None:
         """Choose the share of the planned speed; in motion it changes gradually.
+
+        0 brings the joints to rest as :meth:`brake` does, but on their path in any case; where
+        there are no decelerations for that, it changes as any other share.
 
         Args:
             factor: 0 pauses; above 1 is faster than planned.
@@ -88,10 +109,20 @@ class TrajectorySampler:
         """
         # At rest the factor may step: the velocity does not, and motion starts with the new factor.
         at_rest = self.holding or self.time > self.course.duration
-        self._scale(self._wanted_scaling * self.share, math.inf if at_rest else period)
-        self.time += (time - self._now) * self.pace
+        in_motion = self.scaling and not at_rest and self._pausing is None
+        if in_motion and not self.wanted and self._decelerations:
+            self._pausing_since = self._commanded_time
+            self._pausing, self._rate = self._braked(), 0.0
+        if self._pausing is None:
+            self._scale(self.wanted, math.inf if at_rest else period)
+            self.time += (time - self._now) * self.pace
+        else:
+            self.time, self.scaling, _ = self._pausing.along(time - self._pausing_since)
+            if not self.scaling:
+                self._pausing = None
         self._now = time
-        if self.waiting is not None:
+        # A ramp to a pause ends on the course that it began on; the next one begins at rest.
+        if self.waiting is not None and self._pausing is None:
             self._take(self.waiting, measured)
         return self.course.sample(self.time)
 
@@ -115,18 +146,20 @@ class TrajectorySampler:
         """Return the desired state one cycle from now, which is commanded now."""
         pace = self.pace
         at = self.time + self._period * pace
+        if self._pausing is not None:
+            at, pace, _ = self._pausing.along(self._now + self._period - self._pausing_since)
         values = self.course.sample(at).values
-        self._commanded, self._commanded_pace = values, pace
+        self._commanded, self.commanded_pace = values, pace
         self._commanded_at = self.course, at
         self._commanded_time = self._now + self._period
         return values
 
     def hold(self, positions: Sequence[float], time: float) -> None:
         """Stay at ``positions`` [rad or m] from ``time`` [s] on."""
-        self.course: Interpolator | Spliced | Braked = standstill(positions)
-        self.holding, self.waiting = True, None
+        self.course = standstill(positions)
+        self.holding, self.waiting, self._pausing = True, None, None
         self.time, self._now = 0.0, time
-        self._commanded, self._commanded_pace = self.course.sample(0.0).values, 1.0
+        self._commanded, self.commanded_pace = self.course.sample(0.0).values, 1.0
         self._commanded_at = self.course, 0.0
         self._commanded_time = time
 
@@ -134,21 +167,32 @@ class TrajectorySampler:
         """Stay at ``positions`` [rad or m] from now on."""
         self.hold(positions, self._now)
 
-    def brake(self, limits: Sequence[float]) -> None:
-        """Come to rest from the last command, at these decelerations [rad/s^2 or m/s^2].
+    def brake(self) -> None:
+        """Come to rest from the last command, at the decelerations of the parameters.
 
-        A collision-checked course stays on its path; else each joint comes to rest on its own.
+        A collision-checked course stays on its path, and so does one that is on the ramp to a
+        pause; else each joint comes to rest on its own.
         """
-        pace, (course, at) = self._commanded_pace, self._commanded_at
+        course, since = self._commanded_at[0], self._commanded_time
         stop: Interpolator | Braked
-        if self.collision_checked and course is self.course and isinstance(course, Interpolator):
-            stop = Braked(course, at, pace, limits, self._period, self._least)
+        if self._pausing is not None:
+            stop, since = self._pausing, self._pausing_since
+        elif self.collision_checked and course is self.course and isinstance(course, Interpolator):
+            stop = self._braked()
         else:
+            pace = self.commanded_pace
             speeds = tuple([velocity * pace for velocity in self._commanded.velocities])
-            stop = deceleration(self._commanded._replace(velocities=speeds), limits)
+            stop = deceleration(self._commanded._replace(velocities=speeds), self._decelerations)
         # The state is changed last: a call that is interrupted before can be repeated.
-        self.course, self.time = stop, self._now - self._commanded_time
-        self.holding, self.waiting = True, None
+        self.course, self.time = stop, self._now - since
+        self.holding, self.waiting, self._pausing = True, None, None
+
+    def _braked(self) -> Braked:
+        """Return the ramp to rest on the course from the last command."""
+        course, at = self._commanded_at
+        # What is not collision-checked is averaged behind the controller: it need not bend here.
+        least = self._least if self.collision_checked else 0.0
+        return Braked(course, at, self.commanded_pace, self._decelerations, self._period, least)
 
     def query(self, time: float, controller: str) -> Sample:
         """Return the desired state of the joints at ``time`` [s].
