@@ -6,10 +6,10 @@ Give it a joint and a bus, for example j2 linux:1; otherwise it turns j1 of a si
 import math
 import sys
 
+from bioscara import load_parameters
 from bioscara.bus.select import open_bus
 from bioscara.clock import MonotonicClock
 from bioscara.drivers import Joint
-from bioscara.model import load_parameters
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 NAME = sys.argv[1] if sys.argv[1:] else "j1"
