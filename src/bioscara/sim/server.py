@@ -12,9 +12,10 @@ from pathlib import Path
 
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.errors import BusUnavailableError
-from bioscara.sim.arm import SimulatedArm
+from bioscara.sim.arm import JOINTS, SimulatedArm
 from bioscara.sim.framing import (
     TEXT_MAX,
+    ArmState,
     Frame,
     FrameKind,
     Host,
@@ -22,6 +23,7 @@ from bioscara.sim.framing import (
     decode_request,
     encode_frame,
     encode_reply,
+    encode_state,
     expect,
     next_frame,
 )
@@ -34,6 +36,8 @@ FRAME_TIMEOUT = 1.0
 """Time that a client has for a whole frame, its HELLO included, and to take a reply [s]."""
 _CLIENTS_MAX = 16
 """Maximum number of connections: the host, and clients that have not sent a HELLO yet."""
+_LOOK_PERIOD = 0.01
+"""Least time between two answers to a program that only looks [s]."""
 _SEQUENCES = 2**32
 _RECEIVE = 2**16
 
@@ -51,6 +55,8 @@ def serve(
     joints keep running when a host vanishes, which is intended, and no client can delay their time:
     one that sends or receives too slowly, or sends an invalid frame, is disconnected. Only its
     owner can access the socket.
+
+    Programs that only look at the arm get its true positions, beside the host and without the bus.
 
     Args:
         arm: The arm.
@@ -80,7 +86,7 @@ class _Client:
     """One connection; nothing here waits for the other side.
 
     Attributes:
-        host: Its identity; None before its HELLO.
+        host: Its identity; None before its HELLO, and for a program that only looks.
         sequence: Number of the next frame from it.
         deadline: Time limit of a transfer in progress, in either direction [s]; None without one.
         due: Time from which the reply may be sent [s].
@@ -141,7 +147,7 @@ class _Client:
         """
         with contextlib.suppress(BlockingIOError):
             del self._outbox[: self.connection.send(self._outbox)]
-        if not self._outbox:
+        if not self._outbox and self.host is not None:
             self.deadline = None
 
     def gone(self) -> bool:
@@ -235,7 +241,9 @@ class _Server:
         frame = client.next_frame(self._wall.now())
         if frame is None:
             return
-        if client.host is None:
+        if client.host is None and frame.kind is FrameKind.LOOK:
+            self._show(client, frame)
+        elif client.host is None:
             self._welcome(client, decode_hello(expect(frame, FrameKind.HELLO, 0)))
         else:
             request = decode_request(expect(frame, FrameKind.REQUEST, client.sequence))
@@ -244,6 +252,14 @@ class _Server:
             due = self._arm.now() + self._offset
             client.reply(encode_frame(FrameKind.REPLY, client.sequence, body), due)
         client.sequence = (client.sequence + 1) % _SEQUENCES
+
+    def _show(self, client: _Client, frame: Frame) -> None:
+        """Answer a LOOK: no bus transaction takes place, and no simulated time passes."""
+        expect(frame, FrameKind.LOOK, client.sequence)
+        arm = self._arm
+        body = encode_state(ArmState(arm.now(), tuple(arm.position(joint) for joint in JOINTS)))
+        due = self._wall.now() + _LOOK_PERIOD
+        client.reply(encode_frame(FrameKind.STATE, client.sequence, body), due)
 
     def _welcome(self, client: _Client, host: Host) -> None:
         for other in tuple(self._clients):
