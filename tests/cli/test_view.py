@@ -81,7 +81,7 @@ def look(
                 return
             time.sleep(0.01)
         for joint, position in moves.items():
-            pages[0][0].move(joint, position)
+            pages[0][0].show({joint: position})
         os.kill(os.getpid(), signal.SIGINT)
 
     before = signal.getsignal(signal.SIGINT)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from bioscara.errors import ConfigurationError
 from bioscara.report.cycles import History
 from bioscara.report.samples import ROW_BYTES, SampleWriter
 from bioscara.report.summary import RunSummary
+from bioscara.whole_files import replacing
 
 SAMPLES, REPORT, PLOT, PICTURE, TRAJECTORY = (
     "samples.csv",
@@ -59,14 +60,14 @@ class RunFolder:
             room = os.statvfs(path)
             samples = SampleWriter(path / SAMPLES, joint_names)
         except OSError as error:
+            _remove_empty(path)
             raise ConfigurationError(
                 f"run folder {path} cannot be written: {error.strerror or error}; "
                 f"name a writable one with --out"
             ) from error
         free, needed = room.f_bavail * room.f_frsize, cycles * ROW_BYTES + _ROOM_FOR_PLOTS
         if free < needed:
-            samples.close()
-            (path / SAMPLES).unlink()
+            cls(path, samples).discard()
             raise ConfigurationError(
                 f"run folder {path} has {free / 1e6:.1f} MB left and the run needs "
                 f"{needed / 1e6:.1f} MB; free some or name another with --out"
@@ -97,25 +98,28 @@ class RunFolder:
             if name == PICTURE and not png.available():
                 continue
             try:
-                self._write_whole(name, write)
+                write(self.path / name)
                 written.append(self.path / name)
             except OSError as error:
                 problems.append(f"{self.path / name} was not written: {error.strerror or error}")
         return written, problems
 
-    def _write_whole(self, name: str, write: Callable[[Path], None]) -> None:
-        """Write one file atomically."""
-        partial = self.path / f"partial-{name}"
-        try:
-            write(partial)
-            partial.replace(self.path / name)
-        except OSError:
-            partial.unlink(missing_ok=True)
-            raise
+    def discard(self) -> None:
+        """Remove the samples of a run that did not begin, and the folder if it is then empty."""
+        self.samples.close()
+        (self.path / SAMPLES).unlink(missing_ok=True)
+        _remove_empty(self.path)
 
 
 def _write_text(path: Path, content: str) -> None:
-    path.write_text(content, encoding="utf-8")
+    with replacing(path) as partial:
+        partial.write_text(content, encoding="utf-8")
+
+
+def _remove_empty(path: Path) -> None:
+    # A folder with other files stays, and so does one that cannot be removed.
+    with suppress(OSError):
+        path.rmdir()
 
 
 def default_path(base: Path, name: str, now: datetime) -> Path:
