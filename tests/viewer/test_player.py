@@ -20,12 +20,12 @@ from bioscara.robot import kinematics_of
 
 pytest.importorskip("viser", reason="pip install 'bioscara[view]': the 3D page")
 
-from bioscara.viewer import readouts  # noqa: E402
-from bioscara.viewer.live import Live  # noqa: E402
-from bioscara.viewer.page import Page  # noqa: E402
-from bioscara.viewer.player import SPEEDS, Player  # noqa: E402
-from bioscara.viewer.recording import Recording  # noqa: E402
-from bioscara.viewer.zones import NEAREST  # noqa: E402
+from bioscara.viewer import readouts
+from bioscara.viewer.live import Live
+from bioscara.viewer.page import Page
+from bioscara.viewer.player import SPEEDS, Player
+from bioscara.viewer.recording import Recording
+from bioscara.viewer.zones import NEAREST
 
 LIMITS = load_parameters().joints
 ARM = kinematics_of(load_parameters())

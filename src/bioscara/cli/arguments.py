@@ -55,7 +55,7 @@ class Options(argparse.Namespace):
         socket: Unix socket on which the simulated arm listens.
         seed: Seed of the simulation.
         port: TCP port of the 3D view.
-        source: What the 3D view shows: a run folder, a trajectory file or a simulated arm that runs;
+        source: What the 3D view shows: a run folder, a trajectory file or a running simulated arm;
             None for sliders, or with a target.
         action: Action on poses.
         table: The file with taught poses; None for :data:`TABLE`.
@@ -245,8 +245,8 @@ def _add_view_command(commands: argparse._SubParsersAction[argparse.ArgumentPars
     view = _add_command(
         commands,
         "view",
-        "Show a run, a trajectory, a plan or a simulated arm in 3D in the browser, or the arm with a "
-        "slider for each joint; nothing moves.",
+        "Show a run, a trajectory, a plan or a running simulated arm in 3D in the browser, or the arm "
+        "with a slider for each joint; nothing moves.",
     )
     view.add_argument(
         "source",

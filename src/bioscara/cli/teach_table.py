@@ -29,7 +29,7 @@ def read_table(options: Options, tool: Tool, *, create: bool = False) -> TeachTa
     Args:
         options: Parsed options.
         tool: The fingers.
-        create: Whether the table is read to be saved.
+        create: Whether the file may be missing although it is named, as it is to be saved.
 
     Raises:
         ConfigurationError: The file cannot be read, or does not exist; names file and line.

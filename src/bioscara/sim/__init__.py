@@ -2,8 +2,8 @@
 
 ``arm`` is the arm with its time, its surroundings and the faults that can be injected;
 ``firmware_bus`` is the bus to it within this process; ``server`` runs it in a separate process, and
-``socket_bus`` is the bus to that process, with the frames of ``framing``. ``onlooker`` looks at that
-arm without using it. ``servo`` simulates the gripper's servo.
+``socket_bus`` is the bus to that process, with the frames of ``framing``. ``onlooker`` reads that
+arm's positions without using it. ``servo`` simulates the gripper's servo.
 """
 
 from bioscara.sim.arm import SimulatedArm as SimulatedArm

@@ -84,7 +84,8 @@ class Player:
         self._shown = self.time, self.playing
         names = [limit.name for limit in self._page.arm.limits]
         self._page.show(dict(zip(names, self._recording.at(self.time), strict=True)))
-        self.slider.value = round(self.time, 2)
+        # Viser's setter does not follow its property, so that mypy does not see it.
+        self.slider.value = round(self.time, 2)  # type: ignore[misc]
         self.button.label = "Pause" if self.playing else "Play"
         phase = self._recording.phase(self.time)
         self._caption.content = readouts.text(

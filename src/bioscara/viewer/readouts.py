@@ -9,9 +9,8 @@ import math
 from collections.abc import Sequence
 from html import escape
 
-from bioscara.kinematics import Pose
+from bioscara.kinematics import Pose, PositionLimits
 from bioscara.planning.collision.scene import NearestPair
-from bioscara.planning.limits import JointLimits
 from bioscara.printing import printable
 
 NEAR_LIMIT = 0.05
@@ -24,7 +23,7 @@ _CELL = "padding:1px 6px 1px 0;white-space:nowrap"
 
 
 def page(
-    limits: Sequence[JointLimits],
+    limits: Sequence[PositionLimits],
     joints: Sequence[float],
     tool: Pose,
     nearest: NearestPair | None,
@@ -56,7 +55,7 @@ def plain(words: str) -> str:
     return escape(printable(words))
 
 
-def joint_row(limit: JointLimits, position: float) -> str:
+def joint_row(limit: PositionLimits, position: float) -> str:
     """Return a joint's position, and a bar that shows it within its range."""
     color, word = _state(limit, position)
     share = (position - limit.lower) / (limit.upper - limit.lower)
@@ -90,7 +89,7 @@ def clearance(nearest: NearestPair | None) -> str:
         words = f"{link} to {other}"
     return (
         f'clearance <b style="font-size:16px;color:{color}">{length(nearest.distance)}</b><br>'
-        f'{words} (red), {margin}{", too near" if close else ""}'
+        f"{words} (red), {margin}{', too near' if close else ''}"
     )
 
 
@@ -114,7 +113,7 @@ def _number(value: float, unit: str) -> str:
     return f"{math.degrees(value) if unit == 'rad' else 1e3 * value:z.1f}"
 
 
-def _state(limit: JointLimits, position: float) -> tuple[str, str]:
+def _state(limit: PositionLimits, position: float) -> tuple[str, str]:
     """Return the colour of a position and a word on it."""
     if not limit.lower - _ROUNDING <= position <= limit.upper + _ROUNDING:
         return _BEYOND, ", beyond the limit"

@@ -56,7 +56,9 @@ class Recording:
         """
         for name in trajectory.joint_names:
             if name not in names:
-                raise TrajectoryError(f"{name} is not a joint of the arm; it has {', '.join(names)}")
+                raise TrajectoryError(
+                    f"{name} is not a joint of the arm; it has {', '.join(names)}"
+                )
         count = min(int(trajectory.duration / _PERIOD) + 2, _ROWS_MAX)
         times = np.linspace(0.0, trajectory.duration, count)
         positions = np.tile(np.asarray(elsewhere, dtype=np.float64), (count, 1))

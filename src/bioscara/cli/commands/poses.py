@@ -72,7 +72,9 @@ def _show(options: Options, parameters: ArmParameters) -> list[str]:
     pose = lookup(options, table.pose, options.name)
     tool = table.tool(pose.tool)
     arm = kinematics_with(parameters, tool)
-    lines = [f"pose {pose.name}, {'built in' if pose in BUILT_IN else f'from {table_file(options)}'}"]
+    lines = [
+        f"pose {pose.name}, {'built in' if pose in BUILT_IN else f'from {table_file(options)}'}"
+    ]
     joints, place, problem = pose.joints, pose.pose_tool_in_base, ""
     if joints is not None:
         place, problem = arm.forward(joints), "; ".join(arm.beyond(joints))
@@ -137,7 +139,7 @@ def _delete(options: Options, parameters: ArmParameters) -> list[str]:
     built_in = any(pose.name == options.name for pose in BUILT_IN)
     # The message that a pose is built in takes precedence over that of a missing file.
     table = (
-        read_table(options, fingers(parameters))
+        read_table(options, fingers(parameters), create=True)
         if built_in
         else load_table(table_file(options), fingers(parameters))
     )
