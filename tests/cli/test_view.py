@@ -67,7 +67,10 @@ def test_a_wrong_port_is_refused(port: str, capsys: pytest.CaptureFixture[str]) 
 
 
 def look(
-    words: list[str], moves: Mapping[str, float], monkeypatch: pytest.MonkeyPatch
+    words: list[str],
+    moves: Mapping[str, float],
+    monkeypatch: pytest.MonkeyPatch,
+    ready: Callable[[], bool] = lambda: True,
 ) -> tuple[int, dict[str, float]]:
     """Show the arm, move sliders, and press Ctrl-C; return status and where the sliders began."""
     from bioscara.viewer import page as module  # noqa: PLC0415
@@ -83,7 +86,7 @@ def look(
 
     def person() -> None:
         deadline = time.monotonic() + 20.0
-        while not pages or signal.getsignal(signal.SIGINT) is before:
+        while not pages or not ready() or signal.getsignal(signal.SIGINT) is before:
             if time.monotonic() > deadline:
                 return
             time.sleep(0.01)
@@ -199,7 +202,7 @@ def test_a_motion_is_played(
 
     monkeypatch.setattr(Player, "step", step)
     capsys.readouterr()
-    status, _ = look(words.split(), {}, monkeypatch)
+    status, _ = look(words.split(), {}, monkeypatch, lambda: bool(seen))
     assert (status, capsys.readouterr().err) == (0, "")
     recording = seen[0]._recording
     assert recording.title == title

@@ -245,8 +245,8 @@ def _add_view_command(commands: argparse._SubParsersAction[argparse.ArgumentPars
     view = _add_command(
         commands,
         "view",
-        "Show a run, a trajectory, a plan or a running simulated arm in 3D in the browser, or the arm "
-        "with a slider for each joint; nothing moves.",
+        "Show a run, a trajectory, a plan or a running simulated arm in 3D in the browser, or the "
+        "arm with a slider for each joint; nothing moves.",
     )
     view.add_argument(
         "source",
