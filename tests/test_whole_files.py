@@ -3,26 +3,13 @@
 from __future__ import annotations
 
 import os
-import resource
 import stat
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 
 from bioscara.whole_files import replacing
-
-
-@contextmanager
-def full_after(size: int) -> Iterator[None]:
-    """Make every file that grows beyond ``size`` bytes fail, as on a full disk."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+from full_disk import full_after
 
 
 def write(path: Path, data: bytes) -> None:

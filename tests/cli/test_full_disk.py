@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.cli import main
-from test_whole_files import full_after
+from full_disk import full_after
 
 TRAJECTORY = Path(__file__).parents[1] / "data" / "planned_pilz_ptp.yaml"
 GOAL = ["--joints", "0.3", "0.1", "0.8", "-0.4"]

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from bioscara.drivers import Gripper, Pwm, calibrate
 from bioscara.errors import GripperError, InvalidArgumentError
 from bioscara.model import PwmOutput, load_parameters
-from drivers.sysfs import Kernel
+from drivers.gripper.sysfs import Kernel
 
 PARAMETERS = load_parameters().gripper
 PERIOD_NS = 20_000_000

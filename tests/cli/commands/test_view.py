@@ -25,10 +25,10 @@ from bioscara.planning.files.scene_file import read_scene
 from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
 from bioscara.report.samples import header, row
 from bioscara.robot import kinematics_of
-from cli.pictures import expected
+from cli.commands.pictures import expected
 
 NAMES = ("j1", "j2", "j3", "j4")
-EXAMPLE = Path(__file__).parents[2] / "examples" / "scene.yaml"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "scene.yaml"
 needs_viser = pytest.mark.skipif(
     importlib.util.find_spec("viser") is None, reason="needs bioscara[view]"
 )
