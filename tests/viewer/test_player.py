@@ -26,7 +26,9 @@ from bioscara.viewer.page import Page
 from bioscara.viewer.player import SPEEDS, Player
 from bioscara.viewer.recording import Recording
 from bioscara.viewer.zones import NEAREST
+from viewer.browser import Browser, wait
 
+pytestmark = pytest.mark.realtime
 LIMITS = load_parameters().joints
 ARM = kinematics_of(load_parameters())
 NAMES = tuple(limit.name for limit in LIMITS)
@@ -108,6 +110,24 @@ def test_going_to_a_time_pauses(player: Player, page: Page, to: float, there: fl
         player.step(now)
         assert (player.time, player.playing) == (there, False)
         assert page.joints() == pytest.approx(RECORDING.at(there))
+
+
+def test_the_slider_and_the_button_of_the_browser_do_the_same(player: Player, page: Page) -> None:
+    browser = Browser(page)
+    try:
+        player.toggle()
+        uuid = player.slider._impl.uuid
+        browser.say(type="GuiUpdateMessage", uuid=uuid, updates={"value": 2.5})
+        wait(lambda: player._wanted == 2.5)
+        player.step(100.1)
+        assert (player.time, player.playing) == (2.5, False)
+        uuid = player.button._impl.uuid
+        browser.say(type="GuiUpdateMessage", uuid=uuid, updates={"value": True})
+        wait(lambda: player.playing)
+    finally:
+        browser.close()
+    player.step(100.3)
+    assert player.time == pytest.approx(2.7)
 
 
 def test_the_path_of_the_tool_is_shown(player: Player, page: Page) -> None:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import socket
-import time
 import urllib.request
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
@@ -26,6 +25,7 @@ from bioscara.viewer.kinematic_tree import KinematicTree  # noqa: E402
 from bioscara.viewer.page import Page  # noqa: E402
 from bioscara.viewer.sliders import Sliders  # noqa: E402
 from bioscara.viewer.zones import edges, solid  # noqa: E402
+from viewer.browser import Browser, wait  # noqa: E402
 
 pytestmark = pytest.mark.realtime
 
@@ -57,30 +57,6 @@ def sliders(page: Page) -> Sliders:
     return Sliders(page)
 
 
-class Browser:
-    """A message from a browser's page to the server."""
-
-    def __init__(self, page: Page) -> None:
-        self._msgspec = pytest.importorskip("msgspec.msgpack")
-        client = pytest.importorskip("websockets.sync.client")
-        self._socket = client.connect(
-            page.url.replace("http", "ws"),
-            subprotocols=[f"viser-v{viser.__version__}"],
-            max_size=None,
-        )
-        # A page counts once it has reported the position of its camera.
-        self.say(
-            type="ViewerCameraMessage", wxyz=[1, 0, 0, 0], position=[1, 1, 1], fov=1.0, near=0.1,
-            far=9.0, image_height=100, image_width=100, look_at=[0, 0, 0], up_direction=[0, 0, 1],
-        )  # fmt: skip
-
-    def say(self, **message: object) -> None:
-        self._socket.send(self._msgspec.encode(message))
-
-    def close(self) -> None:
-        self._socket.close()
-
-
 @pytest.fixture
 def browser(page: Page) -> Iterator[Browser]:
     browser = Browser(page)
@@ -96,13 +72,6 @@ def listening(port: int) -> Iterator[int]:
             server.bind(("127.0.0.1", port))
             server.listen()
         yield server.getsockname()[1]
-
-
-def wait(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 10.0
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
 
 
 def tool(page: Page) -> tuple[Any, float]:

@@ -6,8 +6,8 @@ const decimals = (step) => {
   }
   return 15;
 };
-// The addition of 0 turns the -0 of a rounded small number into 0.
-const fixed = (value, digits) => (Number(value.toFixed(digits)) + 0).toFixed(digits);
+// Rounded twice, because a small negative number becomes -0 first, and 0 then.
+const fixed = (value, digits) => Number(value.toFixed(digits)).toFixed(digits);
 const tickLabels = (ticks, step) => ticks.map((tick) => (tick == null ? "" : fixed(tick, decimals(step))));
 // A value beside the chart gets decimals for a thousandth of the visible range, but not more than the
 // data have: seven significant digits.
