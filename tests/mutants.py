@@ -1026,7 +1026,7 @@ MUTANTS = (
     Mutant(
         "quiet time in a cycle",
         "group._exchange",
-        "now < timing.quiet_until",
+        "joint.session.paused",
         "False",
         ORIGINAL,
     ),
