@@ -969,14 +969,14 @@ MUTANTS = (
     ),
     Mutant(
         "a teach file is on the disk before it replaces another",
-        "save_table",
+        "replacing",
         "os.fsync(file.fileno())",
-        "",
+        "pass",
         TEACH_FILE,
     ),
     Mutant(
         "the name of a teach file is on the disk",
-        "save_table",
+        "replacing",
         "os.fsync(folder)",
         "pass",
         TEACH_FILE,

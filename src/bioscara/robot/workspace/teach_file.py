@@ -16,11 +16,9 @@ The last line is part of the schema: a truncated YAML file would often still be 
 
 from __future__ import annotations
 
-import errno
 import fcntl
 import io
 import os
-import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import asdict
@@ -34,6 +32,7 @@ from bioscara.model.validation import Checked, Name, Text, Within
 from bioscara.model.yaml_file import NODES_MAX, SIZE_MAX, YamlFile, read_text
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
 from bioscara.robot.workspace.tools import FINGERS, MASS_MAX, OFFSET_MAX, Tool
+from bioscara.whole_files import replacing
 
 SCHEMA = 1
 """Version of the schema that is read and written."""
@@ -133,25 +132,8 @@ def save_table(path: Path, table: TeachTable) -> None:
             "keep them in two files"
         )
     try:
-        goal = Path(os.path.realpath(path))
-        if goal.is_symlink():  # only a loop of links resolves to a link
-            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
-        temporary = goal.with_name(f".{goal.name}.{secrets.token_hex(8)}.new")
-        try:
-            with temporary.open("xb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            if goal.exists():
-                temporary.chmod(goal.stat().st_mode & 0o777)
-            temporary.replace(goal)
-        finally:
-            temporary.unlink(missing_ok=True)
-        folder = os.open(goal.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
+        with replacing(path) as partial:
+            partial.write_bytes(data)
     except OSError as error:
         raise _unkept(path, error) from error
 
