@@ -15,7 +15,7 @@ from bioscara.bus import Transaction
 from bioscara.errors import BusUnavailableError
 from bioscara.sim import Onlooker, SimulatedArm, SocketBus, serve
 from bioscara.sim.arm import JOINTS
-from bioscara.sim.framing import ArmState, encode_state, (
+from bioscara.sim.framing import (
     ArmState,
     FrameKind,
     decode_state,
