@@ -43,21 +43,25 @@ MANAGER = (
     "tests/control/manager/test_manager_rules.py",
     "tests/control/manager/test_cycle_rules.py",
 )
-TURN = ("tests/robot/test_call_arbiter.py",)
+TURN = ("tests/robot/connection/test_call_arbiter.py",)
 LIFECYCLE = ("tests/hardware/test_lifecycle.py",)
 CLEARANCE = ("tests/control/limits/test_clearance.py",)
 SUPERVISOR = ("tests/control/faults/test_supervisor.py",)
 TOOL_SPEED = ("tests/control/limits/test_tool_speed.py",)
 FLIGHT_RECORD = ("tests/control/faults/test_flight_record.py",)
-TEACH_FILE = ("tests/robot/test_teach_table.py",)
-GREETING = ("tests/drivers/test_handshake.py",)
-ORIGINAL = ("tests/drivers/test_original.py", "tests/hardware/test_original_joints.py")
+TEACH_FILE = ("tests/robot/workspace/test_teach_table.py",)
+GREETING = ("tests/drivers/link/test_handshake.py",)
+ORIGINAL = ("tests/drivers/link/test_original.py", "tests/hardware/test_original_joints.py")
 SOCKET = ("tests/sim/test_socket_bus.py",)
 EMULATED_BUS = ("tests/firmware/test_emulated_bus.py",)
 EMULATED_JOINT = ("tests/firmware/test_emulated_joint.py",)
 EMULATED_BOOTLOADER = ("tests/firmware/test_emulated_bootloader.py",)
 EMULATED_TIMING = ("tests/firmware/test_emulated_timing.py",)
-FLASH = ("tests/flashing", "tests/cli/test_flash.py", "tests/cli/test_flash_on_bus.py")
+FLASH = (
+    "tests/flashing",
+    "tests/cli/commands/test_flash.py",
+    "tests/cli/commands/test_flash_on_bus.py",
+)
 
 MUTANTS = (
     Mutant(
@@ -541,28 +545,28 @@ MUTANTS = (
         "Session.exchange",
         "unanswered and remaining",
         "False",
-        ("tests/drivers/test_damaged_frames.py",),
+        ("tests/drivers/link/test_damaged_frames.py",),
     ),
     Mutant(
         "the end of an interrupted motion",
         "MotionExecution._rest",
         "supervisor.halt(now)",
         "",
-        ("tests/robot/test_pose_motions.py",),
+        ("tests/robot/motions/test_pose_motions.py",),
     ),
     Mutant(
         "the way of a motion that is cancelled",
         "TrajectorySampler.brake",
         "self.collision_checked",
         "not self.collision_checked",
-        ("tests/robot/test_pose_motions.py",),
+        ("tests/robot/motions/test_pose_motions.py",),
     ),
     Mutant(
         "the way of a jog that breaks off",
         "_STOPPABLE",
         "JointTrajectoryController, JogController",
         "(JointTrajectoryController,)",
-        ("tests/robot/test_pose_motions.py",),
+        ("tests/robot/motions/test_pose_motions.py",),
     ),
     Mutant(
         "pairs left out by the broad phase",
@@ -576,7 +580,7 @@ MUTANTS = (
         "RobotGripper.move",
         "self._check_width(width)",
         "pass",
-        ("tests/robot/test_beside_itself.py",),
+        ("tests/robot/motions/test_beside_itself.py",),
     ),
     Mutant(
         "position of the jaws at the gripper's width",
@@ -590,7 +594,7 @@ MUTANTS = (
         "Scene.check",
         "(end < floor)[pushed].any()",
         "False",
-        ("tests/robot/test_beside_itself.py",),
+        ("tests/robot/motions/test_beside_itself.py",),
     ),
     Mutant(
         "evaluation of the parts inside near hulls",
@@ -611,42 +615,42 @@ MUTANTS = (
         "ArmMotions.execute",
         "self._checked(plan.trajectory, planned=True)",
         "plan.trajectory",
-        ("tests/robot/test_execution.py",),
+        ("tests/robot/motions/test_execution.py",),
     ),
     Mutant(
         "commands that fall behind the plan",
         "_following",
         "allowed(joint, version, joint.max_velocity) + _late(joint, parameters)",
         "0.0",
-        ("tests/robot/test_execution.py",),
+        ("tests/robot/motions/test_execution.py",),
     ),
     Mutant(
         "arrival where the plan ends",
         "_following",
         '"goal": tolerances.goal,',
         "",
-        ("tests/robot/test_execution.py",),
+        ("tests/robot/motions/test_execution.py",),
     ),
     Mutant(
         "rest after a motion that was given up",
         "MotionExecution.follow",
         "self._come_to_rest(zero)",
         "",
-        ("tests/robot/test_execution.py",),
+        ("tests/robot/motions/test_execution.py",),
     ),
     Mutant(
         "no path from beyond a limit",
         "Planner._require_within_limits",
         "problems:",
         "False:",
-        ("tests/robot/test_execution.py",),
+        ("tests/robot/motions/test_execution.py",),
     ),
     Mutant(
         "what joints latched before is a fault of the arm",
         "ArmSession.connect",
         "stack.latch(self.arm.latched(Flags.FAULT | Flags.STALL), self.clock.now())",
         "",
-        ("tests/robot/test_connection.py",),
+        ("tests/robot/connection/test_connection.py",),
     ),
     Mutant(
         "a command does not move an arm that was stopped before",
@@ -821,7 +825,7 @@ MUTANTS = (
         "safe_stop._attempt",
         "(KeyboardInterrupt, SystemExit)",
         "ZeroDivisionError",
-        ("tests/robot/test_leaving.py",),
+        ("tests/robot/connection/test_leaving.py",),
     ),
     Mutant(
         "path tolerance of a trajectory",
@@ -926,7 +930,7 @@ MUTANTS = (
         "Stack.__init__",
         "collision_guard, self.",
         "",
-        ("tests/robot/test_pose_motions.py",),
+        ("tests/robot/motions/test_pose_motions.py",),
     ),
     Mutant(
         "a tool whose speed is not known stands still",
@@ -947,7 +951,7 @@ MUTANTS = (
         "Session._rejoin",
         "or now.boot_id != before.boot_id",
         "",
-        ("tests/drivers/test_damaged_frames.py",),
+        ("tests/drivers/link/test_damaged_frames.py",),
     ),
     Mutant(
         "a flight record is whole or does not exist",
@@ -1022,7 +1026,7 @@ MUTANTS = (
     Mutant(
         "quiet time in a cycle",
         "group._exchange",
-        "now < timing.quiet_until",
+        "joint.session.paused",
         "False",
         ORIGINAL,
     ),

@@ -83,6 +83,20 @@ def test_the_readme_lists_every_document_once() -> None:
     assert sorted(linked) == sorted(path.name for path in (ROOT / "docs").glob("*.md"))
 
 
+def test_tests_have_the_folders_of_the_sources_and_those_that_contributing_names() -> None:
+    tracked = [path.relative_to(ROOT).as_posix() for path in _tracked() if path.is_file()]
+    packages = set(
+        re.findall(r"^src/bioscara/(.+)/__init__\.py$", "\n".join(tracked), re.MULTILINE)
+    )
+    folders = set(re.findall(r"^tests/(.+)/[^/]+$", "\n".join(tracked), re.MULTILINE))
+    text = (ROOT / "CONTRIBUTING.md").read_text()
+    sentence = re.search(r"Without counterpart are ([^.]+)\.", text)
+    assert sentence
+    others = set(re.findall(r"`(\w+)/`", sentence[1]))
+    assert not packages & others
+    assert folders == packages | others
+
+
 def test_every_mutant_still_finds_its_guard() -> None:
     stale = []
     for mutant in MUTANTS:

@@ -13,7 +13,7 @@ from bioscara.hardware import ArmHardware, LifecycleState
 from bioscara.protocol import Register, ResetCause
 from bioscara.robot import Robot
 from control.control_stack import PARAMETERS
-from drivers.test_original import Timed
+from drivers.link.test_original import Timed
 from simulated import World
 
 

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from bioscara.drivers import Gripper, Pwm, calibrate
 from bioscara.errors import GripperError, InvalidArgumentError
 from bioscara.model import PwmOutput, load_parameters
-from drivers.sysfs import Kernel
+from drivers.gripper.sysfs import Kernel
 
 PARAMETERS = load_parameters().gripper
 PERIOD_NS = 20_000_000
@@ -324,6 +324,10 @@ def test_calibration_refuses_points_without_a_line(
 def test_outputs_are_tried_in_order(kernel: Kernel) -> None:
     kernel.add_chip(0, "second.pwm")
     chip = kernel.add_chip(1, "first.pwm")
-    output = Pwm((PwmOutput("first.pwm", 1), PwmOutput("second.pwm", 0)), kernel, kernel.root)
+    output = Pwm(
+        (PwmOutput(device="first.pwm", channel=1), PwmOutput(device="second.pwm", channel=0)),
+        kernel,
+        kernel.root,
+    )
     output.start(0.02, 0.001)
     assert kernel.value(chip / "pwm1", "enable") == 1

@@ -23,7 +23,7 @@ from bioscara.protocol import Register
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
 
-DATA = Path(__file__).parents[1] / "data"
+DATA = Path(__file__).parents[2] / "data"
 PTP = str(DATA / "planned_pilz_ptp.yaml")
 TOO_FAST = str(DATA / "planned_time_optimal.yaml")
 LIMITS = {joint.name: joint for joint in load_parameters().joints}

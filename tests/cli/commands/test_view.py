@@ -19,9 +19,9 @@ import pytest
 from bioscara.cli import main
 from bioscara.model import load_parameters
 from bioscara.planning.files.scene_file import read_scene
-from cli.pictures import expected
+from cli.commands.pictures import expected
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "scene.yaml"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "scene.yaml"
 needs_viser = pytest.mark.skipif(
     importlib.util.find_spec("viser") is None, reason="needs bioscara[view]"
 )

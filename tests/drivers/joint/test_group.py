@@ -165,7 +165,7 @@ def test_the_third_bad_cycle_in_a_row_is_a_lost_joint(v1: bool) -> None:
     setpoints = here(joints)
     track(joints, setpoints)
     if v1:
-        # A joint that does not acknowledge is lost at once: tests/drivers/test_original.py.
+        # A joint that does not acknowledge is lost at once: tests/drivers/link/test_original.py.
         world.bus.lose(Direction.OUT, When(address=0x14))
     else:
         world.bus.off(When(address=0x14))

@@ -16,11 +16,11 @@ from bioscara.planning import read, write_csv
 from bioscara.planning.files.scene_file import read_scene
 from bioscara.planning.motions.point_to_point import point_to_point
 from bioscara.robot.planner import Planner
-from cli.pictures import PARAMETERS, expected, size
+from cli.commands.pictures import PARAMETERS, expected, size
 
 pytest.importorskip("matplotlib")
 
-EXAMPLE = Path(__file__).parents[2] / "examples" / "scene.yaml"
+EXAMPLE = Path(__file__).parents[3] / "examples" / "scene.yaml"
 CENTER = (0.0, 0.2, 0.0, 0.0)
 PLATE = (0.3, 0.1, 0.8, -0.4)
 WAY = tuple(0.5 * (a + b) for a, b in zip(START, PLATE, strict=True))
