@@ -22,6 +22,7 @@ from bioscara.robot.operations.homing_order import BEFORE, FOLDED
 from bioscara.sim import FirmwareBus, SimulatedArm
 from oracle.oracle import HAND, JAWS, Hit, Oracle
 from oracle.plant import ELBOW, LOWER, NAMES, UPPER, Array, dense, too_near
+from simulated import turn_by_hand
 
 STARTS = int(os.environ.get("BIOSCARA_HOMING_STARTS", "60"))
 """Number of random starts from which homing is checked."""
@@ -189,9 +190,7 @@ def test_a_wrist_beside_a_folded_elbow_is_not_turned(homed: Standing) -> None:
         robot.home(on_cycle=homed.look)
     assert homed.rows == []
     robot.disable()
-    for place in np.linspace(homed.arm.position("j3"), 2.0, 600):
-        homed.arm.set_position("j3", place)
-        homed.arm.run(0.01)
+    turn_by_hand(homed.arm, "j3", 2.0)
     robot.home(on_cycle=homed.look)
     assert homed.seen()[-1, 3] == pytest.approx(ENDS[3], abs=5e-3)
 
