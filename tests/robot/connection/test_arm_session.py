@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.robot.connection.test_call_arbiter import NEAR, Gate, Other, Scene
+from tests.robot.operations.test_arbiter import NEAR, Gate, Other, Scene
 
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.control.faults.supervisor import FaultState
