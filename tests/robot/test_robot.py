@@ -257,7 +257,7 @@ def test_the_tool_speed_is_limited_unless_reduced_speed_is_off(homed: Scene) -> 
 def test_the_jaws_reach_the_commanded_width(homed: Scene, tmp_path: Path) -> None:
     with Robot.simulated(evidence=tmp_path) as robot:
         assert math.isnan(robot.gripper.width)
-        result = robot.gripper.move(0.06)
+        result = robot.gripper.move(0.06).result()
         assert result.reached_goal
         assert robot.gripper.width == pytest.approx(0.06, abs=1e-5)
         with pytest.raises(GoalRejectedError, match=r"0\.5 m is outside 0\.04 \.\. 0\.12 m"):
@@ -281,7 +281,7 @@ def test_a_width_that_cannot_be_stored_is_refused_and_the_grip_holds(
         assert robot._servo.pulse() == pulse  # type: ignore[attr-defined]
         assert robot.faults == ()
         full.rmdir()
-        assert robot.gripper.move(width).reached_goal
+        assert robot.gripper.move(width).result().reached_goal
         assert robot.gripper.width == pytest.approx(width, abs=1e-5)
 
 
@@ -297,7 +297,7 @@ def test_a_gripper_whose_width_was_not_stored_on_release_works_again(
             robot.gripper.disable()
         assert robot._servo.pulse() is None  # type: ignore[attr-defined]
         full.rmdir()
-        assert robot.gripper.move(0.06).reached_goal
+        assert robot.gripper.move(0.06).result().reached_goal
 
 
 def test_a_stop_before_a_motion_does_not_affect_it(homed: Scene) -> None:

@@ -209,7 +209,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "TeachTable.pose": (robot.table.pose, {"name": "center"}),
         "TeachTable.with_tool": (robot.table.with_tool, {"tool": Tool("needle", here, 0.1)}),
         "TeachTable.with_pose": (
-            plan.table.with_pose,
+            robot.table.with_pose,
             {"pose": NamedPose("plate", Joints(*HALF))},
         ),
         "TeachTable.without_pose": (robot.table.without_pose, {"name": "plate"}),

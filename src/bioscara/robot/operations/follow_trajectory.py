@@ -58,6 +58,12 @@ class FollowTrajectory(Operation[None]):
         self._elapsed: Callable[[], float] = lambda: 0.0
 
     @property
+    def paths(self) -> list[Trajectory]:
+        """The trajectories that the arm follows: the ramp to the start, if any, and the plan's."""
+        planned = [] if self.plan is None else [self.plan.trajectory]
+        return planned if self._ramp is None else [self._ramp, *planned]
+
+    @property
     def progress(self) -> float:
         """Share of the planned time that has passed on the trajectory, 0 to 1."""
         if self.done and self.error is None:

@@ -51,8 +51,13 @@ class MoveGripper(Operation[GripperResult]):
         arm.stack.gripper.check(GripperGoal((self._width,)))
         # First, so that a motion which is planned meanwhile already keeps clear of the travel.
         arm.jaws.begin_travel(self._width)
-        workspace, trajectory = arm.workspace, self._arm_motion.plan.trajectory
-        workspace.surroundings.check(workspace.kinematics, trajectory, arm.positions())
+        try:
+            workspace, here = arm.workspace, arm.positions()
+            for path in self._arm_motion.paths:
+                workspace.surroundings.check(workspace.kinematics, path, here)
+        except BaseException:
+            arm.jaws.refuse_travel()
+            raise
 
     def cycles(self, arm: Arm) -> Cycles[GripperResult]:
         """Send the goal and wait for its end."""
@@ -61,6 +66,10 @@ class MoveGripper(Operation[GripperResult]):
         yield from drive(arm)
         message = GripperGoal((self._width,))
         stack.gripper.check(message)
+        if _arm_motion(arm, self) is None:
+            # The arm may have been pushed since the last cycle.
+            stack.loop.restart()
+            yield None
         motion = _arm_motion(arm, self)
         if motion is None:
             with suppress(NotHomedError):
