@@ -12,6 +12,7 @@ from copy import copy
 from dataclasses import replace
 
 import numpy as np
+from bioscara.robot.motions.execution import MotionExecution
 
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import FollowingError, GoalAbortedError, StalledError
@@ -22,7 +23,6 @@ from bioscara.planning.collision.shapes import Prism
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
 from bioscara.robot.connection.stack import GRIPPER, HOLD
-from bioscara.robot.motions.execution import MotionExecution
 from bioscara.robot.planner import Planner
 from bioscara.sim import FirmwareBus
 from oracle.oracle import HAND, LINKS, Oracle, load

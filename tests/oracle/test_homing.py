@@ -14,11 +14,11 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pytest
+from bioscara.robot.motions.homing_order import BEFORE, FOLDED
 
 from bioscara.errors import HomingError
 from bioscara.model import load_parameters
 from bioscara.robot import Robot
-from bioscara.robot.motions.homing_order import BEFORE, FOLDED
 from bioscara.sim import FirmwareBus, SimulatedArm
 from oracle.oracle import HAND, JAWS, Hit, Oracle
 from oracle.plant import ELBOW, LOWER, NAMES, UPPER, Array, dense, too_near

@@ -169,7 +169,9 @@ PUSHED = (0.0, 0.001, 2.303, -3.0)
 
 def test_an_arm_pushed_against_itself_may_only_move_away() -> None:
     arm = Beside(PUSHED, (0.08, 0.08))
-    elbow = next(at for at in np.arange(2.3, 2.5, 1e-4) if arm.clearance((*PUSHED[:2], at, PUSHED[3])) < 2e-3)
+    elbow = next(
+        at for at in np.arange(2.3, 2.5, 1e-4) if arm.clearance((*PUSHED[:2], at, PUSHED[3])) < 2e-3
+    )
     arm.here = (*PUSHED[:2], float(elbow), PUSHED[3])
     begin = arm.clearance()
     assert begin == pytest.approx(2e-3, abs=1e-4)

@@ -125,9 +125,15 @@ class Fuzz:
                 ("home", lambda: robot.home(on_cycle=self.observe)),
                 ("move", lambda: robot.move_joints(near, on_cycle=self.observe, timeout=timeout)),
                 ("move", lambda: robot.move_joints(near, on_cycle=self.observe)),
-                ("move", lambda: robot.move_joints(near, velocity_scaling=0.3, on_cycle=self.observe)),
+                (
+                    "move",
+                    lambda: robot.move_joints(near, velocity_scaling=0.3, on_cycle=self.observe),
+                ),
                 ("move_to", lambda: robot.move_to(Pose(0.45, uniform(-0.2, 0.2), 0.25))),
-                ("jog", lambda: robot.jog(self.velocities(), on_cycle=self.observe, timeout=timeout)),
+                (
+                    "jog",
+                    lambda: robot.jog(self.velocities(), on_cycle=self.observe, timeout=timeout),
+                ),
                 ("grip", lambda: robot.gripper.move(uniform(0.038, 0.13))),
                 ("let go", robot.gripper.disable),
                 ("enable", robot.enable),

@@ -206,9 +206,7 @@ def test_an_aborted_jog_stops_on_its_checked_path(robot: Robot, error: type[Base
 
         try:
             with pytest.raises(error):
-                robot.jog(
-                    velocities, on_cycle=lambda _, rows=rows: rows.append(commanded(robot))
-                )
+                robot.jog(velocities, on_cycle=lambda _, rows=rows: rows.append(commanded(robot)))
         finally:
             robot.scene = Scene()
         assert rows[-1] == pytest.approx(rows[-3], abs=1e-9)

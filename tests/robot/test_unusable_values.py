@@ -20,7 +20,6 @@ from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.planner import Planner
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
 from bioscara.robot.workspace.tools import FINGERS, Tool
-from bioscara.robot.workspace.workspace import Workspace
 from simulated import simulated_robot
 from unusable_values import Parts, judge
 
@@ -48,6 +47,9 @@ class World:
         before, now = self._before, self.where()
         self._before = now
         robot = self.robot
+        for operation in robot._arm.operations:
+            operation.cancel()
+            operation.wait(30.0)
         robot.speed_override = 1.0
         if robot.faults:
             return f"a fault is latched: {robot.faults[0]}"

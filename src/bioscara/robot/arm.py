@@ -228,7 +228,9 @@ class Arm:
         """
         self._take_turn()
         try:
-            self.stack.loop.restart()
+            # A thread for one operation may begin after that was ended by a shutdown.
+            if self.session.connected:
+                self.stack.loop.restart()
             while self._operations or not ended():
                 try:
                     self.step(idle=True)
