@@ -14,6 +14,7 @@ from bioscara.model import load_parameters
 from bioscara.planning.motions.jog import ToolVelocity
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.robot import Robot
+from bioscara.robot.workspace.tools import Tool
 from simulated import homed_robot
 
 ARM = load_parameters()
@@ -100,6 +101,18 @@ def test_invalid_arguments_are_refused_and_nothing_moves(
     with pytest.raises(InvalidArgumentError, match=complaint):
         call(robot)
     assert robot.state.positions == pytest.approx(before, abs=1e-3)
+
+
+def test_the_tool_cannot_be_changed_without_the_kinematics(robot: Robot) -> None:
+    fingers, table, before = robot.tool, robot.table, robot.kinematics.forward(HALF)
+    with pytest.raises(AttributeError, match="tool"):
+        robot.plan.workspace.tool = fingers  # type: ignore[misc]  # it is frozen
+    robot.table = table.with_tool(Tool("rod", Pose(0.1, 0.0, -0.2), 0.5))
+    robot.tool = "rod"
+    assert robot.kinematics.forward(HALF) == robot.plan.kinematics.forward(HALF) != before
+    robot.tool = fingers
+    assert robot.kinematics.forward(HALF) == robot.plan.kinematics.forward(HALF) == before
+    robot.table = table
 
 
 def test_a_misspelt_attribute_is_refused(robot: Robot) -> None:
