@@ -49,6 +49,7 @@ CLEARANCE = ("tests/control/limits/test_clearance.py",)
 SUPERVISOR = ("tests/control/faults/test_supervisor.py",)
 TOOL_SPEED = ("tests/control/limits/test_tool_speed.py",)
 FLIGHT_RECORD = ("tests/control/faults/test_flight_record.py",)
+OPERATIONS = ("tests/robot/operations/test_operations.py",)
 TEACH_FILE = ("tests/robot/workspace/test_teach_table.py",)
 GREETING = ("tests/drivers/link/test_handshake.py",)
 ORIGINAL = ("tests/drivers/link/test_original.py", "tests/hardware/test_original_joints.py")
@@ -658,6 +659,34 @@ MUTANTS = (
         "options.acknowledge or not robot.faults",
         "True",
         ("tests/cli/test_latched.py",),
+    ),
+    Mutant(
+        "a callback does not wait for its own motion",
+        "Arm.require_outside",
+        "self._stepper is threading.current_thread()",
+        "False",
+        OPERATIONS,
+    ),
+    Mutant(
+        "jaws along the motion that the arm is making",
+        "MoveGripper.prepare",
+        "scene.check(kinematics, path, start)",
+        "pass",
+        OPERATIONS,
+    ),
+    Mutant(
+        "jaws at the narrow start of the motion that the arm is making",
+        "MoveGripper.prepare",
+        "scene.check_standing(kinematics, start, before)",
+        "pass",
+        OPERATIONS,
+    ),
+    Mutant(
+        "jaws that were refused count as where they were",
+        "MoveGripper.prepare",
+        "arm.jaws.refuse_travel()",
+        "pass",
+        OPERATIONS,
     ),
     Mutant(
         "one call at a time uses the arm",
