@@ -424,7 +424,7 @@ def test_homing_begun_while_the_robot_is_paused_waits_or_is_stopped(unhomed: Way
     with pytest.raises(MotionCancelledError):
         unhomed.run(Home(on_cycle=At(cycle_30=robot.stop)))
     robot.pause()
-    unhomed.run(Home(on_cycle=At(cycle_30=resume)))
+    unhomed.run(Home(on_cycle=At(cycle_150=resume)))
     assert "home() begins paused: it moves after resume()" in robot.warnings
     assert robot.is_homed
 
