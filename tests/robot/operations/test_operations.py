@@ -674,12 +674,15 @@ def test_a_motion_goes_on_when_the_event_loop_of_a_task_is_closed(
     with connected(arm, tmp_path, watched=watched) as way:
         gate, loop = Gate(), asyncio.new_event_loop()
         motion = way.robot.move_joints(GOAL, on_cycle=At(cycle_30=gate.wait), wait=False)
+        others = threading.Event()
+        motion.when_done(others.set)
         task = loop.create_task(wait_for(motion))
         gate.reached()
         loop.run_until_complete(asyncio.sleep(0.0))
         loop.close()
         gate.open()
         assert motion.result(LONG) is None
+        assert others.wait(LONG), "whoever else waits is notified"
         assert not task.done()
         way.goes_on()
 
