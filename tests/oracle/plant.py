@@ -11,7 +11,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
-from bioscara.robot.motions.execution import MotionExecution
 
 from bioscara.control.controllers.forward_command_controller import ForwardCommandController
 from bioscara.errors import FollowingError, GoalAbortedError, StalledError

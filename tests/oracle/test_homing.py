@@ -14,7 +14,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 import pytest
-from bioscara.robot.motions.homing_order import BEFORE, FOLDED
 
 from bioscara.errors import HomingError
 from bioscara.model import load_parameters
