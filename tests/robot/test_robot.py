@@ -260,7 +260,7 @@ def test_the_jaws_reach_the_commanded_width(homed: Scene, tmp_path: Path) -> Non
         result = robot.gripper.move(0.06).result()
         assert result.reached_goal
         assert robot.gripper.width == pytest.approx(0.06, abs=1e-5)
-        with pytest.raises(GoalRejectedError, match=r"0\.5 m is outside 0\.04 \.\. 0\.12 m"):
+        with pytest.raises(GoalRejectedError, match=r"0\.5 m is outside 0\.04 \.\. 0\.112 m"):
             robot.gripper.move(0.5)
         robot.gripper.disable()
         assert math.isnan(robot.gripper.width)
