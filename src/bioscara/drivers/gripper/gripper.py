@@ -9,8 +9,11 @@ from pathlib import Path
 from bioscara.arguments import number, numbers
 from bioscara.drivers.gripper.pwm import Pwm
 from bioscara.drivers.gripper.width_store import read_width, write_width
-from bioscara.errors import GripperError, InvalidArgumentError
+from bioscara.errors import GripperError, InvalidArgumentError, LimitError
 from bioscara.model import GripperParameters
+
+_MILLIMETRES = 1.0
+"""Widths from here up can only be meant in millimetres, the unit of the original driver [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,12 +114,12 @@ class Gripper:
                 commanded last.
 
         Raises:
-            InvalidArgumentError: Not finite.
+            LimitError, InvalidArgumentError: Given in millimetres, or not finite.
             GripperError: The state file cannot be written; its content is unchanged.
         """
         commanded = self._width
         if width is not None:
-            commanded = self.parameters.width_at(self._pulse_of(number("gripper width", width)))
+            commanded = self.parameters.width_at(self._pulse_of(self._checked(width)))
         if commanded != self._saved:
             self._save(commanded)
 
@@ -130,10 +133,11 @@ class Gripper:
             width: Width between the jaws [m].
 
         Raises:
+            LimitError: 1 m or more, which only a number of millimetres is.
             InvalidArgumentError: Not finite.
             GripperError: Not enabled, or the output or the state file cannot be written.
         """
-        width = number("gripper width", width)
+        width = self._checked(width)
         self._require_enabled()
         self.store_width(width)
         return self.command_width(width)
@@ -142,10 +146,10 @@ class Gripper:
         """As :meth:`set_width`, without storing the width: for a control cycle.
 
         Raises:
-            InvalidArgumentError: Not finite.
+            LimitError, InvalidArgumentError: Given in millimetres, or not finite.
             GripperError: Not enabled, or the output cannot be written.
         """
-        width = number("gripper width", width)
+        width = self._checked(width)
         self._require_enabled()
         pulse = self._pulse_of(width)
         commanded = self.parameters.width_at(pulse)
@@ -180,6 +184,15 @@ class Gripper:
         parameters = self.parameters
         width = read_width(self._file, parameters.lower, parameters.upper, parameters.initial)
         return parameters.width_at(self._pulse_of(width))
+
+    def _checked(self, width: float) -> float:
+        """Return a width [m] as a float; it may be outside the limits, but not in millimetres."""
+        metres = number("gripper width", width)
+        if metres >= _MILLIMETRES:
+            lower, upper = self.parameters.lower, self.parameters.upper
+            remedy = f"it is given in metres: {metres:g} mm are {metres / 1e3:g}"
+            raise LimitError("gripper width", metres, lower, upper, "m", remedy)
+        return metres
 
     def _require_enabled(self) -> None:
         if not self._enabled:
