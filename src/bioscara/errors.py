@@ -46,9 +46,10 @@
 
 Messages are one printable line: unprintable characters in external names are escaped.
 
-``code`` is the number that the original driver returned; errors that it did not have got numbers from
--200 down, which it never used. A number never changes its meaning; docs/errors.md lists all. Errors
-that concern one thing carry it as attributes, so that a program can react without parsing the message.
+``code`` is the number that the original driver returned; errors that it did not have got numbers
+from -200 down, which it never used. A number never changes its meaning; docs/errors.md lists all.
+Errors that concern one thing carry it as attributes, so that a program can react without parsing
+the message.
 """
 
 from __future__ import annotations

@@ -748,10 +748,14 @@ def test_a_stall_that_is_cleared_lets_the_joint_move_on(v1: bool) -> None:
         joint.settings.enable_stallguard(1)
     else:
         world.arm.add_obstacle("j1", -2.9)
-    with pytest.raises(StalledError) as caught:
+
+    def push() -> None:
         for _ in range(200):
             joint.set_position(-2.5)
             world.arm.run(0.02)
+
+    with pytest.raises(StalledError) as caught:
+        push()
     assert caught.value.code == -4
     world.arm.run(0.5)
     before = joint.get_position()
