@@ -778,6 +778,7 @@ def test_clearing_a_stall_keeps_another_fault() -> None:
     world.arm.run(0.3)
     assert joint.get_fault().fault == "SETPOINT_LOST"
     joint.clear_stall()
+    world.arm.run(0.5)
     assert joint.get_fault().fault == "SETPOINT_LOST"
 
 
