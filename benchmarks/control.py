@@ -35,12 +35,14 @@ HELD_RATE, HELD_SECONDS, HELD_TURNS = 1000, 10.0, 6
 MEMORY_CYCLES = 1_000_000
 _WARM = 20_000
 _BARE = 20
-"""Bare cycles timed together after each cycle: they take longer, and are interrupted as often."""
+"""Bare cycles timed together after each cycle: they take longer, and are interrupted as often. All
+but the first find their code and data in the processor's caches."""
 _PAUSE = 5e-3
 """Time for which the simulated arm runs before a bare cycle as before a cycle: it evicts both from
 the processor's caches [s]."""
-_MEDIAN, _P99 = 10, 40
-"""Limits, in bare cycles: of the median, and of the 99th percentile in those of bare ones."""
+_MEDIAN, _REPEATED, _P99 = 10, 15, 40
+"""Limits: of the median, in bare cycles after a pause and in repeated ones, and of the 99th
+percentile, in that of repeated ones."""
 _START, _SWING = (-2.5, 0.30, 2.2, 2.5), (0.5, 0.03, 0.5, 0.5)
 _PARAMETERS = load_parameters()
 _WORKSPACE = Workspace.of(_PARAMETERS, reduced_speed=False)
@@ -50,11 +52,8 @@ class _Marked:
     """A clock that records the end of its last wait: there the host's work begins."""
 
     def __init__(self, clock: Clock) -> None:
-        self._clock = clock
+        self._clock, self.now = clock, clock.now
         self.begin = 0.0
-
-    def now(self) -> float:
-        return self._clock.now()
 
     def sleep_until(self, deadline: float) -> None:
         self._clock.sleep_until(deadline)
@@ -66,11 +65,9 @@ class _Live:
 
     def __init__(self, arm: SimulatedArm) -> None:
         self._arm, self._wall = arm, MonotonicClock()
+        self.now = self._wall.now
         self._lead = self._wall.now() - arm.now()
         self.woke = 0.0
-
-    def now(self) -> float:
-        return self._wall.now()
 
     def sleep_until(self, deadline: float) -> None:
         self._wall.sleep_until(deadline)
@@ -247,7 +244,8 @@ def rows() -> list[Row]:
     """Measure the host's cost, the rate that is held, and the growth of memory."""
     costs, bares, bunches, stages = _costs()
     median, p99 = np.percentile(costs, (50, 99)).tolist()
-    bare, bare_p99 = np.percentile(bares, 50).item(), np.percentile(bunches, 99).item()
+    bare = np.percentile(bares, 50).item()
+    repeated, repeated_p99 = np.percentile(bunches, (50, 99)).tolist()
     shares = ", ".join(f"{label} {1e6 * each:.1f}" for label, each in stages.items())
     counts = [_held_in_turns() for _ in range(HELD_TURNS)]
     cycles, overruns, bare_overruns = np.sum([each[:3] for each in counts], axis=0).tolist()
@@ -255,11 +253,15 @@ def rows() -> list[Row]:
     return [
         Row(
             "host's share of a cycle: read, joint states, trajectory, limits, write, supervision",
-            f"{duration(median)} median ({median / bare:.1f} times), {duration(p99)} p99 "
-            f"({p99 / bare_p99:.1f} times); {shares}",
-            f"bare read, sample, clip, write: {duration(bare)} median, {duration(bare_p99)} p99",
-            f"at most {_MEDIAN} times the median, {_P99} times the p99",
-            median <= _MEDIAN * bare and p99 <= _P99 * bare_p99,
+            f"{duration(median)} median ({median / bare:.1f} times, {median / repeated:.1f} times "
+            f"the repeated one), {duration(p99)} p99 ({p99 / repeated_p99:.1f} times); {shares}",
+            f"bare read, sample, clip, write: {duration(bare)} median after the same pause; "
+            f"{_BARE} in a row {duration(repeated)} median, {duration(repeated_p99)} p99",
+            f"at most {_MEDIAN} times the median, {_REPEATED} times the repeated one, "
+            f"{_P99} times the p99",
+            median <= _MEDIAN * bare
+            and median <= _REPEATED * repeated
+            and p99 <= _P99 * repeated_p99,
         ),
         Row(
             f"{HELD_RATE} Hz for {HELD_TURNS * HELD_SECONDS:.0f} s beside a busy process",

@@ -2,7 +2,7 @@
 
 import sys
 
-from bioscara.robot import Robot
+from bioscara import Robot
 
 robot = Robot.connect(sys.argv[1]) if sys.argv[1:] else Robot.simulated()
 with robot:

@@ -3,10 +3,7 @@
 import math
 import sys
 
-from bioscara.kinematics import Pose
-from bioscara.planning.collision.scene import Scene
-from bioscara.planning.collision.shapes import Prism
-from bioscara.robot import Robot
+from bioscara import Pose, Prism, Robot, Scene
 
 FROM = Pose(0.10, 0.35, 0.011, math.pi / 2)
 TO = Pose(-0.2, 0.4, 0.011, math.pi / 2)

@@ -8,10 +8,10 @@ import math
 import sys
 from pathlib import Path
 
+from bioscara import load_parameters
 from bioscara.bus.select import open_bus
 from bioscara.clock import MonotonicClock
 from bioscara.drivers import Joint
-from bioscara.model import load_parameters
 from bioscara.sim import FirmwareBus, SimulatedArm, SocketBus
 
 NAME = sys.argv[1] if sys.argv[1:] else "j1"

@@ -2,8 +2,7 @@
 
 import sys
 
-from bioscara.kinematics import Pose
-from bioscara.robot import Robot
+from bioscara import Pose, Robot
 
 BUTTON = Pose(0.55, 0.10, 0.12)
 """Pose at which the finger tips touch the button, in the base."""

@@ -2,9 +2,7 @@
 
 import sys
 
-from bioscara.kinematics import Pose
-from bioscara.planning.motions.waypoints import Motion, Waypoint
-from bioscara.robot import Robot
+from bioscara import Motion, Pose, Robot, Waypoint
 
 HEIGHT = 0.2
 CORNERS = [(0.5, -0.2), (0.5, 0.2), (0.4, 0.2), (0.4, -0.2)]

@@ -49,6 +49,15 @@ def clock_is_held(arm: SimulatedArm) -> bool:
     return isinstance(answer, BusTimeoutError)
 
 
+def turn_by_hand(arm: SimulatedArm, joint: str, position: float) -> None:
+    """Turn a joint whose motor is off to a position [rad], with 0.1 rad/s."""
+    here = arm.position(joint)
+    steps = math.ceil(abs(position - here) / 1e-3)
+    for step in range(1, steps + 1):
+        arm.set_position(joint, here + (position - here) * step / steps)
+        arm.run(0.01)
+
+
 class SimulatedBus(NamedTuple):
     """A simulated arm, and the bus with injectable faults in front of it."""
 

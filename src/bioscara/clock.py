@@ -29,9 +29,8 @@ class Clock(Protocol):
 class MonotonicClock:
     """The machine's monotonic clock; steps of the wall clock do not affect it."""
 
-    def now(self) -> float:
-        """Return the present time [s]."""
-        return time.monotonic()
+    # The function itself: a cycle takes the time often, and a method around it takes twice as long.
+    now = staticmethod(time.monotonic)
 
     def sleep_until(self, deadline: float) -> None:
         """Sleep until ``deadline`` [s]."""
@@ -46,18 +45,17 @@ class SimulatedClock:
     Args:
         read: Returns the simulated time [s].
         advance: Lets the simulation run for the given duration [s].
+
+    Attributes:
+        now: As ``read``.
     """
 
     def __init__(self, read: Callable[[], float], advance: Callable[[float], None]) -> None:
-        self._read = read
+        self.now = read
         self._advance = advance
-
-    def now(self) -> float:
-        """Return the simulated time [s]."""
-        return self._read()
 
     def sleep_until(self, deadline: float) -> None:
         """Run the simulation until ``deadline`` [s]."""
-        remaining = deadline - self._read()
+        remaining = deadline - self.now()
         if remaining > 0.0:
             self._advance(remaining)

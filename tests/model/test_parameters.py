@@ -38,7 +38,7 @@ class Leaf(NamedTuple):
         lines = TEXT.splitlines(keepends=True)
         old = lines[self.line - 1]
         lines[self.line - 1], count = re.subn(
-            rf"\b{self.path[-1]}: [^ ,}}]+", replacement, old, count=1
+            rf"\b{self.path[-1]}: [^ ,}}\n]+", replacement, old, count=1
         )
         assert count == 1
         return "".join(lines)
@@ -64,9 +64,8 @@ def leaves(node: Any, path: tuple[str, ...], above: int) -> Iterator[Leaf]:
             yield Leaf((*path, key), value, line, above)
 
 
-LEAVES = [
-    leaf for leaf in leaves(YAML(typ="rt").load(TEXT), (), 1) if leaf.path[0] == "controllers"
-]
+EVERY = list(leaves(YAML(typ="rt").load(TEXT), (), 1))
+LEAVES = [leaf for leaf in EVERY if leaf.path[0] == "controllers"]
 each_leaf = pytest.mark.parametrize("leaf", LEAVES, ids=lambda leaf: leaf.name)
 
 
@@ -244,6 +243,15 @@ def test_existing_controllers() -> None:
     said = load_parameters().controllers
     assert (said.update_rate.version_1, said.update_rate.version_2) == (50, 100)
     assert all(leaf.read(load_parameters()) == leaf.value for leaf in LEAVES)
+
+
+@pytest.mark.parametrize(
+    "leaf", [leaf for leaf in EVERY if not isinstance(leaf.value, list)], ids=lambda leaf: leaf.name
+)
+@pytest.mark.parametrize("value", [".nan", "{}", "null"])
+def test_no_value_is_infinite_or_of_another_kind(tmp_path: Path, leaf: Leaf, value: str) -> None:
+    with pytest.raises(ConfigurationError, match=rf"arm\.yaml, line {leaf.line}: {leaf.name}: "):
+        load(tmp_path, leaf.written(f"{leaf.path[-1]}: {value}"))
 
 
 @each_leaf

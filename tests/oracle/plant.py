@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Sequence
-from copy import copy
 from dataclasses import replace
 
 import numpy as np
@@ -21,8 +20,10 @@ from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
+from bioscara.robot.arm import Arm
 from bioscara.robot.connection.stack import GRIPPER, HOLD
-from bioscara.robot.motions.execution import MotionExecution
+from bioscara.robot.operations.execution import MotionExecution, ready
+from bioscara.robot.operations.operation import Cycles, OnCycle, Operation
 from bioscara.robot.planner import Planner
 from bioscara.sim import FirmwareBus
 from oracle.oracle import HAND, LINKS, Oracle, load
@@ -142,7 +143,6 @@ class Watched:
     def _connect(self) -> None:
         self._width = ARM.gripper.initial
         self.robot = Robot.simulated(ARM, seed=self._seed)
-        self._plan = copy(self.robot.plan)
         assert isinstance(self.robot.bus, FirmwareBus)
         self.arm = self.robot.bus.arm
         self.robot.__enter__()
@@ -156,21 +156,15 @@ class Watched:
     def renew(self) -> None:
         """Continue with another robot, equipped as this one, which may not know its position."""
         self.close()
-        width, carrying, full = self.width, self.carrying, self.robot.full_speed
+        width, carrying, reduced = self.width, self.carrying, self.robot.reduced_speed
         self._seed += 1
         self._connect()
-        self.robot.full_speed = full
+        self.robot.reduced_speed = reduced
         self.equip(width, carrying=carrying)
 
     def planner(self, start: Sequence[float]) -> Planner:
-        """Return the robot's planner as of an arm that stands elsewhere, and always has.
-
-        The robot's own remembers how the arm got to its position.
-        """
-        plan = copy(self._plan)
-        plan._measured = lambda: start
-        plan.scene, plan.full_speed = self.robot.scene, self.robot.plan.full_speed
-        return plan
+        """Return the robot's planner as of an arm that stands elsewhere."""
+        return Planner(self.robot.plan.workspace, lambda: start)
 
     @property
     def width(self) -> float:
@@ -209,14 +203,14 @@ class Watched:
 
     def lead(self, places: Sequence[Sequence[float]]) -> None:
         """Go from place to place without a collision check of the arm itself."""
-        plan = self.robot.plan
-        scene, speed = plan.scene, plan.full_speed
-        plan.scene, plan.full_speed = Scene(mounted=()), True
+        robot = self.robot
+        scene, reduced = robot.scene, robot.reduced_speed
+        robot.scene, robot.reduced_speed = Scene(mounted=()), False
         try:
             for place in places:
-                self.robot.move_joints(np.clip(place, LOWER, UPPER).tolist())
+                robot.move_joints(np.clip(place, LOWER, UPPER).tolist())
         finally:
-            plan.scene, plan.full_speed = scene, speed
+            robot.scene, robot.reduced_speed = scene, reduced
             self.rows.clear()
 
     def fold(self) -> None:
@@ -235,32 +229,8 @@ class Watched:
         Args:
             commands: Returns a position for each joint, or None to end.
         """
-        robot = self.robot
-        robot.plan.here()
-        robot._motions.prepare()
-        stack = robot._arm.stack
         raw = self._forward()
-        leaving = [
-            other.name
-            for other in stack.manager.controllers
-            if other.state is LifecycleState.ACTIVE
-            and other.command_interfaces
-            and other.name != GRIPPER
-        ]
-        stack.manager.switch(robot.clock.now(), [raw.name], leaving)
-
-        def done() -> bool:
-            values = commands()
-            if values is None:
-                return True
-            raw.command(values)
-            return False
-
-        motion = MotionExecution(robot._arm.session, self.look)
-        motion.run(done, Phase.JOG)
-        stack.use(HOLD, robot.clock.now())
-        cycles = iter(range(40))
-        motion.run(lambda: next(cycles, None) is None, Phase.STOPPING)
+        self.robot._arm.execute(_Stream(raw, commands, self.look))
 
     def _forward(self) -> ForwardCommandController:
         manager, name = self.robot._arm.stack.manager, "raw"
@@ -271,6 +241,49 @@ class Watched:
         forward = manager.controller(name)
         assert isinstance(forward, ForwardCommandController)
         return forward
+
+
+class _Stream(Operation[None]):
+    """Lets a forward controller command positions until there are no more, then holds."""
+
+    def __init__(
+        self,
+        forward: ForwardCommandController,
+        commands: Callable[[], Sequence[float] | None],
+        on_cycle: OnCycle,
+    ) -> None:
+        super().__init__("stream()", on_cycle=on_cycle)
+        self._forward, self._commands = forward, commands
+
+    def prepare(self, arm: Arm) -> None:
+        """Require that all joints are homed."""
+        arm.positions()
+
+    def cycles(self, arm: Arm) -> Cycles[None]:
+        """Pass the positions to the controller."""
+        stack, clock = arm.stack, arm.session.clock
+        yield from ready(arm, self)
+        leaving = [
+            other.name
+            for other in stack.manager.controllers
+            if other.state is LifecycleState.ACTIVE
+            and other.command_interfaces
+            and other.name != GRIPPER
+        ]
+        stack.manager.switch(clock.now(), [self._forward.name], leaving)
+
+        def done() -> bool:
+            values = self._commands()
+            if values is None:
+                return True
+            self._forward.command(values)
+            return False
+
+        motion = MotionExecution(arm, self)
+        yield from motion.run(done, Phase.JOG)
+        stack.use(HOLD, clock.now())
+        cycles = iter(range(40))
+        yield from motion.run(lambda: next(cycles, None) is None, Phase.SETTLING)
 
 
 def random_pose(rng: np.random.Generator, width: float, *, carrying: bool, room: float) -> Array:

@@ -91,7 +91,7 @@ def blocks(watched: Watched, rng: np.random.Generator, count: int) -> Iterator[i
     """Yield numbers, and give the arm another width, or a plate, every few of them."""
     for number in range(count):
         if number % BLOCK == 0:
-            watched.robot.full_speed = bool(rng.random() < 0.5)
+            watched.robot.reduced_speed = not rng.random() < 0.5
             watched.equip(rng.uniform(*WIDTHS), carrying=bool(rng.random() < 0.25))
         yield number
 
@@ -157,7 +157,7 @@ def test_moves_of_the_plant(watched: Watched) -> None:
         except REFUSALS:
             tally.counts[f"{kind}: refused"] += 1
             continue
-        rows = run(watched, tally, kind, partial(robot.execute, plan, watched.look))
+        rows = run(watched, tally, kind, partial(robot.execute, plan, on_cycle=watched.look))
         tally.judge(kind, number, rows, carrying=watched.carrying)
         if np.abs(rows[-1, :4] - goal).max() > 0.02:
             continue  # A joint lost its reference.
@@ -286,7 +286,7 @@ def test_jogs_of_the_plant(watched: Watched) -> None:
         except REFUSALS:
             tally.counts[f"{kind}: refused"] += 1
             continue
-        jog = partial(watched.robot.jog, velocity, watched.look)
+        jog = partial(watched.robot.jog, velocity, on_cycle=watched.look)
         tally.judge(kind, number, run(watched, tally, kind, jog), carrying=watched.carrying)
     tally.end()
 
@@ -327,12 +327,10 @@ def test_the_named_way_from_home_to_the_center(watched: Watched) -> None:
         watched.equip(width, carrying=False)
         watched.rows.clear()
         for name in ("unfold", "center"):
-            watched.robot._motions.execute_at_once(
-                watched.robot.plan.unfold()
-                if name == "unfold"
-                else watched.robot.plan.move_named(name),
-                watched.look,
-            )
+            if name == "unfold":
+                watched.robot.unfold(on_cycle=watched.look)
+            else:
+                watched.robot.move_named(name, on_cycle=watched.look)
         rows = watched.seen()
         assert rows[-1, :4] == pytest.approx(CENTER, abs=5e-3)
         assert too_near(rows) == []

@@ -18,10 +18,11 @@ import pytest
 from bioscara.errors import HomingError
 from bioscara.model import load_parameters
 from bioscara.robot import Robot
-from bioscara.robot.motions.homing_order import BEFORE, FOLDED
+from bioscara.robot.operations.homing_order import BEFORE, FOLDED
 from bioscara.sim import FirmwareBus, SimulatedArm
 from oracle.oracle import HAND, JAWS, Hit, Oracle
 from oracle.plant import ELBOW, LOWER, NAMES, UPPER, Array, dense, too_near
+from simulated import turn_by_hand
 
 STARTS = int(os.environ.get("BIOSCARA_HOMING_STARTS", "60"))
 """Number of random starts from which homing is checked."""
@@ -126,7 +127,7 @@ def test_on_the_plant_homing_goes_the_same_way() -> None:
             continue
         standing = Standing(begin[:4], begin[4])
         with standing.robot:
-            standing.robot.home(standing.look)
+            standing.robot.home(on_cycle=standing.look)
             rows = standing.seen()
             assert rows[-1, :4] == pytest.approx(ENDS, abs=5e-3)
             assert too_near(rows) == []
@@ -160,7 +161,7 @@ def test_an_elbow_that_is_homed_alone_finds_the_wrist_at_its_end_stop(homed: Sta
     robot.unfold()
     robot.move_joints(OPEN)
     lose(homed, "j3")
-    robot.home(homed.look)
+    robot.home(on_cycle=homed.look)
     rows = homed.seen()
     assert too_near(rows) == []
     assert rows[-1, 2:4] == pytest.approx(ENDS[2:], abs=5e-3)
@@ -175,7 +176,7 @@ def test_a_wrist_is_homed_with_the_lift_up(homed: Standing) -> None:
     robot.unfold()
     robot.move_joints((-3.0, 0.25, 0.3, 2.9))
     lose(homed, "j4")
-    robot.home(homed.look)
+    robot.home(on_cycle=homed.look)
     rows = homed.seen()
     turned = np.flatnonzero(np.abs(rows[:, 3] - rows[0, 3]) > 0.02)
     assert rows[turned[0], 1] == pytest.approx(ENDS[1], abs=5e-3)
@@ -186,13 +187,11 @@ def test_a_wrist_beside_a_folded_elbow_is_not_turned(homed: Standing) -> None:
     robot = homed.robot
     lose(homed, "j4")
     with pytest.raises(HomingError, match=r"j3 at 2\.62.*open the elbow by hand"):
-        robot.home(homed.look)
+        robot.home(on_cycle=homed.look)
     assert homed.rows == []
     robot.disable()
-    for place in np.linspace(homed.arm.position("j3"), 2.0, 600):
-        homed.arm.set_position("j3", place)
-        homed.arm.run(0.01)
-    robot.home(homed.look)
+    turn_by_hand(homed.arm, "j3", 2.0)
+    robot.home(on_cycle=homed.look)
     assert homed.seen()[-1, 3] == pytest.approx(ENDS[3], abs=5e-3)
 
 

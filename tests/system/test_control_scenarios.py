@@ -68,7 +68,7 @@ class Scene:
                 self.struck = self.arm.now()
                 event()
 
-        self.robot.move_joints(GOAL, speed, on_cycle=observe)
+        self.robot.move_joints(GOAL, velocity_scaling=speed, on_cycle=observe)
 
     def fields(self) -> list[float]:
         return [self.arm.field(name) for name in NAMES]
@@ -164,7 +164,7 @@ def test_host3_the_joints_of_a_host_that_died_stop_and_the_next_comes_up_faulted
         scene.arm.run(0.2)
         assert scene.fields() == pytest.approx(before, abs=STANDSTILL)
         again.enable()
-        assert [axis.homed for axis in again._session.arm.axes] == [True] * 4
+        assert [axis.homed for axis in again._arm.session.arm.axes] == [True] * 4
         again.move_joints(GOAL)
     assert scene.arm.position("j1") == pytest.approx(GOAL[0], abs=5e-3)
 
@@ -202,7 +202,7 @@ def test_host7_a_controller_that_takes_over_at_speed_makes_no_step(scene: Scene)
 
     robot.move_joints(START)
     with pytest.raises(GoalAbortedError):
-        robot.move_joints(GOAL, 1.0, on_cycle=observe)
+        robot.move_joints(GOAL, on_cycle=observe)
     scene.arm.run(2 * SWING)
     assert not scene.moves()
 
@@ -425,7 +425,11 @@ def test_usr3_a_joint_that_was_pushed_beyond_its_limit_moves_only_back(scene: Sc
     assert beyond > limit.upper
     robot.enable()
     furthest = [beyond]
-    robot.move_joints(GOAL, 0.5, lambda _: furthest.append(scene.arm.position("j4")))
+    robot.move_joints(
+        GOAL,
+        velocity_scaling=0.5,
+        on_cycle=lambda _: furthest.append(scene.arm.position("j4")),
+    )
     assert max(furthest) < beyond + 5e-3
     assert scene.arm.position("j4") == pytest.approx(GOAL[3], abs=5e-3)
 
@@ -447,13 +451,14 @@ def test_pln1_targets_that_make_no_sense_are_refused_and_nothing_moves(
     assert resting.fields() == pytest.approx(before, abs=STANDSTILL)
 
 
-@pytest.mark.parametrize("speed", [math.nan, math.inf, 0.0, -0.5, 1.01])
+@pytest.mark.parametrize("keyword", ["velocity_scaling", "acceleration_scaling"])
+@pytest.mark.parametrize("share", [math.nan, math.inf, 0.0, -0.5, 1.01])
 def test_pln1_speeds_that_make_no_sense_are_refused_and_nothing_moves(
-    resting: Scene, speed: float
+    resting: Scene, share: float, keyword: str
 ) -> None:
     before = resting.fields()
-    with pytest.raises(InvalidArgumentError):
-        resting.robot.move_joints(GOAL, speed)
+    with pytest.raises(InvalidArgumentError, match=keyword):
+        resting.robot.move_joints(GOAL, **{keyword: share})
     resting.arm.run(0.02)
     assert resting.fields() == pytest.approx(before, abs=STANDSTILL)
 
@@ -489,22 +494,20 @@ def test_pln5_a_cancel_at_any_instant_ramps_down_at_once_and_the_next_goal_is_ta
 ) -> None:
     robot = scene.robot
     robot.move_joints(START)
-    asked, begun = [math.nan], [0.0]
+    asked = math.nan
 
     def observe(record: CycleRecord) -> None:
+        nonlocal asked
         scene.records.append(record)
-        begun[0] = record.trajectory_time
-
-    def cancelled() -> bool:
-        if begun[0] >= share * 1.7:
-            asked[0] = scene.arm.now()
-        return not math.isnan(asked[0])
+        if record.trajectory_time >= share * 1.7 and math.isnan(asked):
+            asked = scene.arm.now()
+            robot.stop()
 
     with pytest.raises(MotionCancelledError, match="interrupted"):
-        robot.move_joints(GOAL, 1.0, observe, cancelled)
+        robot.move_joints(GOAL, on_cycle=observe)
     after = [record for record in scene.records if record.phase is Phase.STOPPING]
     first = after[min(1, len(after) - 1)]
-    assert first.start + robot._arm.session.begin - asked[0] < robot.period + 0.010
+    assert first.start + robot._arm.session.begin - asked < robot.period + 0.010
     speeds = [[abs(joint.reference_velocity) for joint in record.joints] for record in after]
     for cycle, (before, now) in enumerate(pairwise(speeds[1:])):
         for joint, a, b in zip(ARM.joints, before, now, strict=True):

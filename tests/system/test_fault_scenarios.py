@@ -67,7 +67,7 @@ class Scene:
                 self.struck = self.arm.now()
                 fault()
 
-        self.robot.follow(self.trajectory(), observe, approach=True)
+        self.robot.follow(self.trajectory(), approach=True, on_cycle=observe)
 
     def all_at_rest(self) -> bool:
         return all(abs(self.arm.velocity(name)) < 0.02 for name in NAMES)
@@ -319,14 +319,14 @@ def test_mec7_a_reversed_coil_is_found_when_the_joint_is_enabled() -> None:
 
 def test_ctrl_c_ramps_the_arm_down_within_its_limits() -> None:
     with Scene() as scene:
-        cancelled = [False]
 
         def observe(record: CycleRecord) -> None:
             scene.records.append(record)
-            cancelled[0] = record.trajectory_time > 0.6
+            if record.trajectory_time > 0.6:
+                scene.robot.stop()
 
         with pytest.raises(MotionCancelledError):
-            scene.robot.follow(scene.trajectory(), observe, lambda: cancelled[0], approach=True)
+            scene.robot.follow(scene.trajectory(), approach=True, on_cycle=observe)
         assert all(abs(scene.arm.velocity(name)) < 0.1 for name in NAMES)
         assert scene.robot.shutdown() == []
         assert all(joint.read_state().state is JointState.DISABLED for joint in scene.robot.joints)

@@ -199,20 +199,18 @@ def test_a_stop_on_the_way_and_a_jog_at_once_after_it(loads: Loads) -> None:
     for rng in starts(loads, "stops"):
         plan = planned(loads, lambda here, rng=rng: robot.plan.move_linear(near(rng, here, 0.35)))
         at = robot.clock.now() + rng.uniform(0.3, max(plan.trajectory.duration - 0.2, 0.4))
-        since: list[float] = []
 
-        def cancelled(at: float = at, since: list[float] = since) -> bool:
+        def stop(_: object, at: float = at) -> None:
             if robot.clock.now() >= at:
-                since.append(robot.clock.now())
-            return bool(since)
+                robot.stop()
 
         def go(
             plan: Plan = plan,
-            cancelled: Callable[[], bool] = cancelled,
+            stop: Callable[[object], None] = stop,
             velocity: Velocity = ToolVelocity(rng.uniform(-0.3, 0.3), rng.uniform(-0.3, 0.3)),  # noqa: B008
         ) -> None:
             with suppress(MotionCancelledError):
-                robot.execute(plan, cancelled=cancelled)
+                robot.execute(plan, on_cycle=stop)
             jogged(loads, [(velocity, 0.6)])
 
         assert_slow(loads, go)
@@ -225,14 +223,14 @@ def test_from_its_highest_speed_it_stops_within_34_mm(loads: Loads) -> None:
     at = robot.clock.now() + plan.trajectory.duration / 2.0
     asked: list[float] = []
 
-    def cancelled() -> bool:
+    def stop(_: object) -> None:
         if robot.clock.now() >= at:
             asked.append(robot.clock.now())
-        return bool(asked)
+            robot.stop()
 
     def go() -> None:
         with suppress(MotionCancelledError):
-            robot.execute(plan, cancelled=cancelled)
+            robot.execute(plan, on_cycle=stop)
 
     way, time = carried_on(assert_slow(loads, go), asked[0])
     note(f"{1e3 * way:.1f} mm in {time:.2f} s")
@@ -274,7 +272,7 @@ def test_pauses_and_overrides(loads: Loads) -> None:
             paused = 0.0 <= robot.clock.now() - at < 0.7
             robot.speed_override = rng.choice((0.0, 0.0, 0.2, 0.5)) if paused else 1.0
 
-        assert_slow(loads, lambda plan=plan, each=hesitate: robot.execute(plan, each))
+        assert_slow(loads, lambda plan=plan, each=hesitate: robot.execute(plan, on_cycle=each))
         robot.speed_override = 1.0
 
 
@@ -297,7 +295,8 @@ def test_raw_streams(loads: Loads, kind: str) -> None:
         ]
 
     for rng in starts(loads, name):
-        robot._motions.prepare()
+        robot.enable()
+        stack.cycle()
         stack.use(name, robot.clock.now())
         here = robot.plan.here()
 

@@ -15,7 +15,7 @@ from bioscara.errors import BioscaraError, HomingError
 from bioscara.model import load_parameters
 from bioscara.protocol import ResetCause
 from bioscara.report import CycleRecord
-from simulated import clock_is_held, simulated_robot
+from simulated import clock_is_held, simulated_robot, turn_by_hand
 
 ARM = load_parameters()
 NAMES = tuple(joint.name for joint in ARM.joints)
@@ -78,12 +78,23 @@ class Scene:
     def home(self) -> None:
         """Home; twice where it disagrees with the time before the encoder lost turns."""
         try:
-            self.robot.home()
+            self._home_from_an_open_elbow()
         except HomingError:
             if not self.lost_turns:
                 raise
             self.robot.acknowledge()
             self.robot.recover()
+            self._home_from_an_open_elbow()
+
+    def _home_from_an_open_elbow(self) -> None:
+        """Home; where the elbow is folded and the wrist's position unknown, as the refusal asks."""
+        try:
+            self.robot.home()
+        except HomingError as refused:
+            if "open the elbow by hand" not in str(refused):
+                raise
+            self.robot.disable()
+            turn_by_hand(self.arm, "j3", 2.0)
             self.robot.home()
 
     def _jump_encoder(self, joint: str, turns: float) -> None:

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import math
 import socket
-import time
 import urllib.request
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from typing import Any
 
@@ -24,7 +23,9 @@ from bioscara.errors import ConfigurationError  # noqa: E402
 from bioscara.planning.collision.scene import Box, Cylinder, Scene  # noqa: E402
 from bioscara.viewer.kinematic_tree import KinematicTree  # noqa: E402
 from bioscara.viewer.page import Page  # noqa: E402
+from bioscara.viewer.sliders import Sliders  # noqa: E402
 from bioscara.viewer.zones import edges, solid  # noqa: E402
+from viewer.browser import Browser, wait  # noqa: E402
 
 pytestmark = pytest.mark.realtime
 
@@ -46,33 +47,14 @@ ARM = Scara(
 
 @pytest.fixture(scope="module")
 def page() -> Iterator[Page]:
-    page = Page(0, SCENE)
+    page = Page(0, SCENE, ARM)
     yield page
     page.close()
 
 
-class Browser:
-    """A message from a browser's page to the server."""
-
-    def __init__(self, page: Page) -> None:
-        self._msgspec = pytest.importorskip("msgspec.msgpack")
-        client = pytest.importorskip("websockets.sync.client")
-        self._socket = client.connect(
-            page.url.replace("http", "ws"),
-            subprotocols=[f"viser-v{viser.__version__}"],
-            max_size=None,
-        )
-        # A page counts once it has reported the position of its camera.
-        self.say(
-            type="ViewerCameraMessage", wxyz=[1, 0, 0, 0], position=[1, 1, 1], fov=1.0, near=0.1,
-            far=9.0, image_height=100, image_width=100, look_at=[0, 0, 0], up_direction=[0, 0, 1],
-        )  # fmt: skip
-
-    def say(self, **message: object) -> None:
-        self._socket.send(self._msgspec.encode(message))
-
-    def close(self) -> None:
-        self._socket.close()
+@pytest.fixture(scope="module")
+def sliders(page: Page) -> Sliders:
+    return Sliders(page)
 
 
 @pytest.fixture
@@ -92,13 +74,6 @@ def listening(port: int) -> Iterator[int]:
         yield server.getsockname()[1]
 
 
-def wait(condition: Callable[[], bool]) -> None:
-    deadline = time.monotonic() + 10.0
-    while not condition():
-        assert time.monotonic() < deadline
-        time.sleep(0.005)
-
-
 def tool(page: Page) -> tuple[Any, float]:
     frame = page.frames()["tool_link"]
     w, x, y, z = frame.wxyz
@@ -106,13 +81,16 @@ def tool(page: Page) -> tuple[Any, float]:
     return frame.position, 2.0 * math.atan2(z, w)
 
 
-def test_a_slider_moves_the_frames_as_forward_kinematics_says(page: Page, browser: Browser) -> None:
+def test_a_slider_moves_the_frames_as_forward_kinematics_says(
+    page: Page, sliders: Sliders, browser: Browser
+) -> None:
     rng = np.random.default_rng(6)
     for _ in range(5):
         joints = [float(rng.uniform(j.lower, j.upper)) for j in PARAMETERS.joints]
         for limit, value in zip(PARAMETERS.joints, joints, strict=True):
-            uuid = page.sliders[limit.name]._impl.uuid
-            browser.say(type="GuiUpdateMessage", uuid=uuid, updates={"value": value})
+            uuid = sliders.sliders[limit.name]._impl.uuid
+            shown = math.degrees(value) if limit.unit == "rad" else 1e3 * value
+            browser.say(type="GuiUpdateMessage", uuid=uuid, updates={"value": shown})
         expected = ARM.forward(joints)
 
         def there(expected: Pose = expected) -> bool:
@@ -124,17 +102,22 @@ def test_a_slider_moves_the_frames_as_forward_kinematics_says(page: Page, browse
         wait(there)
 
 
-def test_the_jaws_follow_the_width(page: Page) -> None:
-    page.move("gripper", 0.1)
+def test_the_jaws_follow_the_width(page: Page, sliders: Sliders) -> None:
+    sliders.move("gripper", 0.1)
     left, right = (page.frames()[f"{side}_jaw_link"].position for side in ("left", "right"))
     assert np.linalg.norm(left - right) == pytest.approx(0.1)
 
 
-def test_every_joint_has_a_slider_within_its_limits(page: Page) -> None:
-    assert set(page.sliders) == {"j1", "j2", "j3", "j4", "gripper"}
+def test_every_joint_has_a_slider_within_its_limits(page: Page, sliders: Sliders) -> None:
+    assert set(sliders.sliders) == {"j1", "j2", "j3", "j4", "gripper"}
     for limit in PARAMETERS.joints:
-        slider = page.sliders[limit.name]
-        assert (slider.min, slider.max) == (limit.lower, limit.upper)
+        slider = sliders.sliders[limit.name]
+        scale = math.degrees(1.0) if limit.unit == "rad" else 1e3
+        bounds = scale * limit.lower, scale * limit.upper
+        assert (slider.min, slider.max) == pytest.approx(bounds, abs=0.05)
+        for bound, end in ((limit.lower, slider.min - 0.1), (limit.upper, slider.max + 0.1)):
+            sliders.move(limit.name, end / scale)
+            assert page.positions[limit.name] == bound
 
 
 def test_zones_are_shown_at_their_positions(page: Page) -> None:
@@ -181,7 +164,7 @@ def test_the_page_is_served_on_the_loopback_address_only(page: Page) -> None:
 
 def test_the_next_free_port_is_used() -> None:
     with listening(0) as taken:
-        page = Page(taken, Scene())
+        page = Page(taken, Scene(), ARM)
         try:
             assert taken < int(page.url.rpartition(":")[2]) < taken + 1000
         finally:
@@ -194,11 +177,11 @@ def test_the_lack_of_a_free_port_is_an_error() -> None:
         listening(65535),
         pytest.raises(ConfigurationError, match="no port from 65535 on is free; choose a lower"),
     ):
-        Page(65535, Scene())
+        Page(65535, Scene(), ARM)
 
 
 def test_a_request_for_a_public_address_is_refused(
-    page: Page, browser: Browser, monkeypatch: pytest.MonkeyPatch
+    page: Page, sliders: Sliders, browser: Browser, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     opened: list[object] = []
 
@@ -209,9 +192,9 @@ def test_a_request_for_a_public_address_is_refused(
     monkeypatch.setattr("viser._viser.ViserTunnel", tunnel)
     browser.say(type="ShareUrlRequest")
     # The answer to a later request comes after this request was processed.
-    uuid = page.sliders["j1"]._impl.uuid
-    browser.say(type="GuiUpdateMessage", uuid=uuid, updates={"value": 0.123})
-    wait(lambda: page.positions["j1"] == 0.123)
+    uuid = sliders.sliders["j1"]._impl.uuid
+    browser.say(type="GuiUpdateMessage", uuid=uuid, updates={"value": 12.3})
+    wait(lambda: page.positions["j1"] == pytest.approx(math.radians(12.3)))
     wait(page._server._thread_executor._work_queue.empty)
     assert opened == []
 

@@ -17,6 +17,9 @@ BUS_HELP = (
 START = (-0.6, 0.2, 1.2, -0.6)
 """Default joint positions at the start of a plan [rad m rad rad]: in front of the column, with the
 elbow bent, so that a line can start there. With a stretched arm, as at ``center``, none can."""
+TABLE = Path("poses.yaml")
+"""File with the taught poses if ``--table`` is not given; it need not exist."""
+FINGERS = "fingers"
 _JOINTS = "J1 J2 J3 J4"
 _EPILOG = (
     "Exit status: 0 done; 1 something failed after the arm began to move or a board was written; "
@@ -52,8 +55,10 @@ class Options(argparse.Namespace):
         socket: Unix socket on which the simulated arm listens.
         seed: Seed of the simulation.
         port: TCP port of the 3D view.
+        source: What the 3D view shows: a run folder, a trajectory file or a running simulated arm;
+            None for sliders, or with a target.
         action: Action on poses.
-        table: The file with taught poses.
+        table: The file with taught poses; None for :data:`TABLE`.
         name: Name of a pose.
         tool: Name of a tool.
         calibration: Identifier of the arm's calibration; may be empty.
@@ -87,8 +92,9 @@ class Options(argparse.Namespace):
     socket: Path
     seed: int
     port: int
+    source: str | None
     action: str
-    table: Path
+    table: Path | None
     name: str
     tool: str
     calibration: str
@@ -96,6 +102,10 @@ class Options(argparse.Namespace):
     swd: bool
     image: Path | None
     serial: str | None
+
+    def has_target(self) -> bool:
+        """Return whether a target of a motion is given."""
+        return bool(self.name) or self.pose is not None or self.joints is not None
 
     def load_command(self) -> Callable[[Options], int]:
         """Import the module of the command and return its ``run`` function."""
@@ -139,7 +149,33 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
                 parser.error(
                     f"{word} applies only to the motion that --plot FILE draws; add --plot"
                 )
+    if options.command == "view":
+        _check_view(parser, options)
     return options
+
+
+def _check_view(parser: argparse.ArgumentParser, options: Options) -> None:
+    """Refuse options of ``view`` that exclude one another."""
+    planned = options.has_target()
+    if planned and options.source is not None:
+        parser.error(f"{options.source} and a target exclude one another; leave out one of them")
+    if options.plot is not None and (planned or options.source is not None):
+        parser.error(
+            "--plot of view draws the motion of the sliders; 'bioscara plan --plot FILE' draws a "
+            "plan, and the folder of a run has plot.png"
+        )
+    given = {
+        "--from": options.start is not None,
+        "--table": options.table is not None,
+        "--tool": options.tool != FINGERS,
+        "--linear": options.linear,
+        "--via": options.via is not None,
+        "--speed": options.speed != 1.0,
+        "--full-speed": options.full_speed,
+    }
+    for word, is_given in given.items():
+        if is_given and not planned:
+            parser.error(f"{word} applies to a planned motion; add --pose, --joints or --name")
 
 
 def _add_command(
@@ -209,8 +245,20 @@ def _add_view_command(commands: argparse._SubParsersAction[argparse.ArgumentPars
     view = _add_command(
         commands,
         "view",
-        "Show the arm in 3D in the browser, with a slider for each joint; nothing moves.",
+        "Show a run, a trajectory, a plan or a running simulated arm in 3D in the browser, or the "
+        "arm with a slider for each joint; nothing moves.",
     )
+    view.add_argument(
+        "source",
+        metavar="SOURCE",
+        nargs="?",
+        help="folder of a run, trajectory file, or sim:/path.sock for the arm that 'bioscara "
+        "simulate' runs, beside the program that uses it (default: sliders, or the plan to the "
+        "target)",
+    )
+    _add_start(view, "joint positions at the start of the plan")
+    _add_motion_target(view, required=False)
+    _add_full_speed(view)
     view.add_argument(
         "--port",
         metavar="N",
@@ -369,8 +417,18 @@ def _add_full_speed(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_target(parser: argparse.ArgumentParser) -> None:
-    """Add the arguments for target, type of motion and output files."""
-    target = parser.add_mutually_exclusive_group(required=True)
+    """Add the arguments for target, type of motion, surroundings and output files."""
+    _add_motion_target(parser, required=True)
+    _add_scene(parser)
+    parser.add_argument(
+        "--csv", metavar="FILE", type=Path, help="write the trajectory, for 'bioscara run'"
+    )
+    _add_plot(parser, "draw joints and tool against their limits, as PNG")
+
+
+def _add_motion_target(parser: argparse.ArgumentParser, *, required: bool) -> None:
+    """Add the arguments for target and type of motion."""
+    target = parser.add_mutually_exclusive_group(required=required)
     _add_four(target, "--pose", "X Y Z YAW", "goal pose of the tool in the base [m m m rad]")
     _add_four(target, "--joints", _JOINTS, "goal positions of the joints [rad m rad rad]")
     target.add_argument("--name", metavar="NAME", default="", help="name of a saved pose")
@@ -391,11 +449,6 @@ def _add_target(parser: argparse.ArgumentParser) -> None:
         default=1.0,
         help="share of the speed limits to use, 0.001 to 1 (default 1)",
     )
-    _add_scene(parser)
-    parser.add_argument(
-        "--csv", metavar="FILE", type=Path, help="write the trajectory, for 'bioscara run'"
-    )
-    _add_plot(parser, "draw joints and tool against their limits, as PNG")
 
 
 def _add_start(parser: argparse.ArgumentParser, help_text: str) -> None:
@@ -429,15 +482,14 @@ def _add_table(parser: argparse.ArgumentParser) -> None:
         "--table",
         metavar="FILE",
         type=Path,
-        default=Path("poses.yaml"),
-        help="file with the poses (default: poses.yaml)",
+        help=f"file with the poses (default: {TABLE}, if it exists)",
     )
 
 
 def _add_tool(parser: argparse.ArgumentParser, help_text: str) -> None:
     """Add the argument for the name of a tool."""
     parser.add_argument(
-        "--tool", metavar="NAME", default="fingers", help=f"{help_text} (default: fingers)"
+        "--tool", metavar="NAME", default=FINGERS, help=f"{help_text} (default: {FINGERS})"
     )
 
 

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from pathlib import Path
 from typing import TypeVar
 
-from bioscara.cli.arguments import Options
+from bioscara.cli.arguments import TABLE, Options
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.teach_file import load_table
@@ -14,22 +15,36 @@ from bioscara.robot.workspace.tools import Tool
 T = TypeVar("T")
 
 
-def read_table(options: Options, tool: Tool) -> TeachTable:
-    """Return the poses and tools of ``--table``; the built-in ones if there is no such file.
+def table_file(options: Options) -> Path:
+    """Return the file with the poses: that of ``--table``, or the default one."""
+    return TABLE if options.table is None else options.table
+
+
+def read_table(options: Options, tool: Tool, *, create: bool = False) -> TeachTable:
+    """Return the poses and tools of ``--table``.
+
+    Without ``--table``, and to create the file, it need not exist: then these are the built-in
+    poses and tools.
 
     Args:
         options: Parsed options.
         tool: The fingers.
+        create: Whether the file may be missing although it is named, as it is to be saved.
 
     Raises:
-        ConfigurationError: The file cannot be read; names file and line.
+        ConfigurationError: The file cannot be read, or does not exist; names file and line.
     """
     try:
-        return load_table(options.table, tool)
+        return load_table(table_file(options), tool)
     except ConfigurationError as error:
-        if isinstance(error.__cause__, FileNotFoundError):
+        if not isinstance(error.__cause__, FileNotFoundError):
+            raise
+        if options.table is None or create:
             return TeachTable(tool)
-        raise
+        raise ConfigurationError(
+            f"--table {options.table} does not exist; correct its name, or create it with "
+            f"'bioscara poses save NAME --table {options.table} ...'"
+        ) from error
 
 
 def lookup(options: Options, find: Callable[[str], T], name: str) -> T:
@@ -41,8 +56,8 @@ def lookup(options: Options, find: Callable[[str], T], name: str) -> T:
     try:
         return find(name)
     except InvalidArgumentError as error:
-        if options.table.exists():
+        if table_file(options).exists():
             raise
         raise InvalidArgumentError(
-            f"{error} (and {options.table} does not exist; name another file with --table)"
+            f"{error} (and {table_file(options)} does not exist; name another file with --table)"
         ) from error

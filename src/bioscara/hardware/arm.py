@@ -220,10 +220,12 @@ class ArmHardware(HardwareComponent):
             before = self._clock.now()
             self._exchange.request_states(unanswered)
             self.bus_time += self._clock.now() - before
+        reachable = False
         for axis in self.axes:
             axis.answered = False
             axis.publish()
-        if all(axis.unreachable for axis in self.axes):
+            reachable = reachable or not axis.unreachable
+        if not reachable:
             raise HardwareError(
                 f"{self.name}: no joint can be reached; first: {self.axes[0].halted}", self.name
             )

@@ -30,6 +30,9 @@ class LifecycleState(IntEnum):
         return self.name.lower()
 
 
+_AVAILABLE = (LifecycleState.INACTIVE, LifecycleState.ACTIVE)
+
+
 class HardwareComponent(ABC):
     """A device with interfaces and a lifecycle, as in ros2_control.
 
@@ -69,7 +72,7 @@ class HardwareComponent(ABC):
     @property
     def available(self) -> bool:
         """Whether its interfaces can be used."""
-        return self.state in (LifecycleState.INACTIVE, LifecycleState.ACTIVE)
+        return self.state in _AVAILABLE
 
     def configure(self) -> None:
         """Go from UNCONFIGURED to INACTIVE.

@@ -6,26 +6,16 @@ The XML is plain: no entities, no document types, no large files.
 from __future__ import annotations
 
 import re
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError
 from bioscara.model import GripperParameters, JointParameters
-from bioscara.model.checks import (
-    JOINTS,
-    UNITS,
-    check_addresses,
-    check_jaws,
-    check_joint,
-    check_reach,
-)
-from bioscara.model.section import Section
+from bioscara.model.parameters import JOINTS, UNITS, JointTable
 from bioscara.model.tags import (
     ARM_COMMANDS,
     ARM_COMPONENT,
@@ -37,6 +27,7 @@ from bioscara.model.tags import (
     HOMING_TAGS,
     JOINT_TAGS,
 )
+from bioscara.model.validation import Location
 from bioscara.spelling import did_you_mean
 
 SIZE_MAX = 4_000_000
@@ -119,7 +110,11 @@ class Urdf:
 
     def error(self, element: Element, text: str) -> ConfigurationError:
         """Return an error that states the location of ``element``."""
-        return ConfigurationError(f"{self._source}, line {self._lines[element]}: {text}")
+        return ConfigurationError(f"{self.place(element)}{text}")
+
+    def place(self, element: Element) -> str:
+        """Return the begin of a message about ``element``."""
+        return f"{self._source}, line {self._lines[element]}: "
 
     def attribute(self, element: Element, name: str) -> str:
         """Return an attribute.
@@ -162,34 +157,37 @@ class Urdf:
         return builder.close()
 
 
-class _Params(Section):
-    """The ``<param>`` tags of one joint, by the keys of the parameters that they fill."""
+class _Params:
+    """The ``<param>`` tags of joints, by the location of the value that they fill."""
 
-    def __init__(self, urdf: Urdf, joint: Element, tags: Mapping[str, str]) -> None:
-        self._urdf, self._joint, self._tags = urdf, joint, tags
-        self._elements = {
-            urdf.attribute(element, "name"): element for element in joint.findall("param")
-        }
+    def __init__(self, urdf: Urdf) -> None:
+        self._urdf = urdf
+        self._elements: dict[Location, tuple[str, Element]] = {}
 
-    def error(self, text: str, key: str | None = None) -> ConfigurationError:
-        element = self._elements.get(self._tags.get(key, key)) if key is not None else None
-        return self._urdf.error(self._joint if element is None else element, text)
+    def values(self, joint: Element, tags: Mapping[str, str], *group: str) -> dict[str, object]:
+        """Return the values of the tags of a joint, by field; numbers where they are numbers."""
+        named = {self._urdf.attribute(part, "name"): part for part in joint.findall("param")}
+        found = {field: named[tag] for field, tag in tags.items()}
+        owner = joint.attrib["name"]
+        self._elements |= {(*group, field): (owner, part) for field, part in found.items()}
+        return {field: _value(part) for field, part in found.items()}
 
-    def name(self, key: str) -> str:
-        return f"{self._joint.attrib['name']}: {self._tags.get(key, key)}"
+    def place(self, location: Location) -> str:
+        """Return the begin of a message about a value."""
+        return self._urdf.place(self._elements[location][1])
 
-    def keys(self) -> Iterable[str]:
-        return tuple(self._elements)
+    def name(self, location: Location) -> str:
+        """Return the name of a value in the description."""
+        owner, part = self._elements[location]
+        return f"{owner}: {part.attrib['name']}"
 
-    def value(self, key: str) -> Any:
-        element = self._elements.get(self._tags[key])
-        if element is None:
-            raise self.error(f"{self.name(key)} is missing")
-        text = (element.text or "").strip()
-        if _WHOLE.fullmatch(text):
-            # A decimal number may begin with zeros.
-            return int(text, 16 if "x" in text.lower() else 10)
-        return float(text) if _NUMBER.fullmatch(text) else text
+
+def _value(part: Element) -> object:
+    text = (part.text or "").strip()
+    if _WHOLE.fullmatch(text):
+        # A decimal number may begin with zeros.
+        return int(text, 16 if "x" in text.lower() else 10)
+    return float(text) if _NUMBER.fullmatch(text) else text
 
 
 def read_arm(urdf: Urdf, name: str = ARM_COMPONENT) -> ArmDescription:
@@ -210,17 +208,21 @@ def read_arm(urdf: Urdf, name: str = ARM_COMPONENT) -> ArmDescription:
     for joint in JOINTS:
         if joint not in elements:
             raise urdf.error(component, f"{name}: joint {joint} is missing")
-    joints = []
+    params, values = _Params(urdf), {}
     for joint in JOINTS:
         element = elements[joint]
-        _check_parts(urdf, element, ARM_COMMANDS, ARM_STATES)
-        section, homing = (_Params(urdf, element, tags) for tags in (JOINT_TAGS, HOMING_TAGS))
-        section.refuse_unknown((*JOINT_TAGS.values(), *HOMING_TAGS.values()))
+        _check_parts(
+            urdf, element, ARM_COMMANDS, ARM_STATES, [*JOINT_TAGS.values(), *HOMING_TAGS.values()]
+        )
         if (unit := _unit(urdf, element)) != UNITS[joint]:
             raise urdf.error(element, f"{joint}: its type goes with {unit}, not {UNITS[joint]}")
-        joints.append((check_joint(joint, section, homing), section))
-    check_addresses(joints)
-    return ArmDescription(name, tuple(joint for joint, _ in joints))
+        values[joint] = {
+            **params.values(element, JOINT_TAGS, joint),
+            "unit": unit,
+            "homing": params.values(element, HOMING_TAGS, joint, "homing"),
+            "belt_period": 0.0,  # only planning uses the belts
+        }
+    return ArmDescription(name, JointTable.checked(values, params.place, params.name).joints)
 
 
 def read_gripper(
@@ -241,13 +243,14 @@ def read_gripper(
     if len(elements) != 1:
         raise urdf.error(component, f"{name}: {len(elements)} joints; a gripper has one")
     joint, element = next(iter(elements.items()))
-    _check_parts(urdf, element, GRIPPER_COMMANDS, GRIPPER_STATES)
-    section = _Params(urdf, element, GRIPPER_TAGS)
-    section.refuse_unknown(GRIPPER_TAGS.values())
+    _check_parts(urdf, element, GRIPPER_COMMANDS, GRIPPER_STATES, [*GRIPPER_TAGS.values()])
     if _unit(urdf, element) != "m":
         raise urdf.error(element, f"{joint} is not prismatic: its position is a width")
-    gripper = replace(servo, **check_jaws(section)._asdict())
-    return GripperDescription(name, joint, check_reach(section, gripper))
+    params = _Params(urdf)
+    values = vars(servo) | params.values(element, GRIPPER_TAGS)
+    return GripperDescription(
+        name, joint, GripperParameters.checked(values, params.place, params.name)
+    )
 
 
 def _component(urdf: Urdf, name: str) -> Element:
@@ -294,9 +297,13 @@ def _unit(urdf: Urdf, element: Element) -> str:
 
 
 def _check_parts(
-    urdf: Urdf, element: Element, commands: Sequence[str], states: Sequence[str]
+    urdf: Urdf,
+    element: Element,
+    commands: Sequence[str],
+    states: Sequence[str],
+    params: Sequence[str],
 ) -> None:
-    """Raise unless a joint has exactly these interfaces, and no tag that would be ignored."""
+    """Raise unless a joint has exactly these tags, and none that would be ignored."""
     name = element.attrib["name"]
     for part in element:
         if part.tag not in _PARTS:
@@ -305,27 +312,25 @@ def _check_parts(
             )
         if len(part):
             raise urdf.error(part, f"{name}: <{part.tag}> has nested tags, which are not read")
-    for tag, wanted in (("command_interface", commands), ("state_interface", states)):
-        _check_names(urdf, element, tag, wanted)
-    names = [urdf.attribute(part, "name") for part in element.findall("param")]
-    twice = [each for each, count in Counter(names).items() if count > 1]
-    if twice:
-        raise urdf.error(element, f"{name}: {twice[0]} is there twice")
+    _check_names(urdf, element, "command_interface", commands)
+    _check_names(urdf, element, "state_interface", states)
+    _check_names(urdf, element, "param", params)
 
 
 def _check_names(urdf: Urdf, element: Element, tag: str, wanted: Sequence[str]) -> None:
     name, seen = element.attrib["name"], []
+    kind = "" if tag == "param" else f"{tag} "
     for part in element.findall(tag):
         each = urdf.attribute(part, "name")
         if each not in wanted:
-            raise urdf.error(part, f"{name}: {tag} {each} is not known; {_hint(each, wanted)}")
+            raise urdf.error(part, f"{name}: {kind}{each} is not known; {_hint(each, wanted)}")
         if each in seen:
-            raise urdf.error(part, f"{name}: {tag} {each} is there twice")
+            raise urdf.error(part, f"{name}: {kind}{each} is there twice")
         seen.append(each)
     for each in wanted:
         if each not in seen:
             raise urdf.error(
-                element, f"{name}: {tag} {each} is missing; it has exactly {', '.join(wanted)}"
+                element, f"{name}: {kind}{each} is missing; it has exactly {', '.join(wanted)}"
             )
 
 

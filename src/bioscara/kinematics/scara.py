@@ -179,6 +179,11 @@ class Scara:
 
     def jacobian(self, joints: Sequence[float]) -> tuple[tuple[float, ...], ...]:
         """Return the derivative of the pose by the joints: rows x, y, z, yaw; columns j1 to j4."""
+        x1, x3, x4, y1, y3, y4 = self._levers(joints)
+        return ((x1, 0.0, x3, x4), (y1, 0.0, y3, y4), (0.0, 1.0, 0.0, 0.0), (1.0, 0.0, 1.0, 1.0))
+
+    def _levers(self, joints: Sequence[float]) -> tuple[float, float, float, float, float, float]:
+        """Return the derivatives of x by j1, j3 and j4, then those of y [m/rad]."""
         q1, _, q3, q4 = joints
         q13 = q1 + q3
         yaw = q13 + q4 + self.base.yaw
@@ -188,7 +193,7 @@ class Scara:
         x4, y4 = -s * tx - c * ty, c * tx - s * ty
         x3, y3 = x4 - self._l2 * math.sin(q13), y4 + self._l2 * math.cos(q13)
         x1, y1 = x3 - self._l1 * math.sin(q1), y3 + self._l1 * math.cos(q1)
-        return ((x1, 0.0, x3, x4), (y1, 0.0, y3, y4), (0.0, 1.0, 0.0, 0.0), (1.0, 0.0, 1.0, 1.0))
+        return x1, x3, x4, y1, y3, y4
 
     def rates(self, joints: Sequence[float], velocity: Sequence[float]) -> Joints:
         """Return the joint velocities for a velocity of the tool.
@@ -223,7 +228,7 @@ class Scara:
             joints: Positions of the joints [rad, m, rad, rad].
             rates: Velocities of the joints [rad/s, m/s, rad/s, rad/s].
         """
-        (x1, _, x3, x4), (y1, _, y3, y4), _, _ = self.jacobian(joints)
+        x1, x3, x4, y1, y3, y4 = self._levers(joints)
         r1, r2, r3, r4 = rates
         vx, vy = x1 * r1 + x3 * r3 + x4 * r4, y1 * r1 + y3 * r3 + y4 * r4
         return math.sqrt(vx * vx + vy * vy + r2 * r2)

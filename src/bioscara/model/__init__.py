@@ -1,11 +1,10 @@
 """Model of the arm: its parameters as immutable values in SI units, its shapes and description.
 
 ``parameters.yaml`` holds the values of the existing arms, each with its unit and source;
-``parameters`` defines them as classes, ``loading`` reads and checks the file with ``checks``;
-``section`` checks named values, ``yaml_section`` those of a file. ``parts`` is the drawing of the
-arm, made of ``solids``; planning's collision bodies follow from it. ``urdf`` is the description,
-which ``tools/description.py`` generates, ``meshes`` reads its meshes; ``tags`` are the names used
-in it.
+``parameters`` defines them as classes with their limits, ``loading`` reads the file; ``validation``
+is how values are checked, ``yaml_file`` gives those of a file. ``parts`` is the drawing of the arm,
+made of ``solids``; planning's collision bodies follow from it. ``urdf`` is the description, which
+``tools/description.py`` generates, ``meshes`` reads its meshes; ``tags`` are the names used in it.
 """
 
 from bioscara.model.loading import load_parameters as load_parameters

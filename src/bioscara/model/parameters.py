@@ -2,7 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator, Mapping
+from typing import Annotated
+
+from pydantic import BeforeValidator, Field, Strict
+
+from bioscara.arguments import shown
+from bioscara.model.validation import (
+    NOT_ZERO,
+    Checked,
+    Flag,
+    Listed,
+    Name,
+    Number,
+    Problem,
+    Text,
+    Within,
+    described,
+    not_above,
+    outside,
+)
 
 JERK_TIME = 0.025
 """Time in which a joint may reach its highest acceleration [s].
@@ -15,9 +35,30 @@ LOWEST_RATE, HIGHEST_RATE = 20, 10_000
 """Useful range of cycles per second [Hz]: a setpoint must arrive in time, and a joint
 that receives nothing for 60 ms stops."""
 
+UNITS = {"j1": "rad", "j2": "m", "j3": "rad", "j4": "rad"}
+"""Units of the joints, by name: the second one lifts, the others turn."""
+JOINTS = tuple(UNITS)
+"""Names of the joints, in the order of their numbers."""
+_FARTHEST = {"rad": 4.0 * math.pi, "m": 2.0}
+"""Largest position of a joint of this unit: larger ones are probably degrees or millimetres."""
+_MOTOR_VELOCITY = 343.0
+"""Highest speed of a motor [rad/s]: TRACK carries 3276 rpm."""
+_MOTOR_ACCELERATION = 365.0
+"""Highest acceleration of a motor [rad/s^2]: the register of its driver ends just above it. More is
+clamped; firmware of the existing arms takes a small share of it instead."""
+_HOMING_RPM = (1.0, 250.0)
+"""Motor speeds that HOME can carry: the original host refuses the bounds themselves."""
+_SLOWEST_BELT = 1.0
+"""Longest period of a belt [s]: a load with a slower oscillation cannot be positioned."""
+_WIDTH_TOLERANCE = 1e-9
+"""Rounding of a width that the servo reaches [m]."""
+_CARRIAGE = 0.16
+"""Shortest upper arm [m]: the lift's carriage extends to there, and the elbow is beyond it."""
+Percent = Annotated[int, Within(1, 100, "%")]
+BrakingShare = Annotated[float, Within(0.01, 1.0)]
 
-@dataclass(frozen=True, slots=True)
-class HomingParameters:
+
+class HomingParameters(Checked):
     """Homing parameters of one joint.
 
     Attributes:
@@ -27,19 +68,17 @@ class HomingParameters:
         acceleration: Joint acceleration while homing [unit/s^2].
     """
 
-    velocity: float
-    threshold: int
-    current_percent: int
-    acceleration: float
+    velocity: Annotated[Number, NOT_ZERO]
+    threshold: Annotated[int, Within(1, 255, "microsteps")]
+    current_percent: Percent
+    acceleration: Number
 
 
-@dataclass(frozen=True, slots=True)
-class JointParameters:
+class JointParameters(Checked):
     """One joint. ``unit`` is rad or m; every other unit follows from it.
 
     Attributes:
         name: ``"j1"`` to ``"j4"``.
-        number: 1 to 4, as reported by the joint's firmware.
         address: 7-bit bus address.
         unit: ``"rad"`` or ``"m"``.
         reduction: Motor radians per joint unit; negative where the motor turns in the opposite
@@ -57,20 +96,49 @@ class JointParameters:
         belt_period: Period of the load's oscillation on its belt [s]; 0 for a rigid drive.
     """
 
-    name: str
-    number: int
-    address: int
-    unit: str
-    reduction: float
-    lower: float
-    upper: float
-    max_velocity: float
-    max_acceleration: float
-    drive_current_percent: int
-    hold_current_percent: int
-    stall_threshold: int
+    name: Annotated[str, Field(strict=True, pattern="^j[1-4]$")]
+    address: Annotated[int, Within(0x08, 0x77)]
+    unit: Text
+    reduction: Annotated[float, Within(-1e5, 1e5), NOT_ZERO]
+    lower: Number
+    upper: Number
+    max_velocity: Number
+    max_acceleration: Number
+    drive_current_percent: Percent
+    hold_current_percent: Percent
+    stall_threshold: Annotated[int, Within(0, 255)]
     homing: HomingParameters
-    belt_period: float = 0.0
+    belt_period: Annotated[float, Within(0.0, _SLOWEST_BELT, "s")]
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield values that do not suit each other, or the joint."""
+        unit, ratio = UNITS[self.name], abs(self.reduction)
+        if self.unit != unit:
+            yield Problem(f"{shown(self.unit)} is not a valid name; it must be {unit}", ("unit",))
+            return
+        farthest, speed, second = _FARTHEST[unit], f"{unit}/s", f"{unit}/s^2"
+        yield from outside(self.lower, -farthest, farthest, unit, "lower")
+        yield from outside(self.upper, -farthest, farthest, unit, "upper")
+        yield from not_above(self.upper, self.lower, "upper")
+        fastest, hardest = _MOTOR_VELOCITY / ratio, _MOTOR_ACCELERATION / ratio
+        yield from outside(self.max_velocity, 1e-6, fastest, speed, "max_velocity")
+        yield from outside(self.max_acceleration, 1e-6, hardest, second, "max_acceleration")
+        homing, most = self.homing, self.max_velocity
+        yield from outside(homing.velocity, -most, most, speed, "homing", "velocity")
+        most = self.max_acceleration
+        yield from outside(homing.acceleration, 1e-6, most, second, "homing", "acceleration")
+        motor_rpm = abs(math.degrees(homing.velocity * self.reduction)) / 6.0
+        if not _HOMING_RPM[0] < motor_rpm < _HOMING_RPM[1]:
+            text = (
+                f"{homing.velocity:g} is {motor_rpm:g} rpm of the motor, which must be above "
+                f"{_HOMING_RPM[0]:g} and below {_HOMING_RPM[1]:g}"
+            )
+            yield Problem(text, ("homing", "velocity"))
+
+    @property
+    def number(self) -> int:
+        """1 to 4, as reported by the joint's firmware."""
+        return JOINTS.index(self.name) + 1
 
     @property
     def home_position(self) -> float:
@@ -83,8 +151,7 @@ class JointParameters:
         return self.max_acceleration / JERK_TIME
 
 
-@dataclass(frozen=True, slots=True)
-class PwmOutput:
+class PwmOutput(Checked):
     """A PWM output of the computer.
 
     Attributes:
@@ -92,12 +159,11 @@ class PwmOutput:
         channel: Number of the output on that device.
     """
 
-    device: str
-    channel: int
+    device: Name
+    channel: Annotated[int, Within(0, 15)]
 
 
-@dataclass(frozen=True, slots=True)
-class GripperParameters:
+class GripperParameters(Checked):
     """The parallel gripper and its servo.
 
     Attributes:
@@ -115,18 +181,37 @@ class GripperParameters:
         outputs: Candidate outputs of the servo; the first one that exists is used.
     """
 
-    lower: float
-    upper: float
-    max_velocity: float
-    initial: float
-    deg_per_m: float
-    zero_width: float
-    frequency: float
-    pulse_center: float
-    pulse_per_deg: float
-    pulse_lower: float
-    pulse_upper: float
-    outputs: tuple[PwmOutput, ...]
+    lower: Annotated[float, Within(0.0, 1.0, "m")]
+    upper: Annotated[float, Within(0.0, 1.0, "m")]
+    max_velocity: Annotated[float, Within(1e-3, 10.0, "m/s")]
+    initial: Number
+    deg_per_m: Annotated[float, Within(-1e5, 1e5, "deg/m"), NOT_ZERO]
+    zero_width: Annotated[float, Within(-1.0, 1.0, "m")]
+    frequency: Number
+    pulse_center: Number
+    pulse_per_deg: Annotated[float, Within(-1e-3, 1e-3, "s/deg"), NOT_ZERO]
+    pulse_lower: Annotated[float, Within(1e-4, 1e-2, "s")]
+    pulse_upper: Annotated[float, Within(1e-4, 1e-2, "s")]
+    outputs: Annotated[Listed[PwmOutput], Field(min_length=1)]
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield values that do not suit each other."""
+        yield from not_above(self.upper, self.lower, "upper")
+        yield from outside(self.initial, self.lower, self.upper, "m", "initial")
+        yield from not_above(self.pulse_upper, self.pulse_lower, "pulse_upper")
+        yield from outside(self.frequency, 1.0, 0.9 / self.pulse_upper, "Hz", "frequency")
+        pulses = self.pulse_lower, self.pulse_upper
+        yield from outside(self.pulse_center, *pulses, "s", "pulse_center")
+        smallest, largest = self.reach
+        for key, limit in (("lower", self.lower), ("upper", self.upper)):
+            if not smallest - _WIDTH_TOLERANCE <= limit <= largest + _WIDTH_TOLERANCE:
+                text = (
+                    f"{limit:g} m is out of the servo's reach: with deg_per_m {self.deg_per_m:g} "
+                    f"and zero_width {self.zero_width:g}, pulses of {1e3 * self.pulse_lower:g} .. "
+                    f"{1e3 * self.pulse_upper:g} ms give {smallest:.4g} .. {largest:.4g} m; give a "
+                    "limit between these, or calibrate anew"
+                )
+                yield Problem(text, (key,))
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -140,8 +225,7 @@ class GripperParameters:
         return self.zero_width + angle_deg / self.deg_per_m
 
 
-@dataclass(frozen=True, slots=True)
-class GeometryParameters:
+class GeometryParameters(Checked):
     """Dimensions of the arm; angles and the frame of the wrist as in the arm's description.
 
     Attributes:
@@ -155,17 +239,16 @@ class GeometryParameters:
             motion depends on it.
     """
 
-    height: float
-    upper_arm: float
-    forearm: float
-    tool_x: float
-    tool_y: float
-    tool_z: float
-    tool_mass: float
+    height: Annotated[float, Within(0.01, 2.0, "m")]
+    upper_arm: Annotated[float, Within(_CARRIAGE, 2.0, "m")]
+    forearm: Annotated[float, Within(0.01, 2.0, "m")]
+    tool_x: Annotated[float, Within(-1.0, 1.0, "m")]
+    tool_y: Annotated[float, Within(-1.0, 1.0, "m")]
+    tool_z: Annotated[float, Within(-1.0, 1.0, "m")]
+    tool_mass: Annotated[float, Within(0.0, 10.0, "kg")]
 
 
-@dataclass(frozen=True, slots=True)
-class UpdateRates:
+class UpdateRates(Checked):
     """Cycles of the control loop, by the oldest protocol that a joint speaks.
 
     Attributes:
@@ -173,12 +256,11 @@ class UpdateRates:
         version_2: With protocol version 2 [Hz].
     """
 
-    version_1: int
-    version_2: int
+    version_1: Annotated[int, Within(LOWEST_RATE, HIGHEST_RATE, "Hz")]
+    version_2: Annotated[int, Within(LOWEST_RATE, HIGHEST_RATE, "Hz")]
 
 
-@dataclass(frozen=True, slots=True)
-class JointTolerances:
+class JointTolerances(Checked):
     """Tolerances of one joint for following a trajectory.
 
     Attributes:
@@ -187,12 +269,11 @@ class JointTolerances:
         goal: Tolerance at the end [unit]; 0 is unchecked.
     """
 
-    trajectory: float
-    goal: float
+    trajectory: Number
+    goal: Number
 
 
-@dataclass(frozen=True, slots=True)
-class TrajectoryConstraints:
+class TrajectoryConstraints(Checked):
     """Failure conditions of a trajectory, and its deceleration on failure.
 
     Attributes:
@@ -201,17 +282,27 @@ class TrajectoryConstraints:
         goal_time: Delay after the planned time at which the goal may be reached [s]; 0 for no
             limit.
         max_deceleration_on_cancel_share: Share of the highest joint acceleration, above 0 up to 1.
-        joints: Tolerances of each joint, in the order of their numbers.
+        j1: Tolerances of this joint.
+        j2: Tolerances of this joint.
+        j3: Tolerances of this joint.
+        j4: Tolerances of this joint.
     """
 
-    stopped_velocity_tolerance: float
-    goal_time: float
-    max_deceleration_on_cancel_share: float
-    joints: tuple[JointTolerances, ...]
+    stopped_velocity_tolerance: Annotated[float, Within(0.0, 10.0)]
+    goal_time: Annotated[float, Within(0.0, 3600.0, "s")]
+    max_deceleration_on_cancel_share: BrakingShare
+    j1: JointTolerances
+    j2: JointTolerances
+    j3: JointTolerances
+    j4: JointTolerances
+
+    @property
+    def joints(self) -> tuple[JointTolerances, ...]:
+        """Tolerances of each joint, in the order of their numbers."""
+        return self.j1, self.j2, self.j3, self.j4
 
 
-@dataclass(frozen=True, slots=True)
-class TrajectorySettings:
+class TrajectorySettings(Checked):
     """How trajectories are followed.
 
     Attributes:
@@ -221,13 +312,12 @@ class TrajectorySettings:
         constraints: Failure conditions of a goal.
     """
 
-    allow_partial_joints_goal: bool
-    allow_nonzero_velocity_at_trajectory_end: bool
+    allow_partial_joints_goal: Flag
+    allow_nonzero_velocity_at_trajectory_end: Flag
     constraints: TrajectoryConstraints
 
 
-@dataclass(frozen=True, slots=True)
-class HomingSettings:
+class HomingSettings(Checked):
     """Limits of homing, beyond which it fails.
 
     Attributes:
@@ -235,23 +325,21 @@ class HomingSettings:
         max_travel_share: Largest travel of a joint, as a share of its range; 1 or more.
     """
 
-    timeout: float
-    max_travel_share: float
+    timeout: Annotated[float, Within(1.0, 3600.0, "s")]
+    max_travel_share: Annotated[float, Within(1.0, 2.0)]
 
 
-@dataclass(frozen=True, slots=True)
-class HoldSettings:
+class HoldSettings(Checked):
     """Deceleration of joints to rest.
 
     Attributes:
         max_deceleration_share: Share of the highest joint acceleration, above 0 up to 1.
     """
 
-    max_deceleration_share: float
+    max_deceleration_share: BrakingShare
 
 
-@dataclass(frozen=True, slots=True)
-class GripperSettings:
+class GripperSettings(Checked):
     """Conditions for the gripper's arrival and stall.
 
     Attributes:
@@ -261,14 +349,13 @@ class GripperSettings:
         stall_timeout: Time at rest after which they count as stalled [s].
     """
 
-    goal_tolerance: float
-    allow_stalling: bool
-    stall_velocity_threshold: float
-    stall_timeout: float
+    goal_tolerance: Annotated[float, Within(1e-5, 0.1, "m")]
+    allow_stalling: Flag
+    stall_velocity_threshold: Annotated[float, Within(1e-6, 1.0, "m/s")]
+    stall_timeout: Annotated[float, Within(0.01, 60.0, "s")]
 
 
-@dataclass(frozen=True, slots=True)
-class ControllerSettings:
+class ControllerSettings(Checked):
     """Parameters of the controllers, named as in ros2_controllers where it has the parameter.
 
     Attributes:
@@ -286,8 +373,39 @@ class ControllerSettings:
     gripper_controller: GripperSettings
 
 
-@dataclass(frozen=True, slots=True)
-class ArmParameters:
+def _named(name: str) -> BeforeValidator:
+    """Return the annotation of a joint whose name is the one of its values in the file."""
+    return BeforeValidator(
+        lambda values: {"name": name, **values} if isinstance(values, Mapping) else values
+    )
+
+
+class JointTable(Checked):
+    """The joints by name, as files and descriptions have them."""
+
+    j1: Annotated[JointParameters, _named("j1")]
+    j2: Annotated[JointParameters, _named("j2")]
+    j3: Annotated[JointParameters, _named("j3")]
+    j4: Annotated[JointParameters, _named("j4")]
+
+    @property
+    def joints(self) -> tuple[JointParameters, ...]:
+        """The joints, in the order of their numbers."""
+        return self.j1, self.j2, self.j3, self.j4
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield joints of another name, or with the address of another one."""
+        owners: dict[int, str] = {}
+        for key, joint in zip(JOINTS, self.joints, strict=True):
+            if joint.name != key:
+                yield Problem(f"{joint.name} must be {key}", (key, "name"))
+            owner = owners.setdefault(joint.address, key)
+            if owner != key:
+                text = f"{joint.address:#04x} is already the address of {owner}"
+                yield Problem(text, (key, "address"))
+
+
+class ArmParameters(Checked):
     """The whole arm.
 
     Attributes:
@@ -298,11 +416,30 @@ class ArmParameters:
         controllers: Parameters of the controllers.
     """
 
-    joints: tuple[JointParameters, ...]
+    joints: Annotated[
+        tuple[JointParameters, ...],
+        Strict(),
+        BeforeValidator(
+            lambda given: given if isinstance(given, tuple) else JointTable.parsed(given).joints
+        ),
+    ]
     geometry: GeometryParameters
     gripper: GripperParameters
-    homing_order: tuple[str, ...]
+    homing_order: Listed[Text]
     controllers: ControllerSettings
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield values of one part that do not suit another."""
+        if sorted(self.homing_order) != sorted(JOINTS):
+            text = f"{described(self.homing_order)} must name each of {', '.join(JOINTS)} once"
+            yield Problem(text, ("homing_order",))
+        limits = self.controllers.joint_trajectory_controller.constraints
+        where = "controllers", "joint_trajectory_controller", "constraints"
+        for joint, own in zip(self.joints, limits.joints, strict=True):
+            # A tolerance above the joint's range can never be violated.
+            span, name = joint.upper - joint.lower, joint.name
+            yield from outside(own.trajectory, 0.0, span, joint.unit, *where, name, "trajectory")
+            yield from outside(own.goal, 0.0, span, joint.unit, *where, name, "goal")
 
     @property
     def belt_periods(self) -> tuple[float, ...]:

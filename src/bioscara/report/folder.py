@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from datetime import datetime
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from bioscara.errors import ConfigurationError
 from bioscara.report.cycles import History
 from bioscara.report.samples import ROW_BYTES, SampleWriter
 from bioscara.report.summary import RunSummary
+from bioscara.whole_files import replacing
 
 SAMPLES, REPORT, PLOT, PICTURE, TRAJECTORY = (
     "samples.csv",
@@ -30,11 +32,17 @@ class RunFolder:
     Attributes:
         path: The folder.
         samples: Writer that receives each cycle during the run.
+
+    Args:
+        path: The folder.
+        samples: Writer of its samples file.
+        made: The folders that were created for it, innermost first.
     """
 
-    def __init__(self, path: Path, samples: SampleWriter) -> None:
+    def __init__(self, path: Path, samples: SampleWriter, made: tuple[Path, ...] = ()) -> None:
         self.path = path
         self.samples = samples
+        self._made = made
 
     @classmethod
     def create(cls, path: Path, joint_names: tuple[str, ...], cycles: int) -> RunFolder:
@@ -50,6 +58,7 @@ class RunFolder:
             ConfigurationError: The folder cannot be created or written, has another run, or too
                 little room.
         """
+        made = tuple(each for each in (path, *path.parents) if not each.exists())
         try:
             path.mkdir(parents=True, exist_ok=True)
             if (path / SAMPLES).exists():
@@ -59,19 +68,19 @@ class RunFolder:
             room = os.statvfs(path)
             samples = SampleWriter(path / SAMPLES, joint_names)
         except OSError as error:
+            _remove_empty(made)
             raise ConfigurationError(
                 f"run folder {path} cannot be written: {error.strerror or error}; "
                 f"name a writable one with --out"
             ) from error
         free, needed = room.f_bavail * room.f_frsize, cycles * ROW_BYTES + _ROOM_FOR_PLOTS
         if free < needed:
-            samples.close()
-            (path / SAMPLES).unlink()
+            cls(path, samples, made).discard()
             raise ConfigurationError(
                 f"run folder {path} has {free / 1e6:.1f} MB left and the run needs "
                 f"{needed / 1e6:.1f} MB; free some or name another with --out"
             )
-        return cls(path, samples)
+        return cls(path, samples, made)
 
     def finish(self, summary: RunSummary, history: History) -> tuple[list[Path], list[str]]:
         """Close the samples and write report and plots.
@@ -89,33 +98,38 @@ class RunFolder:
             self.path / name for name in (SAMPLES, TRAJECTORY) if (self.path / name).exists()
         ]
         problems = []
-        for name, write in (
-            (REPORT, lambda path: _write_text(path, text.render(summary, history))),
-            (PLOT, lambda path: _write_text(path, html.render(summary, history))),
-            (PICTURE, lambda path: png.write(path, summary, history)),
-        ):
+        writers: dict[str, Callable[[Path], None]] = {
+            REPORT: lambda path: _write_text(path, text.render(summary, history)),
+            PLOT: lambda path: _write_text(path, html.render(summary, history)),
+            PICTURE: lambda path: png.write(path, summary, history),
+        }
+        for name, write in writers.items():
             if name == PICTURE and not png.available():
                 continue
             try:
-                self._write_whole(name, write)
+                write(self.path / name)
                 written.append(self.path / name)
             except OSError as error:
                 problems.append(f"{self.path / name} was not written: {error.strerror or error}")
         return written, problems
 
-    def _write_whole(self, name: str, write: Callable[[Path], None]) -> None:
-        """Write one file atomically."""
-        partial = self.path / f"partial-{name}"
-        try:
-            write(partial)
-            partial.replace(self.path / name)
-        except OSError:
-            partial.unlink(missing_ok=True)
-            raise
+    def discard(self) -> None:
+        """Remove the samples of a run that did not begin, and folders created for it."""
+        self.samples.close()
+        (self.path / SAMPLES).unlink(missing_ok=True)
+        _remove_empty(self._made)
 
 
 def _write_text(path: Path, content: str) -> None:
-    path.write_text(content, encoding="utf-8")
+    with replacing(path) as partial:
+        partial.write_text(content, encoding="utf-8")
+
+
+def _remove_empty(folders: tuple[Path, ...]) -> None:
+    # A folder with other files stays, and so does one that cannot be removed.
+    with suppress(OSError):
+        for folder in folders:
+            folder.rmdir()
 
 
 def default_path(base: Path, name: str, now: datetime) -> Path:

@@ -44,6 +44,7 @@ def render(summary: RunSummary, history: History) -> str:
         "shown": _shown(len(shown), len(moving)),
         "data": _data(summary, history, shown),
         "page_css": _resource("page.css"),
+        "axis_js": _resource("axis.js"),
         "page_js": _resource("page.js"),
         "uplot_css": _resource("uplot/uPlot.min.css"),
         "uplot_js": _resource("uplot/uPlot.iife.min.js"),

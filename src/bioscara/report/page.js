@@ -10,8 +10,7 @@
     const { left, top, width, height } = u.bbox;
     const at = (t) => Math.min(Math.max(u.valToPos(t, "x", true), left), left + width);
     u.ctx.fillStyle = style("--band");
-    u.ctx.fillRect(left, top, at(0) - left, height);
-    u.ctx.fillRect(at(run.end), top, left + width - at(run.end), height);
+    u.ctx.fillRect(at(0), top, at(run.end) - at(0), height);
   };
 
   const axis = (extra) => ({
@@ -22,7 +21,13 @@
     ...extra,
   });
 
-  const number = (u, value) => (value == null ? "-" : value.toPrecision(5));
+  const labelled = (u, ticks, index, space, step) => tickLabels(ticks, step);
+  // Room for the longest label: 7 pixels for each character, and the tick.
+  const room = (u, labels) => 20 + 7 * Math.max(4, ...(labels ?? []).map((label) => label.length));
+  const number = (unit) => (u, value, index) => {
+    const scale = u.scales[u.series[index].scale];
+    return valueLabel(value, scale.min, scale.max, unit);
+  };
 
   const chart = (caption, unit, time, series) => {
     const figure = document.createElement("figure");
@@ -39,11 +44,14 @@
       legend: { live: true },
       cursor: { sync: { key: sync.key }, points: { size: 5 } },
       scales: { x: { time: false } },
-      axes: [axis({ size: 26, values: (u, ticks) => ticks.map((t) => +t.toFixed(6) + " s") }), axis({ size: 62 })],
+      axes: [
+        axis({ size: 26, space: 70, values: (...all) => labelled(...all).map((label) => label && label + " s") }),
+        axis({ size: room, values: labelled }),
+      ],
       series: [
-        { label: "time", value: (u, t) => (t == null ? "-" : t.toFixed(3) + " s") },
+        { label: "time", value: number(" s") },
         ...series.map(({ label, color, dash }) => ({
-          label, dash, width: 1.5, value: number, points: { show: false }, stroke: () => style(color),
+          label, dash, width: 1.5, value: number(""), points: { show: false }, stroke: () => style(color),
         })),
       ],
       hooks: { drawClear: [shade] },

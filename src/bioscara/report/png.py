@@ -13,6 +13,7 @@ from bioscara.report.cycles import History, Phase
 from bioscara.report.statistics import measured_time, phase_mask
 from bioscara.report.summary import RunSummary
 from bioscara.report.text import outcome_line
+from bioscara.whole_files import replacing
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -24,7 +25,9 @@ def available() -> bool:
 
 
 def save(figure: Figure, path: Path, dpi: int) -> None:
-    """Write a picture as PNG; a character that is missing in its font is drawn as a box.
+    """Write a picture as PNG, whole or not at all.
+
+    A character that is missing in its font is drawn as a box.
 
     Raises:
         OSError: The file cannot be written.
@@ -32,7 +35,8 @@ def save(figure: Figure, path: Path, dpi: int) -> None:
     with warnings.catch_warnings():
         # The box shows it; a warning with this source line for each character would not help.
         warnings.filterwarnings("ignore", "Glyph .* missing from font", UserWarning)
-        figure.savefig(path, dpi=dpi, format="png")
+        with replacing(path) as partial:
+            figure.savefig(partial, dpi=dpi, format="png")
 
 
 def write(path: Path, summary: RunSummary, history: History) -> None:

@@ -50,7 +50,7 @@ class SampleWriter:
         joint_names: Names of the joints, for the header.
 
     Raises:
-        OSError: The file cannot be created, or has no room for its header.
+        OSError: The file cannot be created, or has no room for its header; then there is none.
     """
 
     def __init__(self, path: Path, joint_names: Sequence[str]) -> None:
@@ -60,6 +60,7 @@ class SampleWriter:
             self._append(header(joint_names) + "\n")
         except OSError:
             os.close(self._file)
+            path.unlink()
             raise
 
     def write(self, cycles: Iterable[CycleRecord]) -> None:

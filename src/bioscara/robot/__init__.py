@@ -21,8 +21,15 @@ if TYPE_CHECKING:
 _HOMES = {"FAULTS": "bioscara.robot.connection.arm_session", "Robot": "bioscara.robot.robot"}
 
 
+__all__ = ["FAULTS", "Robot", "kinematics_of"]
+
+
 def __getattr__(name: str) -> object:
     # Lazy: planning alone does not import controllers and drivers.
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(_HOMES[name]), name)
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__})

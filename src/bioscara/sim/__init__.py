@@ -2,12 +2,13 @@
 
 ``arm`` is the arm with its time, its surroundings and the faults that can be injected;
 ``firmware_bus`` is the bus to it within this process; ``server`` runs it in a separate process, and
-``socket_bus`` is the bus to that process, with the frames of ``framing``. ``servo`` simulates the
-gripper's servo.
+``socket_bus`` is the bus to that process, with the frames of ``framing``. ``onlooker`` reads that
+arm's positions without using it. ``servo`` simulates the gripper's servo.
 """
 
 from bioscara.sim.arm import SimulatedArm as SimulatedArm
 from bioscara.sim.firmware_bus import FirmwareBus as FirmwareBus
+from bioscara.sim.onlooker import Onlooker as Onlooker
 from bioscara.sim.server import serve as serve
 from bioscara.sim.servo import SimulatedServo as SimulatedServo
 from bioscara.sim.socket_bus import SocketBus as SocketBus

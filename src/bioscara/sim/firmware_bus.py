@@ -35,14 +35,12 @@ class FirmwareBus(Bus):
         """
         if self._closed:
             raise BusUnavailableError("the simulated bus is closed")
-        results: list[bytes | CommunicationError] = []
-        for result in self.arm.transfer(transactions):
-            if isinstance(result, int):
-                address = transactions[len(results)].address
-                results.append(failure(result, address))
-            else:
-                results.append(result)
-        return results
+        return [
+            result if isinstance(result, bytes) else failure(result, transaction.address)
+            for transaction, result in zip(
+                transactions, self.arm.transfer(transactions), strict=True
+            )
+        ]
 
     def close(self) -> None:
         """Refuse further transfers; the arm keeps running."""

@@ -2,13 +2,17 @@
 
 A frame is ``u16 size, u8 kind, u32 sequence`` and ``size`` bytes, little endian. A host sends HELLO
 with sequence 0 and gets WELCOME, then REQUESTs numbered from 1, each answered by the REPLY of the
-same number. REFUSAL carries a sentence and is the last frame of a connection.
+same number. REFUSAL carries a sentence and is the last frame of a connection. A program that only
+looks at the arm sends no HELLO but LOOKs numbered from 0, each answered by the STATE of the same
+number; it uses no bus and is no host.
 
     HELLO    4s magic, u8 version
     WELCOME  nothing
     REQUEST  f64 begin, u16 count, per transaction u8 address, u8 size, u8 read and bytes to write
     REPLY    f64 end, u16 count, per transaction u8 outcome, u8 size and the bytes read
     REFUSAL  text
+    LOOK     nothing
+    STATE    f64 simulated time, f64 true position of each joint, j1 to j4
 
 ``begin`` and ``end`` are times of the machine's monotonic clock [s]: when the transactions begin on
 the bus, and when the last one ends. The host waits for the latter, so that the scheduler's delays
@@ -37,6 +41,7 @@ _TIME = struct.Struct("<d")
 _COUNT = struct.Struct("<H")
 _HEAD = struct.Struct("<BBB")
 _RESULT = struct.Struct("<BB")
+_STATE = struct.Struct("<5d")
 
 
 class FrameKind(IntEnum):
@@ -47,6 +52,8 @@ class FrameKind(IntEnum):
     REQUEST = 3
     REPLY = 4
     REFUSAL = 5
+    LOOK = 6
+    STATE = 7
 
 
 _SIZE_MAX = {
@@ -55,6 +62,8 @@ _SIZE_MAX = {
     FrameKind.REQUEST: _TIME.size + _COUNT.size + TRANSACTIONS_MAX * (_HEAD.size + BYTES_MAX),
     FrameKind.REPLY: _TIME.size + _COUNT.size + TRANSACTIONS_MAX * (_RESULT.size + BYTES_MAX),
     FrameKind.REFUSAL: TEXT_MAX,
+    FrameKind.LOOK: 0,
+    FrameKind.STATE: _STATE.size,
 }
 
 
@@ -70,6 +79,18 @@ class Frame(NamedTuple):
     kind: FrameKind
     sequence: int
     body: bytes
+
+
+class ArmState(NamedTuple):
+    """True state of a simulated arm, independent of what its joints measure.
+
+    Attributes:
+        time: Simulated time [s].
+        positions: Of j1 to j4 [rad, m, rad, rad].
+    """
+
+    time: float
+    positions: tuple[float, ...]
 
 
 def encode_frame(kind: FrameKind, sequence: int, body: bytes = b"") -> bytes:
@@ -215,6 +236,23 @@ def decode_reply(body: bytes, count: int) -> tuple[list[bytes | int], float]:
         results.append(outcome or read)
     reader.end()
     return results, end
+
+
+def encode_state(state: ArmState) -> bytes:
+    """Return the body of the STATE that carries ``state``."""
+    return _STATE.pack(state.time, *state.positions)
+
+
+def decode_state(body: bytes) -> ArmState:
+    """Return the state in a STATE.
+
+    Raises:
+        BusUnavailableError: It is not one.
+    """
+    if len(body) != _STATE.size:
+        raise BusUnavailableError(f"a STATE of {len(body)} bytes; it has {_STATE.size}")
+    time, *positions = _STATE.unpack(body)
+    return ArmState(time, tuple(positions))
 
 
 class _BodyParser:

@@ -14,15 +14,17 @@ from pathlib import Path
 from bioscara.bus.user import User, in_use, user_of
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.errors import BusUnavailableError
-from bioscara.sim.arm import SimulatedArm
+from bioscara.sim.arm import JOINTS, SimulatedArm
 from bioscara.sim.framing import (
     TEXT_MAX,
+    ArmState,
     Frame,
     FrameKind,
     check_hello,
     decode_request,
     encode_frame,
     encode_reply,
+    encode_state,
     expect,
     next_frame,
 )
@@ -35,6 +37,8 @@ FRAME_TIMEOUT = 1.0
 """Time that a client has for a whole frame, its HELLO included, and to take a reply [s]."""
 _CLIENTS_MAX = 16
 """Maximum number of connections: the host, and clients that have not sent a HELLO yet."""
+_LOOK_PERIOD = 0.01
+"""Least time between two answers to a program that only looks [s]."""
 _SEQUENCES = 2**32
 _RECEIVE = 2**16
 _CREDENTIALS = struct.Struct("=iII")
@@ -54,6 +58,8 @@ def serve(
     joints keep running when a host vanishes, which is intended, and no client can delay their time:
     one that sends or receives too slowly, or sends an invalid frame, is disconnected. Only its
     owner can access the socket.
+
+    Programs that only look at the arm get its true positions, beside the host and without the bus.
 
     Args:
         arm: The arm.
@@ -83,7 +89,7 @@ class _Client:
     """One connection; nothing here waits for the other side.
 
     Attributes:
-        host: The program; None before its HELLO.
+        host: The program; None before its HELLO, and for one that only looks.
         sequence: Number of the next frame from it.
         deadline: Time limit of a transfer in progress, in either direction [s]; None without one.
         due: Time before which its next request is not carried out [s].
@@ -149,7 +155,7 @@ class _Client:
         """
         with contextlib.suppress(BlockingIOError):
             del self._outbox[: self.connection.send(self._outbox)]
-        if not self._outbox:
+        if not self._outbox and self.host is not None:
             self.deadline = None
 
     def user(self) -> User:
@@ -260,7 +266,9 @@ class _Server:
         frame = client.next_frame(now)
         if frame is None:
             return
-        if client.host is None:
+        if client.host is None and frame.kind is FrameKind.LOOK:
+            self._show(client, frame, now)
+        elif client.host is None:
             check_hello(expect(frame, FrameKind.HELLO, 0))
             self._welcome(client, now)
         else:
@@ -273,6 +281,13 @@ class _Server:
             body = encode_reply(results, end)
             client.reply(encode_frame(FrameKind.REPLY, client.sequence, body), now, end)
         client.sequence = (client.sequence + 1) % _SEQUENCES
+
+    def _show(self, client: _Client, frame: Frame, now: float) -> None:
+        """Answer a LOOK: no bus transaction takes place, and no simulated time passes."""
+        expect(frame, FrameKind.LOOK, client.sequence)
+        arm = self._arm
+        body = encode_state(ArmState(arm.now(), tuple(arm.position(joint) for joint in JOINTS)))
+        client.reply(encode_frame(FrameKind.STATE, client.sequence, body), now, now + _LOOK_PERIOD)
 
     def _welcome(self, client: _Client, now: float) -> None:
         user = client.user()

@@ -1,7 +1,8 @@
-"""The page: the arm in 3D, and a slider for each joint."""
+"""The page: the arm in 3D among its surroundings, its nearest pair of bodies, and the readouts."""
 
 from __future__ import annotations
 
+import logging
 import socket
 import threading
 from collections.abc import Iterator, Mapping
@@ -9,26 +10,37 @@ from contextlib import contextmanager, suppress
 from xml.etree.ElementTree import Element
 
 import numpy as np
+import numpy.typing as npt
 import rich
 import viser
+from viser.transforms import SE3, SO3
 
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import Urdf
+from bioscara.kinematics import Pose, Scara
 from bioscara.model.meshes import read_stl
 from bioscara.model.urdf import DESCRIPTION, URDF
-from bioscara.planning.collision.scene import Scene
+from bioscara.planning.collision.scene import NearestPair, Scene
+from bioscara.viewer import readouts
 from bioscara.viewer.access_control import refusing_foreign_requests
 from bioscara.viewer.kinematic_tree import KinematicTree
-from bioscara.viewer.zones import add_scene
+from bioscara.viewer.zones import NEAREST, Mark, add_scene, color_mark
 
 LOOPBACK = "127.0.0.1"
 """The only address that the page is served on, as the page has no authentication."""
 _PACKAGE = "package://bioscara_description/"
-_BASE = "base_link"
-"""Link whose frame is the frame of the scene."""
-_STEPS = {"revolute": 0.001, "prismatic": 0.0001}
-_UNITS = {"revolute": "rad", "prismatic": "m"}
+_BASE, _TOOL = "base_link", "tool_link"
+"""Links whose frames are the frame of the scene and the pose of the tool."""
+_LINKS = {"gripper": ("gripper_base",), "jaws": ("left_jaw_link", "right_jaw_link"),
+          "load": ("gripper_base",)}  # fmt: skip
+"""Links of the description that a body of the collision check is displayed by, where the names
+differ."""
 _AXES = 0.08
+_POINT = 0.008
+"""Radius of the ball that marks the tool's point [m]."""
+_TRACE, _TRACE_WIDTH = (11, 102, 195), 2.5
+_LAST = 1e6
+"""Order of the readouts: below all controls."""
 _INITIAL_POSITIONS = {"j2": 0.15, "j3": 0.9, "j4": -0.5}
 """Initial positions of joints that do not start in the middle of their range [rad or m]: on a
 stretched arm the elbow is not visible."""
@@ -43,41 +55,55 @@ class _LoopbackServer(viser.ViserServer):
 
 
 class Page:
-    """The description of the arm on a page; call :meth:`close` at the end.
+    """The arm on a page; call :meth:`close` at the end.
+
+    Shows positions; which ones, is decided by :class:`~bioscara.viewer.sliders.Sliders`,
+    :class:`~bioscara.viewer.player.Player` or :class:`~bioscara.viewer.live.Live`.
 
     Args:
         port: TCP port to listen on; the next free one is taken if it is in use, 0 for any.
         scene: Surroundings of the arm.
+        arm: The arm with its tool.
 
     Attributes:
         tree: Joints and links.
-        positions: Position of each slider, by the joint's name [rad or m].
-        sliders: The sliders, by the joint's name.
+        scene: As given.
+        arm: As given.
+        gui: Container of the controls.
+        positions: Displayed position of each joint, by its name [rad or m].
+        nearest: The nearest pair of bodies at these positions; None if there is no pair.
 
     Raises:
         ConfigurationError: Neither this port nor any above it is free.
     """
 
-    def __init__(self, port: int, scene: Scene) -> None:
+    def __init__(self, port: int, scene: Scene, arm: Scara) -> None:
         urdf = Urdf.load(URDF)
-        self.tree = KinematicTree(urdf)
+        self.tree, self.scene, self.arm = KinematicTree(urdf), scene, arm
         self.positions = {joint.name: _initial_position(joint.lower, joint.upper, joint.name)
                           for joint in self.tree.free}  # fmt: skip
+        self.nearest: NearestPair | None = None
         self._lock = threading.Lock()
+        # A browser opens connections that it then does not use: that is no error to print.
+        logging.getLogger("websockets.server").setLevel(logging.CRITICAL)
         with _silent_console(), refusing_foreign_requests():
             self._server = _LoopbackServer(host=LOOPBACK, port=_first_free(port), verbose=False)
-        self._server.gui.configure_theme(show_share_button=False)
-        self._server.gui.main_panel.dock_right()
+        self.gui = self._server.gui
+        self.gui.configure_theme(show_share_button=False)
+        self.gui.main_panel.dock_right()
         self._server.scene.add_grid("/floor", width=2.0, height=2.0, cell_size=0.1)
         self._server.initial_camera.position = (1.0, -0.85, 0.75)
         self._server.initial_camera.look_at = (0.2, 0.03, 0.24)
         self._frames = {name: self._link(name) for name in self.tree.place(self.positions)}
+        self._marks: dict[str, list[Mark]] = {}
         for tag in urdf.root.findall("link"):
             self._add_meshes(urdf.attribute(tag, "name"), tag)
-        add_scene(self._server, f"/{_BASE}", scene)
-        self.sliders = {joint.name: self._slider(joint.name) for joint in self.tree.free}
-        self._tool = self._server.gui.add_markdown("")
-        self._show()
+        self._add_tool_point()
+        for name, mark in add_scene(self._server, f"/{_BASE}", scene).items():
+            self._marks[name] = [mark]
+        self._marked: frozenset[str] = frozenset()
+        self._readouts = self.gui.add_html("", order=_LAST)
+        self.show({})
 
     @property
     def url(self) -> str:
@@ -91,26 +117,67 @@ class Page:
         """
         return self._frames
 
-    def move(self, joint: str, position: float) -> None:
-        """Move a joint as its slider does.
+    def show(self, positions: Mapping[str, float]) -> None:
+        """Show the arm at positions of its joints, with its nearest pair and the readouts.
 
         Args:
-            joint: Name of the joint.
-            position: Goal position [rad or m].
+            positions: By the joint's name [rad or m]; other joints stay.
         """
         # Sliders call from separate threads: the last position must be the displayed one.
         with self._lock:
-            self.positions[joint] = position
-            self._show()
+            self.positions.update(positions)
+            joints = self.joints()
+            tool = self.arm.forward(joints)
+            links = self.tree.place(self.positions)
+            # The description has the fingers; another tool has its point elsewhere.
+            links[_TOOL] = links[_BASE] @ _transform(tool)
+            self.nearest = self.scene.nearest_pair(self.arm, joints)
+            with self._server.atomic():
+                for name, frame in self._frames.items():
+                    frame.position = links[name].translation()
+                    frame.wxyz = links[name].rotation().wxyz
+                self._mark_nearest()
+            self._readouts.content = readouts.page(self.arm.limits, joints, tool, self.nearest)
+
+    def joints(self) -> tuple[float, ...]:
+        """Return the displayed positions of j1 to j4 [rad, m, rad, rad]."""
+        return tuple(self.positions[limit.name] for limit in self.arm.limits)
+
+    def show_trace(self, points: npt.NDArray[np.float64]) -> None:
+        """Show the path of the tool; replaces the one shown before.
+
+        Args:
+            points: Positions of the tool in the base frame, in order [m], shape (n, 3).
+        """
+        name = f"/{_BASE}/trace"
+        if len(points) < 2:
+            self._server.scene.remove_by_name(name)
+            return
+        segments = np.stack((points[:-1], points[1:]), axis=1).astype(np.float32)
+        self._server.scene.add_line_segments(
+            name, segments, _TRACE, thickness=_TRACE_WIDTH, thickness_units="screen"
+        )
 
     def close(self) -> None:
         """Stop the server."""
         with _silent_console():
             self._server.stop()
 
+    def _mark_nearest(self) -> None:
+        pair = self.nearest
+        marked = frozenset(
+            name
+            for body in ((pair.link, pair.other) if pair is not None else ())
+            for name in _LINKS.get(body, (body,))
+        )
+        for name in marked ^ self._marked:
+            for mark in self._marks.get(name, ()):
+                mark(name in marked)
+        self._marked = marked
+
     def _link(self, name: str) -> viser.FrameHandle:
         return self._server.scene.add_frame(
-            f"/{name}", show_axes=name in ("world", "tool_link"), axes_length=_AXES,
+            f"/{name}", show_axes=name in ("world", _TOOL), axes_length=_AXES,
             axes_radius=_AXES / 25,
         )  # fmt: skip
 
@@ -124,36 +191,30 @@ class Page:
             red, green, blue, _ = (
                 round(255 * float(each)) for each in color.attrib["rgba"].split()
             )
-            self._server.scene.add_mesh_simple(
+            handle = self._server.scene.add_mesh_simple(
                 f"/{link}/{number}",
                 corners,
                 np.arange(len(corners)).reshape(-1, 3),
                 color=(red, green, blue),
                 flat_shading=True,
             )
+            self._marks.setdefault(link, []).append(color_mark(handle, (red, green, blue)))
 
-    def _slider(self, name: str) -> viser.GuiSliderHandle[float]:
-        joint = next(joint for joint in self.tree.free if joint.name == name)
-        slider = self._server.gui.add_slider(
-            f"{name} [{_UNITS[joint.kind]}]",
-            min=joint.lower,
-            max=joint.upper,
-            step=_STEPS[joint.kind],
-            initial_value=self.positions[name],
+    def _add_tool_point(self) -> None:
+        """Add a ball at the tool's point, which has no mesh; visible only while marked."""
+        ball = self._server.scene.add_icosphere(
+            f"/{_TOOL}/point", radius=_POINT, color=NEAREST, visible=False
         )
-        slider.on_update(lambda _: self.move(name, slider.value))
-        return slider
 
-    def _show(self) -> None:
-        links = self.tree.place(self.positions)
-        with self._server.atomic():
-            for name, frame in self._frames.items():
-                frame.position = links[name].translation()
-                frame.wxyz = links[name].rotation().wxyz
-        tool = links["tool_link"]
-        x, y, z = tool.translation()
-        yaw = tool.rotation().compute_yaw_radians()
-        self._tool.content = f"tool: x {x:z.4f}, y {y:z.4f}, z {z:z.4f} m, yaw {yaw:z.4f} rad"
+        def mark(nearest: bool) -> None:
+            ball.visible = nearest
+
+        self._marks["tool"] = [mark]
+
+
+def _transform(pose: Pose) -> SE3:
+    rotation = SO3.from_z_radians(pose.yaw)
+    return SE3.from_rotation_and_translation(rotation, np.array(pose[:3]))
 
 
 def _first_free(port: int) -> int:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import numpy.typing as npt
 import viser
@@ -9,8 +11,12 @@ import viser
 from bioscara.planning.collision.scene import Scene, Zone
 from bioscara.planning.collision.shapes import Prism
 
+NEAREST = (255, 0, 0)
+"""Colour of the nearest pair of bodies."""
+Mark = Callable[[bool], None]
+"""Marks a displayed body as one of the nearest pair, or removes the mark."""
 _KEEP_OUT, _KEEP_IN, _TABLE = (214, 39, 40), (44, 160, 44), (150, 111, 71)
-_OPACITY = 0.35
+_OPACITY, _NEAREST_OPACITY = 0.35, 0.75
 _LINE = 2.0
 """Width of edges [pixels]."""
 _TABLE_SIZE, _TABLE_THICKNESS = 2.0, 0.02
@@ -21,38 +27,73 @@ _POSTS = 8
 """Largest number of upright edges of a displayed round zone."""
 
 
-def add_scene(server: viser.ViserServer, base: str, scene: Scene) -> None:
+def add_scene(server: viser.ViserServer, base: str, scene: Scene) -> dict[str, Mark]:
     """Show zones and table: keep-out red and translucent, keep-in as green edges.
 
     Args:
         server: Server of the page.
         base: Name of the frame of the arm's base.
         scene: Scene to show.
+
+    Returns:
+        A function for each zone, by its name, and for ``"table"``, that marks it. A keep-out zone
+        is red in any case: it is marked by being less translucent.
     """
+    marks: dict[str, Mark] = {}
     if scene.table_height is not None:
-        server.scene.add_box(
+        table = server.scene.add_box(
             f"{base}/table",
             color=_TABLE,
             dimensions=(_TABLE_SIZE, _TABLE_SIZE, _TABLE_THICKNESS),
             position=(0.0, 0.0, scene.table_height - _TABLE_THICKNESS / 2.0 - _TABLE_OFFSET),
         )
+        marks["table"] = color_mark(table, _TABLE)
     for number, zone in enumerate(scene.zones):
-        _add_zone(server, f"{base}/zone_{number}", zone)
+        marks[zone.name] = _add_zone(server, f"{base}/zone_{number}", zone)
+    return marks
 
 
-def _add_zone(server: viser.ViserServer, name: str, zone: Zone) -> None:
+def color_mark(handle: viser.BoxHandle | viser.MeshHandle, color: tuple[int, int, int]) -> Mark:
+    """Return a function that marks a body by its colour.
+
+    Args:
+        handle: The displayed body.
+        color: Its colour without the mark.
+    """
+
+    def mark(nearest: bool) -> None:
+        handle.color = NEAREST if nearest else color
+
+    return mark
+
+
+def _add_zone(server: viser.ViserServer, name: str, zone: Zone) -> Mark:
     color = _KEEP_IN if zone.keep_in else _KEEP_OUT
     corners, faces = solid(zone.shape)
+    body = None
     if not zone.keep_in:
-        server.scene.add_mesh_simple(
+        body = server.scene.add_mesh_simple(
             f"{name}/solid", corners, faces, color=color, opacity=_OPACITY, side="double",
             cast_shadow=False,
         )  # fmt: skip
-    server.scene.add_line_segments(
-        f"{name}/edges", edges(zone.shape), color, thickness=_LINE, thickness_units="screen"
-    )
+    lines = edges(zone.shape)
+
+    def draw_edges(color: tuple[int, int, int]) -> None:
+        # Adding replaces them: the browser takes other colours of existing lines wrongly.
+        server.scene.add_line_segments(
+            f"{name}/edges", lines, color, thickness=_LINE, thickness_units="screen"
+        )
+
+    draw_edges(color)
     label = zone.name + (f" ({', '.join(zone.links)})" if zone.links else "")
     server.scene.add_label(f"{name}/name", label, position=tuple(corners[-1].tolist()))
+
+    def mark(nearest: bool) -> None:
+        draw_edges(NEAREST if nearest else color)
+        if body is not None:
+            body.opacity = _NEAREST_OPACITY if nearest else _OPACITY
+
+    return mark
 
 
 def solid(shape: Prism) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.uint32]]:

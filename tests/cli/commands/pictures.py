@@ -10,6 +10,7 @@ from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Scene
 from bioscara.report.plan_png import write_plan
 from bioscara.robot.planner import Planner
+from bioscara.robot.workspace.workspace import Workspace
 
 PARAMETERS = load_parameters()
 
@@ -22,12 +23,12 @@ def expected(
     scene: Scene | None = None,
 ) -> bytes:
     """Return the picture of a motion from one place of the joints to another, with all limits."""
-    planner = Planner(PARAMETERS, lambda: start)
-    planner.scene = scene or Scene()
+    workspace = Workspace.of(PARAMETERS).with_scene(scene or Scene())
+    planner = Planner(workspace, lambda: start)
     path = folder / "expected.png"
     plan = planner.move_joints(goal)
     arm = planner.kinematics
-    write_plan(path, plan.trajectory, arm, PARAMETERS.joints, plan.tool, title, planner.scene)
+    write_plan(path, plan.trajectory, arm, PARAMETERS.joints, plan.tool, title, workspace.scene)
     return path.read_bytes()
 
 

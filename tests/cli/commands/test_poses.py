@@ -148,8 +148,30 @@ def test_poses_saved_concurrently_are_all_kept(elsewhere: Path) -> None:
 def test_an_unknown_name_without_a_file_mentions_the_missing_file(
     words: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    assert main(words.split()) == 2
+    assert "poses.yaml does not exist; name another file with --table" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words",
+    ["poses list", "poses show center", "plan --name center", "move --pose 0.45 -0.2 0.25 0",
+     "view --name center", "poses delete plate"],
+)  # fmt: skip
+def test_a_named_table_that_is_missing_is_an_error(
+    words: str, capsys: pytest.CaptureFixture[str]
+) -> None:
     assert main([*words.split(), "--table", "nowhere.yaml"]) == 2
-    assert "nowhere.yaml does not exist; name another file with --table" in capsys.readouterr().err
+    out, err = capsys.readouterr()
+    assert (out, len(err.splitlines())) == ("", 1)
+    assert "nowhere.yaml" in err
+    assert not Path("nowhere.yaml").exists()
+
+
+def test_a_named_table_is_created_by_saving(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["poses", "save", "plate", "--joints", "0.3", "0.1", "0.8", "-0.4"]
+    assert main([*words, "--table", "new.yaml"]) == 0
+    assert main(["poses", "show", "plate", "--table", "new.yaml"]) == 0
+    assert "from new.yaml" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("name", ["x" * 300 + ".png", "poses.yaml/a.png"])

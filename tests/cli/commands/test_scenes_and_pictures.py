@@ -15,7 +15,7 @@ from bioscara.kinematics import Joints
 from bioscara.planning import read, write_csv
 from bioscara.planning.files.scene_file import read_scene
 from bioscara.planning.motions.point_to_point import point_to_point
-from bioscara.robot.planner import Planner
+from bioscara.robot import kinematics_of
 from cli.commands.pictures import PARAMETERS, expected, size
 
 pytest.importorskip("matplotlib")
@@ -37,7 +37,7 @@ zones:
 def folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """A folder with a scene for every kind of error, and poses."""
     monkeypatch.chdir(tmp_path)
-    arm = Planner(PARAMETERS, lambda: START).kinematics
+    arm = kinematics_of(PARAMETERS)
     for name, joints in (("start", START), ("way", WAY), ("goal", PLATE)):
         x, y, *_ = arm.forward(joints)
         (tmp_path / f"{name}.yaml").write_text(SCENE % (x, y))

@@ -393,7 +393,7 @@ def test_a_gripper_of_unknown_width_is_not_commanded() -> None:
         ({"joint": "gripper", "stall_timeout": math.nan}, "stall_timeout"),
         ({"joint": "gripper", "velocity_limit": -1.0}, "velocity_limit"),
         ({"joint": "gripper", "goal_tolerence": 0.1}, "did you mean goal_tolerance"),
-        ({"joint": "gripper", "limits": (0.1,)}, "limits: .* is not a list of 2 values"),
+        ({"joint": "gripper", "limits": (0.1,)}, r"limits\[1\] is missing"),
         ({"joint": "gripper", "limits": (0.1, 0.1)}, "the first must be below the second"),
     ],
 )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from bioscara.control.faults.following_error import FLOOR_SHARE, LAG
+from bioscara.control.faults.following_error import FLOOR_SHARE, LAG, fade
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import FollowingError
 from bioscara.hardware.axis import Axis
@@ -13,9 +13,10 @@ from control.loop.test_loop import moving
 
 
 def checks(world: World) -> dict[str, FollowingError | None]:
-    now = world.clock.now()
+    period = world.loop.period
+    due, fading = world.clock.now() + period, fade(period)
     return {
-        name: following.check(now, world.loop.period)
+        name: following.check(due, fading)
         for name, following in zip(NAMES, world.supervisor._following, strict=True)
     }
 

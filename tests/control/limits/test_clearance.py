@@ -89,16 +89,22 @@ class Guarded:
         windows: tuple[float, ...] = (),
     ) -> None:
         place = None if at is None else dict(zip(NAMES, at, strict=True))
-        self.world, self.scene = World(at=place, joints=JOINTS, home=home), scene
+        self.world = World(at=place, joints=JOINTS, home=home)
         manager = self.world.manager
         self.joints = tuple(manager.limiter.joints.values())
         cap = ToolSpeedCap(self.joints, ARM.tool_speed, speed)
         smoothing = Smoothing(self.joints, manager.rate)
         smoothing.windows = windows
-        self.clearance = CollisionGuard(
-            self.joints, lambda: (ARM, self.scene), smoothing, manager.warnings
-        )
+        self.clearance = CollisionGuard(self.joints, ARM, scene, smoothing, manager.warnings)
         manager.limiter.stages = (cap, self.clearance, smoothing) if guarded else (cap,)
+
+    @property
+    def scene(self) -> Scene:
+        return self.clearance.scene
+
+    @scene.setter
+    def scene(self, scene: Scene) -> None:
+        self.clearance.scene = scene
 
     @property
     def here(self) -> list[float]:
@@ -308,7 +314,7 @@ def test_a_ramp_after_a_cancel_beside_a_wall_is_not_braked() -> None:
 def slide(arm: Guarded, velocities: Callable[[int], ToolVelocity], cycles: int) -> Array:
     jog = arm.world.load("jog", JogController.TYPE, joints=NAMES, command_interfaces=BOTH)
     assert isinstance(jog, JogController)
-    jog.prepare = lambda start: Jog(ARM, JOINTS, start, arm.scene)
+    jog.jog = Jog(ARM, JOINTS, arm.here, arm.scene)
     arm.world.switch("jog")
     rows = []
     for cycle in range(cycles):
@@ -361,7 +367,7 @@ def test_jog_takes_over_from_a_stream_towards_a_wall() -> None:
     arm.run(60)
     jog = arm.world.load("jog", JogController.TYPE, joints=NAMES, command_interfaces=BOTH)
     assert isinstance(jog, JogController)
-    jog.prepare = lambda start: Jog(ARM, JOINTS, start, arm.scene)
+    jog.jog = Jog(ARM, JOINTS, arm.here, arm.scene)
     arm.world.switch("jog", off=("position of 4",))
     jog.command(JointVelocity(), arm.now)
     rows = arm.run(150)

@@ -207,7 +207,7 @@ def test_host2_more_than_a_twentieth_late_halves_the_speed_until_a_second_was_go
             slowest.append(stack.trajectory.scaling)
 
         clock.delays = [0.0] * 60 + delays(12, robot.period)
-        robot.move_joints([1.5, 0.1, -1.0, -1.0], 0.2, on_cycle=observe)
+        robot.move_joints([1.5, 0.1, -1.0, -1.0], velocity_scaling=0.2, on_cycle=observe)
         assert min(slowest) == pytest.approx(0.5)
         assert slowest[-1] == pytest.approx(1.0)
         assert any("LATE" in warning for warning in stack.supervisor.warnings)

@@ -364,6 +364,10 @@ def test_calibration_refuses_points_without_a_line(
 def test_outputs_are_tried_in_order(kernel: Kernel) -> None:
     kernel.add_chip(0, "second.pwm")
     chip = kernel.add_chip(1, "first.pwm")
-    output = Pwm((PwmOutput("first.pwm", 1), PwmOutput("second.pwm", 0)), kernel, kernel.root)
+    output = Pwm(
+        (PwmOutput(device="first.pwm", channel=1), PwmOutput(device="second.pwm", channel=0)),
+        kernel,
+        kernel.root,
+    )
     output.start(0.02, 0.001)
     assert kernel.value(chip / "pwm1", "enable") == 1

@@ -116,8 +116,8 @@ def test_a_hand_written_file_is_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "line", "complaint"),
     [
-        ("schema: 1", "schema: 2", 1, "schema 2 is not known: this version reads schema 1"),
-        ("schema: 1", "schema: yes", 1, "'yes' is not a number"),
+        ("schema: 1", "schema: 2", 1, "schema: 2 cannot be read; this version of bioscara reads 1"),
+        ("schema: 1", "schema: yes", 1, "'yes' is not a whole number"),
         ("schema: 1\n", "", 1, "schema is missing"),
         ("poses:", "pose:", 4, "did you mean poses?"),
         ("j3: 0.8", "j5: 0.8", 6, "known here: j1, j2, j3, j4"),

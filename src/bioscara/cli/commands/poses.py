@@ -11,7 +11,7 @@ from bioscara.cli.arm import open_arm
 from bioscara.cli.output.console import ExitStatus, Output, columns
 from bioscara.cli.output.plots import require_drawing, write_picture
 from bioscara.cli.target import planner_from
-from bioscara.cli.teach_table import lookup, read_table
+from bioscara.cli.teach_table import lookup, read_table, table_file
 from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters, load_parameters
@@ -34,7 +34,7 @@ def run(options: Options) -> int:
     """
     output, parameters = Output(), load_parameters()
     actions = {"list": _list, "show": _show, "save": _save, "delete": _delete}
-    with changing(options.table) if options.action in {"save", "delete"} else nullcontext():
+    with changing(table_file(options)) if options.action in {"save", "delete"} else nullcontext():
         lines = actions[options.action](options, parameters)
     for line in lines:
         output.line(line)
@@ -61,8 +61,8 @@ def _list(options: Options, parameters: ArmParameters) -> list[str]:
         for tool in table.all_tools()
     ]
     lines = [*columns(poses), "", *columns(tools)]
-    if not options.table.exists():
-        lines += ["", f"{options.table} does not exist: these are what every arm has"]
+    if not table_file(options).exists():
+        lines += ["", f"{table_file(options)} does not exist: these are what every arm has"]
     return lines
 
 
@@ -72,7 +72,9 @@ def _show(options: Options, parameters: ArmParameters) -> list[str]:
     pose = lookup(options, table.pose, options.name)
     tool = table.tool(pose.tool)
     arm = kinematics_with(parameters, tool)
-    lines = [f"pose {pose.name}, {'built in' if pose in BUILT_IN else f'from {options.table}'}"]
+    lines = [
+        f"pose {pose.name}, {'built in' if pose in BUILT_IN else f'from {table_file(options)}'}"
+    ]
     joints, place, problem = pose.joints, pose.pose_tool_in_base, ""
     if joints is not None:
         place, problem = arm.forward(joints), "; ".join(arm.beyond(joints))
@@ -113,7 +115,7 @@ def _reached(arm: Scara, place: Pose) -> tuple[Joints | None, str]:
 
 
 def _save(options: Options, parameters: ArmParameters) -> list[str]:
-    table = read_table(options, fingers(parameters))
+    table = read_table(options, fingers(parameters), create=True)
     arm = kinematics_with(parameters, lookup(options, table.tool, options.tool))
     joints, place, problem = None, None, ""
     if options.pose is not None:
@@ -129,20 +131,20 @@ def _save(options: Options, parameters: ArmParameters) -> list[str]:
     if problem:
         raise InvalidArgumentError(f"pose {options.name} is not saved: {problem}")
     changed = table.with_pose(pose)
-    save_table(options.table, changed)
-    return [f"saved {options.name} to {options.table}: tool {options.tool} at {place}"]
+    save_table(table_file(options), changed)
+    return [f"saved {options.name} to {table_file(options)}: tool {options.tool} at {place}"]
 
 
 def _delete(options: Options, parameters: ArmParameters) -> list[str]:
     built_in = any(pose.name == options.name for pose in BUILT_IN)
     # The message that a pose is built in takes precedence over that of a missing file.
     table = (
-        read_table(options, fingers(parameters))
+        read_table(options, fingers(parameters), create=True)
         if built_in
-        else load_table(options.table, fingers(parameters))
+        else load_table(table_file(options), fingers(parameters))
     )
-    save_table(options.table, table.without_pose(options.name))
-    return [f"deleted {options.name} from {options.table}"]
+    save_table(table_file(options), table.without_pose(options.name))
+    return [f"deleted {options.name} from {table_file(options)}"]
 
 
 def _here(options: Options, parameters: ArmParameters) -> Joints:

@@ -192,6 +192,7 @@ def _keep_trajectory(folder: RunFolder, job: Job) -> None:
     try:
         write_csv(folder.path / TRAJECTORY, job.trajectory)
     except OSError as error:
+        folder.discard()
         raise InvalidArgumentError(
             f"{folder.path / TRAJECTORY} cannot be written: {error.strerror or error}; "
             f"choose another folder with --out"

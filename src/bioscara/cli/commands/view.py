@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Mapping
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from bioscara.cli.arguments import Options
 from bioscara.cli.output.console import ExitStatus, Output
@@ -14,21 +15,33 @@ from bioscara.cli.target import scene_from
 from bioscara.errors import ConfigurationError
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Scene
+from bioscara.robot import kinematics_of
 from bioscara.robot.planner import Planner
 from bioscara.robot.workspace.workspace import Workspace
 
+if TYPE_CHECKING:
+    from bioscara.viewer.live import Live
+    from bioscara.viewer.page import Page
+    from bioscara.viewer.player import Player
+    from bioscara.viewer.sliders import Sliders
+
+_PERIOD = 1.0 / 30.0
+"""Time between two updates of the page [s]."""
+
 
 def run(options: Options) -> int:
-    """Show the arm's description in the browser until Ctrl-C, then draw the plot, if requested.
+    """Show the arm in the browser until Ctrl-C, then draw the plot, if requested.
 
     Raises:
-        ConfigurationError: viser is not installed, or the scene cannot be read.
-        InvalidArgumentError: The motion of the sliders cannot be drawn or is not possible.
+        ConfigurationError: viser is not installed, or a file cannot be read.
+        InvalidArgumentError: What to show is not possible, or the motion of the sliders cannot be
+            drawn.
+        BioscaraError: The motion cannot be planned, or there is no arm to look at.
         OSError: Standard output cannot be written.
     """
     try:
         # Imported here: it takes a second to import, and is installed by an extra.
-        from bioscara.viewer.page import Page  # noqa: PLC0415
+        import viser  # noqa: F401, PLC0415
     except ModuleNotFoundError as error:
         if error.name != "viser":
             raise
@@ -36,20 +49,56 @@ def run(options: Options) -> int:
             "the 3D view needs viser, which is not installed: pip install 'bioscara[view]'"
         ) from error
     require_drawing(options.plot)
-    output, scene = Output(), scene_from(options)
-    page = Page(options.port, scene)
-    start = dict(page.positions)
-    try:
-        with StopRequest() as cancelled:
+    output = Output()
+    with StopRequest() as cancelled:
+        page, panel = _opened(options)
+        start = dict(page.positions)
+        try:
             output.line(f"the arm in 3D: {page.url} (from this computer only; Ctrl-C ends it)")
             while not cancelled():
-                time.sleep(0.1)
-    finally:
-        page.close()
+                panel.step(time.monotonic())
+                time.sleep(_PERIOD)
+        finally:
+            page.close()
     if options.plot is not None:
-        output.line(_drawn(options.plot, start, page.positions, scene))
+        output.line(_drawn(options.plot, start, page.positions, page.scene))
     output.check()
     return ExitStatus.OK
+
+
+def _opened(options: Options) -> tuple[Page, Sliders | Player | Live]:
+    """Return the page, and what decides which positions it shows.
+
+    Raises:
+        BioscaraError: There is nothing to show, for a reason that the message gives.
+    """
+    # Imported here, as viser may be missing.
+    from bioscara.cli.view_source import (  # noqa: PLC0415
+        is_arm,
+        look_at,
+        plan_from,
+        recording_from,
+    )
+    from bioscara.viewer.live import Live  # noqa: PLC0415
+    from bioscara.viewer.page import Page  # noqa: PLC0415
+    from bioscara.viewer.player import Player  # noqa: PLC0415
+    from bioscara.viewer.sliders import Sliders  # noqa: PLC0415
+
+    parameters, scene = load_parameters(), scene_from(options)
+    arm = kinematics_of(parameters)
+    if options.has_target():
+        recording, arm = plan_from(options, parameters)
+    elif options.source is None:
+        page = Page(options.port, scene, arm)
+        return page, Sliders(page)
+    elif is_arm(options.source):
+        look = look_at(options.source)
+        page = Page(options.port, scene, arm)
+        return page, Live(page, options.source, look)
+    else:
+        recording = recording_from(options, parameters, scene, arm)
+    page = Page(options.port, scene, arm)
+    return page, Player(page, recording)
 
 
 def _drawn(path: Path, start: Mapping[str, float], goal: Mapping[str, float], scene: Scene) -> str:

@@ -10,6 +10,7 @@ from bioscara.control.controllers.controller import Controller, interfaces
 from bioscara.control.controllers.parameters import Parameters
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.hardware import VELOCITY
+from bioscara.model.validation import Listed, Text
 
 
 class ForwardCommandParameters(Parameters):
@@ -20,7 +21,7 @@ class ForwardCommandParameters(Parameters):
         interface_name: Their commanded interface.
     """
 
-    joints: tuple[str, ...]
+    joints: Listed[Text]
     interface_name: Literal["position", "velocity"]
 
 

@@ -14,6 +14,10 @@ class GoalStatus(Enum):
     CANCELED = "canceled"
 
 
+# A member of an enumeration takes longer to look up than to compare.
+_EXECUTING = GoalStatus.EXECUTING
+
+
 class AcceptedGoal:
     """A goal that a controller accepted.
 
@@ -28,4 +32,4 @@ class AcceptedGoal:
     @property
     def done(self) -> bool:
         """Whether it ended."""
-        return self.status is not GoalStatus.EXECUTING
+        return self.status is not _EXECUTING

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import Annotated
+
+from pydantic import Strict
 
 from bioscara.arguments import numbers, shown
 from bioscara.control.controllers.controller import Controller, interfaces
@@ -13,9 +16,10 @@ from bioscara.control.controllers.gripper_messages import (
     GripperGoalHandle,
     GripperResult,
 )
-from bioscara.control.controllers.parameters import Name, Parameters, Positive
+from bioscara.control.controllers.parameters import Parameters
 from bioscara.errors import ConfigurationError, ControllerError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, LifecycleState
+from bioscara.model.validation import AS_TUPLE, Finite, Flag, Name, Positive, Text
 
 
 class GripperActionParameters(Parameters):
@@ -42,15 +46,15 @@ class GripperActionParameters(Parameters):
     joint: Name
     action_monitor_rate: Positive = 20.0
     goal_tolerance: Positive = 0.01
-    allow_stalling: bool = False
+    allow_stalling: Flag = False
     stall_velocity_threshold: Positive = 0.001
     stall_timeout: Positive = 1.0
-    max_effort_interface: str = ""
+    max_effort_interface: Text = ""
     max_effort: Positive = 10.0
-    max_velocity_interface: str = ""
+    max_velocity_interface: Text = ""
     max_velocity: Positive = 0.1
     velocity_limit: Positive = 1.0
-    limits: tuple[float, float] | None = None
+    limits: Annotated[tuple[Finite, Finite], Strict(), AS_TUPLE] | None = None
 
 
 class GripperActionController(Controller[GripperActionParameters]):

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from bioscara.control.controllers.controller import Controller, interfaces
-from bioscara.control.controllers.parameters import Parameters, Positive
+from bioscara.control.controllers.parameters import Parameters
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY
+from bioscara.model.validation import Listed, Positive, Text
 
 _ARRIVAL = 0.1
 """Time that a joint may take to come to rest at its last setpoint [s]."""
@@ -20,9 +21,9 @@ class HoldParameters(Parameters):
         command_interfaces: ``("position",)`` or ``("position", "velocity")``.
     """
 
-    joints: tuple[str, ...]
-    max_deceleration: tuple[Positive, ...]
-    command_interfaces: tuple[str, ...] = (POSITION,)
+    joints: Listed[Text]
+    max_deceleration: Listed[Positive]
+    command_interfaces: Listed[Text] = (POSITION,)
 
 
 class HoldController(Controller[HoldParameters]):

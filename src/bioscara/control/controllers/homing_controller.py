@@ -9,10 +9,11 @@ from typing import NamedTuple
 from bioscara.arguments import number, shown
 from bioscara.control.controllers.controller import Controller, interfaces
 from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
-from bioscara.control.controllers.parameters import Parameters, Positive
+from bioscara.control.controllers.parameters import Parameters
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import HOME, VELOCITY, LifecycleState
 from bioscara.hardware.interfaces import Quality
+from bioscara.model.validation import Listed, Positive, Text
 
 
 class HomingSequenceParameters(Parameters):
@@ -25,9 +26,9 @@ class HomingSequenceParameters(Parameters):
             ``joints``; empty where only the joints themselves and the time bound it.
     """
 
-    joints: tuple[str, ...]
+    joints: Listed[Text]
     timeout: Positive = 300.0
-    max_travel: tuple[Positive, ...] = ()
+    max_travel: Listed[Positive] = ()
 
 
 class HomingProgress(NamedTuple):

@@ -8,6 +8,7 @@ from bioscara.control.controllers.controller import Controller, interfaces
 from bioscara.control.controllers.parameters import Parameters
 from bioscara.errors import ConfigurationError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, LifecycleState
+from bioscara.model.validation import Listed, Text
 from bioscara.planning.motions.jog import Jog, JointVelocity, ToolVelocity
 
 _SAME = 2e-3
@@ -22,8 +23,8 @@ class JogParameters(Parameters):
         command_interfaces: ``("position",)``, or ``("position", "velocity")``.
     """
 
-    joints: tuple[str, ...]
-    command_interfaces: tuple[Literal["position", "velocity"], ...] = ("position",)
+    joints: Listed[Text]
+    command_interfaces: Listed[Literal["position", "velocity"]] = ("position",)
 
 
 class JogController(Controller[JogParameters]):

@@ -11,6 +11,7 @@ from bioscara.control.controllers.parameters import Parameters
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY, CommandInterface, StateInterface
 from bioscara.hardware.interfaces import Quality
+from bioscara.model.validation import Listed, Text
 
 
 class JointStates(NamedTuple):
@@ -55,8 +56,8 @@ class JointStateParameters(Parameters):
         extra_joints: Joints that no hardware has; they are reported at 0.
     """
 
-    joints: tuple[str, ...]
-    extra_joints: tuple[str, ...] = ()
+    joints: Listed[Text]
+    extra_joints: Listed[Text] = ()
 
 
 class JointStateBroadcaster(Controller[JointStateParameters]):

@@ -37,6 +37,11 @@ def allowed(limits: JointParameters, version: int, speed: float) -> float:
     return error
 
 
+def fade(period: float) -> float:
+    """Return the share of an earlier speed that still counts after a period [s]."""
+    return exp(-period / _MEMORY)
+
+
 class FollowingErrorMonitor:
     """Compares one joint with its position commands; the limit scales with the speed.
 
@@ -45,31 +50,32 @@ class FollowingErrorMonitor:
         limiter: Holds its last command.
     """
 
-    __slots__ = ("_axis", "_floor", "_limiter", "_peak")
+    __slots__ = ("_axis", "_floor", "_limiter", "_peak", "_position")
 
     def __init__(self, axis: Axis, limiter: JointLimiter) -> None:
-        self._axis, self._limiter = axis, limiter
+        self._axis, self._limiter, self._position = axis, limiter, axis.position
         limits = axis.parameters
         self._floor = FLOOR_SHARE * (limits.upper - limits.lower)
         self._peak = 0.0
 
-    def check(self, time: float, period: float) -> FollowingError | None:
+    def check(self, due: float, fading: float) -> FollowingError | None:
         """Return the error that exceeds the limit, or None.
 
         Args:
-            time: Begin of the cycle whose commands were just written [s].
-            period: Time from cycle to cycle [s].
+            due: Time at which the joint is to be where it was commanded last [s]: one period after
+                the begin of that cycle.
+            fading: Share of the earlier speeds that still counts, from :func:`fade`.
         """
         axis, limiter = self._axis, self._limiter
         mode = axis.mode
         if axis.halted is not None or (mode is not _TRACK and mode is not _POSITION):
             self._peak = 0.0
             return None
-        speed, measured = limiter.speed, axis.position
-        peak, magnitude = self._peak * exp(-period / _MEMORY), abs(speed)
+        speed, measured = limiter.speed, self._position
+        peak, magnitude = self._peak * fading, abs(speed)
         self._peak = peak = magnitude if magnitude > peak else peak
-        # The last command is for one period after this cycle; the measurement is older.
-        then = limiter.reference - speed * (time + period - measured.stamp)
+        # The measurement is older than the command.
+        then = limiter.reference - speed * (due - measured.stamp)
         error = abs(then - measured.value)
         if error <= self._floor + LAG * peak:
             return None

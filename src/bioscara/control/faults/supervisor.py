@@ -16,7 +16,7 @@ from pathlib import Path
 from bioscara.control.controllers.controller import WARNINGS
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.faults.flight_recorder import FlightRecord
-from bioscara.control.faults.following_error import FollowingErrorMonitor
+from bioscara.control.faults.following_error import FollowingErrorMonitor, fade
 from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, classify, source_of
 from bioscara.control.faults.log import FaultLog
 from bioscara.control.faults.stop import MotionStopper
@@ -37,6 +37,9 @@ class FaultState(Enum):
     """At rest; not acknowledged yet."""
     ACKNOWLEDGED = "acknowledged"
     """Acknowledged; the joints still have to be recovered."""
+
+
+_CLEAR = FaultState.CLEAR
 
 
 class Supervisor:
@@ -104,9 +107,10 @@ class Supervisor:
         arm.problems.clear()
         for failure in manager.failures:
             self.fault(failure.cause, failure.source, failure.time)
-        if self.state is FaultState.CLEAR:
+        if self.state is _CLEAR:
+            fading = fade(period)
             for following in self._following:
-                error = following.check(time, period)
+                error = following.check(time + period, fading)
                 if error is not None:
                     self.fault(error, error.joint, time)
         elif self.state is FaultState.STOPPING and self.stopper.at_rest(time, self._since):

@@ -277,37 +277,36 @@ class JointLimiter:
 
     def _bound_position(self, period: float) -> None:
         # Runs for each joint in each cycle: comparisons take a third of the time of min and max.
-        command = self._position_command
-        if not isfinite(self.reference):
-            self.begin()
+        command, lower, upper = self._position_command, self._lower, self._upper
+        if not lower <= self.reference <= upper:
             if not isfinite(self.reference):
-                command.value = math.nan
-                return
+                self.begin()
+                if not isfinite(self.reference):
+                    command.value = math.nan
+                    return
+            # From beyond a limit, where a joint can only have been pushed, it may only return.
+            lower, upper = min(lower, self.reference), max(upper, self.reference)
         asked, reference, last = command.value, self.reference, self.speed
-        lower, upper = self._lower, self._upper
-        # From beyond a limit, where a joint can only have been pushed, it may only return.
-        if reference < lower:
-            lower = reference
-        elif reference > upper:
-            upper = reference
-        if isfinite(asked):
-            wanted = lower if asked < lower else upper if asked > upper else asked
+        if lower <= asked <= upper:
+            wanted = asked
+        elif isfinite(asked):
+            wanted = lower if asked < lower else upper
         else:
             # It commands nothing: the joint continues to its last target.
             wanted = self._requested
         fastest, acceleration = self.max_velocity, self.max_acceleration
         step = acceleration * 0.5 * (period + (self._last_period or period))
-        behind = reference != self._requested
+        requested, before = self._requested, self._requested_speed
         # The velocity of the request, as far as the joint could follow it.
-        ahead, before = (wanted - self._requested) / period, self._requested_speed
-        least = before - step if before - step > -fastest else -fastest
-        most = before + step if before + step < fastest else fastest
+        ahead, slower, faster = (wanted - requested) / period, before - step, before + step
+        least = slower if slower > -fastest else -fastest
+        most = faster if faster < fastest else fastest
         self._requested_speed = most if ahead > most else least if ahead < least else ahead
         self._requested = wanted
         speed, fine = (wanted - reference) / period, step * _ROUNDING
         left = upper - reference if speed > 0.0 else reference - lower
         if (
-            behind
+            reference != requested
             or abs(speed - last) > step + fine
             or abs(speed) > fastest + fine
             or abs(speed) > mean_speed_within(left, acceleration, period) + fine
@@ -317,34 +316,32 @@ class JointLimiter:
                 wanted = min(max(reference + bounded * period, lower), upper)
                 speed = (wanted - reference) / period
         self.reference, self.speed = wanted, speed
-        kept = wanted == asked
-        command.value = wanted
-        if self._velocity_command.owner:
-            kept = self._match_velocity(period, last, kept=kept) and kept
+        kept, command.value = wanted == asked, wanted
+        velocity_command = self._velocity_command
+        if velocity_command.owner:
+            rate, reach = velocity_command.value, acceleration * period * (0.5 + _ROUNDING)
+            if not (kept and abs(rate - speed) <= reach and abs(rate) <= fastest):
+                self._match_velocity(period, last, reach, kept=kept)
+                kept = False
         if not kept:
             self.interventions += 1
 
-    def _match_velocity(self, period: float, last: float, *, kept: bool) -> bool:
-        """Bound the velocity that belongs to a position to one that the joint can have there.
-
-        Returns whether it was one already.
+    def _match_velocity(self, period: float, last: float, reach: float, *, kept: bool) -> None:
+        """Replace a velocity that the joint cannot have at its position by one that it can have.
 
         Args:
             period: Time since the last cycle [s].
             last: Mean velocity of the cycle before [rad/s or m/s].
+            reach: Difference that it may have from the mean velocity of this cycle [rad/s or m/s].
             kept: Whether the position is the one that the controller gave.
         """
         asked, speed = self._velocity_command.value, self.speed
-        reach = self.max_acceleration * period * (0.5 + _ROUNDING)
-        if kept and abs(asked - speed) <= reach and abs(asked) <= self.max_velocity:
-            return True
         # The mean belongs to the middle of the cycle, the velocity to its end.
         end = speed + (speed - last) * period / (period + (self._last_period or period))
         end = max(end, 0.0) if speed > 0.0 else min(end, 0.0) if speed < 0.0 else 0.0
         if kept and isfinite(asked):
             end = min(max(asked, speed - reach), speed + reach)
         self._velocity_command.value = min(max(end, -self.max_velocity), self.max_velocity)
-        return False
 
     def _approach(self, wanted: float, period: float, step: float) -> float:
         """Return the speed that brings the joint to a moving target soon and without overshoot."""

@@ -62,19 +62,21 @@ class ToolSpeedCap:
             period: Time since the last cycle [s].
             unchecked: Sources whose commands keep to ``share`` and ``soon``.
         """
-        states = [joint.state for joint in self._joints]
-        speeds = [speed for _, speed in states]
-        if not any(speeds):
-            return
         # These velocities are means over the cycle: they belong to the position in its middle. At
         # its end the tool of a motion exactly at the limit would be rated too fast.
-        half = 0.5 * period
-        middle = [position - speed * half for position, speed in states]
+        half, middle, speeds = 0.5 * period, [], []
+        for joint in self._joints:
+            position, velocity = joint.state
+            middle.append(position - velocity * half)
+            speeds.append(velocity)
+        if not any(speeds):
+            return
         speed, limit = self.speed_of(middle, speeds), self.limit
         if self.soon and unchecked:
             limit *= self.share
+            states = [joint.state for joint in self._joints]
             for soon in self.soon:
-                ahead = [position + speed * soon for position, speed in states]
+                ahead = [position + velocity * soon for position, velocity in states]
                 later = self.speed_of(ahead, speeds)
                 speed = later if not later <= speed else speed
         # Not written as speed > limit: an unknown position must not let any command pass.

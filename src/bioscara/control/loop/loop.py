@@ -26,6 +26,8 @@ _IN_A_ROW = 3
 _SLOW_SHARE, _STOP_SHARE = 0.05, 0.2
 """Shares of missed deadlines in the last second at which the arm is slowed down, and stopped."""
 
+_new = tuple.__new__
+
 
 class CycleReport(NamedTuple):
     """One cycle of the loop.
@@ -133,12 +135,13 @@ class Loop:
         except Exception as error:  # noqa: BLE001  after any failure the arm is brought to rest
             supervisor.crash(error, time)
             self._deadline = clock.now() + self.period
-        timing = Timing(late, *manager.statistics.timing)
+        # Timing(...) and CycleReport(...) take twice as long.
+        timing = _new(Timing, (late, *manager.statistics.timing))
         self._record.append(time, timing)
         self._count(period, timing)
         if good and self._watchdog is not None:
             self._watchdog.feed(time)
-        return CycleReport(time, period, timing)
+        return _new(CycleReport, (time, period, timing))
 
     @property
     def _driving(self) -> bool:
@@ -147,13 +150,13 @@ class Loop:
         )
 
     def _count(self, period: float, timing: Timing) -> None:
-        statistics = self.statistics
+        statistics, (late, read, update, write) = self.statistics, timing
         statistics.cycles += 1
         statistics.periods.add(period)
-        statistics.late.add(timing.late)
-        statistics.read.add(timing.read)
-        statistics.update.add(timing.update)
-        statistics.write.add(timing.write)
+        statistics.late.add(late)
+        statistics.read.add(read)
+        statistics.update.add(update)
+        statistics.write.add(write)
 
     def _require_timely(self, time: float, period: float) -> None:
         """Latch a fault if the joints must have stopped autonomously, or report that they did."""

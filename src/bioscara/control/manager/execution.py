@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from math import isfinite
+from time import perf_counter
 from typing import NamedTuple
 
 from bioscara.control.controllers.controller import AnyController
@@ -13,6 +14,9 @@ from bioscara.control.manager.switching import ControllerSwitcher, Problem
 from bioscara.control.manager.update_rate import Schedule
 from bioscara.errors import BioscaraError, ControllerError
 from bioscara.hardware import HardwareComponent, LifecycleState
+
+# A member of an enumeration takes longer to look up than to compare.
+_ACTIVE = LifecycleState.ACTIVE
 
 
 class Failure(NamedTuple):
@@ -72,14 +76,18 @@ class Execution:
             period: Time since the last cycle [s].
         """
         try:
-            self._statistics.read[component.name].measure(component.read, time, period)
+            start = perf_counter()
+            component.read(time, period)
+            self._statistics.read[component.name].add(perf_counter() - start)
         except Exception as error:  # noqa: BLE001  after any failure the arm is brought to rest
             self._give_up(component, time, error)
 
     def write(self, component: HardwareComponent, time: float, period: float) -> None:
         """Write a component; arguments and failures as :meth:`read`."""
         try:
-            self._statistics.write[component.name].measure(component.write, time, period)
+            start = perf_counter()
+            component.write(time, period)
+            self._statistics.write[component.name].add(perf_counter() - start)
         except Exception as error:  # noqa: BLE001  after any failure the arm is brought to rest
             self._give_up(component, time, error)
 
@@ -106,7 +114,7 @@ class Execution:
     def _update_if_due(
         self, controller: AnyController, schedule: Schedule, time: float, period: float
     ) -> None:
-        if controller.state is not LifecycleState.ACTIVE:
+        if controller.state is not _ACTIVE:
             return
         elapsed = schedule.due(period)
         if not elapsed:
@@ -114,10 +122,12 @@ class Execution:
         handles = controller.command_handles
         before = [handle.value for handle in handles]
         try:
-            controller.statistics.execution_time.measure(controller.update, time, elapsed)
+            start = perf_counter()
+            controller.update(time, elapsed)
+            controller.statistics.execution_time.add(perf_counter() - start)
             controller.statistics.periodicity.add(1.0 / elapsed)
             # The sum is not finite if one of them is not; it takes half the time of the checks.
-            if not isfinite(sum([handle.value for handle in handles])):
+            if handles and not isfinite(sum([handle.value for handle in handles])):
                 _require_finite(controller)
         except Exception as error:  # noqa: BLE001  a controller may raise anything at all
             for handle, value in zip(handles, before, strict=True):

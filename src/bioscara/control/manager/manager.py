@@ -20,12 +20,15 @@ from bioscara.control.manager.listing import (
     describe_interfaces,
 )
 from bioscara.control.manager.registry import ControllerRegistry
-from bioscara.control.manager.statistics import READ, UPDATE, WRITE, ManagerStatistics, timed
+from bioscara.control.manager.statistics import READ, UPDATE, WRITE, ManagerStatistics
 from bioscara.control.manager.switch_request import Strictness, Switch, plan, unknown
 from bioscara.control.manager.switching import ControllerSwitcher, Problem
 from bioscara.control.manager.update_rate import require_rate
 from bioscara.errors import ConfigurationError, InvalidArgumentError, SwitchError
 from bioscara.hardware import HardwareComponent, LifecycleState
+
+# A member of an enumeration takes longer to look up than to compare.
+_ACTIVE = LifecycleState.ACTIVE
 
 
 class ControllerManager:
@@ -229,30 +232,33 @@ class ControllerManager:
             raise InvalidArgumentError(f"a cycle takes time: its period cannot be {period:g} s")
         self._execution.failures, self._between_cycles = self._between_cycles, []
         self.statistics.periodicity.add(1.0 / period)
+        timing, begin = self.statistics.timing, perf_counter()
         self.read(time, period)
+        now = perf_counter()
+        timing[READ], begin = now - begin, now
         self.update(time, period)
+        now = perf_counter()
+        timing[UPDATE], begin = now - begin, now
         self.write(time, period)
+        timing[WRITE] = perf_counter() - begin
 
-    @timed(READ)
     def read(self, time: float, period: float) -> None:
         """Read the states of all available components; arguments as :meth:`cycle`."""
-        for component in self.components:
+        for component in self.claims.components:
             if component.available:
                 self._execution.read(component, time, period)
             else:
                 component.problems.clear()
 
-    @timed(UPDATE)
     def update(self, time: float, period: float) -> None:
         """Update the controllers that are due, and bound their commands; as :meth:`cycle`."""
         self._execution.update(time, period)
         self.limiter.apply(period, self._switcher.driving)
 
-    @timed(WRITE)
     def write(self, time: float, period: float) -> None:
         """Write the commands of all active components; arguments as :meth:`cycle`."""
-        for component in self.components:
-            if component.state is LifecycleState.ACTIVE:
+        for component in self.claims.components:
+            if component.state is _ACTIVE:
                 self._execution.write(component, time, period)
 
     def set_hardware_state(self, name: str, state: LifecycleState, time: float) -> LifecycleState:

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
-from functools import wraps
-from time import perf_counter
-from typing import NamedTuple, Protocol, TypeVar
+from collections.abc import Iterable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -112,18 +110,6 @@ class Spread:
         if len(new) >= _BATCH:
             self._settle()
 
-    def measure(self, step: Callable[[float, float], None], time: float, period: float) -> None:
-        """Call a step of a cycle and add its duration [s], unless it raises.
-
-        Args:
-            step: The step.
-            time: Begin of the cycle [s].
-            period: Time since the last cycle [s].
-        """
-        start = perf_counter()
-        step(time, period)
-        self.add(perf_counter() - start)
-
     def summary(self) -> SpreadSummary:
         """Return a summary of the values; its statistics are NaN without any."""
         if self._new:
@@ -185,33 +171,6 @@ class ManagerStatistics:
         self.read = {name: Spread() for name in names}
         self.write = {name: Spread() for name in names}
         self.timing = [0.0, 0.0, 0.0]
-
-
-class _Manager(Protocol):
-    statistics: ManagerStatistics
-
-
-_M = TypeVar("_M", bound=_Manager)
-_Step = Callable[[_M, float, float], None]
-
-
-def timed(index: int) -> Callable[[_Step[_M]], _Step[_M]]:
-    """Return a decorator that records the duration of a step of a manager's cycle.
-
-    Args:
-        index: Of the step in :attr:`ManagerStatistics.timing`.
-    """
-
-    def decorate(step: _Step[_M]) -> _Step[_M]:
-        @wraps(step)
-        def measured(manager: _M, time: float, period: float) -> None:
-            start = perf_counter()
-            step(manager, time, period)
-            manager.statistics.timing[index] = perf_counter() - start
-
-        return measured
-
-    return decorate
 
 
 class CycleStatistics:

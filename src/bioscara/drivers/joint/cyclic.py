@@ -75,9 +75,11 @@ class CyclicExchange:
 
     def track(self, setpoint: Setpoint) -> tuple[Transaction, ...]:
         """Return the transactions that send a checked setpoint and request the state."""
-        values = self._feedback.transmission.to_motor(setpoint)
-        if self._session.version == 2:
-            return self._prepare(_TRACK, values)
+        session, values = self._session, self._feedback.transmission.to_motor(setpoint)
+        if session.version == 2:
+            self._message, self._values, self._second = _TRACK, values, None
+            self._sent = sent = (session.frame(_TRACK, values),)
+            return sent
         return self._prepare_pair(_MOVE, values[:1], _ANGLE)
 
     def drive(self, velocity: float) -> tuple[Transaction, ...]:

@@ -161,16 +161,13 @@ def _exchange(
     if not joints:
         return []
     bus, clock = joints[0].bus, joints[0].clock
-    for joint in joints:
-        if joint.bus is not bus:
-            raise InvalidArgumentError(f"{joint.name} is on another bus than {joints[0].name}")
-    now = clock.now()
     waiting: list[int] = []
     requests: list[Transaction] = []
-    for index, sent in enumerate(frames):
-        if not sent:
+    for index, joint in enumerate(joints):
+        if joint.bus is not bus:
+            raise InvalidArgumentError(f"{joint.name} is on another bus than {joints[0].name}")
+        if not frames[index]:
             continue
-        joint = joints[index]
         if joint.session.version == 1:
             # It may need a pause of more than a cycle.
             timing = joint.session.timing
@@ -178,11 +175,11 @@ def _exchange(
                 missing = NoAcknowledgeError("no device acknowledged", joint.parameters.address)
                 outcomes[index] = joint.cycle.hold_last_sample(missing)
                 continue
-            if now < timing.quiet_until:
+            if joint.session.paused:
                 outcomes[index] = joint.cycle.skip()
                 continue
         waiting.append(index)
-        requests += sent
+        requests += frames[index]
     bad = _transfer(bus, clock, joints, requests, waiting, outcomes, retry)
     if bad and retry:
         again = [index for index, _ in bad]

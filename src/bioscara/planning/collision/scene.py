@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -122,6 +123,22 @@ class Cylinder:
 Zone = Box | Cylinder
 
 
+class NearestPair(NamedTuple):
+    """The two bodies with the least clearance.
+
+    Attributes:
+        link: Name of the link.
+        other: Name of its counterpart: a zone, the table or a link.
+        distance: Distance of the two [m]; a negative value is a penetration depth.
+        margin: Smallest distance that a motion may leave between them [m].
+    """
+
+    link: str
+    other: str
+    distance: float
+    margin: float
+
+
 @dataclass(frozen=True, slots=True)
 class Scene:
     """The surroundings of the arm.
@@ -214,6 +231,27 @@ class Scene:
         rows = np.asarray(joints, dtype=np.float64)
         _check_finite(rows)
         return self.layout(arm).nearest(arm, rows)
+
+    def nearest_pair(self, arm: Scara, joints: Sequence[float]) -> NearestPair | None:
+        """Return the pair that :meth:`clearance` is the clearance of; None without any pair.
+
+        Args:
+            arm: The arm with its tool.
+            joints: j1 to j4 [rad, m, rad, rad].
+
+        Raises:
+            InvalidArgumentError: A joint is not a finite number.
+        """
+        rows = np.array([joints], dtype=np.float64)
+        _check_finite(rows)
+        layout = self.layout(arm)
+        if not layout.pairs:
+            return None
+        clearances = layout.clearances(arm, rows)[:, 0]
+        row = int(clearances.argmin())
+        pair = layout.pairs[row]
+        distance = float(clearances[row]) - pair.allowed
+        return NearestPair(pair.link, pair.zone, distance, self.margin - pair.allowed)
 
     def check(
         self, arm: Scara, trajectory: Trajectory, elsewhere: Sequence[float] | None = None

@@ -10,19 +10,92 @@ zones:
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Strict
 
 from bioscara.errors import ConfigurationError
-from bioscara.model.section import described
-from bioscara.model.yaml_section import YamlSection, read_sections
+from bioscara.model.validation import (
+    AS_TUPLE,
+    Checked,
+    Listed,
+    Name,
+    Number,
+    Problem,
+    Text,
+    Within,
+)
+from bioscara.model.yaml_file import YamlFile
 from bioscara.planning.collision.margins import MARGINS
 from bioscara.planning.collision.scene import FAR, Box, Cylinder, Scene, Zone
 
 VERSION = 1
 """Version of the format that is read."""
-_ANY = 1e9
-"""Bound for numbers in a file; zones check their own ranges."""
+_Corner = Annotated[tuple[Number, Number, Number], Strict(), AS_TUPLE]
+
+
+class _Zone(Checked):
+    """A zone in the file; zones check their own ranges."""
+
+    name: Name
+    keep: Literal["in", "out"]
+    shape: Text
+    links: Listed[Text] = ()
+
+    def made(self) -> Zone:
+        """Return the zone; may raise :class:`ConfigurationError`."""
+        raise NotImplementedError
+
+
+class _Box(_Zone):
+    lower: _Corner
+    upper: _Corner
+    yaw: Number = 0.0
+
+    def made(self) -> Box:
+        return Box(self.name, self.lower, self.upper, self.yaw, self.keep == "in", self.links)
+
+
+class _Cylinder(_Zone):
+    x: Number
+    y: Number
+    radius: Number
+    low: Number
+    high: Number
+
+    def made(self) -> Cylinder:
+        size = self.x, self.y, self.radius, self.low, self.high
+        return Cylinder(self.name, *size, self.keep == "in", self.links)
+
+
+class _Shape(Checked):
+    shape: Literal["box", "cylinder"]
+
+
+def _zone(values: object) -> _Zone:
+    """Return the zone by its shape."""
+    shape = values
+    if isinstance(values, Mapping):
+        shape = {key: value for key, value in values.items() if key == "shape"}
+    return (_Box if _Shape.parsed(shape).shape == "box" else _Cylinder).parsed(values)
+
+
+class _Scene(Checked):
+    """A scene file."""
+
+    version: Annotated[int, Within(1, 10**6)]
+    table_height: Annotated[float, Within(-FAR, FAR, "m")] | None
+    margin: Annotated[float, Within(*MARGINS, "m")]
+    zones: Listed[Annotated[_Zone, BeforeValidator(_zone)]]
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield names that are there twice."""
+        names = [zone.name for zone in self.zones]
+        for index, name in enumerate(names):
+            if name in names[:index]:
+                yield Problem(f"{name} is there twice", ("zones", index, "name"))
 
 
 def read_scene(path: Path) -> Scene:
@@ -35,65 +108,13 @@ def read_scene(path: Path) -> Scene:
         ConfigurationError: The file cannot be read, has another version, a key is unknown or
             missing, or a value is invalid; the message names file and line.
     """
-    top = read_sections(path, str(path))
-    top.refuse_unknown(("version", "table_height", "margin", "zones"))
-    version = top.value("version")
-    if version != VERSION or isinstance(version, bool):
-        raise top.error(
-            f"version: {described(version)} cannot be read; this program reads {VERSION}", "version"
-        )
-    table = top.value("table_height")
-    zones = [] if top.value("zones") == [] else top.sections("zones")
-    with_lines = [(_zone(zone), zone) for zone in zones]
-    for index, (zone, section) in enumerate(with_lines):
-        if zone.name in [other.name for other, _ in with_lines[:index]]:
-            raise section.error(f"zone {zone.name} is there twice", "name")
-    return Scene(
-        tuple(zone for zone, _ in with_lines),
-        None if table is None else top.number("table_height", -FAR, FAR, "m"),
-        top.number("margin", *MARGINS, "m"),
-    )
-
-
-def _zone(section: YamlSection) -> Zone:
-    shape = section.text("shape", ("box", "cylinder"))
-    own = ("lower", "upper", "yaw") if shape == "box" else ("x", "y", "radius", "low", "high")
-    section.refuse_unknown(("name", "keep", "shape", "links", *own))
-    name = section.text("name")
-    keep_in = section.text("keep", ("in", "out")) == "in"
-    links = _links(section)
-    if shape == "box":
-        yaw = section.number("yaw", -_ANY, _ANY, "rad") if "yaw" in section.keys() else 0.0  # noqa: SIM118
-        lower, upper = _corner(section, "lower"), _corner(section, "upper")
-    else:
-        x, y, radius, low, high = (section.number(key, -_ANY, _ANY, "m") for key in own)
-    try:
-        if shape == "box":
-            return Box(name, lower, upper, yaw, keep_in, links)
-        return Cylinder(name, x, y, radius, low, high, keep_in, links)
-    except ConfigurationError as error:
-        raise section.error(str(error)) from error
-
-
-def _links(section: YamlSection) -> tuple[str, ...]:
-    if "links" not in section.keys():  # noqa: SIM118
-        return ()
-    links = section.value("links")
-    if not isinstance(links, list) or not links:
-        raise section.error(
-            f"{section.name('links')}: {described(links)} is not a list of links", "links"
-        )
-    return tuple(str(link) for link in links)
-
-
-def _corner(section: YamlSection, key: str) -> tuple[float, float, float]:
-    value: Any = section.value(key)
-    fits = isinstance(value, list) and len(value) == 3
-    if not fits or not all(isinstance(v, int | float) and not isinstance(v, bool) for v in value):
-        raise section.error(
-            f"{section.name(key)}: {described(value)} is not [x, y, z] in metres", key
-        )
-    if any(abs(v) > _ANY for v in value):  # YAML has integers beyond any float
-        raise section.error(f"{section.name(key)}: a number is beyond {_ANY:g} m", key)
-    x, y, z = (float(v) for v in value)
-    return x, y, z
+    file = YamlFile.load(path, str(path))
+    file.check_version("version", VERSION)
+    scene = _Scene.checked(file.values, file.place)
+    zones = []
+    for index, zone in enumerate(scene.zones):
+        try:
+            zones.append(zone.made())
+        except ConfigurationError as error:
+            raise ConfigurationError(f"{file.place(('zones', index))}{error}") from error
+    return Scene(tuple(zones), scene.table_height, scene.margin)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import os
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -14,6 +15,7 @@ from bioscara.errors import TrajectoryError
 from bioscara.planning.files.ros_message_parser import ITEMS_MAX
 from bioscara.planning.files.ros_yaml import decimal, trajectory_of_yaml
 from bioscara.planning.trajectory.trajectory import STEP_MIN, Trajectory
+from bioscara.whole_files import replacing
 
 SIZE_MAX = 8 * 2**20
 """Largest YAML file that is read [bytes]."""
@@ -21,6 +23,7 @@ CSV_MAX = 32 * 2**20
 """Largest CSV file that is read or written [bytes]: four joints fill a line with at most 13 numbers
 of 23 characters, so that :data:`ITEMS_MAX` points always fit."""
 
+_TOP_LEVEL = re.compile(r"^(poses|zones):", re.MULTILINE)
 _SUFFIXES = {"position": 0, "velocity": 1, "acceleration": 2}
 
 
@@ -50,17 +53,39 @@ def read(path: str | Path) -> TrajectoryFile:
     try:
         if path.suffix.lower() == ".csv":
             return TrajectoryFile(_trajectory_of_csv(_text(path, CSV_MAX)), ())
-        trajectory, notes = trajectory_of_yaml(_text(path, SIZE_MAX))
+        text = _text(path, SIZE_MAX)
+        _refuse_other_kind(path, text)
+        trajectory, notes = trajectory_of_yaml(text)
     except TrajectoryError as error:
         raise TrajectoryError(f"{path}: {error}") from error
     return TrajectoryFile(trajectory, notes)
+
+
+def _refuse_other_kind(path: Path, text: str) -> None:
+    """Refuse the other files of an arm that are YAML, which no message can be.
+
+    Raises:
+        TrajectoryError: It is one of them; says what to do with it.
+    """
+    found = _TOP_LEVEL.search(text)
+    if found is None:
+        return
+    if found[1] == "poses":
+        raise TrajectoryError(
+            f"is a table of named poses and holds no trajectory; move to one of its poses with "
+            f"'bioscara move --name NAME --table {path}'"
+        )
+    raise TrajectoryError(
+        f"describes surroundings and holds no trajectory; give it as --scene {path}, beside a "
+        f"trajectory file"
+    )
 
 
 def write_csv(path: str | Path, trajectory: Trajectory) -> None:
     """Write a trajectory as CSV; reading it gives the same trajectory.
 
     Of points too close in time to be read again, which a planner may produce, the first is
-    written.
+    written. If it fails, an existing file stays as it was.
 
     Raises:
         TrajectoryError: The file would be too large to be read again; nothing is written.
@@ -89,7 +114,8 @@ def write_csv(path: str | Path, trajectory: Trajectory) -> None:
             f"{path}: the trajectory takes {len(kept)} points and {len(data) / 2**20:.1f} MiB, a "
             f"file holds {ITEMS_MAX} and {CSV_MAX // 2**20}; split it"
         )
-    Path(path).write_bytes(data)
+    with replacing(Path(path)) as partial:
+        partial.write_bytes(data)
 
 
 def _apart(times: list[float]) -> list[int]:

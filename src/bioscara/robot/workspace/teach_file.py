@@ -16,23 +16,23 @@ The last line is part of the schema: a truncated YAML file would often still be 
 
 from __future__ import annotations
 
-import errno
 import fcntl
 import io
 import os
-import secrets
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import asdict
 from pathlib import Path
-from typing import TypeVar
+from typing import Annotated
 
-from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
-from bioscara.model.yaml_section import NODES_MAX, SIZE_MAX, YamlSection, read_text, sections_of
+from bioscara.model.validation import Checked, Name, Text, Within
+from bioscara.model.yaml_file import NODES_MAX, SIZE_MAX, YamlFile, read_text
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
 from bioscara.robot.workspace.tools import FINGERS, MASS_MAX, OFFSET_MAX, Tool
+from bioscara.whole_files import replacing
 
 SCHEMA = 1
 """Version of the schema that is read and written."""
@@ -59,20 +59,30 @@ def load_table(path: Path, fingers: Tool) -> TeachTable:
             f"{source}, line {text.count(chr(10)) + 1}: the file is truncated: it does not end "
             "with a line '...'; if it is whole, add that line"
         )
-    top = sections_of(text, source)
-    schema = top.whole("schema", 1, 10**6)
-    if schema != SCHEMA:
-        raise top.error(
-            f"schema {schema} is not known: this version reads schema {SCHEMA}; use the version "
-            "of bioscara that wrote the file",
-            "schema",
-        )
-    top.refuse_unknown(("schema", "tools", "poses"))
-    sections = top.section("tools"), top.section("poses")
-    tools = _items(sections[0], _tool, TeachTable(fingers).with_tool)
+    file = YamlFile(text, source)
+    file.check_version("schema", SCHEMA)
+    given = _Table.checked(file.values, file.place)
+    tools, poses = [], []
+    check_tool = TeachTable(fingers).with_tool
+    for name, tool in given.tools.items():
+        with _located(file, "tools", name):
+            check_tool(made := tool.made(name))
+        tools.append(made)
     # Each pose is checked on its own, against an empty table; YAML allows no name twice.
-    poses = _items(sections[1], _pose, TeachTable(fingers, tools).with_pose)
-    return TeachTable(fingers, tools, poses)
+    check_pose = TeachTable(fingers, tuple(tools)).with_pose
+    for name, pose in given.poses.items():
+        with _located(file, "poses", name):
+            check_pose(taught := pose.made(name))
+        poses.append(taught)
+    return TeachTable(fingers, tuple(tools), tuple(poses))
+
+
+@contextmanager
+def _located(file: YamlFile, *location: str) -> Iterator[None]:
+    try:
+        yield
+    except InvalidArgumentError as error:
+        raise ConfigurationError(f"{file.place(location)}{error}") from error
 
 
 @contextmanager
@@ -122,25 +132,8 @@ def save_table(path: Path, table: TeachTable) -> None:
             "keep them in two files"
         )
     try:
-        goal = Path(os.path.realpath(path))
-        if goal.is_symlink():  # only a loop of links resolves to a link
-            raise OSError(errno.ELOOP, os.strerror(errno.ELOOP))
-        temporary = goal.with_name(f".{goal.name}.{secrets.token_hex(8)}.new")
-        try:
-            with temporary.open("xb") as file:
-                file.write(data)
-                file.flush()
-                os.fsync(file.fileno())
-            if goal.exists():
-                temporary.chmod(goal.stat().st_mode & 0o777)
-            temporary.replace(goal)
-        finally:
-            temporary.unlink(missing_ok=True)
-        folder = os.open(goal.parent, os.O_RDONLY)
-        try:
-            os.fsync(folder)
-        finally:
-            os.close(folder)
+        with replacing(path) as partial:
+            partial.write_bytes(data)
     except OSError as error:
         raise _unkept(path, error) from error
 
@@ -151,62 +144,52 @@ def _unkept(path: Path, error: OSError) -> ConfigurationError:
     )
 
 
-_Item = TypeVar("_Item", Tool, NamedPose)
+_Angle = Annotated[float, Within(-ANGLE_MAX, ANGLE_MAX, "rad")]
+_Length = Annotated[float, Within(-PLACE_MAX, PLACE_MAX, "m")]
+_Offset = Annotated[float, Within(-OFFSET_MAX, OFFSET_MAX, "m")]
 
 
-def _items(
-    section: YamlSection,
-    read: Callable[[str, YamlSection], _Item],
-    check: Callable[[_Item], object],
-) -> tuple[_Item, ...]:
-    items = []
-    for name in section.keys():  # noqa: SIM118 -- a section is no mapping
-        if not isinstance(name, str):
-            raise section.error(
-                f"{shown(name)} is not a name; quote it if it is meant as one", name
-            )
-        try:
-            item = read(str(name), section.section(name))
-            check(item)
-        except ConfigurationError:
-            raise
-        except InvalidArgumentError as error:
-            raise section.error(str(error), name) from error
-        items.append(item)
-    return tuple(items)
+class _Tool(Checked):
+    x: _Offset
+    y: _Offset
+    z: _Offset
+    yaw: _Angle
+    mass: Annotated[float, Within(0.0, MASS_MAX, "kg")]
+
+    def made(self, name: str) -> Tool:
+        return Tool(name, Pose(self.x, self.y, self.z, self.yaw), self.mass)
 
 
-def _numbers(section: YamlSection, sizes: dict[str, tuple[float, str]]) -> list[float]:
-    return [section.number(key, -size, size, unit) for key, (size, unit) in sizes.items()]
+class _Joints(Checked):
+    j1: _Angle
+    j2: _Length
+    j3: _Angle
+    j4: _Angle
 
 
-_ANGLE, _LENGTH = (ANGLE_MAX, "rad"), (PLACE_MAX, "m")
-_OFFSET = dict.fromkeys("xyz", (OFFSET_MAX, "m")) | {"yaw": _ANGLE}
-_PLACE = dict.fromkeys("xyz", _LENGTH) | {"yaw": _ANGLE}
-_JOINTS = {"j1": _ANGLE, "j2": _LENGTH, "j3": _ANGLE, "j4": _ANGLE}
+class _Place(Checked):
+    x: _Length
+    y: _Length
+    z: _Length
+    yaw: _Angle
 
 
-def _tool(name: str, section: YamlSection) -> Tool:
-    section.refuse_unknown((*_OFFSET, "mass"))
-    offset = Pose(*_numbers(section, _OFFSET))
-    return Tool(name, offset, section.number("mass", 0.0, MASS_MAX, "kg"))
+class _Pose(Checked):
+    joints: _Joints | None = None
+    pose: _Place | None = None
+    tool: Name = FINGERS
+    calibration: Name = ""
+
+    def made(self, name: str) -> NamedPose:
+        joints = Joints(**asdict(self.joints)) if self.joints else None
+        pose = Pose(**asdict(self.pose)) if self.pose else None
+        return NamedPose(name, joints, pose, self.tool, self.calibration)
 
 
-def _pose(name: str, section: YamlSection) -> NamedPose:
-    section.refuse_unknown(("joints", "pose", "tool", "calibration"))
-    keys = set(section.keys())
-    joints = pose = None
-    if "joints" in keys:
-        part = section.section("joints")
-        part.refuse_unknown(_JOINTS)
-        joints = Joints(*_numbers(part, _JOINTS))
-    if "pose" in keys:
-        part = section.section("pose")
-        part.refuse_unknown(_PLACE)
-        pose = Pose(*_numbers(part, _PLACE))
-    tool = section.text("tool") if "tool" in keys else FINGERS
-    calibration = section.text("calibration") if "calibration" in keys else ""
-    return NamedPose(name, joints, pose, str(tool), str(calibration))
+class _Table(Checked):
+    schema: Annotated[int, Within(1, 10**6)]
+    tools: dict[Text, _Tool]
+    poses: dict[Text, _Pose]
 
 
 def _text(table: TeachTable) -> str:

@@ -44,7 +44,7 @@ def test_rule_36_legal_interfaces_move_the_arm(
 @pytest.mark.parametrize(
     ("values", "why"),
     [
-        ({"command_interfaces": ("effort",)}, "command_interfaces.0: 'effort'"),
+        ({"command_interfaces": ("effort",)}, "command_interfaces[0]: 'effort'"),
         ({"command_interfaces": ("velocity", "position")}, "it is position, velocity, or"),
         ({"command_interfaces": ()}, "it is position, velocity, or"),
         ({"state_interfaces": ("velocity",)}, "it is position, or position and velocity"),
@@ -92,10 +92,10 @@ def test_rule_36_legal_interfaces_move_the_arm(
         ),
         ({"speed_scaling": {"state_interface": "a/b"}}, "speed_scaling.state_interface: 'a/b'"),
         ({"joints": "j1"}, "joints: 'j1' is not a list"),
-        ({"joints": ("j1", 2)}, "joints.1: 2 is not a valid name"),
+        ({"joints": ("j1", 2)}, "joints[1]: 2 is not a valid name"),
         ({"gains": 5.0}, "gains must be a mapping of names to values"),
         ({"gains": {"j1": 5.0}}, "gains.j1 must be a mapping of names to values"),
-        ({"constraints": {5: {}}}, "constraints.5 is not a known parameter"),
+        ({"constraints": {5: {}}}, "constraints[5] is not a known parameter"),
         ({"cmd_timeout": "1.5"}, "cmd_timeout: '1.5' is not a number"),
         ({"allow_partial_joints_goal": 1}, "allow_partial_joints_goal: 1 is neither true nor"),
         ({"update_rate": 2.5}, "update_rate: 2.5 is not a whole number"),

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from operator import attrgetter
 
 from bioscara.control.controllers.joint_trajectory.pid import Pid
 from bioscara.hardware import POSITION, VELOCITY, CommandInterface, StateInterface
 from bioscara.planning import Sample
 
+_new = tuple.__new__
+_value = attrgetter("value")
 _OLDEST = 0.1
 """Age up to which a measurement is compared with the past [s]; a watchdog acts long before."""
 
@@ -43,9 +46,10 @@ class Handles:
 
     def measured(self) -> Sample:
         """Return the measured state; velocities that are not measured are 0."""
-        positions = tuple([state.value for state in self._position_states])
-        velocities = tuple([state.value for state in self._velocity_states])
-        return Sample(positions, velocities or self._nothing, self._nothing)
+        positions = tuple(map(_value, self._position_states))
+        velocities = tuple(map(_value, self._velocity_states))
+        # Sample(...) takes twice as long.
+        return _new(Sample, (positions, velocities or self._nothing, self._nothing))
 
     def commanded(self) -> tuple[float, ...]:
         """Return the position commands, or measured positions where there is none [rad or m]."""
@@ -69,20 +73,22 @@ class Handles:
             time: Now [s].
         """
         positions, velocities = [], []
+        measured, rates, _ = actual
         for state, there, speed, change, here, going in zip(
-            self._position_states, *desired, actual.positions, actual.velocities, strict=True
+            self._position_states, *desired, measured, rates, strict=True
         ):
             age = time - state.stamp
             age = (_OLDEST if age > _OLDEST else age) * pace if age > 0.0 else 0.0
             positions.append(there - age * (speed - 0.5 * age * change) - here)
             velocities.append((speed - age * change) * pace - going)
-        return Sample(tuple(positions), tuple(velocities), self._nothing)
+        return _new(Sample, (tuple(positions), tuple(velocities), self._nothing))
 
     def write(self, ahead: Sample, pace: float) -> None:
         """Command positions, and velocities where they are claimed too."""
-        for handle, value in zip(self._positions, ahead.positions, strict=True):
+        positions, velocities, _ = ahead
+        for handle, value in zip(self._positions, positions, strict=True):
             handle.value = value
-        for handle, value in zip(self._velocities, ahead.velocities, strict=False):
+        for handle, value in zip(self._velocities, velocities, strict=False):
             handle.value = value * pace
 
     def write_velocities(

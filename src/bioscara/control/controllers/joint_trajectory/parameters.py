@@ -2,23 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import field
 from typing import Literal
 
+from pydantic import TypeAdapter, model_validator
+
 from bioscara.control.controllers.joint_trajectory.pid import Gains
-from bioscara.control.controllers.parameters import (
-    NotNegative,
-    ParameterGroup,
-    Parameters,
-    Positive,
-)
+from bioscara.control.controllers.parameters import Parameters
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import POSITION, VELOCITY
+from bioscara.model.validation import (
+    KNOWN_AS,
+    Checked,
+    Flag,
+    Listed,
+    NotNegative,
+    Positive,
+    Text,
+)
 
 Kind = Literal["position", "velocity"]
 
 
-class JointConstraints(ParameterGroup):
+class JointConstraints(Checked):
     """Permitted deviations of one joint; 0 is unchecked.
 
     Attributes:
@@ -32,7 +39,10 @@ class JointConstraints(ParameterGroup):
     max_deceleration_on_cancel: NotNegative = 0.0
 
 
-class Constraints(ParameterGroup):
+_BY_JOINT = TypeAdapter(dict[Text, JointConstraints])
+
+
+class Constraints(Checked):
     """Failure conditions of goals; every other key is the name of a joint, with its constraints.
 
     Attributes:
@@ -44,20 +54,34 @@ class Constraints(ParameterGroup):
         joints: Constraints of single joints.
     """
 
-    PER_JOINT = "joints"
-
     stopped_velocity_tolerance: NotNegative = 0.01
     goal_time: NotNegative = 0.0
-    decelerate_on_cancel: bool = False
+    decelerate_on_cancel: Flag = False
     least_time_on_cancel: NotNegative = 0.0
-    joints: dict[str, JointConstraints] = field(default_factory=dict)
+    joints: dict[Text, JointConstraints] = field(
+        default_factory=dict, metadata={KNOWN_AS: "a group for each joint"}
+    )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _collect_joints(cls, values: object) -> object:
+        """Move the groups of the joints, which files have under the joints' names."""
+        if not isinstance(values, Mapping):
+            return values
+        joints = {
+            name: group
+            for name, group in values.items()
+            if isinstance(name, str) and isinstance(group, Mapping | JointConstraints)
+        }
+        others = {name: value for name, value in values.items() if name not in joints}
+        return others | {"joints": _BY_JOINT.validate_python(joints)}
 
     def of(self, joint: str) -> JointConstraints:
         """Return the constraints of one joint, by default none."""
         return self.joints.get(joint, JointConstraints())
 
 
-class SpeedScaling(ParameterGroup):
+class SpeedScaling(Checked):
     """Scaling of the trajectory's time.
 
     Attributes:
@@ -71,7 +95,7 @@ class SpeedScaling(ParameterGroup):
     command_interface: Literal[""] = ""
 
 
-class PositionsUpsampling(ParameterGroup):
+class PositionsUpsampling(Checked):
     """Handling of trajectories without a goal that have positions only.
 
     Attributes:
@@ -79,7 +103,7 @@ class PositionsUpsampling(ParameterGroup):
         policy_frequency: Of points without times [Hz]; 0 refuses them.
     """
 
-    enable: bool = False
+    enable: Flag = False
     policy_frequency: NotNegative = 0.0
 
 
@@ -109,21 +133,21 @@ class JointTrajectoryParameters(Parameters):
         constraints: Failure conditions of goals.
     """
 
-    joints: tuple[str, ...]
-    command_interfaces: tuple[Kind, ...] = ("position",)
-    state_interfaces: tuple[Kind, ...] = ("position", "velocity")
+    joints: Listed[Text]
+    command_interfaces: Listed[Kind] = ("position",)
+    state_interfaces: Listed[Kind] = ("position", "velocity")
     action_monitor_rate: Positive = 20.0
-    allow_partial_joints_goal: bool = False
-    allow_nonzero_velocity_at_trajectory_end: bool = False
-    allow_integration_in_goal_trajectories: bool = False
-    allow_trajectory_replacement: bool = True
+    allow_partial_joints_goal: Flag = False
+    allow_nonzero_velocity_at_trajectory_end: Flag = False
+    allow_integration_in_goal_trajectories: Flag = False
+    allow_trajectory_replacement: Flag = True
     interpolation_method: Literal["splines", "none"] = "splines"
-    interpolate_from_desired_state: bool = False
-    set_last_command_interface_value_as_state_on_activation: bool = True
+    interpolate_from_desired_state: Flag = False
+    set_last_command_interface_value_as_state_on_activation: Flag = True
     cmd_timeout: NotNegative = 0.0
     speed_scaling: SpeedScaling = SpeedScaling()
     positions_upsampling: PositionsUpsampling = PositionsUpsampling()
-    gains: dict[str, Gains] = field(default_factory=dict)
+    gains: dict[Text, Gains] = field(default_factory=dict)
     constraints: Constraints = Constraints()
 
     @property

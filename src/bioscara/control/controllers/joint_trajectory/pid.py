@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
-from bioscara.control.controllers.parameters import NotNegative, ParameterGroup, Unbounded
-from bioscara.errors import ConfigurationError
+from bioscara.model.validation import Checked, Finite, NotNegative, Problem, Within
 
+Unbounded = Annotated[float, Within(-math.inf, math.inf)]
 AntiWindup = Literal["none", "conditional_integration", "back_calculation"]
 
 
-class Gains(ParameterGroup):
+class Gains(Checked):
     """Gains of one joint; names and defaults as in ros2_controllers.
 
     Attributes:
@@ -28,10 +29,10 @@ class Gains(ParameterGroup):
         error_deadband: Error within which nothing is integrated.
     """
 
-    p: float = 0.0
-    i: float = 0.0
-    d: float = 0.0
-    ff_velocity_scale: float = 0.0
+    p: Finite = 0.0
+    i: Finite = 0.0
+    d: Finite = 0.0
+    ff_velocity_scale: Finite = 0.0
     u_clamp_max: Unbounded = math.inf
     u_clamp_min: Unbounded = -math.inf
     i_clamp_max: Unbounded = math.inf
@@ -40,16 +41,14 @@ class Gains(ParameterGroup):
     tracking_time_constant: NotNegative = 0.0
     error_deadband: NotNegative = 0.0
 
-    def __post_init__(self) -> None:
-        super().__post_init__()
+    def problems(self) -> Iterator[Problem]:
+        """Yield clamps that are the wrong way around."""
         for what, low, high in (
             ("u_clamp", self.u_clamp_min, self.u_clamp_max),
             ("i_clamp", self.i_clamp_min, self.i_clamp_max),
         ):
             if not low <= high:
-                raise ConfigurationError(
-                    f"{what}_min {low:g} must not be above {what}_max {high:g}"
-                )
+                yield Problem(f"{what}_min {low:g} must not be above {what}_max {high:g}")
 
 
 class Pid:

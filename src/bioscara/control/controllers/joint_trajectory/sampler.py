@@ -129,6 +129,8 @@ class TrajectorySampler:
     def _scale(self, wanted: float, period: float) -> None:
         """Change to a scaling over a period [s]; smoothly if stops have a least duration."""
         left, least = wanted - self.scaling, self._least
+        if not left and not self._rate:
+            return  # as in most cycles
         if not least or math.isinf(period):
             change = _SCALING_RATE * period
             self.scaling += min(max(left, -change), change)
@@ -144,13 +146,13 @@ class TrajectorySampler:
 
     def ahead(self) -> Sample:
         """Return the desired state one cycle from now, which is commanded now."""
-        pace = self.pace
+        pace, course = self.pace, self.course
         at = self.time + self._period * pace
         if self._pausing is not None:
             at, pace, _ = self._pausing.along(self._now + self._period - self._pausing_since)
-        values = self.course.sample(at).values
+        values, _ = course.sample(at)
         self._commanded, self.commanded_pace = values, pace
-        self._commanded_at = self.course, at
+        self._commanded_at = course, at
         self._commanded_time = self._now + self._period
         return values
 

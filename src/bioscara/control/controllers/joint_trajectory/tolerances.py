@@ -176,12 +176,13 @@ def violated(
         error: Desired minus measured.
         velocity: Whether the velocity error is meaningful.
     """
+    positions, velocities, _ = error
     for joint, (position_limit, velocity_limit, _) in enumerate(tolerances):
-        off = error.positions[joint]
+        off = positions[joint]
         if position_limit > 0.0 and not abs(off) <= position_limit:
             return Violation(joint, "position", off, position_limit)
         if velocity and velocity_limit > 0.0:
-            off = error.velocities[joint]
+            off = velocities[joint]
             if not abs(off) <= velocity_limit:
                 return Violation(joint, "velocity", off, velocity_limit)
     return None

@@ -1,14 +1,13 @@
-"""Sections of a YAML file; every error states its line."""
+"""Values of a YAML file, with their lines."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
 from bioscara.arguments import shown
 from bioscara.errors import ConfigurationError
-from bioscara.model.section import Section
+from bioscara.model.validation import Location, described
 
 SIZE_MAX = 2**20
 """Largest file that is read [bytes]; the arm's own has a hundredth of it."""
@@ -25,76 +24,63 @@ _UNMARKED = (
 month, and comments where it expects none."""
 
 
-class YamlSection(Section):
-    """One mapping of a file.
+class YamlFile:
+    """The values of a YAML file, and their lines.
 
     Args:
-        source: Name of the file.
-        where: Dotted path of the mapping; empty for the whole file.
-        node: The parsed mapping.
-        line: Line in which it begins.
+        text: Its text.
+        source: Name of the file in errors.
+
+    Attributes:
+        values: What the text says; for ``Checked.checked``.
 
     Raises:
-        ConfigurationError: It is no mapping.
+        ConfigurationError: It is no YAML, or larger than the bounds above.
     """
 
-    def __init__(self, source: str, where: str, node: Any, line: int) -> None:
-        self._source, self._where, self._line = source, where, line
-        if not isinstance(node, dict):
-            raise self.error(f"{where or 'the file'} must be a mapping of names to values")
-        self._node: Any = node
+    def __init__(self, text: str, source: str) -> None:
+        self._source = source
+        self.values = _parsed(text, source)
 
-    def error(self, text: str, key: str | None = None) -> ConfigurationError:
-        """Return an error that states the location of the value of ``key``."""
-        line = self._line if key is None else self._line_of(key)
-        return ConfigurationError(f"{self._source}, line {line}: {text}")
+    @classmethod
+    def load(cls, path: Path, source: str) -> YamlFile:
+        """Read a file; arguments and errors as :func:`read_text` and above."""
+        return cls(read_text(path, source), source)
 
-    def name(self, key: str) -> str:
-        """Return the name of the value in the file."""
-        return f"{self._where}.{key}" if self._where else key
+    def check_version(self, key: str, version: int) -> None:
+        """Raise if the file is of another version, whose names may differ.
 
-    def keys(self) -> Iterable[str]:
-        """Return the keys of this section of the file."""
-        return tuple(self._node)
-
-    def value(self, key: str) -> Any:
-        """Return the value as written in the file.
+        Args:
+            key: Name of the value that is the version.
+            version: The version that is read.
 
         Raises:
-            ConfigurationError: There is none.
+            ConfigurationError: It has a whole number other than ``version`` there.
         """
-        if key not in self._node:
-            raise self.error(f"{self.name(key)} is missing")
-        return self._node[key]
+        found = self.values.get(key) if isinstance(self.values, dict) else None
+        if type(found) is not bool and isinstance(found, int) and found != version:
+            raise ConfigurationError(
+                f"{self.place((key,))}{key}: {described(found)} cannot be read; this version of "
+                f"bioscara reads {version}; use the one that wrote the file"
+            )
 
-    def section(self, key: str) -> YamlSection:
-        """Return the mapping at ``key``.
+    def place(self, location: Location) -> str:
+        """Return the begin of a message about a value: the file, and the value's line.
 
-        Raises:
-            ConfigurationError: There is none.
+        A value that is not there has the line of its group.
         """
-        node = self.value(key)
-        return YamlSection(self._source, self.name(key), node, self._line_of(key))
-
-    def sections(self, key: str) -> list[YamlSection]:
-        """Return the mappings of the list at ``key``.
-
-        Raises:
-            ConfigurationError: There is no list, it is empty, or an item is no mapping.
-        """
-        nodes = self.value(key)
-        if not isinstance(nodes, list) or not nodes:
-            raise self.error(f"{self.name(key)} must be a list of mappings", key)
-        lines: Any = getattr(nodes, "lc", None)
-        return [
-            YamlSection(self._source, f"{self.name(key)}[{i}]", node, lines.item(i)[0] + 1)
-            for i, node in enumerate(nodes)
-        ]
-
-    def _line_of(self, key: str) -> int:
-        # A value merged here (<<) is written elsewhere; it has no line of its own.
-        known = (self._node.lc.data or {}).get(key)
-        return known[0] + 1 if known else self._line
+        node, line = self.values, 1
+        for key in location:
+            lines: Any = getattr(node, "lc", None)
+            if isinstance(node, dict) and key in node:
+                # A value merged here (<<) is written elsewhere; it has no line of its own.
+                line = (lines.data or {}).get(key, (line - 1,))[0] + 1
+            elif isinstance(node, list) and isinstance(key, int) and key < len(node):
+                line = lines.item(key)[0] + 1
+            else:
+                break
+            node = node[key]
+        return f"{self._source}, line {line}: "
 
 
 def read_text(path: Path, source: str) -> str:
@@ -122,16 +108,7 @@ def read_text(path: Path, source: str) -> str:
         ) from error
 
 
-def sections_of(text: str, source: str) -> YamlSection:
-    """Return the mapping of a YAML text.
-
-    Args:
-        text: The text.
-        source: Name of the source in errors.
-
-    Raises:
-        ConfigurationError: It is no YAML, no mapping, or larger than the bounds above.
-    """
+def _parsed(text: str, source: str) -> Any:
     _check_lines(text, source)
     # Imported only when a file is read, since the parser loads slowly.
     from ruamel.yaml import YAML  # noqa: PLC0415
@@ -170,7 +147,7 @@ def sections_of(text: str, source: str) -> YamlSection:
     yaml = YAML(typ="rt")
     yaml.Constructor, yaml.Composer = Located, Bounded
     try:
-        node = yaml.load(text)
+        return yaml.load(text)
     except MarkedYAMLError as error:
         line = error.problem_mark.line + 1 if error.problem_mark else 1
         raise ConfigurationError(f"{source}, line {line}: {error.problem}") from error
@@ -181,7 +158,6 @@ def sections_of(text: str, source: str) -> YamlSection:
         raise ConfigurationError(f"{source}: not a YAML file: {shown(error)}") from error
     except RecursionError:
         raise ConfigurationError(f"{source}: is nested too deeply") from None
-    return YamlSection(source, "", node, 1)
 
 
 def _check_lines(text: str, source: str) -> None:
@@ -195,8 +171,3 @@ def _check_lines(text: str, source: str) -> None:
             raise ConfigurationError(
                 f"{source}, line {number}: {len(line)} characters, at most {LINE_MAX} are read"
             )
-
-
-def read_sections(path: Path, source: str) -> YamlSection:
-    """Return the mapping of a YAML file; arguments and errors as the two above."""
-    return sections_of(read_text(path, source), source)

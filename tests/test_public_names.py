@@ -1,0 +1,71 @@
+"""The names of the top-level package: visible, where the type checker finds them, and lazy."""
+
+from __future__ import annotations
+
+import ast
+import importlib
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+import bioscara
+import bioscara.robot
+
+PACKAGES = pytest.mark.parametrize(
+    "package", [bioscara, bioscara.robot], ids=lambda package: package.__name__
+)
+
+
+def _for_type_checkers(package: ModuleType) -> dict[str, str]:
+    """Return the names that a package re-exports, and the modules from which."""
+    assert package.__file__ is not None
+    tree = ast.parse(Path(package.__file__).read_text())
+    return {
+        str(name.asname): str(node.module)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ImportFrom)
+        for name in node.names
+        if name.asname is not None
+    }
+
+
+@PACKAGES
+def test_each_public_name_is_listed_completed_and_found_where_type_checkers_find_it(
+    package: ModuleType,
+) -> None:
+    modules = _for_type_checkers(package)
+    assert set(package.__all__) == {*modules, *({"__version__"} & {*package.__all__})}
+    assert set(package.__all__) <= set(dir(package))
+    for name, module in modules.items():
+        assert getattr(package, name) is getattr(importlib.import_module(module), name)
+
+
+@PACKAGES
+def test_an_unknown_name_is_refused(package: ModuleType) -> None:
+    with pytest.raises(AttributeError, match=r"has no attribute 'Robto'"):
+        package.Robto  # noqa: B018
+
+
+def test_the_package_itself_imports_nothing() -> None:
+    program = (
+        "import sys; before = set(sys.modules); import bioscara; dir(bioscara); "
+        "print(*sorted(set(sys.modules) - before - {'__future__', 'bioscara'}))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == []
+
+
+def test_a_program_without_a_robot_does_not_import_the_controllers() -> None:
+    program = (
+        "import sys; from bioscara import Pose, Scene, Trajectory, load_parameters; "
+        "print(*(name for name in sys.modules if name.startswith('bioscara.control')))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=True
+    )
+    assert done.stdout.split() == []
