@@ -291,9 +291,8 @@ def test_a_width_in_millimetres_is_refused_and_nothing_moves(
     hand.enable()
     hand.set_width(0.05)
     before = kernel.value(channel, "duty_cycle")
-    for command in (hand.set_width, hand.command_width, hand.store_width):
-        with pytest.raises(LimitError, match=f"in metres: {width:g} mm are {width / 1e3:g}"):
-            command(width)
+    with pytest.raises(LimitError, match=f"in metres: {width:g} mm are {width / 1e3:g}"):
+        hand.set_width(width)
     assert kernel.value(channel, "duty_cycle") == before
     assert hand.state.width == pytest.approx(0.05)
     assert hand.set_width(0.12) == PARAMETERS.upper  # The largest width of the original driver.

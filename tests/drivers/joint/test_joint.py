@@ -725,7 +725,7 @@ def test_errors_have_the_codes_of_the_original_driver() -> None:
     joint.start_homing()
     provoke(joint.start_homing)
     joint.stop()
-    assert codes == [-1, -5, -109, -2, -3, -101, -102, -101, -109]
+    assert codes == [-1, -5, -109, -2, -3, -101, -102, -102, -109]
 
 
 def test_a_homing_that_fails_has_the_code_of_a_joint_that_is_not_homed() -> None:

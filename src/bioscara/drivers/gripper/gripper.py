@@ -110,16 +110,16 @@ class Gripper:
         remaining travel of the jaws, and exact once they rest.
 
         Args:
-            width: Width to be commanded [m], bounded as by :meth:`set_width`; None for the width
+            width: Width to be commanded [m], bounded to the limits; None for the width
                 commanded last.
 
         Raises:
-            LimitError, InvalidArgumentError: Given in millimetres, or not finite.
+            InvalidArgumentError: Not finite.
             GripperError: The state file cannot be written; its content is unchanged.
         """
         commanded = self._width
         if width is not None:
-            commanded = self.parameters.width_at(self._pulse_of(self._checked(width)))
+            commanded = self.parameters.width_at(self._pulse_of(number("gripper width", width)))
         if commanded != self._saved:
             self._save(commanded)
 
@@ -137,7 +137,11 @@ class Gripper:
             InvalidArgumentError: Not finite.
             GripperError: Not enabled, or the output or the state file cannot be written.
         """
-        width = self._checked(width)
+        width = number("gripper width", width)
+        if width >= _MILLIMETRES:
+            lower, upper = self.parameters.lower, self.parameters.upper
+            remedy = f"it is given in metres: {width:g} mm are {width / 1e3:g}"
+            raise LimitError("gripper width", width, lower, upper, "m", remedy)
         self._require_enabled()
         self.store_width(width)
         return self.command_width(width)
@@ -145,11 +149,13 @@ class Gripper:
     def command_width(self, width: float) -> float:
         """As :meth:`set_width`, without storing the width: for a control cycle.
 
+        Its goals were checked before, so it bounds any finite width.
+
         Raises:
-            LimitError, InvalidArgumentError: Given in millimetres, or not finite.
+            InvalidArgumentError: Not finite.
             GripperError: Not enabled, or the output cannot be written.
         """
-        width = self._checked(width)
+        width = number("gripper width", width)
         self._require_enabled()
         pulse = self._pulse_of(width)
         commanded = self.parameters.width_at(pulse)
@@ -184,15 +190,6 @@ class Gripper:
         parameters = self.parameters
         width = read_width(self._file, parameters.lower, parameters.upper, parameters.initial)
         return parameters.width_at(self._pulse_of(width))
-
-    def _checked(self, width: float) -> float:
-        """Return a width [m] as a float; it may be outside the limits, but not in millimetres."""
-        metres = number("gripper width", width)
-        if metres >= _MILLIMETRES:
-            lower, upper = self.parameters.lower, self.parameters.upper
-            remedy = f"it is given in metres: {metres:g} mm are {metres / 1e3:g}"
-            raise LimitError("gripper width", metres, lower, upper, "m", remedy)
-        return metres
 
     def _require_enabled(self) -> None:
         if not self._enabled:

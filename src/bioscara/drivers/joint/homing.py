@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bioscara.arguments import number
 from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.joint.limits import SetpointLimits
 from bioscara.drivers.joint.settings import Settings
@@ -63,13 +64,14 @@ class HomingProcedure:
                 original firmware does not accept the configured acceleration.
         """
         homing = self._parameters.homing
-        chosen = homing.velocity if velocity is None else self._limits.check_velocity(velocity)
         what = f"{self._parameters.name} homing speed"
+        chosen = homing.velocity if velocity is None else number(what, velocity)
         if not chosen:
             raise InvalidArgumentError(f"{what}: 0 has no direction; give a speed with its sign")
         rpm = abs(self._feedback.transmission.velocity_to_rpm(chosen))
         if not HOMING_RPM[0] < rpm < HOMING_RPM[1]:
             raise HomingSpeedError(f"{what} of the motor", rpm, *HOMING_RPM, "rpm")
+        self._limits.check_velocity(chosen)
         if not self._firmware_sets_speed():
             self._settings.check_acceleration(homing.acceleration)
         return chosen
