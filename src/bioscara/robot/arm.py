@@ -261,6 +261,11 @@ class Arm:
             for operation in self._operations:
                 operation.observe(cycle)
 
+    def restart_loop(self) -> None:
+        """Begin the cycles anew after a time without them, unless another operation needs them."""
+        if len(self._operations) <= 1:
+            self.stack.loop.restart()
+
     def require_outside(self, name: str) -> None:
         """Raise in the thread that runs the loop: it would wait for itself.
 

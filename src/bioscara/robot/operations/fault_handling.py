@@ -20,9 +20,9 @@ class Acknowledge(Operation[tuple[ArmFault, ...]]):
     def cycles(self, arm: Arm) -> Cycles[tuple[ArmFault, ...]]:
         """Run cycles until the arm is at rest; return the faults."""
         stack = arm.stack
-        stack.loop.restart()
+        arm.restart_loop()
         yield None
-        stack.loop.restart()
+        arm.restart_loop()
         while stack.supervisor.state is FaultState.STOPPING:
             yield None
         return tuple(stack.supervisor.acknowledge())
@@ -39,7 +39,7 @@ class Recover(Operation[None]):
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Clear the faults after a cycle: one that occurred since the last must not go unseen."""
         stack = arm.stack
-        stack.loop.restart()
+        arm.restart_loop()
         yield None
         now = arm.session.clock.now()
         stack.supervisor.recover(now)

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import threading
 from contextlib import suppress
 
 from bioscara.arguments import number
 from bioscara.control.controllers.goals import GoalStatus
-from bioscara.control.controllers.gripper_messages import GripperGoal, GripperResult
+from bioscara.control.controllers.gripper_messages import (
+    GripperGoal,
+    GripperGoalHandle,
+    GripperResult,
+)
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import (
     GoalRejectedError,
@@ -60,34 +65,55 @@ class MoveGripper(Operation[GripperResult]):
                 start = start_of(path, planner)
                 scene.check_standing(kinematics, start, before)
                 scene.check(kinematics, path, start)
+            # Here, as the disk may take longer than a cycle of the arm's motion.
+            arm.session.gripper.keep(self._width)
         except BaseException:
             arm.jaws.refuse_travel()
             raise
 
     def cycles(self, arm: Arm) -> Cycles[GripperResult]:
         """Send the goal and wait for its end."""
-        stack, clock, gripper = arm.stack, arm.session.clock, arm.session.gripper
         self.claim.require_not_stopped()
+        motion = yield from self._ready(arm)
+        arm.jaws.begin_travel(self._width)
+        try:
+            goal = yield from self._pursue(arm)
+        finally:
+            if motion is None:
+                _store_width(arm)
+            else:
+                # The arm moves, and its cycles do not wait for the disk.
+                threading.Thread(target=_store_width, args=(arm,), name="gripper-width").start()
+        if goal.status is not GoalStatus.SUCCEEDED or goal.result is None:
+            raise GripperError(f"the gripper did not reach {self._width:g} m: {goal.text}")
+        arm.jaws.end_travel()
+        return goal.result
+
+    def _ready(self, arm: Arm) -> Cycles[FollowTrajectory | None]:
+        """Drive the servo and check the travel; return the motion that the arm is making."""
         yield from drive(arm)
-        message = GripperGoal((self._width,))
-        stack.gripper.check(message)
+        arm.stack.gripper.check(GripperGoal((self._width,)))
         if _arm_motion(arm, self) is None:
             # The arm may have been pushed since the last cycle.
-            stack.loop.restart()
+            arm.restart_loop()
             yield None
         motion = _arm_motion(arm, self)
         if motion is None:
             with suppress(NotHomedError):
                 Planner(arm.workspace, arm.positions).check_width(self._width)
+            # Before the first cycle: the disk may take longer than one.
+            arm.session.gripper.keep(self._width)
         elif motion is not self._arm_motion:
             raise motion.claim.refuse(self.name)
-        # Before the first cycle: the disk may take longer than one.
-        gripper.keep(self._width)
-        arm.jaws.begin_travel(self._width)
+        arm.restart_loop()
+        return motion
+
+    def _pursue(self, arm: Arm) -> Cycles[GripperGoalHandle]:
+        """Send the goal and run cycles until it is done; the jaws rest at the end."""
+        stack, clock = arm.stack, arm.session.clock
         deadline = clock.now() + self.timeout
-        stack.loop.restart()
         try:
-            goal = stack.gripper.send_goal(message)
+            goal = stack.gripper.send_goal(GripperGoal((self._width,)))
             while not goal.done:
                 if self.claim.stopped:
                     raise MotionCancelledError("interrupted while moving the jaws")
@@ -103,17 +129,7 @@ class MoveGripper(Operation[GripperResult]):
         except BaseException:
             yield from self._come_to_rest(arm)
             raise
-        finally:
-            try:
-                gripper.keep()
-            except GripperError as error:
-                # The jaws are at rest at a known width: the error matters only after a power loss,
-                # so it stops nothing.
-                stack.supervisor.warnings.append(str(error))
-        if goal.status is not GoalStatus.SUCCEEDED or goal.result is None:
-            raise GripperError(f"the gripper did not reach {self._width:g} m: {goal.text}")
-        arm.jaws.end_travel()
-        return goal.result
+        return goal
 
     def _come_to_rest(self, arm: Arm) -> Cycles[None]:
         supervisor = arm.stack.supervisor
@@ -142,3 +158,12 @@ def _arm_motion(arm: Arm, operation: Operation[GripperResult]) -> FollowTrajecto
             raise other.claim.refuse(operation.name)
         return other
     return None
+
+
+def _store_width(arm: Arm) -> None:
+    """Store the width at which the jaws rest."""
+    try:
+        arm.session.gripper.keep()
+    except GripperError as error:
+        # It matters only after a power loss, so it stops nothing.
+        arm.stack.supervisor.warnings.append(str(error))

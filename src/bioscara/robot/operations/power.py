@@ -77,6 +77,6 @@ def drive(arm: Arm) -> Cycles[None]:
     if gripper.state is not LifecycleState.ACTIVE:
         gripper.set_state(LifecycleState.ACTIVE)
     if stack.gripper.state is not LifecycleState.ACTIVE:
-        stack.loop.restart()
+        arm.restart_loop()
         yield None
         stack.manager.switch(arm.session.clock.now(), (GRIPPER_CONTROLLER,))
