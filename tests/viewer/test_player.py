@@ -40,7 +40,7 @@ RECORDING = Recording.of_trajectory("a motion", TRAJECTORY, NAMES, (0.0,) * 4)
 
 @pytest.fixture(scope="module")
 def page() -> Iterator[Page]:
-    page = Page(0, SCENE, ARM)
+    page = Page(0, SCENE, ARM, PARAMETERS)
     yield page
     page.close()
 

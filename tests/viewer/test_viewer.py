@@ -47,7 +47,7 @@ ARM = Scara(
 
 @pytest.fixture(scope="module")
 def page() -> Iterator[Page]:
-    page = Page(0, SCENE, ARM)
+    page = Page(0, SCENE, ARM, PARAMETERS)
     yield page
     page.close()
 
@@ -164,7 +164,7 @@ def test_the_page_is_served_on_the_loopback_address_only(page: Page) -> None:
 
 def test_the_next_free_port_is_used() -> None:
     with listening(0) as taken:
-        page = Page(taken, Scene(), ARM)
+        page = Page(taken, Scene(), ARM, PARAMETERS)
         try:
             assert taken < int(page.url.rpartition(":")[2]) < taken + 1000
         finally:
@@ -177,7 +177,7 @@ def test_the_lack_of_a_free_port_is_an_error() -> None:
         listening(65535),
         pytest.raises(ConfigurationError, match="no port from 65535 on is free; choose a lower"),
     ):
-        Page(65535, Scene(), ARM)
+        Page(65535, Scene(), ARM, PARAMETERS)
 
 
 def test_a_request_for_a_public_address_is_refused(

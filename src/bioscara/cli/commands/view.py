@@ -89,15 +89,15 @@ def _opened(options: Options) -> tuple[Page, Sliders | Player | Live]:
     if options.has_target():
         recording, arm = plan_from(options, parameters)
     elif options.source is None:
-        page = Page(options.port, scene, arm)
+        page = Page(options.port, scene, arm, parameters)
         return page, Sliders(page)
     elif is_arm(options.source):
         look = look_at(options.source)
-        page = Page(options.port, scene, arm)
+        page = Page(options.port, scene, arm, parameters)
         return page, Live(page, options.source, look)
     else:
         recording = recording_from(options, parameters, scene, arm)
-    page = Page(options.port, scene, arm)
+    page = Page(options.port, scene, arm, parameters)
     return page, Player(page, recording)
 
 
