@@ -1,0 +1,28 @@
+"""The parameters of the arm, with the overlay that the command line or the environment names."""
+
+from __future__ import annotations
+
+from bioscara.cli.arguments import Options
+from bioscara.cli.output.console import Output
+from bioscara.model import ArmParameters, load_parameters
+from bioscara.model.overlay import changes
+
+
+def parameters_from(options: Options) -> ArmParameters:
+    """Return the parameters of the arm; print which values its overlay changes, if it has one.
+
+    Raises:
+        ConfigurationError: The overlay cannot be read or used; names file, line and value.
+    """
+    parameters = load_parameters(overlay=options.parameters)
+    for note in overlay_notes(options, parameters):
+        Output().line(note)
+    return parameters
+
+
+def overlay_notes(options: Options, parameters: ArmParameters) -> tuple[str, ...]:
+    """Return a line with the values that the overlay changes; nothing without an overlay."""
+    if options.parameters is None:
+        return ()
+    changed = "; ".join(map(str, changes(load_parameters(), parameters)))
+    return (f"parameters: {options.parameters} changes {changed or 'nothing'}",)
