@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arguments import Options
+import os
+
+from bioscara.cli.arguments import OVERLAY_VARIABLE, Options
 from bioscara.cli.output.console import Output
+from bioscara.errors import ConfigurationError
 from bioscara.model import ArmParameters, load_parameters
 from bioscara.model.overlay import changes
 
@@ -14,7 +17,12 @@ def parameters_from(options: Options) -> ArmParameters:
     Raises:
         ConfigurationError: The overlay cannot be read or used; names file, line and value.
     """
-    parameters = load_parameters(overlay=options.parameters)
+    try:
+        parameters = load_parameters(overlay=options.parameters)
+    except ConfigurationError as error:
+        if str(options.parameters) == os.environ.get(OVERLAY_VARIABLE):
+            error.add_note(f"{options.parameters} is named by ${OVERLAY_VARIABLE}")
+        raise
     for note in overlay_notes(options, parameters):
         Output().line(note)
     return parameters

@@ -29,6 +29,10 @@ _TORQUE = 0.19 * math.sqrt(2.0) * 1.48
 """Torque at which a motor with its full current slips [N m]; see ``body.xacro``."""
 _STEPS = 32
 """Steps in which the board sets the current."""
+_NEVER = (
+    "pairs of links were found never to touch, which the SRDF frees from collision checks; find "
+    "them anew"
+)
 
 
 def urdf_of(parameters: ArmParameters) -> str:
@@ -68,28 +72,29 @@ def srdf_of(parameters: ArmParameters) -> str:
     """
     committed, jaws = load_parameters(), parameters.gripper
     _require_drawn(parameters, committed)
-    ranges = [
-        *zip((f"joints.{joint.name}" for joint in parameters.joints),
-             parameters.joints, committed.joints, strict=True),
-        ("gripper", jaws, committed.gripper),
-    ]  # fmt: skip
-    for name, part, checked in ranges:
-        if part.lower < checked.lower or part.upper > checked.upper:
+    checked = _ranges(committed)
+    for name, (lower, upper) in _ranges(parameters).items():
+        lowest, highest = checked[name]
+        if lower < lowest or upper > highest:
             raise ConfigurationError(
-                f"{name}: {part.lower:g} .. {part.upper:g} is wider than {checked.lower:g} .. "
-                f"{checked.upper:g}, in which pairs of links were found never to touch: the SRDF "
-                "frees them from collision checks; find them anew, or narrow the range"
+                f"{name}: {lower:g} .. {upper:g} is wider than {lowest:g} .. {highest:g}, in which "
+                f"{_NEVER}, or narrow the range"
             )
-    if parameters.geometry.height != committed.geometry.height:
+    height, known = parameters.geometry.height, committed.geometry.height
+    if height != known:
         raise ConfigurationError(
-            f"geometry.height: {parameters.geometry.height:g} is not {committed.geometry.height:g} "
-            "m, at which pairs of links were found never to touch: the SRDF frees them from "
-            "collision checks; find them anew"
+            f"geometry.height: {height:g} is not the {known:g} at which {_NEVER}"
         )
     root = _parsed(SRDF)
     for state, width in (("open", jaws.upper), ("close", jaws.lower)):
         _set(next(root.iterfind(f"group_state[@name='{state}']/joint")), value=width)
     return _written(root)
+
+
+def _ranges(parameters: ArmParameters) -> dict[str, tuple[float, float]]:
+    """Return the limits of the joints and the gripper, by the name of the group."""
+    joints = {f"joints.{each.name}": (each.lower, each.upper) for each in parameters.joints}
+    return {**joints, "gripper": (parameters.gripper.lower, parameters.gripper.upper)}
 
 
 def _require_drawn(parameters: ArmParameters, committed: ArmParameters) -> None:
