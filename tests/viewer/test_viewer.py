@@ -7,6 +7,7 @@ import socket
 import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ viser = pytest.importorskip("viser", reason="pip install 'bioscara[view]': the 3
 
 from bioscara.errors import ConfigurationError  # noqa: E402
 from bioscara.planning.collision.scene import Box, Cylinder, Scene  # noqa: E402
+from bioscara.robot import kinematics_of  # noqa: E402
 from bioscara.viewer.kinematic_tree import KinematicTree  # noqa: E402
 from bioscara.viewer.page import Page  # noqa: E402
 from bioscara.viewer.sliders import Sliders  # noqa: E402
@@ -271,3 +273,21 @@ def test_the_page_itself_is_served(page: Page, name: str, upgrade: bool) -> None
     host = f"{name}:{{port}}"
     for headers in ({"Host": host}, {"Host": host, "Origin": f"http://{host}"}):
         assert status(page, headers, upgrade=upgrade) == (101 if upgrade else 200)
+
+
+def test_the_page_shows_the_arm_with_its_own_values() -> None:
+    j1, *others = PARAMETERS.joints
+    parameters = replace(
+        PARAMETERS,
+        joints=(replace(j1, lower=-2.0), *others),
+        geometry=replace(SHAPE, height=0.15, tool_x=0.13),
+    )
+    page = Page(0, Scene(), kinematics_of(parameters), parameters)
+    try:
+        page.show({"j1": 0.0, "j2": 0.1, "j3": 0.0, "j4": 0.0})
+        assert {joint.name: joint.lower for joint in page.tree.free}["j1"] == -2.0
+        assert page.frames()["link_4"].position[2] == pytest.approx(0.25)
+        place = page.tree.place(page.positions)["tool_link"].translation()
+        assert place == pytest.approx(page.frames()["tool_link"].position)
+    finally:
+        page.close()

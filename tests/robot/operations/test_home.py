@@ -1,4 +1,4 @@
-"""Homing with another sensitivity and current: what reaches the joints, and what is refused."""
+"""Homing with another sensitivity and current: frames that reach the joints, and refusals."""
 
 from __future__ import annotations
 
