@@ -21,9 +21,9 @@ class Homing:
     Attributes:
         running: Whether the joint is, or may be, seeking its end stop: homing was sent and its end
             was not reported.
-        sensitivity: Position error that counts as a touch [microsteps of the motor]; None for the
-            configured one.
-        current: Drive current [%]; None for the configured one.
+        sensitivity: Position error that counts as a touch from the next start on [microsteps of the
+            motor]; None for the configured one.
+        current: Drive current, likewise [%]; None for the configured one.
     """
 
     __slots__ = ("_clock", "_deadline", "_joint", "_pending", "current", "running", "sensitivity")

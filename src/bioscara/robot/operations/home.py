@@ -90,13 +90,9 @@ class Home(Operation[None]):
         for axis in axes:
             axis.homing.sensitivity = self._sensitivity.get(axis.name)
             axis.homing.current = self._current.get(axis.name)
-        try:
-            goal = yield from execution.pursue(
-                lambda: stack.homing.send_goal(directions), Phase.HOMING, before_cycle=count
-            )
-        finally:
-            for axis in axes:
-                axis.homing.sensitivity = axis.homing.current = None
+        goal = yield from execution.pursue(
+            lambda: stack.homing.send_goal(directions), Phase.HOMING, before_cycle=count
+        )
         if goal.status is not GoalStatus.SUCCEEDED:
             raise HomingError(goal.text)
         stack.manager.switch(clock.now(), (), (HOMING,))
