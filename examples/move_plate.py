@@ -1,9 +1,10 @@
 """Move a microplate from one place to another."""
 
 import math
+import os
 import sys
 
-from bioscara import Pose, Prism, Robot, Scene
+from bioscara import Pose, Prism, Robot, Scene, load_parameters
 
 FROM = Pose(0.10, 0.35, 0.011, math.pi / 2)
 TO = Pose(-0.2, 0.4, 0.011, math.pi / 2)
@@ -15,7 +16,8 @@ PLATE = Prism(x=0.119, y=0.0, half_x=0.064, half_y=0.043, low=-0.1551, high=-0.1
 """The plate in the gripper, in the frame of the wrist; it may touch the table that it stands on."""
 LADEN = EMPTY.carrying(PLATE, touches=["table"])
 
-robot = Robot.connect(sys.argv[1]) if sys.argv[1:] else Robot.simulated()
+mine = load_parameters(overlay=os.environ.get("BIOSCARA_PARAMETERS") or None)
+robot = Robot.connect(sys.argv[1], mine) if sys.argv[1:] else Robot.simulated()
 with robot:
     robot.home()
     robot.move_joints([0.0, 0.2, 0.0, 0.0])  # Out of the folded position in which homing ends.

@@ -5,6 +5,7 @@ simulate` serves; otherwise it turns j1 of a simulated arm of its own.
 """
 
 import math
+import os
 import sys
 from pathlib import Path
 
@@ -21,7 +22,8 @@ SHARE = 0.2
 MICROSTEPS = 200 * 256
 """Microsteps per turn of the motor."""
 
-parameters = {each.name: each for each in load_parameters().joints}[NAME]
+mine = load_parameters(overlay=os.environ.get("BIOSCARA_PARAMETERS") or None)
+parameters = {each.name: each for each in mine.joints}[NAME]
 distance, unit = DISTANCE[parameters.unit], parameters.unit
 steps = round(distance * parameters.reduction / (2 * math.pi) * MICROSTEPS)
 if sys.argv[2:]:

@@ -27,6 +27,12 @@ def commands(joint: Any) -> dict[str, Base]:
     """Return the commands of a joint with arguments that cause no large motion."""
     parameters, here = joint.parameters, joint.get_position()
     callbacks: Base = {"progress": lambda _: None, "cancel": lambda: False}
+    seek = parameters.homing
+    homing: Base = {
+        "velocity": seek.velocity,
+        "sensitivity": seek.threshold,
+        "current": seek.current_percent,
+    }
     return {
         "feedback.store_offset": {"offset": joint.feedback.read_offset()},
         "clear_fault": {"fault": "STALL"},
@@ -50,8 +56,8 @@ def commands(joint: Any) -> dict[str, Base]:
         "move_steps": {"steps": 0, **callbacks},
         "check_orientation": {"motor_angle": 0.01},
         "track": {"position": here, "velocity": 0.0},
-        "home": {"velocity": parameters.homing.velocity, **callbacks},
-        "start_homing": {"velocity": parameters.homing.velocity},
+        "home": {**homing, **callbacks},
+        "start_homing": homing,
     }
 
 

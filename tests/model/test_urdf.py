@@ -6,13 +6,15 @@ import importlib.util
 import math
 import shutil
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from ruamel.yaml import YAML
 from tools import description
 
 from bioscara.errors import ConfigurationError
-from bioscara.model import load_parameters, urdf
+from bioscara.model import ArmParameters, load_parameters, urdf
 
 FRESH = pytest.mark.skipif(
     importlib.util.find_spec("xacro") is None, reason="pip install xacro pyyaml: the generator"
@@ -163,3 +165,89 @@ def test_limits_are_those_of_the_parameters() -> None:
         assert float(limit.attrib["lower"]) == joint.lower
         assert float(limit.attrib["upper"]) == joint.upper
         assert float(limit.attrib["velocity"]) == joint.max_velocity
+
+
+def other_arm(folder: Path, share: float) -> tuple[Path, ArmParameters]:
+    """Return a complete file with every value that the description follows changed, and its arm."""
+    whole = YAML(typ="rt").load((urdf.DESCRIPTION.parent / "parameters.yaml").read_text())
+    for joint in whole["joints"].values():
+        for key in ("reduction", "lower", "upper", "max_velocity", "max_acceleration"):
+            joint[key] *= share
+        joint["drive_current_percent"] += 7
+        joint["hold_current_percent"] += 6
+        joint["stall_threshold"] += 5
+        joint["homing"] = {
+            "velocity": joint["homing"]["velocity"] * share * share,
+            "threshold": joint["homing"]["threshold"] + 4,
+            "current_percent": joint["homing"]["current_percent"] + 3,
+            "acceleration": joint["homing"]["acceleration"] * share,
+        }
+    for key in ("height", "tool_x", "tool_z"):
+        whole["geometry"][key] *= share
+    whole["geometry"]["tool_y"] = share - 1.0
+    jaws = whole["gripper"]
+    jaws |= {"lower": 0.045, "upper": 0.1, "max_velocity": share, "initial": 0.07}
+    jaws |= {"deg_per_m": jaws["deg_per_m"] / share, "zero_width": 0.06}
+    file = folder / "arm.yaml"
+    with file.open("w") as stream:
+        YAML(typ="rt").dump(whole, stream)
+    return file, load_parameters(file)
+
+
+def numeric(text: str) -> list[object]:
+    """Return tags, attributes and texts of a document; numbers as numbers."""
+
+    def value(word: str) -> object:
+        try:
+            return pytest.approx(float(word), rel=1e-12, abs=1e-15)
+        except ValueError:
+            return word
+
+    return [
+        (tag.tag, name, [value(word) for word in given.split()])
+        for tag in ET.fromstring(text).iter()
+        for name, given in sorted({**tag.attrib, "": tag.text or ""}.items())
+    ]
+
+
+@FRESH
+@pytest.mark.parametrize("share", [0.97, 0.91])
+def test_the_description_of_another_arm_is_what_xacro_makes_of_its_values(
+    tmp_path: Path, share: float
+) -> None:
+    file, parameters = other_arm(tmp_path, share)
+    expanded = description.render(urdf.DESCRIPTION / "bioscara.urdf.xacro", parameters=str(file))
+    found = urdf.urdf_of(parameters)
+    assert numeric(found) == numeric(expanded)
+    assert numeric(found) != numeric(urdf.URDF.read_text())
+    same_height = replace(parameters.geometry, height=load_parameters().geometry.height)
+    expanded = description.render(urdf.DESCRIPTION / "bioscara.srdf.xacro", parameters=str(file))
+    found = urdf.srdf_of(replace(parameters, geometry=same_height))
+    assert numeric(found) == numeric(expanded)
+    assert numeric(found) != numeric(urdf.SRDF.read_text())
+
+
+def test_the_description_of_the_existing_arms_is_the_shipped_one() -> None:
+    parameters = load_parameters()
+    assert ET.canonicalize(urdf.urdf_of(parameters)) == ET.canonicalize(urdf.URDF.read_text())
+    assert ET.canonicalize(urdf.srdf_of(parameters)) == ET.canonicalize(urdf.SRDF.read_text())
+
+
+@pytest.mark.parametrize("name", ["upper_arm", "forearm", "tool_mass"])
+def test_other_meshes_or_masses_need_a_rebuilt_description(name: str) -> None:
+    parameters = load_parameters()
+    other = replace(parameters, geometry=replace(parameters.geometry, **{name: 0.3}))
+    for make in (urdf.urdf_of, urdf.srdf_of):
+        with pytest.raises(ConfigurationError, match=rf"geometry\.{name}: 0\.3 .* make generate"):
+            make(other)
+
+
+def test_pairs_are_freed_only_in_the_ranges_that_were_checked() -> None:
+    parameters = load_parameters()
+    elbow = replace(parameters.joints[2], upper=2.7)
+    wide = replace(parameters, joints=(*parameters.joints[:2], elbow, parameters.joints[3]))
+    with pytest.raises(ConfigurationError, match=r"joints\.j3: .* is wider than .* narrow"):
+        urdf.srdf_of(wide)
+    high = replace(parameters, geometry=replace(parameters.geometry, height=0.15))
+    with pytest.raises(ConfigurationError, match=r"geometry\.height: 0\.15 is not the 0\.135"):
+        urdf.srdf_of(high)

@@ -29,8 +29,9 @@ from bioscara.viewer.zones import NEAREST
 from viewer.browser import Browser, wait
 
 pytestmark = pytest.mark.realtime
-LIMITS = load_parameters().joints
-ARM = kinematics_of(load_parameters())
+PARAMETERS = load_parameters()
+LIMITS = PARAMETERS.joints
+ARM = kinematics_of(PARAMETERS)
 NAMES = tuple(limit.name for limit in LIMITS)
 SCENE = Scene((Box("reader", (0.3, -0.6, 0.0), (0.6, -0.4, 0.1)),), table_height=-0.05)
 START, GOAL = (-0.2, 0.2, 0.6, 0.1), (-1.2, 0.1, 1.4, -0.6)
@@ -40,7 +41,7 @@ RECORDING = Recording.of_trajectory("a motion", TRAJECTORY, NAMES, (0.0,) * 4)
 
 @pytest.fixture(scope="module")
 def page() -> Iterator[Page]:
-    page = Page(0, SCENE, ARM)
+    page = Page(0, SCENE, ARM, PARAMETERS)
     yield page
     page.close()
 

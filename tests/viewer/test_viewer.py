@@ -7,6 +7,7 @@ import socket
 import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,7 @@ viser = pytest.importorskip("viser", reason="pip install 'bioscara[view]': the 3
 
 from bioscara.errors import ConfigurationError  # noqa: E402
 from bioscara.planning.collision.scene import Box, Cylinder, Scene  # noqa: E402
+from bioscara.robot import kinematics_of  # noqa: E402
 from bioscara.viewer.kinematic_tree import KinematicTree  # noqa: E402
 from bioscara.viewer.page import Page  # noqa: E402
 from bioscara.viewer.sliders import Sliders  # noqa: E402
@@ -47,7 +49,7 @@ ARM = Scara(
 
 @pytest.fixture(scope="module")
 def page() -> Iterator[Page]:
-    page = Page(0, SCENE, ARM)
+    page = Page(0, SCENE, ARM, PARAMETERS)
     yield page
     page.close()
 
@@ -164,7 +166,7 @@ def test_the_page_is_served_on_the_loopback_address_only(page: Page) -> None:
 
 def test_the_next_free_port_is_used() -> None:
     with listening(0) as taken:
-        page = Page(taken, Scene(), ARM)
+        page = Page(taken, Scene(), ARM, PARAMETERS)
         try:
             assert taken < int(page.url.rpartition(":")[2]) < taken + 1000
         finally:
@@ -177,7 +179,7 @@ def test_the_lack_of_a_free_port_is_an_error() -> None:
         listening(65535),
         pytest.raises(ConfigurationError, match="no port from 65535 on is free; choose a lower"),
     ):
-        Page(65535, Scene(), ARM)
+        Page(65535, Scene(), ARM, PARAMETERS)
 
 
 def test_a_request_for_a_public_address_is_refused(
@@ -271,3 +273,21 @@ def test_the_page_itself_is_served(page: Page, name: str, upgrade: bool) -> None
     host = f"{name}:{{port}}"
     for headers in ({"Host": host}, {"Host": host, "Origin": f"http://{host}"}):
         assert status(page, headers, upgrade=upgrade) == (101 if upgrade else 200)
+
+
+def test_the_page_shows_the_arm_with_its_own_values() -> None:
+    j1, *others = PARAMETERS.joints
+    parameters = replace(
+        PARAMETERS,
+        joints=(replace(j1, lower=-2.0), *others),
+        geometry=replace(SHAPE, height=0.15, tool_x=0.13),
+    )
+    page = Page(0, Scene(), kinematics_of(parameters), parameters)
+    try:
+        page.show({"j1": 0.0, "j2": 0.1, "j3": 0.0, "j4": 0.0})
+        assert {joint.name: joint.lower for joint in page.tree.free}["j1"] == -2.0
+        assert page.frames()["link_4"].position[2] == pytest.approx(0.25)
+        place = page.tree.place(page.positions)["tool_link"].translation()
+        assert place == pytest.approx(page.frames()["tool_link"].position)
+    finally:
+        page.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import importlib
+import os
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -17,10 +18,14 @@ BUS_HELP = (
 START = (-0.6, 0.2, 1.2, -0.6)
 """Default joint positions at the start of a plan [rad m rad rad]: in front of the column, with the
 elbow bent, so that a line can start there. With a stretched arm, as at ``center``, none can."""
+_WITHOUT_PARAMETERS = {"simulate", "poses"}
+"""Commands that load no parameters, or leave it to their actions."""
 TABLE = Path("poses.yaml")
 """File with the taught poses if ``--table`` is not given; it need not exist."""
 FINGERS = "fingers"
 _JOINTS = "J1 J2 J3 J4"
+OVERLAY_VARIABLE = "BIOSCARA_PARAMETERS"
+"""Environment variable with the file of ``--parameters``."""
 _EPILOG = (
     "Exit status: 0 done; 1 something failed after the arm began to move or a board was written; "
     "2 wrong usage, or refused before that; 130 interrupted."
@@ -34,6 +39,7 @@ class Options(argparse.Namespace):
         command: Name of the command, and of the module that implements it.
         bus: Name of the bus.
         v1: Whether the simulated joints have their original firmware.
+        parameters: File with the values in which the arm differs from the committed ones, if any.
         words: All arguments after ``bioscara``, as typed.
         acknowledge: Whether to acknowledge the faults that stopped the arm before.
         realtime: Whether simulated homing runs in real time.
@@ -71,6 +77,7 @@ class Options(argparse.Namespace):
     command: str
     bus: str
     v1: bool
+    parameters: Path | None
     words: Sequence[str]
     acknowledge: bool
     realtime: bool
@@ -181,9 +188,20 @@ def _check_view(parser: argparse.ArgumentParser, options: Options) -> None:
 def _add_command(
     commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, help_text: str
 ) -> argparse.ArgumentParser:
-    return commands.add_parser(
+    parser = commands.add_parser(
         name, help=help_text, description=help_text, epilog=_EPILOG, allow_abbrev=False
     )
+    if name not in _WITHOUT_PARAMETERS:
+        overlay = os.environ.get(OVERLAY_VARIABLE)
+        parser.add_argument(
+            "--parameters",
+            metavar="FILE",
+            type=Path,
+            default=Path(overlay) if overlay else None,
+            help="values of this arm, such as its calibration, over those of parameters.yaml "
+            f"(default: ${OVERLAY_VARIABLE}, if it is set)",
+        )
+    return parser
 
 
 def _add_demo_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:

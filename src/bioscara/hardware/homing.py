@@ -21,14 +21,19 @@ class Homing:
     Attributes:
         running: Whether the joint is, or may be, seeking its end stop: homing was sent and its end
             was not reported.
+        sensitivity: Position error that counts as a touch from the next start on [microsteps of the
+            motor]; None for the configured one.
+        current: Drive current, likewise [%]; None for the configured one.
     """
 
-    __slots__ = ("_clock", "_deadline", "_joint", "_pending", "running")
+    __slots__ = ("_clock", "_deadline", "_joint", "_pending", "current", "running", "sensitivity")
 
     def __init__(self, joint: Joint, clock: Clock) -> None:
         self._joint, self._clock = joint, clock
         self._deadline, self._pending = math.inf, math.nan
         self.running = False
+        self.sensitivity: int | None = None
+        self.current: int | None = None
 
     def start(self, direction: float) -> None:
         """Begin to seek the end stop; the joint is enabled first if necessary.
@@ -50,7 +55,11 @@ class Homing:
             # A version 1 joint may still be in the previous homing. The cycle does not wait for it.
             self._pending = direction
             return
-        self._joint.start_homing(math.copysign(self._joint.parameters.homing.velocity, direction))
+        self._joint.start_homing(
+            math.copysign(self._joint.parameters.homing.velocity, direction),
+            sensitivity=self.sensitivity,
+            current=self.current,
+        )
         self._deadline = self._clock.now() + self._joint.homing_timeout
 
     def watch(self) -> bool:

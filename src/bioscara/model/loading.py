@@ -4,22 +4,30 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from bioscara.model.overlay import Overlay
 from bioscara.model.parameters import ArmParameters
 from bioscara.model.yaml_file import YamlFile
 
 _EXISTING_ARMS = Path(__file__).with_name("parameters.yaml")
 
 
-def load_parameters(path: Path | None = None) -> ArmParameters:
+def load_parameters(
+    path: Path | None = None, *, overlay: Path | str | None = None
+) -> ArmParameters:
     """Return the arm's parameters from a YAML file, checked.
 
     Args:
         path: The file; None for the values of the existing arms, which come with the package
             (``parameters.yaml`` is an example).
+        overlay: File with the values in which this arm differs, such as its calibration: the same
+            names, any part of them. They are merged over those of ``path`` and checked with them.
 
     Raises:
-        ConfigurationError: The file cannot be read, a key is unknown or missing, or a value is
-            outside its range.
+        ConfigurationError: A file cannot be read, a key is unknown or missing, a value is outside
+            its range or contradicts another one, or the overlay changes a value that it cannot.
     """
     file = YamlFile.load(path or _EXISTING_ARMS, str(path or _EXISTING_ARMS.name))
-    return ArmParameters.checked(file.values, file.place)
+    if overlay is None:
+        return ArmParameters.checked(file.values, file.place)
+    both = Overlay(file, YamlFile.load(Path(overlay), str(overlay)))
+    return ArmParameters.checked(both.values, both.place, contradicted=True)

@@ -14,6 +14,7 @@ from bioscara.model.validation import (
     Checked,
     Flag,
     Listed,
+    Location,
     Name,
     Number,
     Problem,
@@ -119,21 +120,27 @@ class JointParameters(Checked):
         farthest, speed, second = _FARTHEST[unit], f"{unit}/s", f"{unit}/s^2"
         yield from outside(self.lower, -farthest, farthest, unit, "lower")
         yield from outside(self.upper, -farthest, farthest, unit, "upper")
-        yield from not_above(self.upper, self.lower, "upper")
-        fastest, hardest = _MOTOR_VELOCITY / ratio, _MOTOR_ACCELERATION / ratio
-        yield from outside(self.max_velocity, 1e-6, fastest, speed, "max_velocity")
-        yield from outside(self.max_acceleration, 1e-6, hardest, second, "max_acceleration")
-        homing, most = self.homing, self.max_velocity
-        yield from outside(homing.velocity, -most, most, speed, "homing", "velocity")
-        most = self.max_acceleration
-        yield from outside(homing.acceleration, 1e-6, most, second, "homing", "acceleration")
+        yield from not_above(self.upper, self.lower, "upper", others=(("lower",),))
+        for key, most, per in (
+            ("max_velocity", _MOTOR_VELOCITY, speed),
+            ("max_acceleration", _MOTOR_ACCELERATION, second),
+        ):
+            given, others = getattr(self, key), (("reduction",),)
+            yield from outside(given, 1e-6, most / ratio, per, key, others=others)
+        homing, fastest, hardest = self.homing, self.max_velocity, self.max_acceleration
+        for key, least, most, per in (
+            ("velocity", -fastest, fastest, speed),
+            ("acceleration", 1e-6, hardest, second),
+        ):
+            given, others = getattr(homing, key), ((f"max_{key}",),)
+            yield from outside(given, least, most, per, "homing", key, others=others)
         motor_rpm = abs(math.degrees(homing.velocity * self.reduction)) / 6.0
         if not _HOMING_RPM[0] < motor_rpm < _HOMING_RPM[1]:
             text = (
                 f"{homing.velocity:g} is {motor_rpm:g} rpm of the motor, which must be above "
                 f"{_HOMING_RPM[0]:g} and below {_HOMING_RPM[1]:g}"
             )
-            yield Problem(text, ("homing", "velocity"))
+            yield Problem(text, ("homing", "velocity"), (("reduction",),))
 
     @property
     def number(self) -> int:
@@ -196,13 +203,16 @@ class GripperParameters(Checked):
 
     def problems(self) -> Iterator[Problem]:
         """Yield values that do not suit each other."""
-        yield from not_above(self.upper, self.lower, "upper")
-        yield from outside(self.initial, self.lower, self.upper, "m", "initial")
-        yield from not_above(self.pulse_upper, self.pulse_lower, "pulse_upper")
-        yield from outside(self.frequency, 1.0, 0.9 / self.pulse_upper, "Hz", "frequency")
+        limits, ends = (("lower",), ("upper",)), (("pulse_lower",), ("pulse_upper",))
+        yield from not_above(self.upper, self.lower, "upper", others=limits[:1])
+        yield from outside(self.initial, self.lower, self.upper, "m", "initial", others=limits)
         pulses = self.pulse_lower, self.pulse_upper
-        yield from outside(self.pulse_center, *pulses, "s", "pulse_center")
+        yield from not_above(pulses[1], pulses[0], "pulse_upper", others=ends[:1])
+        highest = 0.9 / self.pulse_upper
+        yield from outside(self.frequency, 1.0, highest, "Hz", "frequency", others=ends[1:])
+        yield from outside(self.pulse_center, *pulses, "s", "pulse_center", others=ends)
         smallest, largest = self.reach
+        line = ("deg_per_m",), ("zero_width",), ("pulse_center",), ("pulse_per_deg",), *ends
         for key, limit in (("lower", self.lower), ("upper", self.upper)):
             if not smallest - _WIDTH_TOLERANCE <= limit <= largest + _WIDTH_TOLERANCE:
                 text = (
@@ -211,7 +221,7 @@ class GripperParameters(Checked):
                     f"{1e3 * self.pulse_upper:g} ms give {smallest:.4g} .. {largest:.4g} m; give a "
                     "limit between these, or calibrate anew"
                 )
-                yield Problem(text, (key,))
+                yield Problem(text, (key,), line)
 
     @property
     def reach(self) -> tuple[float, float]:
@@ -444,13 +454,18 @@ class ArmParameters(Checked):
         if sorted(self.homing_order) != sorted(JOINTS):
             text = f"{described(self.homing_order)} must name each of {', '.join(JOINTS)} once"
             yield Problem(text, ("homing_order",))
-        limits = self.controllers.joint_trajectory_controller.constraints
+        tolerances = self.controllers.joint_trajectory_controller.constraints
         where = "controllers", "joint_trajectory_controller", "constraints"
-        for joint, own in zip(self.joints, limits.joints, strict=True):
+        for joint, own in zip(self.joints, tolerances.joints, strict=True):
             # A tolerance above the joint's range can never be violated.
             span, name = joint.upper - joint.lower, joint.name
-            yield from outside(own.trajectory, 0.0, span, joint.unit, *where, name, "trajectory")
-            yield from outside(own.goal, 0.0, span, joint.unit, *where, name, "goal")
+            limits: tuple[Location, ...] = (
+                ("joints", name, "lower"),
+                ("joints", name, "upper"),
+            )
+            for key, value in (("trajectory", own.trajectory), ("goal", own.goal)):
+                place = *where, name, key
+                yield from outside(value, 0.0, span, joint.unit, *place, others=limits)
 
     @property
     def belt_periods(self) -> tuple[float, ...]:

@@ -50,6 +50,8 @@ KNOWN_AS = "known_as"
 """Key of a field's metadata: what a list of the known names has instead of its name."""
 _MOST = 5
 """Errors that one message names."""
+_OTHERS, _DEPTH = "others", "depth"
+"""Keys of an error's context: fields of its :class:`Problem`, the length of its location."""
 
 
 class Problem(NamedTuple):
@@ -58,25 +60,34 @@ class Problem(NamedTuple):
     Attributes:
         text: What follows the value's name in the message.
         location: The value within its group; empty for the group itself.
+        others: Other values of the group that it contradicts.
     """
 
     text: str
     location: Location = ()
+    others: tuple[Location, ...] = ()
 
 
 def outside(
-    value: float, lower: float, upper: float, unit: str, *location: str | int
+    value: float,
+    lower: float,
+    upper: float,
+    unit: str,
+    *location: str | int,
+    others: tuple[Location, ...] = (),
 ) -> Iterator[Problem]:
-    """Yield a problem if a number is not from ``lower`` to ``upper``."""
+    """Yield a problem if a number is not from ``lower`` to ``upper``, which follow from others."""
     if not lower <= value <= upper:
         text = f"{described(value)} is outside {lower:g} .. {upper:g} {unit}"
-        yield Problem(text.rstrip(), location)
+        yield Problem(text.rstrip(), location, others)
 
 
-def not_above(value: float, lower: float, *location: str | int) -> Iterator[Problem]:
-    """Yield a problem if a number is not above ``lower``."""
+def not_above(
+    value: float, lower: float, *location: str | int, others: tuple[Location, ...] = ()
+) -> Iterator[Problem]:
+    """Yield a problem if a number is not above ``lower``, which follows from others."""
     if not value > lower:
-        yield Problem(f"{value:g} must be above {lower:g}", location)
+        yield Problem(f"{value:g} must be above {lower:g}", location, others)
 
 
 class Within(NamedTuple):
@@ -156,6 +167,8 @@ class Checked(metaclass=_Refusing):
         values: object,
         place: Callable[[Location], str],
         name: Callable[[Location], str] | None = None,
+        *,
+        contradicted: bool = False,
     ) -> Self:
         """Return the group of these values.
 
@@ -163,6 +176,8 @@ class Checked(metaclass=_Refusing):
             values: By name.
             place: Returns the begin of a message about a value, as ``"arm.yaml, line 3: "``.
             name: Returns the value's name in a message; its dotted path by default.
+            contradicted: Whether a message also has the places of the values that a value
+                contradicts, which may be in another file.
 
         Raises:
             ConfigurationError: As above; the message has the first errors.
@@ -170,7 +185,7 @@ class Checked(metaclass=_Refusing):
         try:
             return cls.parsed(values)
         except ValidationError as error:
-            raise _refusal(error, place, name or dotted) from error
+            raise _refusal(error, place, name or dotted, contradicted=contradicted) from error
 
     @classmethod
     def parsed(cls, values: object) -> Self:
@@ -221,9 +236,13 @@ def _refuse(kind: LiteralString, problems: Iterable[Problem]) -> None:
     """Raise unless there are no problems; pydantic adds the location of the group."""
     errors = [
         InitErrorDetails(
-            type=PydanticCustomError(kind, "{text}", {"text": text}), loc=location, input=None
+            type=PydanticCustomError(
+                kind, "{text}", {"text": text, _OTHERS: others, _DEPTH: len(location)}
+            ),
+            loc=location,
+            input=None,
         )
-        for text, location in problems
+        for text, location, others in problems
     ]
     if errors:
         raise ValidationError.from_exception_data("", errors)
@@ -254,12 +273,24 @@ def _refusal(
     error: ValidationError,
     place: Callable[[Location], str],
     name: Callable[[Location], str],
+    *,
+    contradicted: bool = False,
 ) -> ConfigurationError:
-    texts = [
-        place(each["loc"]) + _text(each, name(each["loc"]))
-        for each in error.errors(include_url=False)[:_MOST]
-    ]
+    texts = []
+    for each in error.errors(include_url=False)[:_MOST]:
+        text = place(each["loc"]) + _text(each, name(each["loc"]))
+        others = [
+            f"{name(other)}: {place(other).removesuffix(': ')}" for other in _contradicted(each)
+        ]
+        texts.append(f"{text} ({'; '.join(others)})" if others and contradicted else text)
     return ConfigurationError("; also ".join(texts))
+
+
+def _contradicted(error: ErrorDetails) -> list[Location]:
+    """Return the locations of the other values of a contradiction."""
+    context = error.get("ctx", {})
+    group = error["loc"][: len(error["loc"]) - context.get(_DEPTH, 0)]
+    return [(*group, *other) for other in context.get(_OTHERS, ())]
 
 
 _TEXTS = {

@@ -31,7 +31,7 @@ from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
 from bioscara.robot.operations.fault_handling import Acknowledge, Recover
 from bioscara.robot.operations.follow_trajectory import FollowTrajectory, MakePlan, checked
-from bioscara.robot.operations.home import Home
+from bioscara.robot.operations.home import Home, PerJoint
 from bioscara.robot.operations.jog import Jog, Velocity
 from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.operations.power import Disable, Enable
@@ -471,7 +471,13 @@ class Robot:
         self._arm.execute(Recover())
 
     def home(
-        self, *, timeout: float | None = None, on_cycle: OnCycle | None = None, wait: bool = True
+        self,
+        *,
+        sensitivity: PerJoint = None,
+        current: PerJoint = None,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
     ) -> Operation[None]:
         """Home the joints that are not homed, in the order of the parameters.
 
@@ -480,18 +486,27 @@ class Robot:
         are not homed are unknown: the elbow must be open, and the gripper empty.
 
         Args:
+            sensitivity: Position error that counts as a touch of the end stop, 1 to 255
+                [microsteps of the motor]; a smaller one is more sensitive. One number for all
+                joints, or by the names of joints: ``{"j1": 20}``. For this homing only; joints
+                without one have that of the parameters.
+            current: Drive current while homing, 1 to 100 [% of the driver's full scale]; likewise.
             timeout: Longest duration [s]; None for no limit except each joint's own.
             on_cycle: Receives a record of all joints each cycle.
             wait: Whether to return at the end.
 
         Raises:
+            LimitError, InvalidArgumentError: A sensitivity or current is outside its limits or not
+                whole, or there is no such joint; nothing moved.
             MotionCancelledError: It was stopped; the arm is at rest.
             HomingError: A joint found no reliable home position; or the elbow is known to be
                 folded and the wrist is not homed, and nothing moved.
             BusyError: The arm moves.
             BioscaraError: As the drivers.
         """
-        return self._carry_out(Home(timeout=timeout, on_cycle=on_cycle), wait)
+        return self._carry_out(
+            Home(sensitivity=sensitivity, current=current, timeout=timeout, on_cycle=on_cycle), wait
+        )
 
     def move_joints(
         self,

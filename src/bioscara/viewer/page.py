@@ -18,8 +18,9 @@ from viser.transforms import SE3, SO3
 from bioscara.errors import ConfigurationError
 from bioscara.hardware import Urdf
 from bioscara.kinematics import Pose, Scara
+from bioscara.model import ArmParameters
 from bioscara.model.meshes import read_stl
-from bioscara.model.urdf import DESCRIPTION, URDF
+from bioscara.model.urdf import DESCRIPTION, URDF, urdf_of
 from bioscara.planning.collision.scene import NearestPair, Scene
 from bioscara.viewer import readouts
 from bioscara.viewer.access_control import refusing_foreign_requests
@@ -64,6 +65,7 @@ class Page:
         port: TCP port to listen on; the next free one is taken if it is in use, 0 for any.
         scene: Surroundings of the arm.
         arm: The arm with its tool.
+        parameters: Parameters of the arm, for its description.
 
     Attributes:
         tree: Joints and links.
@@ -74,11 +76,11 @@ class Page:
         nearest: The nearest pair of bodies at these positions; None if there is no pair.
 
     Raises:
-        ConfigurationError: Neither this port nor any above it is free.
+        ConfigurationError: Neither this port nor any above it is free, or the arm has other meshes.
     """
 
-    def __init__(self, port: int, scene: Scene, arm: Scara) -> None:
-        urdf = Urdf.load(URDF)
+    def __init__(self, port: int, scene: Scene, arm: Scara, parameters: ArmParameters) -> None:
+        urdf = Urdf(urdf_of(parameters), URDF.name)
         self.tree, self.scene, self.arm = KinematicTree(urdf), scene, arm
         self.positions = {joint.name: _initial_position(joint.lower, joint.upper, joint.name)
                           for joint in self.tree.free}  # fmt: skip

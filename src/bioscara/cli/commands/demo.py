@@ -6,7 +6,7 @@ from importlib.resources import as_file, files
 
 from bioscara.cli.arguments import Options
 from bioscara.cli.commands.run import prepare, run_job
-from bioscara.model import load_parameters
+from bioscara.cli.parameters import parameters_from
 from bioscara.planning.collision.scene import Scene
 
 
@@ -16,7 +16,7 @@ def run(options: Options) -> int:
     Raises:
         BioscaraError: The run was refused or failed before anything moved.
     """
-    parameters = load_parameters()
+    parameters = parameters_from(options)
     with as_file(files("bioscara.cli").joinpath("demo.csv")) as path:
         job = prepare(
             path,

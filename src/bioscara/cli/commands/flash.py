@@ -10,6 +10,7 @@ from bioscara.cli.arguments import Options
 from bioscara.cli.arm import open_arm
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.output.firmware import firmware_of
+from bioscara.cli.parameters import parameters_from
 from bioscara.cli.signals import raising_keyboard_interrupt
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.drivers import Joint
@@ -22,7 +23,6 @@ from bioscara.errors import (
 )
 from bioscara.flashing import Dfu, Image, OpenOcd, Programmer, StFlash, prebuilt, read_image
 from bioscara.flashing.image import dotted
-from bioscara.model import load_parameters
 from bioscara.protocol import Flags
 
 _PATIENCE, _PAUSE = 5.0, 0.1
@@ -67,7 +67,7 @@ def run(options: Options) -> int:
 
 @contextmanager
 def _on_bus(options: Options, output: Output) -> Iterator[_JointOnBus]:
-    robot = open_arm(options, load_parameters())
+    robot = open_arm(options, parameters_from(options))
     with robot.bus:
         yield _JointOnBus(robot.joints[options.joint - 1], robot.clock, output)
 

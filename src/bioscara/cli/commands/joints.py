@@ -5,9 +5,10 @@ from __future__ import annotations
 from bioscara.cli.arguments import Options
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
 from bioscara.cli.output.firmware import firmware_of
+from bioscara.cli.parameters import parameters_from
 from bioscara.drivers import Joint, await_power_up
 from bioscara.errors import BioscaraError, BusUnavailableError
-from bioscara.model import ArmParameters, load_parameters
+from bioscara.model import ArmParameters
 from bioscara.protocol import Capability, Flags
 from bioscara.robot.connection.devices import Devices, devices_on, simulated_devices
 
@@ -22,7 +23,7 @@ def run(options: Options) -> int:
         OSError: Standard output cannot be written.
     """
     output = Output()
-    parameters = load_parameters()
+    parameters = parameters_from(options)
     devices = _devices(options, parameters)
     output.line(f"arm: {devices.description}")
     missing: list[str] = []

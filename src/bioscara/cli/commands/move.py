@@ -15,10 +15,10 @@ from bioscara.cli.arm import (
 )
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.output.plots import require_files, write_picture, write_trajectory
+from bioscara.cli.parameters import parameters_from
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import describe, plan_target, target_planner
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
-from bioscara.model import load_parameters
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 
@@ -31,7 +31,7 @@ def run(options: Options) -> int:
         OSError: Standard output cannot be written.
     """
     require_files(options)
-    parameters, output = load_parameters(), Output()
+    parameters, output = parameters_from(options), Output()
     wanted = target_planner(options, parameters)
     robot = open_arm(options, parameters)
     robot.table, robot.scene = wanted.workspace.table, wanted.workspace.scene

@@ -5,8 +5,8 @@ from __future__ import annotations
 from bioscara.cli.arguments import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.output.plots import require_files, write_picture, write_trajectory
+from bioscara.cli.parameters import parameters_from
 from bioscara.cli.target import describe, plan_target, target_planner
-from bioscara.model import load_parameters
 
 
 def run(options: Options) -> int:
@@ -16,7 +16,7 @@ def run(options: Options) -> int:
         BioscaraError: The motion cannot be planned.
     """
     require_files(options)
-    parameters, output = load_parameters(), Output()
+    parameters, output = parameters_from(options), Output()
     planner = target_planner(options, parameters)
     plan = plan_target(planner, options)
     for line in describe(plan, planner.kinematics):

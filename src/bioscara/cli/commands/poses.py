@@ -10,11 +10,12 @@ from bioscara.cli.arguments import Options
 from bioscara.cli.arm import open_arm
 from bioscara.cli.output.console import ExitStatus, Output, columns
 from bioscara.cli.output.plots import require_drawing, write_picture
+from bioscara.cli.parameters import parameters_from
 from bioscara.cli.target import planner_from
 from bioscara.cli.teach_table import lookup, read_table, table_file
 from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
 from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.model import ArmParameters, load_parameters
+from bioscara.model import ArmParameters
 from bioscara.robot.workspace.poses import BUILT_IN, NamedPose
 from bioscara.robot.workspace.teach_file import changing, load_table, save_table
 from bioscara.robot.workspace.tools import fingers, kinematics_with
@@ -32,7 +33,7 @@ def run(options: Options) -> int:
         BioscaraError: The arm's position cannot be read.
         OSError: Standard output cannot be written.
     """
-    output, parameters = Output(), load_parameters()
+    output, parameters = Output(), parameters_from(options)
     actions = {"list": _list, "show": _show, "save": _save, "delete": _delete}
     with changing(table_file(options)) if options.action in {"save", "delete"} else nullcontext():
         lines = actions[options.action](options, parameters)

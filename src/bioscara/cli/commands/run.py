@@ -20,12 +20,13 @@ from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.output.firmware import firmware_of
 from bioscara.cli.output.live_view import make_view
 from bioscara.cli.output.observer import Observer
+from bioscara.cli.parameters import overlay_notes, parameters_from
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import scene_from
 from bioscara.control.loop.realtime import realtime
 from bioscara.drivers import Joint
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
-from bioscara.model import ArmParameters, load_parameters
+from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read, write_csv
 from bioscara.planning import fit as stretch
 from bioscara.planning.collision.scene import Scene
@@ -43,6 +44,7 @@ from bioscara.report import (
 )
 from bioscara.report.folder import TRAJECTORY, default_path
 from bioscara.robot import Robot, kinematics_of
+from bioscara.robot.workspace.workspace import Workspace
 from bioscara.version import __version__
 
 _HOMING_CYCLES = 10_000
@@ -56,7 +58,7 @@ def run(options: Options) -> int:
         TrajectoryError: The file cannot be read, or its trajectory cannot be executed.
         BioscaraError: The run was refused or failed otherwise before anything moved.
     """
-    parameters = load_parameters()
+    parameters = parameters_from(options)
     job = prepare(
         options.file,
         options.file.stem,
@@ -130,7 +132,7 @@ def prepare(
     if len(trajectory.joint_names) == len(parameters.joints):
         # Positions of joints that it does not name are known only after homing: then everything
         # is checked again.
-        scene.check(arm, trajectory)
+        Workspace.of(parameters).with_scene(scene).surroundings.check(arm, trajectory)
     return Job(title, source, trajectory, notes, scene)
 
 
@@ -182,7 +184,7 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
             message=result.message,
             joints=tuple(map(_joint_info, robot.joints)),
             planned_duration=job.trajectory.duration,
-            notes=(*job.notes, *result.warnings),
+            notes=(*overlay_notes(options, parameters), *job.notes, *result.warnings),
             faults=result.faults,
         )
     return _finish(summary, history, folder, observer.problem, output)

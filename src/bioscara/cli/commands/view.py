@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING
 from bioscara.cli.arguments import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.output.plots import require_drawing, write_picture
+from bioscara.cli.parameters import parameters_from
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import scene_from
 from bioscara.errors import ConfigurationError
-from bioscara.model import load_parameters
+from bioscara.model import ArmParameters
 from bioscara.planning.collision.scene import Scene
 from bioscara.robot import kinematics_of
 from bioscara.robot.planner import Planner
@@ -49,9 +50,9 @@ def run(options: Options) -> int:
             "the 3D view needs viser, which is not installed: pip install 'bioscara[view]'"
         ) from error
     require_drawing(options.plot)
-    output = Output()
+    output, parameters = Output(), parameters_from(options)
     with StopRequest() as cancelled:
-        page, panel = _opened(options)
+        page, panel = _opened(options, parameters)
         start = dict(page.positions)
         try:
             output.line(f"the arm in 3D: {page.url} (from this computer only; Ctrl-C ends it)")
@@ -61,12 +62,12 @@ def run(options: Options) -> int:
         finally:
             page.close()
     if options.plot is not None:
-        output.line(_drawn(options.plot, start, page.positions, page.scene))
+        output.line(_drawn(options.plot, start, page.positions, page.scene, parameters))
     output.check()
     return ExitStatus.OK
 
 
-def _opened(options: Options) -> tuple[Page, Sliders | Player | Live]:
+def _opened(options: Options, parameters: ArmParameters) -> tuple[Page, Sliders | Player | Live]:
     """Return the page, and what decides which positions it shows.
 
     Raises:
@@ -84,30 +85,35 @@ def _opened(options: Options) -> tuple[Page, Sliders | Player | Live]:
     from bioscara.viewer.player import Player  # noqa: PLC0415
     from bioscara.viewer.sliders import Sliders  # noqa: PLC0415
 
-    parameters, scene = load_parameters(), scene_from(options)
+    scene = Workspace.of(parameters).with_scene(scene_from(options)).surroundings
     arm = kinematics_of(parameters)
     if options.has_target():
         recording, arm = plan_from(options, parameters)
     elif options.source is None:
-        page = Page(options.port, scene, arm)
+        page = Page(options.port, scene, arm, parameters)
         return page, Sliders(page)
     elif is_arm(options.source):
         look = look_at(options.source)
-        page = Page(options.port, scene, arm)
+        page = Page(options.port, scene, arm, parameters)
         return page, Live(page, options.source, look)
     else:
         recording = recording_from(options, parameters, scene, arm)
-    page = Page(options.port, scene, arm)
+    page = Page(options.port, scene, arm, parameters)
     return page, Player(page, recording)
 
 
-def _drawn(path: Path, start: Mapping[str, float], goal: Mapping[str, float], scene: Scene) -> str:
+def _drawn(
+    path: Path,
+    start: Mapping[str, float],
+    goal: Mapping[str, float],
+    scene: Scene,
+    parameters: ArmParameters,
+) -> str:
     """Draw the motion between two slider positions; return a message that names the file.
 
     Raises:
         InvalidArgumentError: The path is not free, or the file cannot be written.
     """
-    parameters = load_parameters()
     here, there = ([places[joint.name] for joint in parameters.joints] for places in (start, goal))
     planner = Planner(Workspace.of(parameters).with_scene(scene), lambda: here)
     return write_picture(path, planner.move_joints(there), planner, parameters, "view")

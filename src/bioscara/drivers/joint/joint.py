@@ -419,6 +419,9 @@ class Joint:
         velocity: float | None = None,
         progress: Progress | None = None,
         cancel: Cancel | None = None,
+        *,
+        sensitivity: int | None = None,
+        current: int | None = None,
     ) -> None:
         """Seek the end stop and make it the joint's home; return when it is homed.
 
@@ -430,13 +433,16 @@ class Joint:
                 where that is faster.
             progress: Called with each sample.
             cancel: Called with each sample; True aborts homing, the joint is then not homed.
+            sensitivity: Position error that counts as a touch, 1 to 255 [microsteps of the motor];
+                a smaller one is more sensitive. None for the configured one.
+            current: Drive current while homing, 1 to 100 [%]; None for the configured one.
 
         Raises:
             HomingError: No trustworthy home was found; states the reason.
             MotionCancelledError: ``cancel`` returned True.
         """
         check_callbacks(progress, cancel)
-        self.start_homing(velocity)
+        self.start_homing(velocity, sensitivity=sensitivity, current=current)
         try:
             self._supervise(not_busy, self.homing_timeout, "homing", progress, cancel)
         except (IncorrectStateError, JointFaultError, StalledError) as error:
@@ -448,7 +454,13 @@ class Joint:
         """Time limit of the homing that was started last [s]."""
         return self._homing.timeout
 
-    def start_homing(self, velocity: float | None = None) -> None:
+    def start_homing(
+        self,
+        velocity: float | None = None,
+        *,
+        sensitivity: int | None = None,
+        current: int | None = None,
+    ) -> None:
         """Start homing and return; call :meth:`keep_alive` until it ends, then :meth:`post_homing`.
 
         Until then, a version 2 joint needs a write of WATCHDOG at least every 60 ms
@@ -458,20 +470,22 @@ class Joint:
 
         Args:
             velocity: As in :meth:`home`.
+            sensitivity: Likewise.
+            current: Likewise.
 
         Raises:
             HomingSpeedError: The motor speed is not between 1 and 250 rpm.
-            InvalidArgumentError: The velocity is zero.
-            LimitError: It is faster than the joint, or original firmware does not accept the
-                configured homing acceleration.
+            InvalidArgumentError: The velocity is zero, or another value is not whole.
+            LimitError: The velocity is faster than the joint, another value is outside its limits,
+                or original firmware does not accept the configured homing acceleration.
             IncorrectStateError: A blocking command is running.
         """
         homing, readiness = self._homing, self.readiness
         readiness.require_idle()
-        velocity = homing.check(velocity)
+        approach = homing.check(velocity, sensitivity, current)
         if self.session.flags & (Flags.NOTENABLED | Flags.STALL):
             self.enable()
-        homing.prepare(velocity)
+        homing.prepare(approach)
         readiness.blocking = Register.HOME
         try:
             homing.start()

@@ -3,27 +3,63 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 
+from bioscara.arguments import shown
 from bioscara.control.controllers.goals import GoalStatus
-from bioscara.errors import HomingError
+from bioscara.drivers.joint.homing import check_current, check_sensitivity
+from bioscara.errors import HomingError, InvalidArgumentError
+from bioscara.model.parameters import JOINTS
 from bioscara.report import Phase
 from bioscara.robot.arm import Arm
 from bioscara.robot.connection.stack import HOMING
 from bioscara.robot.operations.execution import MotionExecution
 from bioscara.robot.operations.homing_order import joints_to_home
 from bioscara.robot.operations.operation import Cycles, OnCycle, Operation
+from bioscara.spelling import did_you_mean
+
+PerJoint = int | Mapping[str, int] | None
+"""A number for all joints, or by the names of joints; None for the configured ones."""
+
+
+def _per_joint(what: str, given: PerJoint, check: Callable[[str, int], int]) -> dict[str, int]:
+    """Return the number of each joint that one is given for."""
+    if given is None:
+        return {}
+    values = given if isinstance(given, Mapping) else dict.fromkeys(JOINTS, given)
+    for name in values:
+        if name not in JOINTS:
+            hint = did_you_mean(str(name), JOINTS, f"there are {', '.join(JOINTS)}")
+            raise InvalidArgumentError(f"{what}: there is no joint {shown(name)}; {hint}")
+    return {name: check(name, value) for name, value in values.items()}
 
 
 class Home(Operation[None]):
     """Homes the joints that are not homed, and those that must be homed again before them.
 
     Args:
+        sensitivity: Position error that counts as a touch, 1 to 255 [microsteps of the motor]: one
+            for all joints, or by the names of joints; None for the configured ones.
+        current: Drive current, 1 to 100 [%]; likewise.
         timeout: Longest duration [s]; None for no limit except each joint's own.
         on_cycle: Receives the record of each cycle.
+
+    Raises:
+        LimitError, InvalidArgumentError: A value is outside its limits or not whole, or there is no
+            such joint.
     """
 
-    def __init__(self, *, timeout: float | None = None, on_cycle: OnCycle | None = None) -> None:
+    def __init__(
+        self,
+        *,
+        sensitivity: PerJoint = None,
+        current: PerJoint = None,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+    ) -> None:
         super().__init__("home()", timeout=timeout, on_cycle=on_cycle)
+        self._sensitivity = _per_joint("sensitivity", sensitivity, check_sensitivity)
+        self._current = _per_joint("current", current, check_current)
         self._progress = math.nan
 
     @property
@@ -51,6 +87,9 @@ class Home(Operation[None]):
         def count() -> None:
             self._progress = sum(axis.homed for axis in axes) / len(axes)
 
+        for axis in axes:
+            axis.homing.sensitivity = self._sensitivity.get(axis.name)
+            axis.homing.current = self._current.get(axis.name)
         goal = yield from execution.pursue(
             lambda: stack.homing.send_goal(directions), Phase.HOMING, before_cycle=count
         )
