@@ -578,7 +578,7 @@ MUTANTS = (
     ),
     Mutant(
         "jaws on the way to another width",
-        "MoveGripper.cycles",
+        "MoveGripper._ready",
         "Planner(arm.workspace, arm.positions).check_width(self._width)",
         "pass",
         ("tests/robot/test_planner_beside_itself.py",),

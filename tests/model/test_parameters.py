@@ -166,8 +166,8 @@ def test_a_copy_of_the_file_is_the_same_arm(tmp_path: Path) -> None:
         (
             "  upper: 0.112 ",
             "  upper: 0.12 ",
-            "gripper.upper: 0.12 m is out of the servo's reach: with gripper.deg_per_m 3333.3 and "
-            "gripper.zero_width 0.058, pulses of 0.5 .. 2.5 ms give 0.003999 .. 0.112 m",
+            "gripper.upper: 0.12 m is out of the servo's reach: with deg_per_m 3333.3 and "
+            "zero_width 0.058, pulses of 0.5 .. 2.5 ms give 0.003999 .. 0.112 m",
         ),
         ("  lower: 0.04 ", "  lower: 0.003 ", "gripper.lower: 0.003 m is out of the servo's reach"),
         ("channel: 2}", "chanel: 2}", "did you mean channel?"),

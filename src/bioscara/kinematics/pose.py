@@ -129,6 +129,11 @@ def require_pose(what: str, pose: object) -> Pose:
     return Pose(*(number(f"{n} of {what}", v) for n, v in zip(Pose._fields, pose, strict=True)))
 
 
+def without_yaw(pose: object) -> object:
+    """Return a pose with a yaw of 0, for a place where the tool may have any."""
+    return pose._replace(yaw=0.0) if isinstance(pose, Pose) else pose
+
+
 def require_near(what: str, pose: object) -> Pose:
     """Return ``pose`` as :func:`require_pose` does, unless its values are in another unit.
 

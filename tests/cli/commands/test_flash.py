@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-import bioscara
 from bioscara.cli import main
 from bioscara.flashing import access, dfu, programmer
+from bioscara.flashing import image as image_file
 from bioscara.flashing.access import RULES
+from bioscara.version import __version__
 from flashing.images import image
 from flashing.stand_ins import Bench
 
@@ -168,11 +169,11 @@ def test_without_a_file_the_image_of_this_version_is_used(
     tools = bench("dfu-util")
     tools.board(ONE)
     checkout = Path("checkout").resolve()
-    monkeypatch.setattr(bioscara, "__file__", str(checkout / "src/bioscara/__init__.py"))
+    monkeypatch.setattr(image_file, "__file__", str(checkout / "src/bioscara/flashing/image.py"))
     assert main(["flash", "--joint", "1"]) == 2
     err = capsys.readouterr().err
     assert "build it with 'make firmware'" in err
-    released = f"bioscara-{bioscara.__version__}-j1.bin"
+    released = f"bioscara-{__version__}-j1.bin"
     assert f"download {released}" in err
     Path(released).write_bytes(image(1))
     assert main(["flash", "--joint", "1"]) == 0

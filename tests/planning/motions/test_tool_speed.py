@@ -22,6 +22,8 @@ def dense(trajectory: Trajectory, begin: float, end: float) -> float:
     """Return the largest speed of the tool at very many instants [m/s]."""
     # At its very end a trajectory is at rest, at any speed of arrival.
     times = np.linspace(begin, np.nextafter(end, 0.0), 20_001)
+    # Where the velocity jumps, at a point of the trajectory, the speed before it counts too.
+    times = np.union1d(times, np.nextafter(trajectory.times[1:], 0.0))
     positions, velocities, _ = trajectory.sample_many(times)
     return float(batch.tool_speeds(ARM, positions, velocities).max())
 
