@@ -129,11 +129,6 @@ def require_pose(what: str, pose: object) -> Pose:
     return Pose(*(number(f"{n} of {what}", v) for n, v in zip(Pose._fields, pose, strict=True)))
 
 
-def without_yaw(pose: object) -> object:
-    """Return a pose with a yaw of 0, for a place where the tool may have any."""
-    return pose._replace(yaw=0.0) if isinstance(pose, Pose) else pose
-
-
 def require_near(what: str, pose: object) -> Pose:
     """Return ``pose`` as :func:`require_pose` does, unless its values are in another unit.
 
@@ -149,4 +144,21 @@ def require_near(what: str, pose: object) -> Pose:
         hint = unit_hint(value, unit)
         if hint:
             raise InvalidArgumentError(f"{name} of {what} is {value:g} {unit}; {hint}")
+    return plain
+
+
+def require_near_place(what: str, pose: object) -> Pose:
+    """Return ``pose`` as :func:`require_near` does, but with a yaw of up to two turns.
+
+    For places whose yaw is not used: kinematics return it without wrapping.
+
+    Args:
+        what: Name of the pose in the error message.
+        pose: The given value.
+
+    Raises:
+        InvalidArgumentError: As :func:`require_near`.
+    """
+    plain = require_pose(what, pose)
+    require_near(what, plain._replace(yaw=0.0) if abs(plain.yaw) <= 2.0 * TURN else plain)
     return plain

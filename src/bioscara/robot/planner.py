@@ -12,7 +12,7 @@ from typing import NamedTuple
 from bioscara.arguments import flag, items, number, numbers, shown
 from bioscara.errors import InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.kinematics.pose import require_near, without_yaw, wrapped
+from bioscara.kinematics.pose import require_near, require_near_place, wrapped
 from bioscara.model import ArmParameters, JointParameters
 from bioscara.planning import Trajectory, check
 from bioscara.planning.collision.unfolding import by_open_elbow, joined
@@ -361,7 +361,7 @@ class Planner:
             UnreachableError, TrajectoryError: The arm cannot follow that arc.
             ZoneError: The path is not free.
         """
-        via, pose = require_near("the via", without_yaw(via)), require_near("the goal", pose)
+        via, pose = require_near_place("the via", via), require_near("the goal", pose)
         here = self._start_of_path()
         tool, limits = (
             self._tool_limits(acceleration_scaling),

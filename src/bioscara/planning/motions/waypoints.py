@@ -12,7 +12,7 @@ from enum import Enum
 from bioscara.arguments import items, number, shown
 from bioscara.errors import InvalidArgumentError, PathError
 from bioscara.kinematics import Joints, Pose, Scara
-from bioscara.kinematics.pose import require_near, require_pose, without_yaw, wrapped
+from bioscara.kinematics.pose import require_near_place, require_pose, wrapped
 from bioscara.planning.limits import check_share
 from bioscara.planning.paths.segments import LEVER, SHORTEST
 
@@ -121,7 +121,7 @@ def check_waypoints(
 
 def _check_values(waypoint: Waypoint) -> Waypoint:
     pose = require_pose("the pose", waypoint.pose)
-    via = None if waypoint.via is None else require_near("the via", without_yaw(waypoint.via))
+    via = None if waypoint.via is None else require_near_place("the via", waypoint.via)
     if not isinstance(waypoint.motion, Motion):
         kinds = ", ".join(map(str, Motion))
         raise InvalidArgumentError(f"motion is {shown(waypoint.motion)}; give one of {kinds}")

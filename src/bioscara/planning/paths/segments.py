@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
-from bioscara.kinematics.pose import require_near, require_pose, without_yaw, wrapped
+from bioscara.kinematics.pose import require_near_place, require_pose, wrapped
 from bioscara.planning.arrays import Array, Index
 from bioscara.planning.trajectory.polynomials import evaluate_many
 
@@ -239,7 +239,7 @@ class Arc(Segment):
             InvalidArgumentError: A value is not finite, via is in other units, or the three
                 points are on one line.
         """
-        start, via = require_pose("the start", start), require_near("the via", without_yaw(via))
+        start, via = require_pose("the start", start), require_near_place("the via", via)
         goal = require_pose("the goal", goal)
         a, b = np.subtract(via, start)[:3], np.subtract(goal, start)[:3]
         chord = float(np.linalg.norm(b))
