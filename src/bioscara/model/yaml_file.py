@@ -61,7 +61,8 @@ class YamlFile:
         if type(found) is not bool and isinstance(found, int) and found not in versions:
             raise ConfigurationError(
                 f"{self.place((key,))}{key}: {described(found)} cannot be read; this version of "
-                f"bioscara reads {' and '.join(map(str, versions))}; use the one that wrote the file"
+                f"bioscara reads {' and '.join(map(str, versions))}; use the one that wrote the "
+                "file"
             )
 
     def place(self, location: Location) -> str:

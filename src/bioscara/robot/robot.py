@@ -31,11 +31,14 @@ from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
 from bioscara.robot.operations.fault_handling import Acknowledge, Recover
 from bioscara.robot.operations.follow_trajectory import FollowTrajectory, MakePlan, checked
+from bioscara.robot.operations.grasp import Attach
 from bioscara.robot.operations.home import Home
 from bioscara.robot.operations.jog import Jog, Velocity
 from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.operations.power import Disable, Enable
 from bioscara.robot.planner import Plan, Planner
+from bioscara.robot.workspace.frames import Frame
+from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.tools import Tool
 from bioscara.robot.workspace.workspace import Workspace
@@ -396,7 +399,7 @@ class Robot:
 
     @property
     def table(self) -> TeachTable:
-        """The tools and poses that have names; cannot be changed while the arm moves."""
+        """The tools, poses and frames that have names; cannot be changed while the arm moves."""
         return self._arm.workspace.table
 
     @table.setter
@@ -412,6 +415,51 @@ class Robot:
     def tool(self, tool: str | Tool) -> None:
         name = tool.name if isinstance(tool, Tool) else tool
         self._change("tool", lambda space: space.with_tool(name))
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """The work frames of ``table``."""
+        return self.table.frames
+
+    def frame(self, name: str) -> Frame:
+        """Return the work frame of this name; its methods return poses in the base.
+
+        Raises:
+            InvalidArgumentError: There is none; the message proposes the nearest name.
+        """
+        return self.table.frame(name)
+
+    @property
+    def load(self) -> Load | None:
+        """What the tool carries, or None."""
+        return self._arm.workspace.load
+
+    def attach(self, load: Load) -> None:
+        """Declare that the tool carries a load; nothing moves.
+
+        From then on motions, jogs and raw commands keep it clear of the scene and of the arm, and
+        its fastest point at or below 250 mm/s, and the tool cannot be changed.
+
+        Args:
+            load: The load.
+
+        Raises:
+            InvalidArgumentError: It is no load, or may touch a zone that is not in the scene.
+            LifecycleError: A load is attached already.
+            ZoneError: It is too near to a body that it may not touch. The position of an arm that
+                is not homed is unknown: then this is not checked.
+            BusyError: The arm or the jaws move.
+        """
+        self._arm.execute(Attach(load))
+
+    def detach(self) -> None:
+        """Declare that the tool carries nothing; nothing moves.
+
+        Raises:
+            LifecycleError: No load is attached.
+            BusyError: The arm or the jaws move.
+        """
+        self._arm.execute(ChangeWorkspace("detach()", Workspace.without_load))
 
     def _change(self, what: str, change: Callable[[Workspace], Workspace]) -> None:
         self._arm.execute(ChangeWorkspace(f"setting {what}", change))
@@ -487,6 +535,7 @@ class Robot:
             MotionCancelledError: It was stopped; the arm is at rest.
             HomingError: A joint found no reliable home position; or the elbow is known to be
                 folded and the wrist is not homed, and nothing moved.
+            LifecycleError: A load is attached, and a joint is not homed; nothing moved.
             BusyError: The arm moves.
             BioscaraError: As the drivers.
         """

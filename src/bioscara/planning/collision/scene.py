@@ -343,7 +343,6 @@ class Scene:
         if (pairs < floor).any():
             raise refusal(layout, np.zeros(1), pairs, self.margin, floor)
 
-
     def check_load(self, arm: Scara, joints: Sequence[float]) -> None:
         """Make sure that the load of an arm at rest keeps clear, so that the arm can leave.
 

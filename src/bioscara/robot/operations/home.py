@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from bioscara.control.controllers.goals import GoalStatus
-from bioscara.errors import HomingError
+from bioscara.errors import HomingError, LifecycleError
 from bioscara.report import Phase
 from bioscara.robot.arm import Arm
 from bioscara.robot.connection.stack import HOMING
@@ -41,6 +41,11 @@ class Home(Operation[None]):
         directions, notes = joints_to_home(stack.arm.axes)
         if not directions:
             return
+        if (load := arm.workspace.load) is not None:
+            raise LifecycleError(
+                f"home(): the tool carries {load.name}, and the way of homing is clear only for an "
+                "empty gripper; gripper.release() or detach() it"
+            )
         stack.supervisor.warnings.extend(notes)
         stack.use(HOMING, clock.now())
         axes = [axis for axis in stack.arm.axes if axis.name in directions]

@@ -94,12 +94,12 @@ class Frame:
             InvalidArgumentError: A value is not finite, or too large to be metres or radians.
         """
         what = f"a pose in frame {self.name}"
-        place = [
+        x, y, z = [
             check_number(f"{what}, {axis}", value, PLACE_MAX, "m")
             for axis, value in zip("xyz", (x, y, z), strict=True)
         ]
         turn = check_number(f"{what}, yaw", yaw, ANGLE_MAX, "rad")
-        pose = self.pose_frame_in_base.compose(Pose(*place, turn))
+        pose = self.pose_frame_in_base.compose(Pose(x, y, z, turn))
         return pose._replace(yaw=wrapped(pose.yaw))
 
     def compose(self, pose: Pose) -> Pose:
@@ -108,7 +108,7 @@ class Frame:
             raise InvalidArgumentError(
                 f"the pose in frame {self.name} is {shown(pose)}; give Pose(x, y, z, yaw)"
             )
-        return self.pose(*pose)
+        return self.pose(pose.x, pose.y, pose.z, pose.yaw)
 
 
 def _require_apart(what: str, point: str, distance: float, other: str) -> None:

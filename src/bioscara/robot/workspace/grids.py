@@ -133,7 +133,10 @@ class Grid:
         Raises:
             InvalidArgumentError: There is no such place, or the height is not finite or too large.
         """
-        row, column = self._index("row", row, self.rows), self._index("column", column, self.columns)
+        row, column = (
+            self._index("row", row, self.rows),
+            self._index("column", column, self.columns),
+        )
         return self.frame.pose(column * self.column_pitch, -row * self.row_pitch, z, self.yaw)
 
     def __getitem__(self, name: str) -> Pose:

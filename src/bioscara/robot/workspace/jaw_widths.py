@@ -38,6 +38,10 @@ class JawWidths:
         low, high = self.range()
         self._travel = min(low, width), max(high, width)
 
+    def hold(self, width: float) -> None:
+        """Let the range be from the commanded width to that of an object between the jaws [m]."""
+        self._travel = self.commanded, max(self.commanded, width)
+
     def end_travel(self) -> None:
         """Reduce the range to the commanded width, which the jaws have reached."""
         self._travel = None

@@ -93,7 +93,7 @@ class Workspace:
         tool = self.table.tool(name)
         if self.load is not None:
             raise LifecycleError(f"the tool carries {self.load.name}; detach() it first")
-        return replace(self, tool=tool)._arranged(self.widths)
+        return _arranged(replace(self, tool=tool), self.widths)
 
     def with_scene(self, scene: Scene) -> Workspace:
         """Return the workspace with other surroundings.
@@ -103,7 +103,7 @@ class Workspace:
         """
         if not isinstance(scene, Scene):
             raise InvalidArgumentError(f"the scene is {shown(scene)}; give Scene(...)")
-        return replace(self, scene=scene)._arranged(self.widths)
+        return _arranged(replace(self, scene=scene), self.widths)
 
     def with_load(self, load: Load) -> Workspace:
         """Return the workspace in which the tool carries a load.
@@ -116,7 +116,7 @@ class Workspace:
             raise InvalidArgumentError(f"the load is {shown(load)}; give Load(name, shape)")
         if self.load is not None:
             raise LifecycleError(f"the tool carries {self.load.name} already; detach() it first")
-        return replace(self, load=load)._arranged(self.widths)
+        return _arranged(replace(self, load=load), self.widths)
 
     def without_load(self) -> Workspace:
         """Return the workspace in which the tool carries nothing.
@@ -126,7 +126,7 @@ class Workspace:
         """
         if self.load is None:
             raise LifecycleError("the tool carries no load; attach(load) declares one")
-        return replace(self, load=None)._arranged(self.widths)
+        return _arranged(replace(self, load=None), self.widths)
 
     def with_reduced_speed(self, reduced_speed: bool) -> Workspace:
         """Return the workspace with or without the limit of 250 mm/s."""
@@ -142,12 +142,13 @@ class Workspace:
         # The same scene as long as nothing changes, so that its precomputed data stay valid.
         if self.widths == (low, high):
             return self
-        return self._arranged((low, high))
+        return _arranged(self, (low, high))
 
-    def _arranged(self, widths: tuple[float, float]) -> Workspace:
-        """Return the workspace with surroundings and kinematics of its tool, scene and load."""
-        scene, tool = replace(self.scene, widths=widths), self.tool.pose_tool_in_flange
-        if self.load is not None:
-            scene = scene.carrying(self.load.shape_in_wrist(tool), self.load.touches)
-        kinematics = kinematics_with(self.parameters, self.tool, scene.overhang(tool))
-        return replace(self, surroundings=scene, kinematics=kinematics)
+
+def _arranged(workspace: Workspace, widths: tuple[float, float]) -> Workspace:
+    """Return the workspace with surroundings and kinematics of its tool, scene and load."""
+    scene, tool = replace(workspace.scene, widths=widths), workspace.tool.pose_tool_in_flange
+    if (load := workspace.load) is not None:
+        scene = scene.carrying(load.shape_in_wrist(tool), load.touches)
+    kinematics = kinematics_with(workspace.parameters, workspace.tool, scene.overhang(tool))
+    return replace(workspace, surroundings=scene, kinematics=kinematics)
