@@ -59,6 +59,9 @@ def param(name: str, value: str) -> str:
 
 WRONG = [
     # old, new, what the message must say; the first occurrence is that of j1 or the gripper.
+    ("    <joint name=\"j1\">\n      <param",
+     "    <gpio name=\"home\"/>\n    <joint name=\"j1\">\n      <param",
+     "<gpio> is not read; every interface is one of a joint, home too"),
     (param("hold_current", "20"), param("hold_current", "300"),
      "j1: hold_current: 300 is outside 1 .. 100 %"),
     (param("drive_current", "20"), param("drive_current", "-1"), "j1: drive_current: -1 is outs"),

@@ -178,7 +178,7 @@ def test_init_never_reads_more_than_the_joint_answers_despite_faults(seed: int) 
         try:
             joint.init()
             joint.read_state()
-            joint.feedback.read_offset()
+            joint.session.read(R.HOMEOFFSET)
             joint.check_communication()
         except BioscaraError:
             continue

@@ -9,8 +9,11 @@ from pathlib import Path
 from bioscara.arguments import number, numbers
 from bioscara.drivers.gripper.pwm import Pwm
 from bioscara.drivers.gripper.width_store import read_width, write_width
-from bioscara.errors import GripperError, InvalidArgumentError
+from bioscara.errors import GripperError, InvalidArgumentError, LimitError
 from bioscara.model import GripperParameters
+
+_MILLIMETRES = 1.0
+"""Widths from here up can only be meant in millimetres, the unit of the original driver [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +110,7 @@ class Gripper:
         remaining travel of the jaws, and exact once they rest.
 
         Args:
-            width: Width to be commanded [m], bounded as by :meth:`set_width`; None for the width
+            width: Width to be commanded [m], bounded to the limits; None for the width
                 commanded last.
 
         Raises:
@@ -130,16 +133,23 @@ class Gripper:
             width: Width between the jaws [m].
 
         Raises:
+            LimitError: 1 m or more, which only a number of millimetres is.
             InvalidArgumentError: Not finite.
             GripperError: Not enabled, or the output or the state file cannot be written.
         """
         width = number("gripper width", width)
+        if width >= _MILLIMETRES:
+            lower, upper = self.parameters.lower, self.parameters.upper
+            remedy = f"it is given in metres: {width:g} mm are {width / 1e3:g}"
+            raise LimitError("gripper width", width, lower, upper, "m", remedy)
         self._require_enabled()
         self.store_width(width)
         return self.command_width(width)
 
     def command_width(self, width: float) -> float:
         """As :meth:`set_width`, without storing the width: for a control cycle.
+
+        Its goals were checked before, so it bounds any finite width.
 
         Raises:
             InvalidArgumentError: Not finite.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from contextlib import suppress
 
 from bioscara.arguments import number, shown
@@ -72,7 +73,7 @@ class Release(MoveGripper):
     """Opens the jaws and detaches the load, while the arm rests.
 
     Args:
-        opening: By how much the jaws open [m].
+        opening: By how much the jaws open [m]; to the largest width if the servo is not driven.
         timeout: Longest duration [s].
         on_cycle: Receives the record of each cycle.
     """
@@ -94,7 +95,9 @@ class Release(MoveGripper):
     def prepare(self, arm: Arm) -> None:
         """Find the width at which the jaws are open."""
         arm.workspace.without_load()
-        self._width = arm.jaws.range()[1] + self._opening
+        driven = not math.isnan(arm.jaws.commanded)
+        _, high = arm.jaws.range()
+        self._width = high + self._opening if driven else high
         arm.stack.gripper.check(GripperGoal((self._width,)))
 
     def cycles(self, arm: Arm) -> Cycles[GripperResult]:
