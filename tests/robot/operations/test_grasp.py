@@ -242,6 +242,7 @@ def test_a_load_may_be_slower_than_the_tool(robot: Robot) -> None:
         ({"name": "3"}, "load name '3'"),
         ({"shape": (1, 2)}, r"the shape is \(1, 2\); give Prism"),
         ({"shape": Prism.between((-64, -43, 0), (64, 43, 14))}, "are these millimetres"),
+        ({"shape": Prism.between((0, 0, 0), (0.6, 0.1, 0.1))}, r"corner is 0\.608 m from the tool"),
         ({"shape": Prism.between((0, 0, 0.1), (0.1, 0.1, 0.0))}, "is not below its top"),
         ({"shape": Prism.between((0.1, 0, 0), (0.0, 0.1, 0.1))}, "half_x: -0.05 m is below zero"),
         ({"shape": Prism(0, 0, 0.1, 0.1, 0, math.nan)}, "high is nan"),
@@ -264,7 +265,7 @@ def test_homing_with_a_load_is_refused_and_moves_nothing(tmp_path: Path) -> None
         # The positions of the joints are unknown: a load is not checked.
         robot.attach(replace(PLATE, touches=()))
         before = [made.arm.position(name) for name in ("j1", "j2", "j3", "j4")]
-        with pytest.raises(LifecycleError, match="home.* carries plate"):
+        with pytest.raises(LifecycleError, match=r"home.* carries plate"):
             robot.home()
         after = [made.arm.position(name) for name in ("j1", "j2", "j3", "j4")]
         assert after == pytest.approx(before, abs=2e-3)

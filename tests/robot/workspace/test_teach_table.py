@@ -131,7 +131,7 @@ def test_frames_have_names() -> None:
     assert table.without_frame("bench") == TABLE
     with pytest.raises(InvalidArgumentError, match="there is a frame bench already"):
         table.with_frame(BENCH)
-    with pytest.raises(InvalidArgumentError, match="no frame 'bnech'; .*bench"):
+    with pytest.raises(InvalidArgumentError, match=r"no frame 'bnech'; .*bench"):
         table.frame("bnech")
     with pytest.raises(InvalidArgumentError, match="no frame 'bench'; the table has none"):
         TABLE.frame("bench")

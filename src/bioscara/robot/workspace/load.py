@@ -14,6 +14,10 @@ from bioscara.planning.limits import LEAST
 from bioscara.robot.workspace.tools import MASS_MAX, OFFSET_MAX, check_name, check_number
 
 
+REACH_MAX = 0.5
+"""Largest horizontal distance of a load's corner from the tool centre point [m]."""
+
+
 @dataclass(frozen=True, slots=True)
 class Load:
     """An object that the arm carries once it is attached; immutable.
@@ -51,6 +55,11 @@ class Load:
         if not fastest >= LEAST:
             raise InvalidArgumentError(
                 f"{what}, max_speed: {fastest:g} m/s is below {LEAST:g} m/s; disable() holds still"
+            )
+        if (reach := self.shape.reach(0.0, 0.0)) > REACH_MAX:
+            raise InvalidArgumentError(
+                f"{what}: its farthest corner is {reach:.3f} m from the tool centre point in plan "
+                f"view, which is more than {REACH_MAX:g} m; are these millimetres?"
             )
         for field, value in (("mass", mass), ("touches", touches), ("max_speed", fastest)):
             object.__setattr__(self, field, value)

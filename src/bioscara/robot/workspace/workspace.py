@@ -11,7 +11,7 @@ from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
 from bioscara.model.parameters import JERK_TIME
 from bioscara.planning.collision.scene import Scene
-from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
+from bioscara.planning.motions.tool_speed import highest_commanded
 from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.tools import Tool, fingers, kinematics_with
@@ -70,7 +70,7 @@ class Workspace:
         It is below the limit of the reduced speed by what the joints overshoot; infinite without
         that limit and that of the load.
         """
-        limit = COMMANDED_SPEED if self.reduced_speed else math.inf
+        limit = highest_commanded(self.kinematics.overhang) if self.reduced_speed else math.inf
         return limit if self.load is None else min(limit, self.load.max_speed)
 
     def with_table(self, table: TeachTable) -> Workspace:
