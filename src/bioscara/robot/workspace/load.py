@@ -13,7 +13,6 @@ from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.limits import LEAST
 from bioscara.robot.workspace.tools import MASS_MAX, OFFSET_MAX, check_name, check_number
 
-
 REACH_MAX = 0.5
 """Largest horizontal distance of a load's corner from the tool centre point [m]."""
 
