@@ -11,9 +11,9 @@ TO = Pose(-0.2, 0.4, 0.011, math.pi / 2)
 LIFT = 0.08
 OPEN, GRIP = 0.10, 0.083
 PLATE = Load(
-    "plate", Prism.between((-0.064, -0.043, -0.011), (0.064, 0.043, 0.0034)), touches=["table"]
+    "plate", Prism.between((-0.064, -0.043, -0.011), (0.064, 0.043, 0.0034)), touches=("table",)
 )
-"""The plate, as seen from the point between the finger tips; it may touch the table it stands on."""
+"""The plate as seen from the point between the finger tips; it may touch the table."""
 
 robot = Robot.connect(sys.argv[1]) if sys.argv[1:] else Robot.simulated()
 with robot:
