@@ -110,7 +110,7 @@ def test_a_reduced_blend_is_reported(robot: Robot) -> None:
 @pytest.mark.parametrize(
     ("pose", "error", "complaint"),
     [
-        (Pose(450.0, -200.0, 250.0), UnreachableError, "millimetres"),
+        (Pose(450.0, -200.0, 250.0), InvalidArgumentError, "millimetres"),
         (Pose(0.9, 0.0, 0.2), UnreachableError, "beyond the reach"),
         (Pose(0.45, -0.2, 0.9), UnreachableError, "j2"),
         (Pose(math.nan, 0.0, 0.2), InvalidArgumentError, "finite"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import inspect
 import math
 from collections.abc import Callable, Iterator
@@ -75,12 +76,22 @@ def jogging(robot: Any) -> Callable[..., object]:
     return jog
 
 
+def first_state(robot: Any) -> Callable[..., object]:
+    async def first(period: object) -> None:
+        states = robot.states(period)
+        await anext(states)
+        await states.aclose()
+
+    return lambda period: asyncio.run(first(period))
+
+
 def setting(robot: Any, name: str) -> Callable[..., object]:
     return lambda value: setattr(robot, name, value)
 
 
 WATCHED: Base = {"on_cycle": id, "timeout": 60.0, "wait": True}
 SCALED: Base = {"velocity_scaling": 1.0, "acceleration_scaling": 1.0}
+BY: Base = {"x": 0.0, "y": 0.0, "z": 0.02, "yaw": 0.0}
 MOVED: Base = {**SCALED, **WATCHED}
 TABLE: Base = {
     "joint_names": NAMES,
@@ -105,6 +116,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "Robot.follow": (robot.follow, {"trajectory": REST, "approach": True, **WATCHED}),
         "Robot.move_to": (robot.move_to, {"pose": there, **MOVED}),
         "Robot.move_linear": (robot.move_linear, {"pose": there, **MOVED}),
+        "Robot.move_relative": (robot.move_relative, {**BY, **MOVED}),
         "Robot.move_circular": (robot.move_circular, {"via": via, "pose": there, **MOVED}),
         "Robot.move_named": (robot.move_named, {"name": "center", **MOVED}),
         "Robot.unfold": (robot.unfold, MOVED),
@@ -112,6 +124,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "Robot.jog": (robot.jog, {"velocities": lambda: None, **WATCHED}),
         "jog(JointVelocity)": (jogging(robot), {"velocity": JointVelocity(0.01)}),
         "jog(ToolVelocity)": (jogging(robot), {"velocity": ToolVelocity(0.001)}),
+        "Robot.states": (first_state(robot), {"period": 1e-3}),
         "Robot.speed_override": (setting(robot, "speed_override"), {"value": 1.0}),
         "Robot.reduced_speed": (setting(robot, "reduced_speed"), {"value": True}),
         "Robot.scene": (setting(robot, "scene"), {"value": Scene()}),
@@ -124,6 +137,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "Planner.unfold": (plan.unfold, SCALED),
         "Planner.check_width": (plan.check_width, {"width": 0.06}),
         "Planner.move_linear": (plan.move_linear, {"pose": there, **SCALED}),
+        "Planner.move_relative": (plan.move_relative, {**BY, **SCALED}),
         "Planner.move_circular": (plan.move_circular, {"via": via, "pose": there, **SCALED}),
         "Planner.move_sequence": (plan.move_sequence, {"waypoints": [waypoint], **SCALED}),
         "waypoint": (lambda waypoint: plan.move_sequence([waypoint]), {"waypoint": waypoint}),

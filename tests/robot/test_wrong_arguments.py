@@ -64,7 +64,7 @@ WRONG: list[tuple[Call, str]] = [
     (lambda r: r.move_joints(None), "^the positions of the joints are None; give one for each"),
     (lambda r: r.move_joints(0.3), r"^the positions of the joints are 0\.3; give one for each"),
     (lambda r: r.move_joints(("a", 0.2, 0.8, -0.5)), "^j1: goal is 'a'; give a number$"),
-    (lambda r: r.move_to(Pose("0.4", 0.2, 0.25)), "^x of the pose is '0.4'; give a number$"),  # type: ignore[arg-type]
+    (lambda r: r.move_to(Pose("0.4", 0.2, 0.25)), "^x of the goal is '0.4'; give a number$"),  # type: ignore[arg-type]
     (
         lambda r: r.move_to(GOAL, velocity_scaling="fast"),
         "^velocity_scaling is 'fast'; give a number$",

@@ -236,14 +236,19 @@ def calibrate(
     zero = (first_deg * second_width - second_deg * first_width) / (first_deg - second_deg)
     if slope == 0.0 or not math.isfinite(slope) or not math.isfinite(zero):
         raise InvalidArgumentError(f"gripper calibration: no line goes through {first}, {second}")
-    line = replace(parameters, deg_per_m=slope, zero_width=zero)
-    smallest, largest = line.reach
-    lower, upper = max(line.lower, smallest), min(line.upper, largest)
+    smallest, largest = parameters.reach_on(slope, zero)
+    lower, upper = max(parameters.lower, smallest), min(parameters.upper, largest)
     if lower >= upper:
         raise InvalidArgumentError(
             f"gripper calibration: on the line through {first} and {second} the servo reaches "
-            f"{smallest:.4g} .. {largest:.4g} m, none of the widths {line.lower:g} .. "
-            f"{line.upper:g} m; measure again"
+            f"{smallest:.4g} .. {largest:.4g} m, none of the widths {parameters.lower:g} .. "
+            f"{parameters.upper:g} m; measure again"
         )
-    initial = min(max(line.initial, lower), upper)
-    return replace(line, lower=lower, upper=upper, initial=initial)
+    return replace(
+        parameters,
+        deg_per_m=slope,
+        zero_width=zero,
+        lower=lower,
+        upper=upper,
+        initial=min(max(parameters.initial, lower), upper),
+    )
