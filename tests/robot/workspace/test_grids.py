@@ -128,8 +128,8 @@ def test_a_grid_is_in_a_frame() -> None:
             r"5\.71 degrees off a r",
         ),
         ((Pose(0.3, 0.1, 0.0), Pose(0.4, 0.1, 0.0), Pose(0.3, 0.0, 0.01)), "tilted by 5.71"),
-        ((Pose(0.3, 0.1, 0.0), Pose(0.3, 0.1, 0.0), Pose(0.3, 0.0, 0.0)), "on_x is 0.0 mm"),
-        ((Pose(0.3, 0.1, 0.0), Pose(0.4, 0.1, 0.0), Pose(0.5, 0.1, 0.0)), "on_plane is 0.0 mm"),
+        ((Pose(0.3, 0.1, 0.0), Pose(0.3, 0.1, 0.0), Pose(0.3, 0.0, 0.0)), "row_end is 0.0 mm"),
+        ((Pose(0.3, 0.1, 0.0), Pose(0.4, 0.1, 0.0), Pose(0.5, 0.1, 0.0)), "column_end is 0.0 mm"),
         ((Pose(0.3, 0.1, 0.0), Pose(0.4, 0.1, 0.0), (0.3, 0.0, 0.0)), "give Pose"),
     ],
 )

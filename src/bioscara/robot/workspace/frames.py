@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from bioscara.arguments import shown
@@ -56,30 +57,13 @@ class Frame:
         check_name("frame", name)
         what = f"frame {name}"
         origin = require_near(f"{what}, origin", origin)
-        on_x = require_near(f"{what}, on_x", on_x)
-        on_plane = require_near(f"{what}, on_plane", on_plane)
-        ax, ay, az = on_x.x - origin.x, on_x.y - origin.y, on_x.z - origin.z
-        bx, by, bz = on_plane.x - origin.x, on_plane.y - origin.y, on_plane.z - origin.z
-        length = math.hypot(ax, ay)
-        _require_apart(what, "on_x is", length, "the origin in plan view")
-        # Along y, to the left of x.
-        aside = (ax * by - ay * bx) / length
-        _require_apart(what, "on_plane is", abs(aside), "the x axis in plan view")
-        # Normal of the plane.
-        nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
-        tilt = math.atan2(math.hypot(nx, ny), abs(nz))
-        if tilt > TILT_MAX:
-            raise InvalidArgumentError(
-                f"{what}: its plane is tilted by {math.degrees(tilt):.2f} degrees, which is more "
-                f"than {math.degrees(TILT_MAX):g}; level it, as the arm cannot follow a tilt "
-                f"(on_x is {1e3 * az:+.1f} mm and on_plane {1e3 * bz:+.1f} mm above the origin)"
-            )
+        yaw, _, aside = level(what, origin, {"on_x": on_x, "on_plane": on_plane})
         if aside < 0.0:
             raise InvalidArgumentError(
                 f"{what}: on_plane is {-1e3 * aside:.0f} mm to the right of the x axis, where y is "
                 "negative; teach a point to its left, as seen from above"
             )
-        return cls(name, Pose(origin.x, origin.y, origin.z, math.atan2(ay, ax)))
+        return cls(name, Pose(origin.x, origin.y, origin.z, yaw))
 
     def pose(self, x: float, y: float, z: float = 0.0, yaw: float = 0.0) -> Pose:
         """Return the pose in the base of a place in this frame.
@@ -111,9 +95,44 @@ class Frame:
         return self.pose(pose.x, pose.y, pose.z, pose.yaw)
 
 
+def level(what: str, origin: Pose, points: Mapping[str, Pose]) -> tuple[float, float, float]:
+    """Return the direction from a taught point to the first of two others.
+
+    Args:
+        what: What is taught, for messages.
+        origin: The taught point.
+        points: The two others, by their names in messages.
+
+    Returns:
+        The direction [rad], and how far the second point is along it and to its left [m].
+
+    Raises:
+        InvalidArgumentError: Points coincide or are in one line, or their plane is tilted.
+    """
+    (one, first), (other, second) = (
+        (name, require_near(f"{what}, {name}", point)) for name, point in points.items()
+    )
+    ax, ay, az = first.x - origin.x, first.y - origin.y, first.z - origin.z
+    bx, by, bz = second.x - origin.x, second.y - origin.y, second.z - origin.z
+    length = math.hypot(ax, ay)
+    _require_apart(what, one, length, "the first point")
+    aside, along = (ax * by - ay * bx) / length, (ax * bx + ay * by) / length
+    _require_apart(what, other, abs(aside), f"the line from the first point to {one}")
+    # Normal of the plane.
+    nx, ny, nz = ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx
+    tilt = math.atan2(math.hypot(nx, ny), abs(nz))
+    if tilt > TILT_MAX:
+        raise InvalidArgumentError(
+            f"{what}: its plane is tilted by {math.degrees(tilt):.2f} degrees, which is more than "
+            f"{math.degrees(TILT_MAX):g}; level it, as the arm cannot follow a tilt ({one} is "
+            f"{1e3 * az:+.1f} mm and {other} {1e3 * bz:+.1f} mm above the first point)"
+        )
+    return math.atan2(ay, ax), along, aside
+
+
 def _require_apart(what: str, point: str, distance: float, other: str) -> None:
     if distance < APART:
         raise InvalidArgumentError(
-            f"{what}: {point} {1e3 * distance:.1f} mm from {other}; teach points at least "
-            f"{1e3 * APART:.0f} mm apart"
+            f"{what}: {point} is {1e3 * distance:.1f} mm from {other} in plan view; teach points "
+            f"at least {1e3 * APART:.0f} mm apart"
         )

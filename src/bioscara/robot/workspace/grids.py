@@ -11,8 +11,8 @@ from bioscara.arguments import shown, whole
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Pose
 from bioscara.kinematics.pose import ANGLE_MAX, require_near, wrapped
-from bioscara.robot.workspace.frames import Frame
-from bioscara.robot.workspace.tools import OFFSET_MAX, check_number
+from bioscara.robot.workspace.frames import Frame, level
+from bioscara.robot.workspace.tools import OFFSET_MAX, check_name, check_number
 
 MOST = 100
 """Largest number of rows and of columns; a plate of 1536 wells has 32 and 48."""
@@ -95,32 +95,22 @@ class Grid:
                 raise InvalidArgumentError(
                     f"{what}: {count} cannot be taught by corners; give Grid(...) its frame"
                 )
-        first, row_end, column_end = (
-            require_near(f"grid {name}, {key}", pose)
-            for key, pose in (("first", first), ("row_end", row_end), ("column_end", column_end))
-        )
-        x, y, z = (there - here for there, here in zip(column_end[:3], first[:3], strict=True))
-        # Rows follow each other against y: the frame's third point is on the other side of A1.
-        opposite = Pose(first.x - x, first.y - y, first.z - z)
-        along = math.atan2(row_end.y - first.y, row_end.x - first.x)
-        down = x * math.sin(along) - y * math.cos(along)
-        frame = Frame.from_points(name, first, row_end, opposite if down >= 0.0 else column_end)
-        skew = math.atan2(abs(x * math.cos(along) + y * math.sin(along)), abs(down))
+        check_name("frame", name)
+        what = f"grid {name}"
+        first = require_near(f"{what}, first", first)
+        corners = {"row_end": row_end, "column_end": column_end}
+        direction, along, aside = level(what, first, corners)
+        skew = math.atan2(abs(along), abs(aside))
         if skew > SKEW_MAX:
             raise InvalidArgumentError(
-                f"grid {name}: rows and columns are {math.degrees(skew):.2f} degrees off a right "
-                f"angle, which is more than {math.degrees(SKEW_MAX):g}; teach the corners again"
+                f"{what}: rows and columns are {math.degrees(skew):.2f} degrees off a right angle, "
+                f"which is more than {math.degrees(SKEW_MAX):g}; teach the corners again"
             )
-        length = math.hypot(row_end.x - first.x, row_end.y - first.y)
-        row_pitch, column_pitch = math.copysign(math.hypot(x, y), down), length
-        return cls(
-            frame,
-            rows,
-            columns,
-            row_pitch / (rows - 1),
-            column_pitch / (columns - 1),
-            wrapped(first.yaw - frame.pose_frame_in_base.yaw),
-        )
+        width = math.hypot(row_end.x - first.x, row_end.y - first.y)
+        depth = math.copysign(math.hypot(along, aside), -aside)
+        frame = Frame(name, Pose(first.x, first.y, first.z, direction))
+        yaw = wrapped(first.yaw - direction)
+        return cls(frame, rows, columns, depth / (rows - 1), width / (columns - 1), yaw)
 
     def pose(self, row: int, column: int, z: float = 0.0) -> Pose:
         """Return the pose in the base of a place.
