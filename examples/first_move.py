@@ -1,12 +1,10 @@
 """Home the simulated arm and move it; with a bus as argument, for example linux:1, a real one."""
 
-import os
 import sys
 
-from bioscara import Robot, load_parameters
+from bioscara import Robot
 
-mine = load_parameters(overlay=os.environ.get("BIOSCARA_PARAMETERS") or None)
-robot = Robot.connect(sys.argv[1], mine) if sys.argv[1:] else Robot.simulated()
+robot = Robot.connect(sys.argv[1]) if sys.argv[1:] else Robot.simulated()
 with robot:
     robot.home()
     robot.unfold()

@@ -5,14 +5,13 @@ simulate` serves; otherwise it turns j1 of a simulated arm of its own.
 """
 
 import math
-import os
 import sys
 from pathlib import Path
 
-from bioscara import load_parameters
 from bioscara.bus.select import open_bus
 from bioscara.clock import MonotonicClock
 from bioscara.drivers import Joint
+from bioscara.model import own_parameters
 from bioscara.sim import FirmwareBus, SimulatedArm, SocketBus
 
 NAME = sys.argv[1] if sys.argv[1:] else "j1"
@@ -22,8 +21,7 @@ SHARE = 0.2
 MICROSTEPS = 200 * 256
 """Microsteps per turn of the motor."""
 
-mine = load_parameters(overlay=os.environ.get("BIOSCARA_PARAMETERS") or None)
-parameters = {each.name: each for each in mine.joints}[NAME]
+parameters = {each.name: each for each in own_parameters().joints}[NAME]
 distance, unit = DISTANCE[parameters.unit], parameters.unit
 steps = round(distance * parameters.reduction / (2 * math.pi) * MICROSTEPS)
 if sys.argv[2:]:

@@ -1,16 +1,14 @@
 """Press a button: approach it, push at a tenth of the speed, retract."""
 
-import os
 import sys
 
-from bioscara import Pose, Robot, load_parameters
+from bioscara import Pose, Robot
 
 BUTTON = Pose(0.55, 0.10, 0.12)
 """Pose at which the finger tips touch the button, in the base."""
 APPROACH, STROKE = 0.05, 0.004
 
-mine = load_parameters(overlay=os.environ.get("BIOSCARA_PARAMETERS") or None)
-robot = Robot.connect(sys.argv[1], mine) if sys.argv[1:] else Robot.simulated()
+robot = Robot.connect(sys.argv[1]) if sys.argv[1:] else Robot.simulated()
 with robot:
     robot.home()
     robot.gripper.move(0.04)

@@ -1,15 +1,13 @@
 """Move the tool around a rectangle with rounded corners, without a stop."""
 
-import os
 import sys
 
-from bioscara import Motion, Pose, Robot, Waypoint, load_parameters
+from bioscara import Motion, Pose, Robot, Waypoint
 
 HEIGHT = 0.2
 CORNERS = [(0.5, -0.2), (0.5, 0.2), (0.4, 0.2), (0.4, -0.2)]
 
-mine = load_parameters(overlay=os.environ.get("BIOSCARA_PARAMETERS") or None)
-robot = Robot.connect(sys.argv[1], mine) if sys.argv[1:] else Robot.simulated()
+robot = Robot.connect(sys.argv[1]) if sys.argv[1:] else Robot.simulated()
 with robot:
     robot.home()
     robot.move_to(Pose(*CORNERS[0], HEIGHT))

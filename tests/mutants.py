@@ -50,6 +50,8 @@ SUPERVISOR = ("tests/control/faults/test_supervisor.py",)
 TOOL_SPEED = ("tests/control/limits/test_tool_speed.py",)
 FLIGHT_RECORD = ("tests/control/faults/test_flight_record.py",)
 OPERATIONS = ("tests/robot/operations/test_operations.py",)
+GRASP = ("tests/robot/operations/test_grasp.py",)
+CARRIED = ("tests/system/test_carried_load.py",)
 TEACH_FILE = ("tests/robot/workspace/test_teach_table.py",)
 GREETING = ("tests/drivers/link/test_handshake.py",)
 ORIGINAL = ("tests/drivers/link/test_original.py", "tests/hardware/test_original_joints.py")
@@ -666,6 +668,62 @@ MUTANTS = (
         "self._stepper is threading.current_thread()",
         "False",
         OPERATIONS,
+    ),
+    Mutant(
+        "the speed of a load's farthest corner",
+        "_arranged",
+        "kinematics_with(workspace.parameters, workspace.tool, scene.overhang(tool))",
+        "kinematics_with(workspace.parameters, workspace.tool)",
+        CARRIED,
+    ),
+    Mutant(
+        "the swing of the wrist with a load",
+        "highest_commanded",
+        "COMMANDED_SPEED - WRIST_SWING * overhang",
+        "COMMANDED_SPEED",
+        CARRIED,
+    ),
+    Mutant(
+        "the turn of a load that is jogged",
+        "Scara.speed_at",
+        "self.overhang * abs(w)",
+        "0.0",
+        ("tests/kinematics/test_kinematics.py",),
+    ),
+    Mutant(
+        "a load that is attached is clear",
+        "_attached",
+        "workspace.surroundings.check_load(workspace.kinematics, arm.positions())",
+        "pass",
+        GRASP,
+    ),
+    Mutant(
+        "jaws that hold a load are not moved",
+        "MoveGripper.prepare",
+        "is not None:\n            raise LifecycleError(",
+        "is not None and False:\n            raise LifecycleError(",
+        GRASP,
+    ),
+    Mutant(
+        "a load between the jaws is as wide as it is",
+        "Grasp.cycles",
+        "arm.jaws.hold(self._load_width)",
+        "pass",
+        GRASP,
+    ),
+    Mutant(
+        "homing without a load",
+        "Home.cycles",
+        "(load := arm.workspace.load) is not None",
+        "(load := arm.workspace.load) is not None and False",
+        GRASP,
+    ),
+    Mutant(
+        "a tool with a load stays",
+        "Workspace.with_tool",
+        "self.load is not None",
+        "False",
+        GRASP,
     ),
     Mutant(
         "jaws along the motion that the arm is making",

@@ -48,6 +48,9 @@ if TYPE_CHECKING:
     from bioscara.robot.planner import Plan as Plan
     from bioscara.robot.planner import Planner as Planner
     from bioscara.robot.robot import Robot as Robot
+    from bioscara.robot.workspace.frames import Frame as Frame
+    from bioscara.robot.workspace.grids import Grid as Grid
+    from bioscara.robot.workspace.load import Load as Load
     from bioscara.robot.workspace.poses import NamedPose as NamedPose
     from bioscara.robot.workspace.poses import TeachTable as TeachTable
     from bioscara.robot.workspace.teach_file import load_table as load_table
@@ -110,6 +113,9 @@ _MODULES = {
         "Planner",
     ),
     "bioscara.robot.robot": ("Robot",),
+    "bioscara.robot.workspace.frames": ("Frame",),
+    "bioscara.robot.workspace.grids": ("Grid",),
+    "bioscara.robot.workspace.load": ("Load",),
     "bioscara.robot.workspace.poses": (
         "NamedPose",
         "TeachTable",
@@ -131,7 +137,9 @@ __all__ = [
     "BusyError",
     "Cylinder",
     "FaultedError",
+    "Frame",
     "GoalAbortedError",
+    "Grid",
     "GripperError",
     "HardwareError",
     "HomingError",
@@ -139,6 +147,7 @@ __all__ = [
     "JointVelocity",
     "Joints",
     "LifecycleError",
+    "Load",
     "Motion",
     "MotionCancelledError",
     "MotionTimeoutError",

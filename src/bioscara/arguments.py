@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     import numpy as np
     import numpy.typing as npt
 
+OVERLAY_VARIABLE = "BIOSCARA_PARAMETERS"
+"""Environment variable that names the file with the parameters of the user's own arm."""
 _SHOWN = 100
 """Characters of a refused value shown in an error."""
 _LARGEST_SHOWN = 1 << 128

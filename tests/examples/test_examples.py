@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import os
 import runpy
 import subprocess
@@ -186,3 +187,27 @@ def test_the_plate_is_placed_at_its_goal(watch: Watch) -> None:
     assert plate == pytest.approx(np.array(to), abs=NEAR)
     assert highest == pytest.approx(to.z + seen.said["LIFT"], abs=NEAR)
     assert seen.tool[-1, 2] == pytest.approx(to.z + seen.said["LIFT"], abs=NEAR)
+
+
+def test_the_plates_are_stacked_one_after_the_other(watch: Watch) -> None:
+    seen = watch("stack_plates")
+    place, plates, above = (seen.said[name] for name in ("place", "PLATES", "ABOVE"))
+    held = seen.widths < seen.said["PLATE"].width + 1e-3
+    begins, ends = (np.flatnonzero(np.diff(held.astype(int)) == way) for way in (1, -1))
+    assert len(begins) == len(ends) == plates
+    for moved, (begin, end) in enumerate(zip(begins, ends, strict=True)):
+        start, goal = place("left", plates - moved - 1), place("right", moved)
+        assert seen.tool[begin] == pytest.approx(np.array(start), abs=NEAR)
+        assert seen.tool[end] == pytest.approx(np.array(goal), abs=NEAR)
+        assert seen.tool[begin:end, 2].max() == pytest.approx(above, abs=NEAR)
+    assert not held[-1]
+    assert seen.said["robot"].load is None
+
+
+def test_the_stacking_is_paused_by_enter(watch: Watch, monkeypatch: pytest.MonkeyPatch) -> None:
+    said = watch("stack_plates").said
+    for lines in (1, 1, 2, 3):
+        monkeypatch.setattr(sys, "stdin", io.StringIO(lines * "\n"))
+        said["robot"].resume()
+        said["pause_on_enter"](said["robot"])
+        assert said["robot"]._arm.paused is (lines % 2 == 1)

@@ -346,3 +346,23 @@ def test_an_empty_array_has_no_solutions() -> None:
 def test_frames_compose_and_invert(one: Pose, other: Pose) -> None:
     assert same_pose(one.compose(one.inverse()), IDENTITY)
     assert same_pose(one.inverse().compose(one.compose(other)), other)
+
+
+@given(ARMS, JOINTS, JOINTS, st.floats(0.0, 0.3), ANGLES)
+def test_no_point_of_a_load_is_faster_than_the_bound(
+    arm: Scara, joints: tuple[float, ...], rates: tuple[float, ...], overhang: float, bearing: float
+) -> None:
+    """The points at the overhang move with the tool; one of them is exactly at the bound."""
+    laden = Scara(arm.geometry, arm.limits, arm.tool, arm.base, overhang)
+    bound = laden.tool_speed(joints, rates)
+    speeds = []
+    jacobian = arm.jacobian(joints)
+    vx, vy, vz, w = (sum(a * b for a, b in zip(row, rates, strict=True)) for row in jacobian)
+    # Towards the sides of the tool's own motion.
+    across = math.atan2(vx, -vy)
+    for turn in (bearing, across, across + math.pi):
+        x, y = overhang * math.cos(turn), overhang * math.sin(turn)
+        speeds.append(math.hypot(vx - w * y, vy + w * x, vz))
+    assert max(speeds) == pytest.approx(bound, rel=1e-9, abs=1e-12)
+    assert bound >= arm.tool_speed(joints, rates)
+    assert batch.tool_speeds(laden, joints, rates) == pytest.approx(bound, rel=1e-6, abs=1e-9)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import dataclasses
 import inspect
 import math
 from collections.abc import Callable, Iterator
@@ -15,10 +16,14 @@ from bioscara.kinematics import Joints, Pose
 from bioscara.model import load_parameters
 from bioscara.planning import Motion, ToolLimits, Trajectory, Waypoint, approach, retract
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
+from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.robot import Robot
 from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.planner import Planner
+from bioscara.robot.workspace.frames import Frame
+from bioscara.robot.workspace.grids import Grid
+from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
 from bioscara.robot.workspace.tools import FINGERS, Tool
 from simulated import simulated_robot
@@ -52,6 +57,8 @@ class World:
             operation.cancel()
             operation.wait(30.0)
         robot.speed_override = 1.0
+        if robot.load is not None:
+            robot.detach()
         if robot.faults:
             return f"a fault is latched: {robot.faults[0]}"
         if refused and max(abs(a - b) for a, b in zip(before, now, strict=True)) > 1e-3:
@@ -101,6 +108,11 @@ TABLE: Base = {
     "accelerations": [[0.0] * 4] * 2,
 }
 REST = Trajectory(**TABLE)
+SHAPE = Prism.between((-0.06, -0.04, -0.01), (0.06, 0.04, 0.004))
+PLATE = Load("plate", SHAPE)
+FAR, BESIDE = Pose(2.0, 0.0, 0.1), Pose(0.0, 2.0, 0.1)
+BENCH = Frame("bench", Pose(0.3, 0.1, 0.02, 0.5))
+GRID = Grid(BENCH, 8, 12, 0.009, 0.009)
 
 
 def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
@@ -131,6 +143,57 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "Robot.table": (setting(robot, "table"), {"value": robot.table}),
         "Robot.tool": (setting(robot, "tool"), {"value": FINGERS}),
         "RobotGripper.move": (robot.gripper.move, {"width": 0.06, **WATCHED}),
+        "RobotGripper.open": (robot.gripper.open, WATCHED),
+        "RobotGripper.close": (robot.gripper.close, WATCHED),
+        "RobotGripper.grasp": (
+            robot.gripper.grasp,
+            {"load": PLATE, "width": 0.08, "squeeze": 0.003, **WATCHED},
+        ),
+        "RobotGripper.release": (robot.gripper.release, {"opening": 0.01, **WATCHED}),
+        "Robot.attach": (robot.attach, {"load": PLATE}),
+        "attach(Load)": (
+            lambda **values: robot.attach(Load(**values)),
+            {"name": "plate", "shape": SHAPE, "mass": 0.1, "touches": (), "max_speed": 0.1},
+        ),
+        "attach(Prism)": (
+            lambda **values: robot.attach(Load("plate", Prism(**values))),
+            dataclasses.asdict(SHAPE),
+        ),
+        "Robot.frame": (robot.frame, {"name": "bench"}),
+        "Frame": (Frame, {"name": "bench", "pose_frame_in_base": here}),
+        "Frame.from_points": (
+            Frame.from_points,
+            {"name": "bench", "origin": Pose(0.0, 0.0, 0.1), "on_x": FAR, "on_plane": BESIDE},
+        ),
+        "Frame.pose": (BENCH.pose, BY),
+        "Frame.compose": (BENCH.compose, {"pose": here}),
+        "Grid": (
+            Grid,
+            {
+                "frame": BENCH,
+                "rows": 8,
+                "columns": 12,
+                "row_pitch": 0.009,
+                "column_pitch": 0.009,
+                "yaw": 0.1,
+            },
+        ),
+        "Grid.from_corners": (
+            Grid.from_corners,
+            {
+                "name": "rack",
+                "rows": 8,
+                "columns": 12,
+                "first": Pose(0.0, 0.0, 0.0),
+                "row_end": Pose(0.1, 0.0, 0.0),
+                "column_end": Pose(0.0, -0.1, 0.0),
+            },
+        ),
+        "Grid.pose": (GRID.pose, {"row": 1, "column": 2, "z": 0.1}),
+        "Grid[]": (GRID.__getitem__, {"name": "A1"}),
+        "TeachTable.frame": (robot.table.frame, {"name": "bench"}),
+        "TeachTable.with_frame": (robot.table.with_frame, {"frame": BENCH}),
+        "TeachTable.without_frame": (robot.table.without_frame, {"name": "bench"}),
         "Planner.move_joints": (plan.move_joints, {"goal": HALF, **SCALED}),
         "Planner.move_to": (plan.move_to, {"pose": there, **SCALED}),
         "Planner.move_named": (plan.move_named, {"name": "center", **SCALED}),
@@ -219,6 +282,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
                 "fingers": robot.tool,
                 "tools": (Tool("needle", here, 0.1),),
                 "poses": (NamedPose("plate", Joints(*HALF)),),
+                "frames": (BENCH,),
             },
         ),
         "TeachTable.tool": (robot.table.tool, {"name": FINGERS}),

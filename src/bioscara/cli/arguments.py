@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
+from bioscara.arguments import OVERLAY_VARIABLE
 from bioscara.version import __version__
 
 BUS_HELP = (
@@ -24,8 +25,6 @@ TABLE = Path("poses.yaml")
 """File with the taught poses if ``--table`` is not given; it need not exist."""
 FINGERS = "fingers"
 _JOINTS = "J1 J2 J3 J4"
-OVERLAY_VARIABLE = "BIOSCARA_PARAMETERS"
-"""Environment variable with the file of ``--parameters``."""
 _EPILOG = (
     "Exit status: 0 done; 1 something failed after the arm began to move or a board was written; "
     "2 wrong usage, or refused before that; 130 interrupted."

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import os
 
-from bioscara.cli.arguments import OVERLAY_VARIABLE, Options
+from bioscara.arguments import OVERLAY_VARIABLE
+from bioscara.cli.arguments import Options
 from bioscara.cli.output.console import Output
 from bioscara.errors import ConfigurationError
 from bioscara.model import ArmParameters, load_parameters

@@ -136,7 +136,7 @@ def jacobian(arm: Scara, joints: npt.ArrayLike) -> Array:
 
 
 def tool_speeds(arm: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike) -> Array:
-    """Return the translational speed of the tool [m/s], shape (...).
+    """Return the speed as :meth:`Scara.tool_speed` does [m/s], shape (...).
 
     Args:
         arm: The arm.
@@ -154,7 +154,10 @@ def tool_speeds(arm: Scara, joints: npt.ArrayLike, rates: npt.ArrayLike) -> Arra
     r4 = r13 + v[..., 3]
     along = r1 * np.sin(q3) - r4 * (tx * s + ty * c)
     across = r1 * np.cos(q3) + l2 * r13 + r4 * (tx * c - ty * s)
-    return np.asarray(np.sqrt(along * along + across * across + v[..., 1] ** 2))
+    level = along * along + across * across
+    if arm.overhang:
+        level = (np.sqrt(level) + arm.overhang * np.abs(r4)) ** 2
+    return np.asarray(np.sqrt(level + v[..., 1] ** 2))
 
 
 def tool_motion(

@@ -46,12 +46,15 @@ class Scara:
         limits: Of its joints, j1 to j4.
         tool: Pose of the tool in the flange.
         base: Pose of the arm's base in the frame in which poses are given.
+        overhang: Horizontal distance from the tool's point to the farthest point of what the tool
+            carries [m].
 
     Attributes:
         geometry: As given.
         limits: As given.
         tool: As given.
         base: As given.
+        overhang: As given.
     """
 
     def __init__(
@@ -60,7 +63,9 @@ class Scara:
         limits: Sequence[PositionLimits],
         tool: Pose = IDENTITY,
         base: Pose = IDENTITY,
+        overhang: float = 0.0,
     ) -> None:
+        self.overhang = overhang
         self.geometry, self.limits = geometry, tuple(limits)
         self.tool, self.base = tool, base
         self._l1, self._l2, self._height = geometry
@@ -222,7 +227,7 @@ class Scara:
         return Joints(r1, vz, r3, w - r1 - r3)
 
     def tool_speed(self, joints: Sequence[float], rates: Sequence[float]) -> float:
-        """Return the translational speed of the tool [m/s].
+        """Return the speed of the tool's point, or a bound of that of the load's fastest [m/s].
 
         Args:
             joints: Positions of the joints [rad, m, rad, rad].
@@ -231,7 +236,20 @@ class Scara:
         x1, x3, x4, y1, y3, y4 = self._levers(joints)
         r1, r2, r3, r4 = rates
         vx, vy = x1 * r1 + x3 * r3 + x4 * r4, y1 * r1 + y3 * r3 + y4 * r4
-        return math.sqrt(vx * vx + vy * vy + r2 * r2)
+        return self.speed_at((vx, vy, r2, r1 + r3 + r4))
+
+    def speed_at(self, velocity: Sequence[float]) -> float:
+        """Return the same speed [m/s] for a velocity of the tool.
+
+        Args:
+            velocity: Of the tool: x, y, z [m/s] and yaw [rad/s].
+        """
+        vx, vy, vz, w = velocity
+        if not self.overhang:
+            return math.sqrt(vx * vx + vy * vy + vz * vz)
+        # A point turns about the tool's point, which itself moves, at worst in the same direction.
+        level = math.sqrt(vx * vx + vy * vy) + self.overhang * abs(w)
+        return math.sqrt(level * level + vz * vz)
 
     def _unwound(self, joints: Joints, near: Sequence[float]) -> Joints:
         """Return the same solution with each rotary joint on its turn closest to ``near``."""

@@ -8,6 +8,7 @@ made of ``solids``; planning's collision bodies follow from it. ``urdf`` is the 
 """
 
 from bioscara.model.loading import load_parameters as load_parameters
+from bioscara.model.loading import own_parameters as own_parameters
 from bioscara.model.parameters import ArmParameters as ArmParameters
 from bioscara.model.parameters import GeometryParameters as GeometryParameters
 from bioscara.model.parameters import GripperParameters as GripperParameters

@@ -2,13 +2,27 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
+from bioscara.arguments import OVERLAY_VARIABLE
 from bioscara.model.overlay import Overlay
 from bioscara.model.parameters import ArmParameters
 from bioscara.model.yaml_file import YamlFile
 
 _EXISTING_ARMS = Path(__file__).with_name("parameters.yaml")
+
+
+def own_parameters() -> ArmParameters:
+    """Return the parameters of this computer's arm, with the overlay of its user.
+
+    The environment variable ``BIOSCARA_PARAMETERS`` names the overlay; without it the arm is as the
+    existing ones.
+
+    Raises:
+        ConfigurationError: As :func:`load_parameters`.
+    """
+    return load_parameters(overlay=os.environ.get(OVERLAY_VARIABLE) or None)
 
 
 def load_parameters(

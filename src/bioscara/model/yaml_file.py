@@ -47,21 +47,22 @@ class YamlFile:
         """Read a file; arguments and errors as :func:`read_text` and above."""
         return cls(read_text(path, source), source)
 
-    def check_version(self, key: str, version: int) -> None:
+    def check_version(self, key: str, *versions: int) -> None:
         """Raise if the file is of another version, whose names may differ.
 
         Args:
             key: Name of the value that is the version.
-            version: The version that is read.
+            versions: The versions that are read.
 
         Raises:
-            ConfigurationError: It has a whole number other than ``version`` there.
+            ConfigurationError: It has a whole number that is none of ``versions`` there.
         """
         found = self.values.get(key) if isinstance(self.values, dict) else None
-        if type(found) is not bool and isinstance(found, int) and found != version:
+        if type(found) is not bool and isinstance(found, int) and found not in versions:
             raise ConfigurationError(
                 f"{self.place((key,))}{key}: {described(found)} cannot be read; this version of "
-                f"bioscara reads {version}; use the one that wrote the file"
+                f"bioscara reads {' and '.join(map(str, versions))}; use the one that wrote the "
+                "file"
             )
 
     def place(self, location: Location) -> str:

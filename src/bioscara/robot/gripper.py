@@ -5,9 +5,11 @@ from __future__ import annotations
 from bioscara.arguments import flag
 from bioscara.control.controllers.gripper_messages import GripperResult
 from bioscara.robot.arm import Arm
+from bioscara.robot.operations.grasp import OPENING, SQUEEZE, Grasp, Release
 from bioscara.robot.operations.move_gripper import MoveGripper
 from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.operations.power import DisableGripper, EnableGripper
+from bioscara.robot.workspace.load import Load
 
 
 class RobotGripper:
@@ -35,9 +37,9 @@ class RobotGripper:
     def widths(self) -> tuple[float, float]:
         """Smallest and largest width that the jaws may have [m].
 
-        While the servo is driven, they are at the commanded width or, until a motion has
-        succeeded, anywhere along its travel. While it is not driven, they may have been moved by
-        hand.
+        While the servo is driven, they are at the commanded width; until a motion has succeeded,
+        anywhere along its travel; with a load that was grasped, up to its width. While it is not
+        driven, they may have been moved by hand.
         """
         return self._arm.jaws.range()
 
@@ -83,9 +85,93 @@ class RobotGripper:
             GripperError: The servo cannot be driven, the width cannot be saved in its file (nothing
                 moved), or the jaws were blocked.
             MotionCancelledError: A stop was requested; the jaws stay where they are.
+            LifecycleError: The jaws hold a load; :meth:`release` it.
             BusyError: The jaws move, or the arm does so in a motion that was not planned.
         """
-        operation = MoveGripper(width, timeout=timeout, on_cycle=on_cycle)
+        return self._carry_out(MoveGripper(width, timeout=timeout, on_cycle=on_cycle), wait)
+
+    def open(
+        self, *, timeout: float | None = None, on_cycle: OnCycle | None = None, wait: bool = True
+    ) -> Operation[GripperResult]:
+        """Move the jaws to their largest width; keyword arguments and errors as :meth:`move`."""
+        width = self._arm.session.parameters.gripper.upper
+        operation = MoveGripper(width, name="gripper.open()", timeout=timeout, on_cycle=on_cycle)
+        return self._carry_out(operation, wait)
+
+    def close(
+        self, *, timeout: float | None = None, on_cycle: OnCycle | None = None, wait: bool = True
+    ) -> Operation[GripperResult]:
+        """Move the jaws to their smallest width; keyword arguments and errors as :meth:`move`."""
+        width = self._arm.session.parameters.gripper.lower
+        operation = MoveGripper(width, name="gripper.close()", timeout=timeout, on_cycle=on_cycle)
+        return self._carry_out(operation, wait)
+
+    def grasp(
+        self,
+        load: Load,
+        width: float | None = None,
+        *,
+        squeeze: float = SQUEEZE,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[GripperResult]:
+        """Close the jaws on a load, then attach it; the arm must be at rest.
+
+        The servo has no sensor: whether there is an object is not known. Unless the jaws arrive,
+        the load is not attached.
+
+        Args:
+            load: The load, which lies between the jaws.
+            width: Its width where the jaws hold it [m]; None for that of its shape.
+            squeeze: By how much the commanded width is smaller, for the force of the jaws [m].
+            timeout: Longest duration [s]; None for no limit.
+            on_cycle: Receives a record of all joints each cycle.
+            wait: Whether to return when the load is attached.
+
+        Raises:
+            InvalidArgumentError: A value is not possible, or the load may touch a zone that is not
+                in the scene; nothing moved, as with all following errors except the last ones.
+            LifecycleError: A load is attached already.
+            ZoneError: The load or a jaw is too near to a body; see ``Load.touches``.
+            BusyError: The jaws or the arm move.
+            GripperError, MotionCancelledError: As :meth:`move`.
+        """
+        operation = Grasp(load, width, squeeze, timeout=timeout, on_cycle=on_cycle)
+        return self._carry_out(operation, wait)
+
+    def release(
+        self,
+        opening: float = OPENING,
+        *,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> Operation[GripperResult]:
+        """Open the jaws, then detach the load; the arm must be at rest.
+
+        Unless the jaws arrive, the load stays attached.
+
+        Args:
+            opening: By how much they open, from the width of a load that was grasped [m].
+            timeout: Longest duration [s]; None for no limit.
+            on_cycle: Receives a record of all joints each cycle.
+            wait: Whether to return when the load is detached.
+
+        Raises:
+            LifecycleError: No load is attached; nothing moved, as with all following errors except
+                the last ones.
+            GoalRejectedError: The jaws cannot open so far.
+            ZoneError: A jaw would be too near to a body.
+            BusyError: The jaws or the arm move.
+            GripperError, MotionCancelledError: As :meth:`move`.
+        """
+        operation = Release(opening, timeout=timeout, on_cycle=on_cycle)
+        return self._carry_out(operation, wait)
+
+    def _carry_out(
+        self, operation: Operation[GripperResult], wait: bool
+    ) -> Operation[GripperResult]:
         if flag("wait", wait):
             self._arm.execute(operation)
         else:

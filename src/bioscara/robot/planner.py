@@ -28,7 +28,7 @@ from bioscara.planning.motions.cartesian import circular, linear
 from bioscara.planning.motions.jog import Jog
 from bioscara.planning.motions.point_to_point import point_to_point
 from bioscara.planning.motions.sequence import sequence
-from bioscara.planning.motions.tool_speed import COMMANDED_SPEED, UNPLANNED_SHARE, reduced
+from bioscara.planning.motions.tool_speed import UNPLANNED_SHARE, reduced
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.planning.moving_average import averaged, most_jerk
 from bioscara.planning.trajectory.retiming import stretch_factor, stretched
@@ -42,8 +42,6 @@ _END_STOP_TOLERANCE = 1e-3
 _JERK_SHARE = 2.0
 """Share of its highest acceleration by which a joint's acceleration may rise per time without
 oscillation [1/s]."""
-_REDUCED = replace(FULL, speed=COMMANDED_SPEED)
-"""Tool limits on any path unless full speed is enabled; lines and arcs have further limits."""
 
 
 @lru_cache(maxsize=4)
@@ -449,7 +447,8 @@ class Planner:
             return trajectory, 1.0
         # Slow down before averaging. Stretching an averaged motion would stretch the window too,
         # which must match the belt's period; and a motion that is slow enough needs no averaging.
-        trajectory, factor = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
+        speed = self.workspace.commanded_speed
+        trajectory, factor = reduced(trajectory, self.kinematics, here, speed)
         max_acceleration = {limit.name: limit.max_acceleration for limit in self._limits}
         jerks = most_jerk(trajectory).tolist()
         if all(
@@ -526,8 +525,8 @@ class Planner:
         """Return the limits of the tool on a path, with a share of its accelerations."""
         share = check_share(acceleration_scaling, "acceleration_scaling")
         if not self.workspace.reduced_speed:
-            return FULL
-        usual = ToolLimits(speed=COMMANDED_SPEED)
+            return replace(FULL, speed=self.workspace.commanded_speed)
+        usual = ToolLimits(speed=self.workspace.commanded_speed)
         return replace(
             usual,
             acceleration=share * usual.acceleration,
@@ -539,7 +538,7 @@ class Planner:
         trajectory: Trajectory,
         here: Joints,
         notes: tuple[str, ...] = (),
-        tool: ToolLimits = _REDUCED,
+        tool: ToolLimits | None = None,
         slowdown: float = 1.0,
     ) -> Plan:
         """Return the plan of a trajectory, slowed down where the tool is too fast, if it is free.
@@ -548,20 +547,23 @@ class Planner:
             trajectory: The trajectory.
             here: Positions of the joints that it does not name [rad, m, rad, rad].
             notes: Notes on the plan so far.
-            tool: Limits of the tool that the trajectory was kept to, unless full speed is enabled.
+            tool: Limits of the tool that the trajectory was kept to; None for the speed alone.
             slowdown: Factor in time by which it was slowed down already.
 
         Raises:
             ZoneError: The path is not free.
         """
-        if self.workspace.reduced_speed:
-            trajectory, factor = reduced(trajectory, self.kinematics, here, COMMANDED_SPEED)
+        workspace = self.workspace
+        speed, load = workspace.commanded_speed, workspace.load
+        if math.isfinite(speed):
+            trajectory, factor = reduced(trajectory, self.kinematics, here, speed)
             factor *= slowdown
             if round(factor, 2) > 1.0:
+                what = "the tool" if load is None else f"the tool and {load.name}"
+                limit = speed if load is not None and speed == load.max_speed else REDUCED_SPEED
                 notes += (
-                    f"takes {factor:.2f} times as long to keep the tool at "
-                    f"{1e3 * REDUCED_SPEED:.0f} mm/s",
+                    f"takes {factor:.2f} times as long to keep {what} at {1e3 * limit:.0f} mm/s",
                 )
         arm, scene = self.kinematics, self.workspace.surroundings
         scene.check(arm, trajectory, here)
-        return Plan(trajectory, notes, FULL if not self.workspace.reduced_speed else tool)
+        return Plan(trajectory, notes, tool or replace(FULL, speed=speed))

@@ -19,7 +19,7 @@ from bioscara.errors import InvalidArgumentError, MotionCancelledError
 from bioscara.hardware import LifecycleState
 from bioscara.kinematics import Pose, Scara
 from bioscara.kinematics.pose import wrapped
-from bioscara.model import ArmParameters, load_parameters
+from bioscara.model import ArmParameters, load_parameters, own_parameters
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.motions.waypoints import Waypoint
@@ -31,11 +31,14 @@ from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.operations.change_workspace import ChangeWorkspace
 from bioscara.robot.operations.fault_handling import Acknowledge, Recover
 from bioscara.robot.operations.follow_trajectory import FollowTrajectory, MakePlan, checked
+from bioscara.robot.operations.grasp import Attach
 from bioscara.robot.operations.home import Home, PerJoint
 from bioscara.robot.operations.jog import Jog, Velocity
 from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.operations.power import Disable, Enable
 from bioscara.robot.planner import Plan, Planner
+from bioscara.robot.workspace.frames import Frame
+from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.tools import Tool
 from bioscara.robot.workspace.workspace import Workspace
@@ -180,15 +183,17 @@ class Robot:
         Args:
             name: ``linux:1``, ``linux:/dev/i2c-1``, or ``sim:/path.sock`` for an arm that
                 ``bioscara simulate`` runs.
-            parameters: Parameters of the arm; the committed ones by default.
+            parameters: Parameters of the arm; by default the committed ones, with the overlay that
+                the environment variable ``BIOSCARA_PARAMETERS`` names, if any.
             rate: Control cycles per second [Hz]; None for the rate that suits the joints.
             evidence: Folder for the flight records of faults.
             reduced_speed: Whether the tool keeps to 250 mm/s.
 
         Raises:
             InvalidArgumentError: There is no bus of that name.
+            ConfigurationError: The overlay cannot be used.
         """
-        parameters = load_parameters() if parameters is None else _require_parameters(parameters)
+        parameters = own_parameters() if parameters is None else _require_parameters(parameters)
         devices = devices_on(name, parameters)
         return cls(
             **devices._asdict(),
@@ -397,7 +402,7 @@ class Robot:
 
     @property
     def table(self) -> TeachTable:
-        """The tools and poses that have names; cannot be changed while the arm moves."""
+        """The tools, poses and frames that have names; cannot be changed while the arm moves."""
         return self._arm.workspace.table
 
     @table.setter
@@ -413,6 +418,51 @@ class Robot:
     def tool(self, tool: str | Tool) -> None:
         name = tool.name if isinstance(tool, Tool) else tool
         self._change("tool", lambda space: space.with_tool(name))
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """The work frames of ``table``."""
+        return self.table.frames
+
+    def frame(self, name: str) -> Frame:
+        """Return the work frame of this name; its methods return poses in the base.
+
+        Raises:
+            InvalidArgumentError: There is none; the message proposes the nearest name.
+        """
+        return self.table.frame(name)
+
+    @property
+    def load(self) -> Load | None:
+        """What the tool carries, or None."""
+        return self._arm.workspace.load
+
+    def attach(self, load: Load) -> None:
+        """Declare that the tool carries a load; nothing moves.
+
+        From then on motions, jogs and raw commands keep it clear of the scene and of the arm, and
+        its fastest point at or below 250 mm/s, and the tool cannot be changed.
+
+        Args:
+            load: The load.
+
+        Raises:
+            InvalidArgumentError: It is no load, or may touch a zone that is not in the scene.
+            LifecycleError: A load is attached already.
+            ZoneError: It is too near to a body that it may not touch. The position of an arm that
+                is not homed is unknown: then this is not checked.
+            BusyError: The arm or the jaws move.
+        """
+        self._arm.execute(Attach(load))
+
+    def detach(self) -> None:
+        """Declare that the tool carries nothing; nothing moves.
+
+        Raises:
+            LifecycleError: No load is attached.
+            BusyError: The arm or the jaws move.
+        """
+        self._arm.execute(ChangeWorkspace("detach()", Workspace.without_load))
 
     def _change(self, what: str, change: Callable[[Workspace], Workspace]) -> None:
         self._arm.execute(ChangeWorkspace(f"setting {what}", change))
@@ -501,6 +551,7 @@ class Robot:
             MotionCancelledError: It was stopped; the arm is at rest.
             HomingError: A joint found no reliable home position; or the elbow is known to be
                 folded and the wrist is not homed, and nothing moved.
+            LifecycleError: A load is attached, and a joint is not homed; nothing moved.
             BusyError: The arm moves.
             BioscaraError: As the drivers.
         """

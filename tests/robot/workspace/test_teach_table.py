@@ -18,6 +18,7 @@ from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX
 from bioscara.model import load_parameters
+from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.poses import BUILT_IN, NamedPose, TeachTable
 from bioscara.robot.workspace.teach_file import changing, load_table, save_table
 from bioscara.robot.workspace.tools import Tool, fingers, kinematics_with
@@ -27,6 +28,7 @@ FINGERS = fingers(PARAMETERS)
 NEEDLE = Tool("needle", Pose(0.05, 0.0, -0.2, 0.1), 0.12)
 PLATE = NamedPose("plate", Joints(0.3, 0.1, 0.8, 0.0), Pose(0.5, 0.3, 0.03, 1.1), "needle", "7")
 TABLE = TeachTable(FINGERS, (NEEDLE,), (PLATE, NamedPose("gate", None, Pose(0.4, 0.0, 0.2))))
+BENCH = Frame("bench", Pose(0.3, -0.1, 0.02, 1.5))
 
 # Names that mean something else in YAML are among them.
 NAMES = st.one_of(
@@ -54,7 +56,8 @@ def tables(draw: st.DrawFn) -> TeachTable:
             st.tuples(JOINTS, st.none()) | st.tuples(st.none(), POSES) | st.tuples(JOINTS, POSES)
         )
         poses.append(NamedPose(name, joints, pose, draw(used), draw(TEXTS)))
-    return TeachTable(FINGERS, tuple(tools), tuple(poses))
+    frames = [Frame(name, draw(POSES)) for name in draw(st.lists(NAMES, max_size=3, unique=True))]
+    return TeachTable(FINGERS, tuple(tools), tuple(poses), tuple(frames))
 
 
 @given(table=tables())
@@ -113,10 +116,52 @@ def test_a_hand_written_file_is_read(tmp_path: Path) -> None:
     assert table.pose("plate") == NamedPose("plate", Joints(0.3, 0.1, 0.8, 0.0), None, "needle")
 
 
+def test_a_table_without_frames_is_written_by_the_schema_without_them(tmp_path: Path) -> None:
+    file = tmp_path / "poses.yaml"
+    for table, schema in ((TABLE, 1), (TABLE.with_frame(BENCH), 2)):
+        save_table(file, table)
+        assert f"\nschema: {schema}\n" in file.read_text()
+        assert ("frames:" in file.read_text()) is (schema == 2)
+        assert load_table(file, FINGERS) == table
+
+
+def test_frames_have_names() -> None:
+    table = TABLE.with_frame(BENCH)
+    assert table.frame("bench") is BENCH
+    assert table.without_frame("bench") == TABLE
+    with pytest.raises(InvalidArgumentError, match="there is a frame bench already"):
+        table.with_frame(BENCH)
+    with pytest.raises(InvalidArgumentError, match=r"no frame 'bnech'; .*bench"):
+        table.frame("bnech")
+    with pytest.raises(InvalidArgumentError, match="no frame 'bench'; the table has none"):
+        TABLE.frame("bench")
+    with pytest.raises(InvalidArgumentError, match="is not a Frame"):
+        TABLE.with_frame(Pose(0.1, 0.2, 0.3))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "line", "complaint"),
     [
-        ("schema: 1", "schema: 2", 1, "schema: 2 cannot be read; this version of bioscara reads 1"),
+        (
+            "schema: 1",
+            "schema: 3",
+            1,
+            "schema: 3 cannot be read; this version of bioscara reads 1 and 2",
+        ),
+        (
+            "poses:",
+            "frames: {bench: {x: 0, y: 0, z: 0, yaw: 0}}\nposes:",
+            4,
+            "frames are of schema 2",
+        ),
+        ("schema: 1", "schema: 2\nframes: {bench: {x: 300, y: 0, z: 0, yaw: 0}}", 2, "300 is out"),
+        ("schema: 1", "schema: 2\nframes: {bench: {x: 0.3, y: 0, z: 0}}", 2, "yaw is missing"),
+        (
+            "schema: 1",
+            "schema: 2\nframes:\n  4th: {x: 0, y: 0, z: 0, yaw: 0}",
+            3,
+            "frame name '4th'",
+        ),
         ("schema: 1", "schema: yes", 1, "'yes' is not a whole number"),
         ("schema: 1\n", "", 1, "schema is missing"),
         ("poses:", "pose:", 4, "did you mean poses?"),

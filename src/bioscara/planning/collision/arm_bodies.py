@@ -6,9 +6,7 @@ frame (origin on the joint's axis, x along the link), and extend at most 5 mm be
 
 from __future__ import annotations
 
-import cmath
 from functools import lru_cache
-from itertools import product
 from typing import NamedTuple
 
 import numpy as np
@@ -177,13 +175,7 @@ def frames(arm: Scara, joints: Array) -> tuple[Array, Array, Array, Array, Array
 
 def _corners(shapes: tuple[Prism, ...]) -> Array:
     """Return the corners of the rectangles in their frame, shape (4 shapes, 2)."""
-    corners = []
-    for shape in shapes:
-        centre, turn = complex(shape.x, shape.y), cmath.rect(1.0, shape.yaw)
-        for corner in product((shape.half_x, -shape.half_x), (shape.half_y, -shape.half_y)):
-            at = centre + turn * complex(*corner)
-            corners.append((at.real, at.imag))
-    return np.array(corners)
+    return np.array([corner for shape in shapes for corner in shape.corners()])
 
 
 def extent(body: Body) -> float:

@@ -17,7 +17,7 @@ import numpy.typing as npt
 
 from bioscara.arguments import flag, items, number, shown
 from bioscara.errors import ConfigurationError, InvalidArgumentError, TrajectoryError
-from bioscara.kinematics import Scara
+from bioscara.kinematics import Pose, Scara
 from bioscara.planning.arrays import Array
 from bioscara.planning.collision.arm_bodies import GRIPPER, WIDTHS, WRIST, Body
 from bioscara.planning.collision.margins import MARGINS, goal_slack
@@ -26,6 +26,8 @@ from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.collision.swept import refusal, sweep
 from bioscara.planning.trajectory.trajectory import Trajectory
 
+LOAD = "load"
+"""Link of the load that the tool carries."""
 _LONGEST = 100
 """Largest length of a zone's name [characters]."""
 FAR = 10.0
@@ -201,8 +203,20 @@ class Scene:
         Raises:
             ConfigurationError: The scene has no zone of such a name, or no table.
         """
-        held = Body("load", WRIST, (load,), tuple(touches))
+        held = Body(LOAD, WRIST, (load,), tuple(touches))
         return replace(self, mounted=(*self.mounted, held))
+
+    def overhang(self, tool: Pose) -> float:
+        """Return the horizontal distance from the tool's point to the load's farthest point [m].
+
+        Args:
+            tool: Pose of the tool in the wrist.
+
+        Returns:
+            0.0 without a load.
+        """
+        loads = [shape for body in self.mounted if body.link == LOAD for shape in body.shapes]
+        return max((shape.reach(tool.x, tool.y) for shape in loads), default=0.0)
 
     def layout(self, arm: Scara) -> Layout:
         """Return the scene prepared for one arm and its tool."""
@@ -328,6 +342,26 @@ class Scene:
         floor = np.minimum(self.margin - goal_slack(self.margin), stood - _ROUNDING)
         if (pairs < floor).any():
             raise refusal(layout, np.zeros(1), pairs, self.margin, floor)
+
+    def check_load(self, arm: Scara, joints: Sequence[float]) -> None:
+        """Make sure that the load of an arm at rest keeps clear, so that the arm can leave.
+
+        Args:
+            arm: The arm with its tool.
+            joints: j1 to j4 [rad, m, rad, rad].
+
+        Raises:
+            ZoneError: The load is too near to a body that it may not touch.
+            InvalidArgumentError: A joint is not a finite number.
+        """
+        rows = np.array([joints], dtype=np.float64)
+        _check_finite(rows)
+        layout = self.layout(arm)
+        clearances = layout.clearances(arm, rows, self.margin)
+        floor = np.full(clearances.shape, -math.inf)
+        floor[[LOAD in (pair.link, pair.zone) for pair in layout.pairs]] = self.margin
+        if (clearances < floor - goal_slack(self.margin)).any():
+            raise refusal(layout, np.zeros(1), clearances, self.margin, floor)
 
 
 def _check_finite(joints: Array) -> None:

@@ -8,6 +8,7 @@ All distances are exact, and none changes faster than the bodies' fastest points
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -77,6 +78,24 @@ class Prism:
         turned = np.concatenate(corners) @ np.array(((cos, sin), (-sin, cos)))
         placed: Array = turned + np.array((self.x, self.y))
         return placed
+
+    def corners(self) -> tuple[tuple[float, float], ...]:
+        """Return the corners x, y of the rectangle in the frame of the link [m]."""
+        cos, sin = math.cos(self.yaw), math.sin(self.yaw)
+        return tuple(
+            (self.x + cos * x - sin * y, self.y + sin * x + cos * y)
+            for x in (self.half_x, -self.half_x)
+            for y in (self.half_y, -self.half_y)
+        )
+
+    def reach(self, x: float, y: float) -> float:
+        """Return the horizontal distance from a point to the farthest point of the shape.
+
+        Args:
+            x: Of the point, in the frame of the link [m].
+            y: [m].
+        """
+        return self.radius + max(math.hypot(a - x, b - y) for a, b in self.corners())
 
     def covers(self, places: Array) -> npt.NDArray[np.bool_]:
         """Return which points are within the outline in plan view.

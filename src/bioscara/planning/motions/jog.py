@@ -255,7 +255,7 @@ class Jog:
                 for soon in self._soon
             )
         else:
-            speed = math.hypot(*self._velocity[:3])
+            speed = self._arm.speed_at(self._velocity)
         return self._within_tool_speed(self._velocity, speed)
 
     def _within_tool_speed(self, velocity: Sequence[float], speed: float) -> tuple[float, ...]:

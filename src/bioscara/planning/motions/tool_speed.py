@@ -19,6 +19,11 @@ COMMANDED_SPEED = 0.86 * REDUCED_SPEED
 """Highest commanded speed that keeps the tool within that limit [m/s]. A load that reverses sticks
 for a moment by dry friction, breaks away and swings, even if its motor moves gently: on the
 simulated arm by up to 16 % of the tool's speed on planned paths."""
+WRIST_SWING = 0.28
+"""Rate by which the hand may turn faster than commanded [rad/s]. At about 0.25 rad/s the pitch of
+the wrist motor's poles excites its belt: on the simulated arm by up to 0.27 rad/s."""
+_LEAST_SHARE = 0.1
+"""Least share of the commanded speed that is left for a load that reaches far."""
 UNPLANNED_SHARE = 0.86
 """Share of that for jogs and raw commands: there joints reverse at any acceleration, and a load
 swings by up to a quarter of the tool's speed."""
@@ -29,6 +34,15 @@ _ROUNDING = 1.0 + 1e-5
 """Factor by which a speed found between samples may exceed the planned one."""
 _AT_ONCE = 8192
 """Instants processed at once: their arrays fit the processor's cache."""
+
+
+def highest_commanded(overhang: float) -> float:
+    """Return the highest commanded speed that keeps the tool and its load within that limit [m/s].
+
+    Args:
+        overhang: Horizontal distance from the tool's point to the load's farthest point [m].
+    """
+    return max(COMMANDED_SPEED - WRIST_SWING * overhang, _LEAST_SHARE * COMMANDED_SPEED)
 
 
 def peak_tool_speed(trajectory: Trajectory, arm: Scara, elsewhere: Sequence[float]) -> float:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from bioscara.arguments import shown
 from bioscara.control.controllers.goals import GoalStatus
 from bioscara.drivers.joint.homing import check_current, check_sensitivity
-from bioscara.errors import HomingError, InvalidArgumentError
+from bioscara.errors import HomingError, InvalidArgumentError, LifecycleError
 from bioscara.model.parameters import JOINTS
 from bioscara.report import Phase
 from bioscara.robot.arm import Arm
@@ -80,6 +80,11 @@ class Home(Operation[None]):
         directions, notes = joints_to_home(stack.arm.axes)
         if not directions:
             return
+        if (load := arm.workspace.load) is not None:
+            raise LifecycleError(
+                f"home(): the tool carries {load.name}, and the way of homing is clear only for an "
+                "empty gripper; gripper.release() or detach() it"
+            )
         stack.supervisor.warnings.extend(notes)
         stack.use(HOMING, clock.now())
         axes = [axis for axis in stack.arm.axes if axis.name in directions]

@@ -16,6 +16,7 @@ from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import (
     GoalRejectedError,
     GripperError,
+    LifecycleError,
     MotionCancelledError,
     MotionTimeoutError,
     NotHomedError,
@@ -35,6 +36,7 @@ class MoveGripper(Operation[GripperResult]):
 
     Args:
         width: Width between the jaws [m].
+        name: Name for messages.
         timeout: Longest duration [s]; None for no limit.
         on_cycle: Receives the record of each cycle.
     """
@@ -42,14 +44,24 @@ class MoveGripper(Operation[GripperResult]):
     devices = GRIPPER
 
     def __init__(
-        self, width: float, *, timeout: float | None = None, on_cycle: OnCycle | None = None
+        self,
+        width: float,
+        *,
+        name: str = "gripper.move()",
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
     ) -> None:
-        super().__init__("gripper.move()", timeout=timeout, on_cycle=on_cycle)
+        super().__init__(name, timeout=timeout, on_cycle=on_cycle)
         self._width = number("the width", width, error=GoalRejectedError)
         self._arm_motion: FollowTrajectory | None = None
 
     def prepare(self, arm: Arm) -> None:
-        """Check that the jaws stay clear along the motion that the arm is making, if any."""
+        """Check that the jaws hold nothing, and stay clear along the motion that the arm makes."""
+        if (load := arm.workspace.load) is not None:
+            raise LifecycleError(
+                f"{self.name}: the jaws hold {load.name}; gripper.release() opens them, and "
+                "detach() declares that they are empty"
+            )
         self._arm_motion = _arm_motion(arm, self)
         if self._arm_motion is None or self._arm_motion.plan is None:
             return
@@ -152,7 +164,9 @@ def _arm_motion(arm: Arm, operation: Operation[GripperResult]) -> FollowTrajecto
         BusyError: The arm moves in another way, or plans a motion.
     """
     for other in arm.operations:
-        if Device.ARM not in other.devices or other.done or isinstance(other, Home):
+        if other is operation or Device.ARM not in other.devices or other.done:
+            continue
+        if isinstance(other, Home):
             continue
         if not isinstance(other, FollowTrajectory) or other.plan is None:
             raise other.claim.refuse(operation.name)

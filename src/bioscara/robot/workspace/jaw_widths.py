@@ -43,6 +43,10 @@ class JawWidths:
         """Undo the last extension of the range, as the jaws did not begin to move."""
         self._travel = self._before
 
+    def hold(self, width: float) -> None:
+        """Let the range be from the commanded width to that of an object between the jaws [m]."""
+        self._travel = self.commanded, max(self.commanded, width)
+
     def end_travel(self) -> None:
         """Reduce the range to the commanded width, which the jaws have reached."""
         self._travel = None

@@ -1,4 +1,4 @@
-"""Named poses: the taught ones, and those that every arm has."""
+"""Named poses, tools and frames: the taught ones, and those that every arm has."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from bioscara.arguments import items, shown, text
 from bioscara.errors import InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
+from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.tools import FINGERS, Tool, check_name, check_number, unknown
 
 
@@ -70,12 +71,13 @@ BUILT_IN = (NamedPose("center", Joints(0.0, 0.2, 0.0, 0.0)),)
 
 @dataclass(frozen=True, slots=True)
 class TeachTable:
-    """The tools and poses of one arm; immutable, a change returns another table.
+    """The tools, poses and frames of one arm; immutable, a change returns another table.
 
     Attributes:
         fingers: The tool that the parameters describe.
         tools: Further tools.
         poses: Taught poses.
+        frames: Work frames.
 
     Raises:
         InvalidArgumentError: A name occurs twice or is built in, or a pose has an unknown tool.
@@ -84,9 +86,10 @@ class TeachTable:
     fingers: Tool
     tools: tuple[Tool, ...] = ()
     poses: tuple[NamedPose, ...] = ()
+    frames: tuple[Frame, ...] = ()
 
     def __post_init__(self) -> None:
-        for name, kind in (("tools", Tool), ("poses", NamedPose)):
+        for name, kind in (("tools", Tool), ("poses", NamedPose), ("frames", Frame)):
             entries = items(f"the {name} of a table", getattr(self, name))
             for entry in entries:
                 _require(kind, entry)
@@ -94,6 +97,7 @@ class TeachTable:
         _require(Tool, self.fingers)
         _refuse_twice("tool", (tool.name for tool in self.all_tools()))
         _refuse_twice("pose", (pose.name for pose in self.all_poses()))
+        _refuse_twice("frame", (frame.name for frame in self.frames))
         tools = {tool.name for tool in self.all_tools()}
         for pose in self.poses:
             if pose.tool not in tools:
@@ -130,6 +134,21 @@ class TeachTable:
                 return pose
         raise unknown("pose", name, (pose.name for pose in self.all_poses()))
 
+    def frame(self, name: str) -> Frame:
+        """Return the frame of this name.
+
+        Raises:
+            InvalidArgumentError: There is none; the message proposes the nearest name.
+        """
+        for frame in self.frames:
+            if isinstance(name, str) and frame.name == name:
+                return frame
+        if not self.frames:
+            raise InvalidArgumentError(
+                f"there is no frame {shown(name)}; the table has none: with_frame() adds one"
+            )
+        raise unknown("frame", name, (frame.name for frame in self.frames))
+
     def with_tool(self, tool: Tool) -> TeachTable:
         """Return the table with one more tool.
 
@@ -146,6 +165,23 @@ class TeachTable:
         """
         return replace(self, poses=(*self.poses, pose))
 
+    def with_frame(self, frame: Frame) -> TeachTable:
+        """Return the table with one more frame.
+
+        Raises:
+            InvalidArgumentError: There is one of this name.
+        """
+        return replace(self, frames=(*self.frames, frame))
+
+    def without_frame(self, name: str) -> TeachTable:
+        """Return the table without a frame.
+
+        Raises:
+            InvalidArgumentError: There is none.
+        """
+        gone = self.frame(name)
+        return replace(self, frames=tuple(frame for frame in self.frames if frame is not gone))
+
     def without_pose(self, name: str) -> TeachTable:
         """Return the table without a taught pose.
 
@@ -158,7 +194,7 @@ class TeachTable:
         return replace(self, poses=tuple(pose for pose in self.poses if pose.name != name))
 
 
-def _require(kind: type[Tool] | type[NamedPose], item: object) -> None:
+def _require(kind: type[Tool] | type[NamedPose] | type[Frame], item: object) -> None:
     if not isinstance(item, kind):
         raise InvalidArgumentError(f"{shown(item)} is not a {kind.__name__}")
 

@@ -1,6 +1,6 @@
 """The file of a teach table: YAML of a fixed schema, always complete.
 
-    schema: 1
+    schema: 2
     tools:
       needle: {x: 0.05, y: 0.0, z: -0.2, yaw: 0.0, mass: 0.1}
     poses:
@@ -9,8 +9,11 @@
         pose: {x: 0.5, y: 0.3, z: 0.03, yaw: 1.1}
         tool: needle
         calibration: 2026-11-03 after new belt
+    frames:
+      bench: {x: 0.3, y: -0.1, z: 0.02, yaw: 0.0}
     ...
 
+Frames are of schema 2; a table without frames is written by schema 1, which earlier versions read.
 The last line is part of the schema: a truncated YAML file would often still be valid YAML.
 """
 
@@ -21,23 +24,24 @@ import io
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import asdict
+from dataclasses import asdict, field
 from pathlib import Path
 from typing import Annotated
 
 from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX, PLACE_MAX
-from bioscara.model.validation import Checked, Name, Text, Within
+from bioscara.model.validation import Checked, Name, Problem, Text, Within
 from bioscara.model.yaml_file import NODES_MAX, SIZE_MAX, YamlFile, read_text
+from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
 from bioscara.robot.workspace.tools import FINGERS, MASS_MAX, OFFSET_MAX, Tool
 from bioscara.whole_files import replacing
 
-SCHEMA = 1
-"""Version of the schema that is read and written."""
+SCHEMA, WITH_FRAMES = 1, 2
+"""Versions of the schema that are read and written: without frames, and with them."""
 _HEADING = """\
-# Tools and poses of an arm: 'bioscara poses --help'. Metres, radians, kilograms.
+# Tools, poses and frames of an arm: 'bioscara poses --help'. Metres, radians, kilograms.
 # The file may be edited; comments are lost when it is next saved. It ends with '...'.
 """
 
@@ -60,9 +64,9 @@ def load_table(path: Path, fingers: Tool) -> TeachTable:
             "with a line '...'; if it is whole, add that line"
         )
     file = YamlFile(text, source)
-    file.check_version("schema", SCHEMA)
+    file.check_version("schema", SCHEMA, WITH_FRAMES)
     given = _Table.checked(file.values, file.place)
-    tools, poses = [], []
+    tools, poses, frames = [], [], []
     check_tool = TeachTable(fingers).with_tool
     for name, tool in given.tools.items():
         with _located(file, "tools", name):
@@ -74,7 +78,10 @@ def load_table(path: Path, fingers: Tool) -> TeachTable:
         with _located(file, "poses", name):
             check_pose(taught := pose.made(name))
         poses.append(taught)
-    return TeachTable(fingers, tuple(tools), tuple(poses))
+    for name, place in given.frames.items():
+        with _located(file, "frames", name):
+            frames.append(Frame(name, Pose(**asdict(place))))
+    return TeachTable(fingers, tuple(tools), tuple(poses), tuple(frames))
 
 
 @contextmanager
@@ -190,20 +197,30 @@ class _Table(Checked):
     schema: Annotated[int, Within(1, 10**6)]
     tools: dict[Text, _Tool]
     poses: dict[Text, _Pose]
+    frames: dict[Text, _Place] = field(default_factory=dict)
+
+    def problems(self) -> Iterator[Problem]:
+        """Yield frames in a schema without them."""
+        if self.frames and self.schema == SCHEMA:
+            yield Problem(f"frames are of schema {WITH_FRAMES}; change the schema", ("frames",))
 
 
 def _text(table: TeachTable) -> str:
     # Imported here: only writing a file needs the library.
     from ruamel.yaml import YAML  # noqa: PLC0415
 
-    content = {
-        "schema": SCHEMA,
+    content: dict[str, object] = {
+        "schema": WITH_FRAMES if table.frames else SCHEMA,
         "tools": {
             tool.name: _floats(tool.pose_tool_in_flange) | {"mass": float(tool.mass)}
             for tool in table.tools
         },
         "poses": {pose.name: _entry(pose) for pose in table.poses},
     }
+    if table.frames:
+        content["frames"] = {
+            frame.name: _floats(frame.pose_frame_in_base) for frame in table.frames
+        }
     yaml = YAML(typ="safe", pure=True)
     yaml.explicit_end, yaml.width, yaml.allow_unicode = True, 10_000, True
     yaml.representer.sort_base_mapping_type_on_output = False

@@ -60,11 +60,17 @@ def fingers(parameters: ArmParameters) -> Tool:
     return Tool(FINGERS, Pose(built.tool_x, built.tool_y, built.tool_z), built.tool_mass)
 
 
-def kinematics_with(parameters: ArmParameters, tool: Tool) -> Scara:
-    """Return the kinematics of the arm with a tool on its flange."""
+def kinematics_with(parameters: ArmParameters, tool: Tool, overhang: float = 0.0) -> Scara:
+    """Return the kinematics of the arm with a tool on its flange.
+
+    Args:
+        parameters: Parameters of the arm.
+        tool: The tool.
+        overhang: Horizontal distance from its point to the farthest point of its load [m].
+    """
     built = parameters.geometry
     geometry = Geometry(built.upper_arm, built.forearm, built.height)
-    return Scara(geometry, parameters.joints, tool.pose_tool_in_flange)
+    return Scara(geometry, parameters.joints, tool.pose_tool_in_flange, overhang=overhang)
 
 
 def kinematics_of(parameters: ArmParameters) -> Scara:

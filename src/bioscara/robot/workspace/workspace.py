@@ -6,19 +6,20 @@ import math
 from dataclasses import dataclass, replace
 
 from bioscara.arguments import flag, shown
-from bioscara.errors import InvalidArgumentError
+from bioscara.errors import InvalidArgumentError, LifecycleError
 from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
 from bioscara.model.parameters import JERK_TIME
 from bioscara.planning.collision.scene import Scene
-from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
+from bioscara.planning.motions.tool_speed import highest_commanded
+from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.tools import Tool, fingers, kinematics_with
 
 
 @dataclass(frozen=True, slots=True)
 class Workspace:
-    """Tool, scene and speed limit of an arm; immutable, a change returns another one.
+    """Tool, scene, load and speed limit of an arm; immutable, a change returns another one.
 
     Created by :meth:`of`.
 
@@ -26,10 +27,11 @@ class Workspace:
         parameters: Parameters of the arm.
         table: The named tools and poses.
         tool: The mounted tool.
-        kinematics: Kinematics of the arm with its tool.
+        kinematics: Kinematics of the arm with its tool and its load.
         scene: Surroundings to keep clear of, as given.
-        surroundings: The scene with the widths that the gripper may have now.
-        reduced_speed: Whether the tool keeps to 250 mm/s.
+        surroundings: The scene with the load, and with the widths that the gripper may have now.
+        reduced_speed: Whether the tool and its load keep to 250 mm/s.
+        load: What the tool carries, or None.
     """
 
     parameters: ArmParameters
@@ -39,6 +41,7 @@ class Workspace:
     scene: Scene
     surroundings: Scene
     reduced_speed: bool = True
+    load: Load | None = None
 
     @classmethod
     def of(cls, parameters: ArmParameters, *, reduced_speed: bool = True) -> Workspace:
@@ -62,11 +65,13 @@ class Workspace:
 
     @property
     def commanded_speed(self) -> float:
-        """Highest commanded speed of the tool [m/s]: below the limit by what the loads overshoot.
+        """Highest commanded speed of the tool and its load [m/s].
 
-        Infinite without the limit.
+        It is below the limit of the reduced speed by what the joints overshoot; infinite without
+        that limit and that of the load.
         """
-        return COMMANDED_SPEED if self.reduced_speed else math.inf
+        limit = highest_commanded(self.kinematics.overhang) if self.reduced_speed else math.inf
+        return limit if self.load is None else min(limit, self.load.max_speed)
 
     def with_table(self, table: TeachTable) -> Workspace:
         """Return the workspace with other tools and poses.
@@ -83,9 +88,12 @@ class Workspace:
 
         Raises:
             InvalidArgumentError: No tool has that name.
+            LifecycleError: The mounted tool carries a load.
         """
         tool = self.table.tool(name)
-        return replace(self, tool=tool, kinematics=kinematics_with(self.parameters, tool))
+        if self.load is not None:
+            raise LifecycleError(f"the tool carries {self.load.name}; detach() it first")
+        return _arranged(replace(self, tool=tool), self.widths)
 
     def with_scene(self, scene: Scene) -> Workspace:
         """Return the workspace with other surroundings.
@@ -95,7 +103,30 @@ class Workspace:
         """
         if not isinstance(scene, Scene):
             raise InvalidArgumentError(f"the scene is {shown(scene)}; give Scene(...)")
-        return replace(self, scene=scene, surroundings=replace(scene, widths=self.widths))
+        return _arranged(replace(self, scene=scene), self.widths)
+
+    def with_load(self, load: Load) -> Workspace:
+        """Return the workspace in which the tool carries a load.
+
+        Raises:
+            InvalidArgumentError: It is no load, or may touch what is not in the scene.
+            LifecycleError: The tool carries a load already.
+        """
+        if not isinstance(load, Load):
+            raise InvalidArgumentError(f"the load is {shown(load)}; give Load(name, shape)")
+        if self.load is not None:
+            raise LifecycleError(f"the tool carries {self.load.name} already; detach() it first")
+        return _arranged(replace(self, load=load), self.widths)
+
+    def without_load(self) -> Workspace:
+        """Return the workspace in which the tool carries nothing.
+
+        Raises:
+            LifecycleError: It carries nothing now.
+        """
+        if self.load is None:
+            raise LifecycleError("the tool carries no load; attach(load) declares one")
+        return _arranged(replace(self, load=None), self.widths)
 
     def with_reduced_speed(self, reduced_speed: bool) -> Workspace:
         """Return the workspace with or without the limit of 250 mm/s."""
@@ -111,4 +142,13 @@ class Workspace:
         # The same scene as long as nothing changes, so that its precomputed data stay valid.
         if self.widths == (low, high):
             return self
-        return replace(self, surroundings=replace(self.scene, widths=(low, high)))
+        return _arranged(self, (low, high))
+
+
+def _arranged(workspace: Workspace, widths: tuple[float, float]) -> Workspace:
+    """Return the workspace with surroundings and kinematics of its tool, scene and load."""
+    scene, tool = replace(workspace.scene, widths=widths), workspace.tool.pose_tool_in_flange
+    if (load := workspace.load) is not None:
+        scene = scene.carrying(load.shape_in_wrist(tool), load.touches)
+    kinematics = kinematics_with(workspace.parameters, workspace.tool, scene.overhang(tool))
+    return replace(workspace, surroundings=scene, kinematics=kinematics)

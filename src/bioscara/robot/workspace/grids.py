@@ -1,0 +1,175 @@
+"""Grids of places: plates, racks and pallets."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from bioscara.arguments import shown, whole
+from bioscara.errors import InvalidArgumentError
+from bioscara.kinematics import Pose
+from bioscara.kinematics.pose import ANGLE_MAX, require_near, wrapped
+from bioscara.robot.workspace.frames import Frame, level
+from bioscara.robot.workspace.tools import OFFSET_MAX, check_name, check_number
+
+MOST = 100
+"""Largest number of rows and of columns; a plate of 1536 wells has 32 and 48."""
+PITCH_MIN = 1e-4
+"""Smallest distance of two rows or columns [m]."""
+SKEW_MAX = math.radians(1.0)
+"""Largest deviation of taught rows and columns from a right angle [rad]."""
+_NAME = re.compile(r"([A-Z]{1,2})([0-9]{1,3})")
+
+
+@dataclass(frozen=True, slots=True)
+class Grid:
+    """Places in rows and columns in a frame; immutable.
+
+    As on a plate seen from above, the first place A1 is the origin of the frame, columns follow
+    each other along x and rows against y; a negative pitch reverses that. Rows are named A to Z,
+    then AA and so on, and columns from 1 on, as in the standards of microplates (ANSI SLAS 4).
+
+    Iterating gives the names, row by row.
+
+    Attributes:
+        frame: The frame.
+        rows: Number of rows.
+        columns: Number of columns.
+        row_pitch: Distance of two rows [m].
+        column_pitch: Distance of two columns [m].
+        yaw: Rotation of the tool in the frame at each place [rad].
+
+    Raises:
+        InvalidArgumentError: A number is not finite or not possible.
+    """
+
+    frame: Frame
+    rows: int
+    columns: int
+    row_pitch: float
+    column_pitch: float
+    yaw: float = 0.0
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.frame, Frame):
+            raise InvalidArgumentError(
+                f"the frame of a grid is {shown(self.frame)}; give Frame(name, pose), or one of "
+                "robot.frames"
+            )
+        for field in ("rows", "columns"):
+            count = whole(f"{field} of a grid", getattr(self, field))
+            if not 1 <= count <= MOST:
+                raise InvalidArgumentError(f"{field} of a grid: {count} is outside 1 .. {MOST}")
+            object.__setattr__(self, field, count)
+        for field in ("row_pitch", "column_pitch"):
+            what = f"{field} of a grid"
+            pitch = check_number(what, getattr(self, field), OFFSET_MAX, "m")
+            if abs(pitch) < PITCH_MIN:
+                raise InvalidArgumentError(f"{what}: {pitch:g} m is below {PITCH_MIN:g} m")
+            object.__setattr__(self, field, pitch)
+        yaw = check_number("yaw of a grid", self.yaw, ANGLE_MAX, "rad")
+        object.__setattr__(self, "yaw", yaw)
+
+    @classmethod
+    def from_corners(
+        cls, name: str, rows: int, columns: int, first: Pose, row_end: Pose, column_end: Pose
+    ) -> Grid:
+        """Return the grid that was taught by three of its places, each the tool's pose in the base.
+
+        Args:
+            name: Of its frame.
+            rows: Number of rows, 2 or more.
+            columns: Number of columns, 2 or more.
+            first: At the first place, A1; the yaw of the tool at all places.
+            row_end: At the last place of the first row, as A12.
+            column_end: At the last place of the first column, as H1.
+
+        Raises:
+            InvalidArgumentError: Places coincide, rows and columns are not at a right angle, or
+                the grid is tilted.
+        """
+        for what, count in (("rows", whole("rows", rows)), ("columns", whole("columns", columns))):
+            if count < 2:
+                raise InvalidArgumentError(
+                    f"{what}: {count} cannot be taught by corners; give Grid(...) its frame"
+                )
+        check_name("frame", name)
+        what = f"grid {name}"
+        first = require_near(f"{what}, first", first)
+        corners = {"row_end": row_end, "column_end": column_end}
+        direction, along, aside = level(what, first, corners)
+        skew = math.atan2(abs(along), abs(aside))
+        if skew > SKEW_MAX:
+            raise InvalidArgumentError(
+                f"{what}: rows and columns are {math.degrees(skew):.2f} degrees off a right angle, "
+                f"which is more than {math.degrees(SKEW_MAX):g}; teach the corners again"
+            )
+        width = math.hypot(row_end.x - first.x, row_end.y - first.y)
+        depth = math.copysign(math.hypot(along, aside), -aside)
+        frame = Frame(name, Pose(first.x, first.y, first.z, direction))
+        yaw = wrapped(first.yaw - direction)
+        return cls(frame, rows, columns, depth / (rows - 1), width / (columns - 1), yaw)
+
+    def pose(self, row: int, column: int, z: float = 0.0) -> Pose:
+        """Return the pose in the base of a place.
+
+        Args:
+            row: From 0 on.
+            column: From 0 on.
+            z: Height above the place [m].
+
+        Raises:
+            InvalidArgumentError: There is no such place, or the height is not finite or too large.
+        """
+        row, column = (
+            self._index("row", row, self.rows),
+            self._index("column", column, self.columns),
+        )
+        return self.frame.pose(column * self.column_pitch, -row * self.row_pitch, z, self.yaw)
+
+    def __getitem__(self, name: str) -> Pose:
+        """Return the pose in the base of a place by its name, such as ``"B7"``.
+
+        Raises:
+            InvalidArgumentError: No place has that name.
+        """
+        found = _NAME.fullmatch(name) if isinstance(name, str) else None
+        if found is not None:
+            row, column = _row_number(found[1]), int(found[2]) - 1
+            if row < self.rows and 0 <= column < self.columns and name == _named(row, column):
+                return self.pose(row, column)
+        raise InvalidArgumentError(
+            f"there is no place {shown(name)}; the grid has A1 .. "
+            f"{_named(self.rows - 1, self.columns - 1)}"
+        )
+
+    def __iter__(self) -> Iterator[str]:
+        for row in range(self.rows):
+            for column in range(self.columns):
+                yield _named(row, column)
+
+    def __len__(self) -> int:
+        return self.rows * self.columns
+
+    @staticmethod
+    def _index(what: str, index: int, count: int) -> int:
+        index = whole(f"{what} of a grid", index)
+        if not 0 <= index < count:
+            raise InvalidArgumentError(
+                f"{what} {index} is outside 0 .. {count - 1}; the first one is 0"
+            )
+        return index
+
+
+def _named(row: int, column: int) -> str:
+    letters = chr(ord("A") + row % 26)
+    return f"{chr(ord('A') + row // 26 - 1) if row >= 26 else ''}{letters}{column + 1}"
+
+
+def _row_number(letters: str) -> int:
+    number = 0
+    for letter in letters:
+        number = 26 * number + ord(letter) - ord("A") + 1
+    return number - 1
