@@ -501,3 +501,18 @@ def test_a_goal_is_refused_by_a_controller_that_is_not_active(scene: Scene) -> N
     trajectory = point_to_point(NAMES, START, START, ARM.joints)
     with pytest.raises(GoalRejectedError, match="inactive"):
         stack.trajectory.send_goal(Goal(JointTrajectory.of(trajectory)), 0.0)
+
+
+def test_a_closed_robot_says_what_to_do_and_shows_it(tmp_path: Path) -> None:
+    robot = Robot.simulated(evidence=tmp_path)
+    with pytest.raises(NotInitializedError, match=r"not connected: open\(\) it"):
+        robot.home()
+    robot.open()
+    assert repr(robot) == "<Robot simulation, in this process, disabled, not homed>"
+    assert repr(robot.gripper) == "<RobotGripper not driven>"
+    assert repr(robot.plan) == "<Planner tool fingers, reduced speed, 0 zones>"
+    robot.close()
+    assert repr(robot) == "<Robot simulation, in this process, closed>"
+    for call in (robot.home, robot.open):
+        with pytest.raises(BioscaraError, match="the robot was closed; make another one"):
+            call()

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from bioscara.arguments import flag
 from bioscara.control.controllers.gripper_messages import GripperResult
 from bioscara.robot.arm import Arm
@@ -27,6 +29,11 @@ class RobotGripper:
 
     def __init__(self, arm: Arm) -> None:
         self._arm = arm
+
+    def __repr__(self) -> str:
+        width = self.width
+        where = "not driven" if math.isnan(width) else f"at {width:.4f} m"
+        return f"<RobotGripper {where}>"
 
     @property
     def width(self) -> float:

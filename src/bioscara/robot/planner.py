@@ -89,6 +89,12 @@ class Planner:
         self._planned_limits = _planned_limits(workspace.parameters)
         self.joint_names = tuple(limit.name for limit in self._limits)
 
+    def __repr__(self) -> str:
+        space = self.workspace
+        speed = "reduced" if space.reduced_speed else "full"
+        zones = len(space.scene.zones)
+        return f"<Planner tool {space.tool.name}, {speed} speed, {zones} zones>"
+
     @property
     def kinematics(self) -> Scara:
         """Kinematics of the arm with its tool."""

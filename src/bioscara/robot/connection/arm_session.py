@@ -77,6 +77,8 @@ class ArmSession:
         Raises:
             NotInitializedError: The robot is not connected.
         """
+        if self._stack is None and self.arm.state is not LifecycleState.UNCONFIGURED:
+            raise NotInitializedError("the robot was closed; make another one to connect again")
         if self._stack is None:
             raise NotInitializedError(
                 "the robot is not connected: open() it, or use it in a with statement"
@@ -101,7 +103,7 @@ class ArmSession:
         if self._stack is not None:
             raise LifecycleError("the robot is connected already; use the one there is")
         if self.arm.state is not LifecycleState.UNCONFIGURED:
-            raise LifecycleError("the robot was shut down; make another one to connect again")
+            raise LifecycleError("the robot was closed; make another one to connect again")
         try:
             self.arm.configure()
             stack = self._stack = Stack(
