@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from bioscara.planning.files.scene_file import read_scene as read_scene
     from bioscara.planning.motions.jog import JointVelocity as JointVelocity
     from bioscara.planning.motions.jog import ToolVelocity as ToolVelocity
+    from bioscara.report.recording import Recording as Recording
     from bioscara.robot.operations.operation import Operation as Operation
     from bioscara.robot.operations.operation import Status as Status
     from bioscara.robot.planner import Plan as Plan
@@ -101,6 +102,7 @@ _MODULES = {
         "JointVelocity",
         "ToolVelocity",
     ),
+    "bioscara.report.recording": ("Recording",),
     "bioscara.robot.operations.operation": (
         "Operation",
         "Status",
@@ -151,6 +153,7 @@ __all__ = [
     "Planner",
     "Pose",
     "Prism",
+    "Recording",
     "Robot",
     "Scene",
     "Status",
