@@ -126,7 +126,10 @@ def test_signals_that_repeat_end_nothing_before_the_arm_is_released(
         assert time.monotonic() < sent_until
         process.send_signal(signal.SIGTERM)
         time.sleep(0.02)
-    assert ended(process) == (128 + signal.SIGTERM if kind != "returning" else 0, "")
+    status, errors = ended(process)
+    # Once the arm is released, a signal ends the program at once.
+    assert status in {128 + signal.SIGTERM, -signal.SIGTERM, *([0] if kind == "returning" else [])}
+    assert errors == ""
     require_released(arm, folder)
 
 
