@@ -42,6 +42,7 @@ _PAGE_OF_PACKAGE = {
     "bioscara.robot.robot": "robot",
     "bioscara.robot.operations": "robot",
     "bioscara.robot.gripper": "robot",
+    "bioscara.robot": "robot",
     "bioscara.report": "robot",
     "bioscara.robot.planner": "planning",
     "bioscara.planning": "planning",

@@ -92,7 +92,7 @@ def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
         "watched",
     ],
 )
-def test_a_signal_in_mid_motion_releases_the_arm_at_rest(
+def test_host10_a_signal_in_mid_motion_releases_the_arm_at_rest(
     begin: Start, arm: Path, folder: Path, kind: str, number: signal.Signals
 ) -> None:
     process = begin(kind)
@@ -106,7 +106,7 @@ def test_a_signal_in_mid_motion_releases_the_arm_at_rest(
     ("kind", "status", "message"),
     [("returning", 0, ""), ("exiting", 3, ""), ("raising", 1, "ZeroDivisionError\n")],
 )
-def test_a_program_that_ends_without_close_releases_the_arm_at_rest(
+def test_host10_a_program_that_ends_without_close_releases_the_arm_at_rest(
     begin: Start, arm: Path, folder: Path, kind: str, status: int, message: str
 ) -> None:
     returned, errors = ended(begin(kind))
