@@ -26,8 +26,14 @@ POSE = ("0.45", "-0.2", "0.25", "0")
 SCENE = """\
 version: 1
 table_height: 0.0
+margin: 0.005
 zones:
-  - {name: plate reader, keep: out, shape: box, lower: [0.0, 0.38, 0.0], upper: [0.26, 0.6, 0.22]}
+  - name: plate reader
+    keep: out
+    shape: box
+    lower: [0.0, 0.38, 0.0]
+    upper: [0.26, 0.6, 0.22]
+    yaw: 0.2
 """
 VIEW_PORT, BROWSER_PORT = 18097, 18098
 PATIENCE = 30.0
