@@ -7,6 +7,7 @@
 #   make dist            what a release consists of: wheel, sdist, images of the joints, checksums
 #   make firmware-check  the joint firmware: host tests under sanitizers, the images on an emulated board
 #   make bench           the benchmarks; writes docs/benchmarks.md
+#   make docs            the documentation as a site, with the reference, into site/
 #   make laws            the laws over random moves, switches and faults, at their full number
 #   make mutants         remove each guard once and require a red test
 #   make generate        what follows from the register table and the parameters
@@ -26,7 +27,7 @@ NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test check lint types layers fresh firmware firmware-check dist bench laws mutants generate clean
+.PHONY: demo test check lint types layers fresh firmware firmware-check dist bench docs laws mutants generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -98,6 +99,15 @@ dist: $(VENV)/.dev firmware
 bench: $(VENV)/.dev
 	@$(BIN)/python -m benchmarks
 
+$(VENV)/.docs: $(VENV)/.created pyproject.toml constraints.txt
+	@echo "installing the tools for the documentation"
+	@$(PIP) install --quiet -c constraints.txt -e '.[docs]'
+	@touch $@
+
+docs: $(VENV)/.docs
+	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
+	@echo "wrote site/index.html"
+
 laws: $(VENV)/.dev firmware
 	@BIOSCARA_EVERY_BIT=1 BIOSCARA_EVERY_JOINT=1 BIOSCARA_LATENCY_STEPS=3000 BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 BIOSCARA_OWN_MOVES=10000 BIOSCARA_HOMING_STARTS=1000 BIOSCARA_FAULT_SEEDS=200 BIOSCARA_FUZZ_SEEDS=200 BIOSCARA_LOAD_SEEDS=200 $(BIN)/python -m pytest -o timeout=0 \
 	    tests/control/manager/test_manager_at_speed.py tests/planning/collision/test_zones.py tests/planning/motions/test_jog.py \
@@ -110,4 +120,4 @@ mutants: $(VENV)/.dev
 	@$(BIN)/python tests/mutants.py
 
 clean:
-	rm -rf $(VENV) build dist firmware/build .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) build dist site firmware/build .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

@@ -656,6 +656,20 @@ MUTANTS = (
         ("tests/robot/connection/test_arm_session.py",),
     ),
     Mutant(
+        "a robot is released when its program ends",
+        "Robot.open",
+        "exit_guard.guard(self)",
+        "pass",
+        ("tests/robot/connection/test_exit_guard.py",),
+    ),
+    Mutant(
+        "signals do not begin a release anew",
+        "_exit",
+        "time.monotonic() - _closing[0] < _PATIENCE",
+        "False",
+        ("tests/robot/connection/test_exit_guard.py",),
+    ),
+    Mutant(
         "a command does not move an arm that was stopped before",
         "require_acknowledgement",
         "options.acknowledge or not robot.faults",

@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from bioscara.planning.files.scene_file import read_scene as read_scene
     from bioscara.planning.motions.jog import JointVelocity as JointVelocity
     from bioscara.planning.motions.jog import ToolVelocity as ToolVelocity
+    from bioscara.report.recording import Recording as Recording
     from bioscara.robot.operations.operation import Operation as Operation
     from bioscara.robot.operations.operation import Status as Status
     from bioscara.robot.planner import Plan as Plan
@@ -57,6 +58,8 @@ if TYPE_CHECKING:
     from bioscara.robot.workspace.teach_file import save_table as save_table
     from bioscara.robot.workspace.tools import Tool as Tool
     from bioscara.robot.workspace.workspace import Workspace as Workspace
+    from bioscara.units import deg as deg
+    from bioscara.units import mm as mm
 
 _MODULES = {
     "bioscara.errors": (
@@ -104,6 +107,7 @@ _MODULES = {
         "JointVelocity",
         "ToolVelocity",
     ),
+    "bioscara.report.recording": ("Recording",),
     "bioscara.robot.operations.operation": (
         "Operation",
         "Status",
@@ -126,6 +130,7 @@ _MODULES = {
     ),
     "bioscara.robot.workspace.tools": ("Tool",),
     "bioscara.robot.workspace.workspace": ("Workspace",),
+    "bioscara.units": ("deg", "mm"),
 }
 _HOMES = {name: module for module, names in _MODULES.items() for name in names}
 
@@ -160,6 +165,7 @@ __all__ = [
     "Planner",
     "Pose",
     "Prism",
+    "Recording",
     "Robot",
     "Scene",
     "Status",

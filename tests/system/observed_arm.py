@@ -21,20 +21,29 @@ from bioscara.sim.arm import JOINTS
 from simulated import NEAR
 
 START = (-2.0, 0.25, 1.5, 1.5)
-_TRUTH = struct.Struct(f"<{2 * len(JOINTS)}d")
+_TRUTH = struct.Struct(f"<{2 * len(JOINTS)}d{len(JOINTS)}?")
 
 
 def truth(socket: Path) -> tuple[tuple[float, ...], tuple[float, ...]]:
     """Return positions and velocities of the joints of the arm behind ``socket``, now."""
-    # An observer that polls all the time would take the processor from the host.
-    time.sleep(0.005)
-    values = _TRUTH.unpack(_file(socket).read_bytes())
-    return values[: len(JOINTS)], values[len(JOINTS) :]
+    values = _values(socket)
+    return values[: len(JOINTS)], values[len(JOINTS) : 2 * len(JOINTS)]
+
+
+def energised(socket: Path) -> list[str]:
+    """Return the joints of the arm behind ``socket`` in whose motors current flows."""
+    return [name for name, on in zip(JOINTS, _values(socket)[-len(JOINTS) :], strict=True) if on]
 
 
 def at_rest(socket: Path) -> bool:
     """Return whether no joint moves faster than 1 mm/s or 1 mrad/s for 0.1 s."""
     return all(abs(speed) < 1e-3 for _ in range(20) for speed in truth(socket)[1])
+
+
+def _values(socket: Path) -> tuple[float, ...]:
+    # An observer that polls all the time would take the processor from the host.
+    time.sleep(0.005)
+    return _TRUTH.unpack(_file(socket).read_bytes())
 
 
 def _file(socket: Path) -> Path:
@@ -56,8 +65,9 @@ def main() -> None:
     with _file(socket).open("r+b") as file, mmap.mmap(file.fileno(), _TRUTH.size) as shown:
 
         def show() -> bool:
-            places = (arm.position(name) for name in JOINTS)
-            shown[:] = _TRUTH.pack(*places, *(arm.velocity(name) for name in JOINTS))
+            shown[:] = _TRUTH.pack(
+                *map(arm.position, JOINTS), *map(arm.velocity, JOINTS), *map(arm.has_torque, JOINTS)
+            )
             return bool(ended)
 
         def listening() -> None:

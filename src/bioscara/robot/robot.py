@@ -233,7 +233,8 @@ class Robot:
 
     def _close(self, error: BaseException | None) -> None:
         try:
-            self._arm.close(error)
+            with exit_guard.postponed():
+                self._arm.close(error)
         finally:
             if not self._arm.session.connected:
                 exit_guard.forget(self)

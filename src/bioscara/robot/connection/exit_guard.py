@@ -6,11 +6,15 @@ import atexit
 import signal
 import sys
 import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import FrameType
 from typing import Any, Protocol
-from weakref import WeakSet
 
 _SIGNALS = (signal.SIGTERM, signal.SIGHUP)
+_PATIENCE = 15.0
+"""Time after which a signal interrupts the closing of a robot, whose callback may hang [s]."""
 
 
 class Closeable(Protocol):
@@ -20,8 +24,13 @@ class Closeable(Protocol):
         """Stop all motion and disable all joints."""
 
 
-_guarded: WeakSet[Any] = WeakSet()
+# Not weak: a program may keep no reference to its robot, only to a motion or to nothing.
+_guarded: set[Closeable] = set()
 _replaced: dict[int, Any] = {}
+_closing: list[float] = []
+"""Times at which the main thread began to close a robot, while it does [s]."""
+_postponed: list[int] = []
+"""Signals that arrived meanwhile."""
 
 
 def guard(robot: Closeable) -> None:
@@ -58,7 +67,34 @@ def forget(robot: Closeable) -> None:
         del _replaced[number]
 
 
+@contextmanager
+def postponed() -> Iterator[None]:
+    """Postpone signals to the end of the block, which closes a robot.
+
+    Each one would interrupt the closing, which then begins anew: signals that repeat faster than
+    the joints can be released would keep them energised.
+
+    Raises:
+        SystemExit: A signal arrived in the block.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        yield  # Only the main thread is interrupted by signals.
+        return
+    _closing.append(time.monotonic())
+    try:
+        yield
+    finally:
+        _closing.pop()
+        if _postponed and not _closing:
+            number = _postponed[0]
+            _postponed.clear()
+            raise SystemExit(128 + number)
+
+
 def _exit(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the form of a handler
+    if _closing and time.monotonic() - _closing[0] < _PATIENCE:
+        _postponed.append(number)
+        return
     # The status of a process that such a signal ended, for shells and supervisors.
     raise SystemExit(128 + number)
 
@@ -67,5 +103,7 @@ def _close_all() -> None:
     for robot in [*_guarded]:
         try:
             robot.close()
+        except SystemExit:
+            pass  # The program is ending.
         except Exception as error:  # noqa: BLE001  the others are closed nevertheless
             sys.stderr.write(f"bioscara: at exit: {error}\n")

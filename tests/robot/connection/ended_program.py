@@ -1,0 +1,114 @@
+"""A program that moves an arm until it is ended: ``ended_program.py KIND SOCKET``."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from types import FrameType
+
+from tests.system.observed_arm import START
+
+from bioscara import Operation, Robot
+
+THERE = (-1.0, 0.22, 0.5, 0.0)
+SLOW = 0.2
+"""Share of the speed limits with which a motion takes some seconds."""
+FAST = 0.02
+"""Speed above which the first joint surely moves [rad/s]."""
+
+
+def connect() -> Robot:
+    return Robot.connect(f"sim:{sys.argv[2]}")
+
+
+def say(text: str) -> None:
+    sys.stdout.write(f"{text}\n")
+    sys.stdout.flush()
+
+
+def begin(robot: Robot) -> Operation[None]:
+    """Begin to move to the farther of two places, and return once the arm moves."""
+    near = abs(robot.state.positions[0] - THERE[0]) < 0.3
+    motion = robot.move_joints(START if near else THERE, velocity_scaling=SLOW, wait=False)
+    while abs(robot.state.velocities[0]) < FAST:
+        assert not motion.done
+        time.sleep(0.01)
+    say("moving")
+    return motion
+
+
+def in_a_with_that_waits() -> None:
+    with connect() as robot:
+        near = abs(robot.state.positions[0] - THERE[0]) < 0.3
+        goal = START if near else THERE
+        said: list[None] = []
+
+        def on_cycle(_: object) -> None:
+            if not said and abs(robot.state.velocities[0]) > FAST:
+                said.append(say("moving"))
+
+        robot.move_joints(goal, velocity_scaling=SLOW, on_cycle=on_cycle)
+
+
+def in_a_with_that_sleeps() -> None:
+    with connect() as robot:
+        begin(robot)
+        time.sleep(60.0)
+
+
+def waiting_for_the_result() -> None:
+    begin(connect().open()).result()
+
+
+def opened() -> None:
+    begin(connect().open())
+    time.sleep(60.0)
+
+
+def watched() -> None:
+    robot = connect().open()
+    robot.watch()
+    begin(robot)
+    time.sleep(60.0)
+
+
+def returning() -> None:
+    begin(connect().open())
+
+
+def raising() -> None:
+    begin(connect().open())
+    raise ZeroDivisionError
+
+
+def exiting() -> None:
+    begin(connect().open())
+    sys.exit(3)
+
+
+def handling_the_signal() -> None:
+    ended = threading.Event()
+
+    def handle(number: int, _: FrameType | None) -> None:
+        say(f"handled {number}")
+        ended.set()
+
+    signal.signal(signal.SIGTERM, handle)
+    robot = connect().open()
+    begin(robot)
+    ended.wait(60.0)
+    robot.close()
+
+
+def closed() -> None:
+    connect().open().close()
+    say("closed")
+    time.sleep(60.0)
+
+
+if __name__ == "__main__":
+    program: Callable[[], None] = globals()[sys.argv[1]]
+    program()

@@ -1,0 +1,208 @@
+"""However a program ends, short of SIGKILL, the arm is at rest and released, without a fault."""
+
+from __future__ import annotations
+
+import configparser
+import re
+import shlex
+import signal
+import socket
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from tests.robot.connection import ended_program
+from tests.system.observed_arm import at_rest, energised, truth
+
+from bioscara import Robot
+from processes import LIMIT, environment, running, wait_for_line, wait_until
+
+pytestmark = pytest.mark.realtime
+
+ROOT = Path(__file__).parents[3]
+RESTING = 0.1
+"""Speed below which a joint that brakes is at rest but for its belt [rad/s]."""
+
+Start = Callable[..., subprocess.Popen[str]]
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return tmp_path_factory.mktemp("ended")
+
+
+@pytest.fixture(scope="module")
+def arm(folder: Path) -> Iterator[Path]:
+    path = folder / "arm.sock"
+    words = ("-m", "tests.system.observed_arm", str(path), "homed")
+    with running(*words, cwd=folder, env=environment(TMPDIR=str(folder))) as process:
+        wait_for_line(process, "listening")
+        yield path
+        process.terminate()
+        assert process.wait(LIMIT) == 0
+
+
+@pytest.fixture
+def begin(start: Start, arm: Path, folder: Path) -> Callable[..., subprocess.Popen[str]]:
+    """Start one of the programs, and return once it has said that it moves the arm."""
+
+    def begun(kind: str, says: str = "moving", **options: object) -> subprocess.Popen[str]:
+        process = start(
+            "-m",
+            ended_program.__name__,
+            kind,
+            str(arm),
+            cwd=folder,
+            env=environment(TMPDIR=str(folder)),
+            stderr=subprocess.PIPE,
+            **options,
+        )
+        wait_for_line(process, says)
+        return process
+
+    return begun
+
+
+def require_released(arm: Path, folder: Path) -> None:
+    """Require an arm at rest, without current, homed, and without a fault."""
+    assert energised(arm) == []
+    assert abs(truth(arm)[1][0]) < RESTING
+    wait_until(lambda: at_rest(arm), "the belts swing out")
+    with Robot.connect(f"sim:{arm}", evidence=folder / "after") as robot:
+        assert robot.faults == ()
+        assert robot.is_homed
+
+
+def ended(process: subprocess.Popen[str]) -> tuple[int, str]:
+    """Return the exit status of a program that ends now, and its standard error."""
+    _, errors = process.communicate(timeout=LIMIT)
+    return process.returncode, errors
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP], ids=lambda each: each.name)
+@pytest.mark.parametrize(
+    "kind",
+    [
+        "in_a_with_that_waits",
+        "in_a_with_that_sleeps",
+        "waiting_for_the_result",
+        "opened",
+        "watched",
+    ],
+)
+def test_host10_a_signal_in_mid_motion_releases_the_arm_at_rest(
+    begin: Start, arm: Path, folder: Path, kind: str, number: signal.Signals
+) -> None:
+    process = begin(kind)
+    process.send_signal(number)
+    status, errors = ended(process)
+    assert (status, errors) == (128 + number, ""), errors
+    require_released(arm, folder)
+
+
+@pytest.mark.parametrize(
+    ("kind", "status", "message"),
+    [("returning", 0, ""), ("exiting", 3, ""), ("raising", 1, "ZeroDivisionError\n")],
+)
+def test_host10_a_program_that_ends_without_close_releases_the_arm_at_rest(
+    begin: Start, arm: Path, folder: Path, kind: str, status: int, message: str
+) -> None:
+    returned, errors = ended(begin(kind))
+    assert returned == status
+    assert errors.rpartition("    raise ")[2].rpartition("\n\n")[2].endswith(message)
+    assert ("Traceback" in errors) == (message != "")
+    require_released(arm, folder)
+
+
+@pytest.mark.parametrize("kind", ["in_a_with_that_waits", "opened", "returning"])
+def test_signals_that_repeat_end_nothing_before_the_arm_is_released(
+    begin: Start, arm: Path, folder: Path, kind: str
+) -> None:
+    process = begin(kind)
+    sent_until = time.monotonic() + LIMIT
+    while process.poll() is None:
+        assert time.monotonic() < sent_until
+        process.send_signal(signal.SIGTERM)
+        time.sleep(0.02)
+    status, errors = ended(process)
+    # Once the arm is released, a signal ends the program at once.
+    assert status in {128 + signal.SIGTERM, -signal.SIGTERM, *([0] if kind == "returning" else [])}
+    assert errors == ""
+    require_released(arm, folder)
+
+
+def test_a_program_handles_its_signals_itself_if_it_did_before(
+    begin: Start, arm: Path, folder: Path
+) -> None:
+    process = begin("handling_the_signal")
+    process.send_signal(signal.SIGTERM)
+    wait_for_line(process, f"handled {signal.SIGTERM:d}")
+    assert ended(process) == (0, "")
+    require_released(arm, folder)
+
+
+def test_a_hangup_that_is_ignored_stays_ignored(begin: Start, arm: Path, folder: Path) -> None:
+    process = begin("opened", preexec_fn=lambda: signal.signal(signal.SIGHUP, signal.SIG_IGN))
+    process.send_signal(signal.SIGHUP)
+    time.sleep(0.3)
+    assert process.poll() is None
+    assert abs(truth(arm)[1][0]) > ended_program.FAST
+    process.send_signal(signal.SIGTERM)
+    assert ended(process)[0] == 128 + signal.SIGTERM
+    require_released(arm, folder)
+
+
+def test_after_close_a_signal_ends_the_program_at_once(begin: Start) -> None:
+    process = begin("closed", says="closed")
+    process.send_signal(signal.SIGTERM)
+    assert ended(process) == (-signal.SIGTERM, "")
+
+
+def unit() -> configparser.ConfigParser:
+    """Return the unit file of the documentation."""
+    text = (ROOT / "docs/loop.md").read_text()
+    (block,) = re.findall(r"^    \[Unit\]\n(?:(?:    .*)?\n)+", text, re.MULTILINE)
+    parser = configparser.ConfigParser(strict=True)
+    parser.optionxform = str  # type: ignore[assignment,method-assign]  # names keep their case
+    parser.read_string(re.sub(r"^    ", "", block, flags=re.MULTILINE))
+    return parser
+
+
+def service(folder: Path, arm: Path) -> Path:
+    """Write the program of the documentation's unit, for the arm of the test."""
+    text = (ROOT / "docs/loop.md").read_text()
+    (block,) = re.findall(r"^    # service\.py\n(?:(?:    .*)?\n)+", text, re.MULTILINE)
+    program = re.sub(r"^    ", "", block, flags=re.MULTILINE)
+    assert program.count("linux:1") == 1
+    path = folder / "service.py"
+    path.write_text(program.replace("linux:1", f"sim:{arm}"))
+    return path
+
+
+def test_the_unit_is_enabled_and_restarted_in_mid_motion(
+    start: Start, arm: Path, folder: Path
+) -> None:
+    parsed = unit()
+    assert parsed["Unit"]["Description"]
+    assert parsed["Install"]["WantedBy"] == "multi-user.target"
+    assert parsed["Service"]["Type"] == "notify"
+    good = {int(number) for number in parsed["Service"]["SuccessExitStatus"].split()}
+    command = shlex.split(parsed["Service"]["ExecStart"])
+    assert command[0].endswith("/.venv/bin/python")
+    program = service(folder, arm)
+    assert [Path(word).name for word in command[1:]] == [program.name]
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as systemd:
+        systemd.bind(str(folder / "notify"))
+        systemd.settimeout(LIMIT)
+        env = environment(NOTIFY_SOCKET=str(folder / "notify"), TMPDIR=str(folder))
+        for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGTERM):
+            process = start(str(program), cwd=folder, env=env, stderr=subprocess.PIPE)
+            assert systemd.recv(100) == b"READY=1"
+            wait_until(lambda: max(map(abs, truth(arm)[1])) > ended_program.FAST, "it moves")
+            process.send_signal(number)
+            status, errors = ended(process)
+            assert status in good, errors
+            assert errors == ""
+            require_released(arm, folder)
