@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from bioscara.robot.motions.cycle_recorder import ignore, never
+from bioscara.robot.motions.gripper import RobotGripper
 
 from bioscara.kinematics import Joints, Pose
 from bioscara.model import load_parameters
@@ -16,8 +18,6 @@ from bioscara.planning import Motion, ToolLimits, Trajectory, Waypoint, approach
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.robot import Robot
-from bioscara.robot.motions.cycle_recorder import ignore, never
-from bioscara.robot.motions.gripper import RobotGripper
 from bioscara.robot.planner import Planner
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
 from bioscara.robot.workspace.tools import FINGERS, Tool

@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from bioscara.robot.motions.execution import MotionExecution
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
@@ -20,7 +21,6 @@ from bioscara.planning.collision.scene import Cylinder, Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.robot import Robot
-from bioscara.robot.motions.execution import MotionExecution
 from bioscara.robot.planner import ACCELERATION_SHARE, Planner
 from planning.scenes import COUNT
 
