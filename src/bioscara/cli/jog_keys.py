@@ -111,13 +111,13 @@ class JogKeys:
         axes: tuple[str, ...] = ("x", "y", "z", "yaw")
         if not self._of_tool:
             axes = tuple(self._names[joint] for joint in _JOINT_OF_AXIS)
-        how = f"hold, {_SHARES[self._level]:.0%} speed"
+        how = f"{_SHARES[self._level]:.0%} speed"
         if self._steps:
-            how = f"steps of {_STEPS[self._level]:g} mm or deg"
+            how = f"steps {_STEPS[self._level]:g} mm/deg"
         pairs = zip(("w/s", "a/d", "r/f", "t/g"), axes, strict=True)
         return [
             f"{what}, {how}: " + "  ".join(f"{keys} {axis}" for keys, axis in pairs),
-            "m tool or joints  n hold or steps  + - faster, slower  q end",
+            "m tool/joints  n hold/steps  +/- speed, step size  q end",
         ]
 
     def _requested(self) -> Step:

@@ -36,7 +36,7 @@ def show_live(robot: Robot, options: Options, output: Output, ended: Callable[[]
     Raises:
         BioscaraError: The joints cannot be read.
     """
-    angles, begin = angle_unit(options), robot.clock.now()
+    angles, begin = angle_unit(options), robot.state.time
     units = [(joint.name, joint.parameters.unit) for joint in robot.joints]
     view = make_view(output, units, angles, tool_line(robot, angles))
     shown = 0

@@ -22,14 +22,14 @@ TRACKING = ("error max", "at", "error rms", "at the end", "speed max", "samples"
 
 
 def render(summary: RunSummary, history: History) -> str:
-    """Return the report in lines of at most about 100 characters, with a final line end."""
+    """Return the report in lines that fit in 80 characters, except for names and messages."""
     lines = [
         f"bioscara {summary.version}: {summary.title}",
         f"  arm         {summary.arm}",
         f"  trajectory  {summary.source}",
         f"  started     {summary.started:%Y-%m-%d %H:%M:%S %z}",
         f"  outcome     {outcome_line(summary)}",
-        f"  duration    {duration_line(summary, history)}",
+        *_list("duration", duration_line(summary, history).split("; ")),
         "",
         *tracking_table(summary, history),
         "",

@@ -229,7 +229,9 @@ class Arm:
         """
         self._take_turn()
         try:
-            self.stack.loop.restart()
+            # The arm may have been shut down before this thread had its turn.
+            if self._operations or not ended():
+                self.stack.loop.restart()
             while self._operations or not ended():
                 try:
                     self.step(idle=True)
