@@ -8,9 +8,9 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bioscara import __version__
 from bioscara.cli.options import FINGERS, START, TABLE, Options
 from bioscara.cli.parser import Parser, number, whole_number
+from bioscara.version import __version__
 
 BUS_HELP = (
     "which arm: 'sim' (simulated in this process, the default), 'sim:/path.sock' (one that "

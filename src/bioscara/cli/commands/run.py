@@ -9,7 +9,6 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from typing import NamedTuple
 
-from bioscara import __version__
 from bioscara.cli.arm import acknowledge_faults, open_arm, remedy, require_acknowledgement
 from bioscara.cli.motion import Progress, tool_line
 from bioscara.cli.options import Options
@@ -41,6 +40,7 @@ from bioscara.report import (
 )
 from bioscara.report.folder import TRAJECTORY, default_path
 from bioscara.robot import Robot, kinematics_of
+from bioscara.version import __version__
 
 _HOMING_CYCLES = 10_000
 """Upper bound of the number of records of homing and approach."""
