@@ -14,7 +14,7 @@ from bioscara.cli import main
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-ELSEWHERE = re.compile(r"demo|run .*--|move --name|simulate|view|.* --bus ")
+ELSEWHERE = re.compile(r"demo|jog|run .*--|move --name|simulate|view|.* --bus ")
 """Commands that home an arm, serve others or read a real bus: their output differs each time."""
 
 

@@ -56,7 +56,7 @@ def test_a_pose_is_saved_listed_shown_and_deleted(
     [
         (
             "save plate --joints 0 0.1 0 0",
-            "there is a pose plate in poses.yaml already; choose another name, or replace it",
+            "a pose plate in poses.yaml already; choose another name, or",
         ),
         ("save center --joints 0 0.1 0 0", "there is a pose center already"),
         ("save a --joints 0 0.1 0 45", "are these degrees?"),

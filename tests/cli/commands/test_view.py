@@ -225,7 +225,7 @@ def test_a_motion_is_played(
         ("sim:/no/such.sock", "bioscara simulate --socket /no/such.sock"),
         ("sim", "only as sim:/path.sock"),
         ("linux:1", "only as sim:/path.sock"),
-        ("--joints 9 9 9 9", "--joints: j1"),
+        ("--joints 9 9 9 9", "--joints, j1"),
         ("--pose 9 9 0 0", "cannot be reached"),
         ("--name palte", "did you mean plate?"),
     ],
