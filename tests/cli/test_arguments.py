@@ -7,33 +7,80 @@ import sys
 from pathlib import Path
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from bioscara import __version__
 from bioscara.cli import main
 from bioscara.cli.arguments import parse
+from bioscara.cli.output.angles import DEGREES, RADIANS
+from bioscara.kinematics import Joints, Pose
 
 
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        ([], "COMMAND"),
-        (["dance"], "invalid choice: 'dance'"),
-        (["run"], "FILE"),
-        (["run", "a.csv", "b.csv"], "b.csv"),
-        (["run", "a.csv", "--fi"], "--fi"),
-        (["demo", "--out"], "--out"),
-        (["simulate"], "--socket"),
-        (["simulate", "--socket", "s", "--seed", "many"], "--seed"),
-        (["demo", "--v1", "--bus", "linux:1"], "--v1"),
+        ("", "give a command: demo, run, "),
+        ("dance", "there is no command 'dance'; there are demo, run, "),
+        ("mvoe", "there is no command 'mvoe'; did you mean move?"),
+        ("poses svae", "there is no poses command 'svae'; did you mean save?"),
+        ("poses", "give a command: list, show, save, delete"),
+        ("move --nmae center", "move has no option --nmae; did you mean --name?"),
+        ("move --nmae=center", "move has no option --nmae; did you mean --name?"),
+        ("run a.csv --fi", "run has no option --fi; did you mean --fit?"),
+        ("run a.csv --xyzzy 3", "its options are --fit --scene"),
+        ("run", "run needs FILE: ROS 2 trajectory"),
+        ("run a.csv b.csv", "there is nothing to do with 'b.csv'"),
+        ("run a.csv --fit=3", "--fit takes no value"),
+        ("move", "one of --pose X Y Z YAW, --joints J1 J2 J3 J4, --name NAME"),
+        ("move --name a --pose 1 2 3 4", "--pose and --name exclude one another"),
+        ("move --pose 1 2 3", "--pose has too few values; give --pose X Y Z YAW: goal pose"),
+        ("move --name a --speed", "--speed has no value; give --speed SHARE: share of"),
+        ("move --name a --speed fast", "--speed: 'fast' is not a number; give --speed SHARE"),
+        ("demo --out", "--out has no value; give --out DIR: folder"),
+        ("demo --rate 99.5", "'99.5' is not a whole number"),
+        ("simulate", "simulate needs --socket PATH: Unix socket"),
+        ("simulate --socket s --seed many", "--seed: 'many' is not a whole number"),
+        ("flash --joint 7", "--joint is one of 1, 2, 3, 4"),
+        ("demo --v1 --bus linux:1", "--v1 applies only to"),
+        ("enable", "enable needs an arm that outlasts this command"),
+        ("monitor --bus sim", "bioscara simulate --socket"),
+        ("gripper wide", "WIDTH: 'wide' is not a number"),
     ],
 )
-def test_wrong_usage_names_the_word(
-    words: list[str], complaint: str, capsys: pytest.CaptureFixture[str]
+def test_wrong_usage_is_one_sentence_that_names_the_word_and_the_remedy(
+    words: str, complaint: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     with pytest.raises(SystemExit) as caught:
-        main(words)
+        main(words.split())
     assert caught.value.code == 2
-    assert complaint in capsys.readouterr().err
+    out, err = capsys.readouterr()
+    assert out == ""
+    assert complaint in err
+    assert len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize("value", ["-1e-3", "-.5", "-2", "-0.25", "-1E2"])
+def test_numbers_may_be_negative_in_any_form(value: str) -> None:
+    options = parse(["move", "--joints", value, value, "0", value])
+    assert options.joints == [float(value), float(value), 0.0, float(value)]
+
+
+@pytest.mark.parametrize("degrees", [False, True])
+@given(values=st.lists(st.floats(-6.0, 6.0), min_size=4, max_size=4))
+def test_words_that_are_shown_are_the_target_they_show(values: list[float], degrees: bool) -> None:
+    unit = DEGREES if degrees else RADIANS
+    for shown in (Joints(*values), Pose(*values)):
+        options = parse(["move", *unit.words(shown).split()])
+        assert options.degrees == degrees
+        given_back = options.joints if isinstance(shown, Joints) else options.pose
+        assert given_back == pytest.approx(list(values), abs=1e-4)
+
+
+def test_every_command_that_moves_an_arm_takes_rate_and_priority() -> None:
+    for words in ("demo", "run a.csv", "move --name a", "home", "jog", "gripper open"):
+        options = parse([*words.split(), "--rate", "50", "--priority", "80"])
+        assert (options.rate, options.priority) == (50, 80)
 
 
 def test_the_simulated_arm_is_the_default() -> None:

@@ -1,123 +1,32 @@
-"""The arguments of the command line."""
+"""The arguments of the command line: commands and their options."""
 
 from __future__ import annotations
 
 import argparse
-import importlib
+import math
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from bioscara.arguments import OVERLAY_VARIABLE
+from bioscara.cli.options import FINGERS, START, TABLE, Options
+from bioscara.cli.parser import Parser, number, whole_number
 from bioscara.version import __version__
 
 BUS_HELP = (
     "which arm: 'sim' (simulated in this process, the default), 'sim:/path.sock' (one that "
     "'bioscara simulate' runs) or 'linux:1' (a real one on I2C bus 1)"
 )
-START = (-0.6, 0.2, 1.2, -0.6)
-"""Default joint positions at the start of a plan [rad m rad rad]: in front of the column, with the
-elbow bent, so that a line can start there. With a stretched arm, as at ``center``, none can."""
-_WITHOUT_PARAMETERS = {"simulate", "poses"}
-"""Commands that load no parameters, or leave it to their actions."""
-TABLE = Path("poses.yaml")
-"""File with the taught poses if ``--table`` is not given; it need not exist."""
-FINGERS = "fingers"
 _JOINTS = "J1 J2 J3 J4"
 _EPILOG = (
     "Exit status: 0 done; 1 something failed after the arm began to move or a board was written; "
     "2 wrong usage, or refused before that; 130 interrupted."
 )
-
-
-class Options(argparse.Namespace):
-    """Parsed options; the set of attributes depends on the command.
-
-    Attributes:
-        command: Name of the command, and of the module that implements it.
-        bus: Name of the bus.
-        v1: Whether the simulated joints have their original firmware.
-        parameters: File with the values in which the arm differs from the committed ones, if any.
-        words: All arguments after ``bioscara``, as typed.
-        acknowledge: Whether to acknowledge the faults that stopped the arm before.
-        realtime: Whether simulated homing runs in real time.
-        paced: Whether a simulated trajectory runs in real time.
-        full_speed: Whether the tool may be faster than 250 mm/s.
-        priority: Real-time priority of the control loop; None for an ordinary process.
-        out: Folder for the files of the run; None for a new folder under ``runs``.
-        file: File of the trajectory.
-        fit: Whether to stretch the trajectory in time to fit the limits.
-        pose: Goal pose of the tool: x, y, z [m] and yaw [rad]; None if joints are given.
-        joints: Goal positions of the joints; None if a pose is given.
-        start: Joint positions at the start of a plan; None for :data:`START`.
-        scene: File with the zones and the table around the arm.
-        linear: Whether the tool moves along a line.
-        via: A point on the tool's arc [m].
-        speed: Share of the speed limits to use.
-        csv: File for the planned trajectory.
-        plot: File for the plot of the motion; None for no plot.
-        socket: Unix socket on which the simulated arm listens.
-        seed: Seed of the simulation.
-        port: TCP port of the 3D view.
-        source: What the 3D view shows: a run folder, a trajectory file or a running simulated arm;
-            None for sliders, or with a target.
-        action: Action on poses.
-        table: The file with taught poses; None for :data:`TABLE`.
-        name: Name of a pose.
-        tool: Name of a tool.
-        calibration: Identifier of the arm's calibration; may be empty.
-        joint: Number of the joint to flash.
-        swd: Whether to flash through an ST-Link instead of the USB bootloader.
-        image: The firmware image; None for the available one of this version.
-        serial: Serial number of the board in its bootloader, or of the ST-Link, if given.
-    """
-
-    command: str
-    bus: str
-    v1: bool
-    parameters: Path | None
-    words: Sequence[str]
-    acknowledge: bool
-    realtime: bool
-    paced: bool
-    full_speed: bool
-    priority: int | None
-    out: Path | None
-    file: Path
-    fit: bool
-    pose: list[float] | None
-    joints: list[float] | None
-    start: Sequence[float] | None
-    scene: Path | None
-    linear: bool
-    via: list[float] | None
-    speed: float
-    csv: Path | None
-    plot: Path | None
-    socket: Path
-    seed: int
-    port: int
-    source: str | None
-    action: str
-    table: Path | None
-    name: str
-    tool: str
-    calibration: str
-    joint: int
-    swd: bool
-    image: Path | None
-    serial: str | None
-
-    def has_target(self) -> bool:
-        """Return whether a target of a motion is given."""
-        return bool(self.name) or self.pose is not None or self.joints is not None
-
-    def load_command(self) -> Callable[[Options], int]:
-        """Import the module of the command and return its ``run`` function."""
-        module = importlib.import_module(f"bioscara.cli.commands.{self.command}")
-        run: Callable[[Options], int] = module.run
-        return run
+_WITHOUT_PARAMETERS = {"simulate", "poses", "tools"}
+"""Commands that load no parameters, or leave it to their actions."""
+_LASTING = frozenset({"enable", "disable", "monitor", "faults", "acknowledge", "recover"})
+"""Commands whose effect, or object, is an arm that exists before and after them."""
 
 
 def parse(arguments: Sequence[str] | None = None) -> Options:
@@ -126,28 +35,49 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     Args:
         arguments: The arguments after ``bioscara``; those of the process by default.
     """
-    parser = argparse.ArgumentParser(
-        prog="bioscara",
-        description="Move a Bioscara arm, simulated or real.",
-        epilog=_EPILOG,
-        allow_abbrev=False,
+    words = list(sys.argv[1:] if arguments is None else arguments)
+    parser = Parser(
+        prog="bioscara", description="Move a Bioscara arm, simulated or real.", epilog=_EPILOG
     )
     parser.add_argument("--version", action="version", version=f"bioscara {__version__}")
-    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    _add_demo_command(commands)
-    _add_run_command(commands)
-    _add_plan_command(commands)
-    _add_move_command(commands)
-    _add_joints_command(commands)
-    _add_simulate_command(commands)
-    _add_view_command(commands)
-    _add_poses_command(commands)
-    _add_flash_command(commands)
-    options = parser.parse_args(arguments, namespace=Options())
-    options.words = list(sys.argv[1:] if arguments is None else arguments)
-    if getattr(options, "v1", False) and getattr(options, "bus", "sim") != "sim":
+    parser.take_commands("command", "COMMAND")
+    _add_demo_command(parser)
+    _add_run_command(parser)
+    _add_plan_command(parser)
+    _add_move_command(parser)
+    _add_home_command(parser)
+    _add_jog_command(parser)
+    _add_gripper_command(parser)
+    _add_power_commands(parser)
+    _add_monitor_command(parser)
+    _add_joints_command(parser)
+    _add_fault_commands(parser)
+    _add_poses_command(parser)
+    _add_tools_command(parser)
+    _add_view_command(parser)
+    _add_simulate_command(parser)
+    _add_flash_command(parser)
+    options = Options()
+    parser.read(words, options)
+    options.words = words
+    _check(parser.commands[options.command], options)
+    if getattr(options, "degrees", False):
+        _convert_degrees(options)
+    return options
+
+
+def _check(parser: Parser, options: Options) -> None:
+    """Refuse options that exclude one another."""
+    bus = getattr(options, "bus", "sim")
+    if getattr(options, "v1", False) and bus != "sim":
         parser.error("--v1 applies only to the arm simulated in this process; leave out --bus")
-    if options.command == "flash" and options.bus == "sim":
+    if options.command in _LASTING and bus == "sim":
+        parser.error(
+            f"{options.command} needs an arm that outlasts this command, and the one simulated in "
+            "this process does not: give --bus linux:1, or --bus sim:/path.sock of an arm that "
+            "'bioscara simulate --socket /path.sock' runs"
+        )
+    if options.command == "flash" and bus == "sim":
         parser.error("--bus sim has no board to flash; name the bus of the joint, as linux:1")
     if options.command == "poses" and options.action == "show" and options.plot is None:
         for word, value in (("--from", options.start), ("--scene", options.scene)):
@@ -157,10 +87,22 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
                 )
     if options.command == "view":
         _check_view(parser, options)
-    return options
 
 
-def _check_view(parser: argparse.ArgumentParser, options: Options) -> None:
+def _convert_degrees(options: Options) -> None:
+    """Convert the angles of all options to radians."""
+    for word in ("pose", "joints", "start", "offset"):
+        values = getattr(options, word, None)
+        if values is not None:
+            lengths = {1} if word in {"joints", "start"} else {0, 1, 2}
+            converted = [
+                value if index in lengths else math.radians(value)
+                for index, value in enumerate(values)
+            ]
+            setattr(options, word, converted)
+
+
+def _check_view(parser: Parser, options: Options) -> None:
     """Refuse options of ``view`` that exclude one another."""
     planned = options.has_target()
     if planned and options.source is not None:
@@ -184,12 +126,9 @@ def _check_view(parser: argparse.ArgumentParser, options: Options) -> None:
             parser.error(f"{word} applies to a planned motion; add --pose, --joints or --name")
 
 
-def _add_command(
-    commands: argparse._SubParsersAction[argparse.ArgumentParser], name: str, help_text: str
-) -> argparse.ArgumentParser:
-    parser = commands.add_parser(
-        name, help=help_text, description=help_text, epilog=_EPILOG, allow_abbrev=False
-    )
+def _add_command(commands: Parser, name: str, help_text: str, module: str | None = None) -> Parser:
+    parser = commands.add_command(name, help_text)
+    parser.set_defaults(module=module or name)
     if name not in _WITHOUT_PARAMETERS:
         overlay = os.environ.get(OVERLAY_VARIABLE)
         parser.add_argument(
@@ -203,12 +142,15 @@ def _add_command(
     return parser
 
 
-def _add_demo_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
-    demo = _add_command(commands, "demo", "Home the arm, run the demonstration trajectory, report.")
+def _add_demo_command(commands: Parser) -> None:
+    demo = _add_command(
+        commands, "demo", "Home the arm, run the demonstration trajectory, report.", "run"
+    )
+    _add_report(demo)
     _add_motion(demo)
 
 
-def _add_run_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def _add_run_command(commands: Parser) -> None:
     run = _add_command(commands, "run", "Home the arm, run a trajectory file, report.")
     run.add_argument(
         "file",
@@ -222,32 +164,100 @@ def _add_run_command(commands: argparse._SubParsersAction[argparse.ArgumentParse
         help="stretch the trajectory in time where it exceeds a speed or acceleration limit",
     )
     _add_scene(run)
+    _add_report(run)
     _add_motion(run)
 
 
-def _add_plan_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def _add_plan_command(commands: Parser) -> None:
     plan = _add_command(commands, "plan", "Plan a motion and describe it; no arm is needed.")
     _add_start(plan, "joint positions at the start")
     _add_target(plan)
     _add_full_speed(plan)
+    _add_degrees(plan)
 
 
-def _add_move_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def _add_move_command(commands: Parser) -> None:
     move = _add_command(commands, "move", "Home the arm where necessary and move it to a target.")
     _add_target(move)
     move.set_defaults(start=None)
-    _add_bus(move)
-    _add_acknowledge(move)
-    _add_realtime(move)
-    _add_full_speed(move)
+    _add_motion(move)
 
 
-def _add_joints_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def _add_home_command(commands: Parser) -> None:
+    home = _add_command(
+        commands,
+        "home",
+        "Home the joints that are not homed; the elbow must be open, the gripper empty.",
+    )
+    _add_motion(home, full_speed=False)
+
+
+def _add_jog_command(commands: Parser) -> None:
+    jog = _add_command(
+        commands,
+        "jog",
+        "Home the arm where necessary and move it by the keyboard, as long as a key is held.",
+    )
+    _add_scene(jog)
+    _add_table(jog)
+    _add_tool(jog, "name of the tool that is mounted")
+    _add_motion(jog)
+
+
+def _add_gripper_command(commands: Parser) -> None:
+    gripper = _add_command(commands, "gripper", "Move the jaws of the gripper.")
+    gripper.add_argument(
+        "width",
+        metavar="WIDTH",
+        type=_width,
+        help="width between the jaws [m], or open or close for the largest or smallest",
+    )
+    _add_motion(gripper, full_speed=False, realtime=False)
+
+
+def _width(word: str) -> float | str:
+    return word if word in {"open", "close"} else number(word)
+
+
+def _add_power_commands(commands: Parser) -> None:
+    enable = _add_command(
+        commands,
+        "enable",
+        "Enable the joints where they stand and hold them until Ctrl-C; nothing moves.",
+        "power",
+    )
+    _add_bus(enable)
+    _add_acknowledge(enable)
+    _add_degrees(enable)
+    disable = _add_command(
+        commands, "disable", "Bring the joints to rest and disable them; loads may sink.", "power"
+    )
+    _add_bus(disable)
+
+
+def _add_monitor_command(commands: Parser) -> None:
+    monitor = _add_command(
+        commands, "monitor", "Show the joints live until Ctrl-C, without enabling them."
+    )
+    _add_bus(monitor)
+    _add_degrees(monitor)
+
+
+def _add_fault_commands(commands: Parser) -> None:
+    for name, help_text in (
+        ("faults", "List the faults that stopped the arm, and what to do about each."),
+        ("acknowledge", "Write the evidence of the faults; they stay until 'recover'."),
+        ("recover", "Acknowledge the faults and clear them in the joints; nothing moves."),
+    ):
+        _add_bus(_add_command(commands, name, help_text, "faults"))
+
+
+def _add_joints_command(commands: Parser) -> None:
     joints = _add_command(commands, "joints", "List the joints on a bus; nothing moves.")
     _add_bus(joints)
 
 
-def _add_simulate_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def _add_simulate_command(commands: Parser) -> None:
     simulate = _add_command(
         commands, "simulate", "Run a simulated arm in real time, for other programs, until Ctrl-C."
     )
@@ -255,10 +265,16 @@ def _add_simulate_command(commands: argparse._SubParsersAction[argparse.Argument
         "--socket", metavar="PATH", type=Path, required=True, help="Unix socket to listen on"
     )
     simulate.add_argument("--v1", action="store_true", help="joints with their original firmware")
-    simulate.add_argument("--seed", type=int, default=0, help="seed of the simulation (default 0)")
+    simulate.add_argument(
+        "--seed",
+        metavar="N",
+        type=whole_number,
+        default=0,
+        help="seed of the simulation (default 0)",
+    )
 
 
-def _add_view_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def _add_view_command(commands: Parser) -> None:
     view = _add_command(
         commands,
         "view",
@@ -276,6 +292,7 @@ def _add_view_command(commands: argparse._SubParsersAction[argparse.ArgumentPars
     _add_start(view, "joint positions at the start of the plan")
     _add_motion_target(view, required=False)
     _add_full_speed(view)
+    _add_degrees(view)
     view.add_argument(
         "--port",
         metavar="N",
@@ -296,19 +313,25 @@ def _port(text: str) -> int:
     return int(text)
 
 
-def _add_poses_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def _add_poses_command(commands: Parser) -> None:
     poses = _add_command(
         commands, "poses", "List, show, save or delete poses by name; nothing moves."
     )
-    actions = poses.add_subparsers(dest="action", required=True, metavar="ACTION")
-    listing = _add_command(actions, "list", "List all poses and tools.")
-    show = _add_command(actions, "show", "Show one pose, and whether the arm can take it.")
-    save = _add_command(actions, "save", "Save a pose under a new name.")
-    delete = _add_command(actions, "delete", "Delete a saved pose.")
+    poses.take_commands("action", "ACTION")
+    texts = {
+        "list": "List all poses and tools.",
+        "show": "Show one pose, and whether the arm can take it.",
+        "save": "Save a pose under a name.",
+        "delete": "Delete a saved pose.",
+    }
+    listing, show, save, delete = (
+        _add_command(poses, name, text, "poses") for name, text in texts.items()
+    )
     for action in (show, save, delete):
         action.add_argument("name", metavar="NAME", help="name of the pose")
     for action in (listing, show, save, delete):
         _add_table(action)
+        _add_degrees(action)
     _add_plot(show, "draw the motion to the pose, joints and tool against their limits, as PNG")
     _add_start(show, "joint positions at the start of that motion")
     _add_scene(show, "file with the zones and the table that the motion keeps clear of")
@@ -323,7 +346,35 @@ def _add_poses_command(commands: argparse._SubParsersAction[argparse.ArgumentPar
         default="",
         help="identifier of the calibration of the arm, stored with the pose",
     )
+    _add_force(save, "pose")
     save.set_defaults(v1=False)
+
+
+def _add_tools_command(commands: Parser) -> None:
+    tools = _add_command(commands, "tools", "List the tools, or add one to the teach file.")
+    tools.take_commands("action", "ACTION")
+    listing = _add_command(tools, "list", "List all tools.", "tools")
+    add = _add_command(tools, "add", "Add a tool under a name.", "tools")
+    for action in (listing, add):
+        _add_table(action)
+        _add_degrees(action)
+    add.add_argument("name", metavar="NAME", help="name of the tool")
+    _add_four(
+        add,
+        "--offset",
+        "X Y Z YAW",
+        "its centre point in the flange [m m m rad]",
+        required=True,
+    )
+    add.add_argument("--mass", metavar="KG", type=number, required=True, help="its mass [kg]")
+    _add_force(add, "tool")
+
+
+def _add_force(parser: Parser, what: str) -> None:
+    """Add the argument that replaces an entry of the teach file."""
+    parser.add_argument(
+        "--force", action="store_true", help=f"replace the {what} of this name, if there is one"
+    )
 
 
 def _serial_number(word: str) -> str:
@@ -332,14 +383,14 @@ def _serial_number(word: str) -> str:
     return word
 
 
-def _add_flash_command(commands: argparse._SubParsersAction[argparse.ArgumentParser]) -> None:
+def _add_flash_command(commands: Parser) -> None:
     flash = _add_command(
         commands, "flash", "Write the firmware of one joint to its board, and verify it."
     )
     flash.add_argument(
         "--joint",
         metavar="N",
-        type=int,
+        type=whole_number,
         choices=(1, 2, 3, 4),
         required=True,
         help="number of the joint, 1 .. 4; an image for another is refused",
@@ -374,7 +425,7 @@ def _add_flash_command(commands: argparse._SubParsersAction[argparse.ArgumentPar
     flash.set_defaults(swd=False, v1=False)
 
 
-def _add_bus(parser: argparse.ArgumentParser) -> None:
+def _add_bus(parser: Parser) -> None:
     """Add the arguments that select the arm."""
     parser.add_argument("--bus", metavar="BUS", default="sim", help=BUS_HELP)
     parser.add_argument(
@@ -384,19 +435,8 @@ def _add_bus(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_motion(parser: argparse.ArgumentParser) -> None:
-    """Add the common arguments of ``demo`` and ``run``."""
-    _add_bus(parser)
-    _add_acknowledge(parser)
-    _add_realtime(parser)
-    _add_full_speed(parser)
-    parser.add_argument(
-        "--priority",
-        metavar="N",
-        type=int,
-        help="run the control loop before everything else, as SCHED_FIFO N (1 .. 99, usually 80) "
-        "and with its memory locked; needs permission",
-    )
+def _add_report(parser: Parser) -> None:
+    """Add the argument for the files of ``demo`` and ``run``."""
     parser.add_argument(
         "--out",
         metavar="DIR",
@@ -405,7 +445,47 @@ def _add_motion(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_acknowledge(parser: argparse.ArgumentParser) -> None:
+def _add_motion(parser: Parser, *, full_speed: bool = True, realtime: bool = True) -> None:
+    """Add the arguments of every command that moves an arm.
+
+    Args:
+        parser: Parser of the command.
+        full_speed: Whether its speed can be limited.
+        realtime: Whether it homes the arm.
+    """
+    _add_bus(parser)
+    _add_acknowledge(parser)
+    if realtime:
+        _add_realtime(parser)
+    if full_speed:
+        _add_full_speed(parser)
+    _add_degrees(parser)
+    parser.add_argument(
+        "--rate",
+        metavar="HZ",
+        type=whole_number,
+        help="control cycles per second (default: 100, and 50 with joints of protocol version 1)",
+    )
+    parser.add_argument(
+        "--priority",
+        metavar="N",
+        type=whole_number,
+        help="run the control loop before everything else, as SCHED_FIFO N (1 .. 99, usually 80) "
+        "and with its memory locked; needs permission",
+    )
+
+
+def _add_degrees(parser: Parser) -> None:
+    """Add the argument for angles in degrees."""
+    parser.add_argument(
+        "--deg",
+        dest="degrees",
+        action="store_true",
+        help="give and show angles in degrees instead of radians; files keep radians",
+    )
+
+
+def _add_acknowledge(parser: Parser) -> None:
     """Add the argument that acknowledges faults."""
     parser.add_argument(
         "--acknowledge",
@@ -415,7 +495,7 @@ def _add_acknowledge(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_realtime(parser: argparse.ArgumentParser) -> None:
+def _add_realtime(parser: Parser) -> None:
     """Add the argument for simulated homing in real time."""
     parser.add_argument(
         "--realtime",
@@ -424,7 +504,7 @@ def _add_realtime(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_full_speed(parser: argparse.ArgumentParser) -> None:
+def _add_full_speed(parser: Parser) -> None:
     """Add the argument that lifts the limit of the tool's speed."""
     parser.add_argument(
         "--full-speed",
@@ -433,7 +513,7 @@ def _add_full_speed(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_target(parser: argparse.ArgumentParser) -> None:
+def _add_target(parser: Parser) -> None:
     """Add the arguments for target, type of motion, surroundings and output files."""
     _add_motion_target(parser, required=True)
     _add_scene(parser)
@@ -443,7 +523,7 @@ def _add_target(parser: argparse.ArgumentParser) -> None:
     _add_plot(parser, "draw joints and tool against their limits, as PNG")
 
 
-def _add_motion_target(parser: argparse.ArgumentParser, *, required: bool) -> None:
+def _add_motion_target(parser: Parser, *, required: bool) -> None:
     """Add the arguments for target and type of motion."""
     target = parser.add_mutually_exclusive_group(required=required)
     _add_four(target, "--pose", "X Y Z YAW", "goal pose of the tool in the base [m m m rad]")
@@ -455,45 +535,45 @@ def _add_motion_target(parser: argparse.ArgumentParser, *, required: bool) -> No
     parser.add_argument(
         "--via",
         metavar=("X", "Y", "Z"),
-        type=float,
+        type=number,
         nargs=3,
         help="move the tool along the arc through this point [m]",
     )
     parser.add_argument(
         "--speed",
         metavar="SHARE",
-        type=float,
+        type=number,
         default=1.0,
         help="share of the speed limits to use, 0.001 to 1 (default 1)",
     )
 
 
-def _add_start(parser: argparse.ArgumentParser, help_text: str) -> None:
+def _add_start(parser: Parser, help_text: str) -> None:
     """Add the argument for the joint positions at the start."""
     parser.add_argument(
         "--from",
         dest="start",
         metavar=tuple(_JOINTS.split()),
-        type=float,
+        type=number,
         nargs=4,
         help=f"{help_text} [rad m rad rad] (default: {' '.join(f'{v:g}' for v in START)})",
     )
 
 
 def _add_scene(
-    parser: argparse.ArgumentParser,
+    parser: Parser,
     help_text: str = "file with the zones and the table that the arm keeps clear of",
 ) -> None:
     """Add the argument for the scene file."""
     parser.add_argument("--scene", metavar="FILE", type=Path, help=help_text)
 
 
-def _add_plot(parser: argparse.ArgumentParser, help_text: str) -> None:
+def _add_plot(parser: Parser, help_text: str) -> None:
     """Add the argument for the plot of a motion."""
     parser.add_argument("--plot", metavar="FILE", type=Path, help=help_text)
 
 
-def _add_table(parser: argparse.ArgumentParser) -> None:
+def _add_table(parser: Parser) -> None:
     """Add the argument for the file with the poses."""
     parser.add_argument(
         "--table",
@@ -503,14 +583,21 @@ def _add_table(parser: argparse.ArgumentParser) -> None:
     )
 
 
-def _add_tool(parser: argparse.ArgumentParser, help_text: str) -> None:
+def _add_tool(parser: Parser, help_text: str) -> None:
     """Add the argument for the name of a tool."""
     parser.add_argument(
         "--tool", metavar="NAME", default=FINGERS, help=f"{help_text} (default: {FINGERS})"
     )
 
 
-def _add_four(parser: argparse._ActionsContainer, name: str, values: str, help_text: str) -> None:
+def _add_four(
+    parser: argparse._ActionsContainer,
+    name: str,
+    values: str,
+    help_text: str,
+    *,
+    required: bool = False,
+) -> None:
     """Add an option with four numbers.
 
     Args:
@@ -518,5 +605,13 @@ def _add_four(parser: argparse._ActionsContainer, name: str, values: str, help_t
         name: Name of the option.
         values: Names of the numbers, separated by spaces.
         help_text: Help text of the option.
+        required: Whether it must be given.
     """
-    parser.add_argument(name, metavar=tuple(values.split()), type=float, nargs=4, help=help_text)
+    parser.add_argument(
+        name,
+        metavar=tuple(values.split()),
+        type=number,
+        nargs=4,
+        help=help_text,
+        required=required,
+    )

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Callable, Collection
 from itertools import takewhile
 from pathlib import Path
 
-from bioscara.cli.arguments import Options
+from bioscara.cli.options import Options
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import FaultedError
 from bioscara.model import ArmParameters
@@ -23,16 +22,18 @@ def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULT
         evidence: Folder for the flight records of faults.
 
     Raises:
-        InvalidArgumentError: There is no bus of that name.
+        InvalidArgumentError: There is no bus of that name, or ``--rate`` is not possible.
     """
     reduced_speed = not getattr(options, "full_speed", False)
+    rate = getattr(options, "rate", None)
     if options.bus != "sim":
         return Robot.connect(
-            options.bus, parameters, evidence=evidence, reduced_speed=reduced_speed
+            options.bus, parameters, rate=rate, evidence=evidence, reduced_speed=reduced_speed
         )
     return Robot.simulated(
         parameters,
         v1=options.v1,
+        rate=rate,
         evidence=evidence,
         reduced_speed=reduced_speed,
         pace_homing=getattr(options, "realtime", False),
@@ -58,19 +59,22 @@ def require_acknowledgement(robot: Robot, options: Options) -> None:
     faults = "; ".join(
         f"{kind.name} ({', '.join(names)}): {kind.action}" for kind, names in sources.items()
     )
-    command = shlex.join(("bioscara", *options.words, "--acknowledge"))
+    command = options.typed("--acknowledge")
     raise FaultedError(
         f"the arm stopped before this run and nothing moves until that is resolved: {faults}; "
         f"then continue with: {command}"
     )
 
 
-def acknowledge_faults(robot: Robot, report: Callable[[str], None]) -> None:
+def acknowledge_faults(
+    robot: Robot, report: Callable[[str], None], *, recover: bool = True
+) -> None:
     """Acknowledge and recover from faults that stopped the arm before, if any; nothing moves.
 
     Args:
         robot: A robot that was just connected.
         report: Receives a sentence for each fault.
+        recover: Whether to recover; False only writes the evidence.
 
     Raises:
         FaultedError: The evidence cannot be written; the faults stay.
@@ -88,7 +92,8 @@ def acknowledge_faults(robot: Robot, report: Callable[[str], None]) -> None:
     for fault in faults:
         report(f"acknowledged: {fault}")
     report(f"evidence: {faults[0].evidence}")
-    robot.recover()
+    if recover:
+        robot.recover()
 
 
 def remedy(robot: Robot) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 
 from bioscara.arguments import OVERLAY_VARIABLE
-from bioscara.cli.arguments import Options
+from bioscara.cli.options import Options
 from bioscara.cli.output.console import Output
 from bioscara.errors import ConfigurationError
 from bioscara.model import ArmParameters, load_parameters

@@ -11,7 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from bioscara.cli.arguments import START, Options
+from bioscara.cli.options import START, Options
+from bioscara.cli.output.angles import LENGTHS, AngleUnit
 from bioscara.cli.teach_table import lookup, read_table
 from bioscara.errors import InvalidArgumentError, UnreachableError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara, batch
@@ -91,7 +92,7 @@ def plan_target(planner: Planner, options: Options) -> Plan:
     return planner.move_to(pose, velocity_scaling=share)
 
 
-def describe(plan: Plan, arm: Scara) -> list[str]:
+def describe(plan: Plan, arm: Scara, angles: AngleUnit) -> list[str]:
     """Describe a plan for the user, one item per line."""
     trajectory = plan.trajectory
     ends = batch.forward(arm, trajectory.positions[[0, -1]])
@@ -108,14 +109,13 @@ def describe(plan: Plan, arm: Scara) -> list[str]:
     ):
         unit = limit.unit
         lines.append(
-            f"{limit.name} to {goal:+z.4f} {unit}, at most "
-            f"{abs(ranges.velocity.largest.value):.4f} {unit}/s and "
-            f"{abs(ranges.acceleration.largest.value):.4f} {unit}/s^2"
+            f"{limit.name} to {angles.quantity(goal, unit)}, at most "
+            f"{angles.quantity(abs(ranges.velocity.largest.value), unit, '/s', sign='')} and "
+            f"{angles.quantity(abs(ranges.acceleration.largest.value), unit, '/s^2', sign='')}"
         )
     return [*lines, *(f"note: {note}" for note in plan.notes)]
 
 
-_LENGTHS = ("j2", "x", "y", "z")
 _ROUNDING = 1e-9
 """Tolerance of the reach for rounding errors [m]."""
 
@@ -159,8 +159,12 @@ def _check_options(options: Options) -> None:
 def _check_sizes(word: str, fields: Sequence[str], values: Sequence[float] | None) -> None:
     """Refuse values that are not finite or, by their size, in millimetres or degrees."""
     for field, value in zip(fields, values or (), strict=values is not None):
-        size, unit = (PLACE_MAX, "m") if field in _LENGTHS else (ANGLE_MAX, "rad")
-        check_number(f"{word}, {field}", value, size, unit)
+        size, unit = (PLACE_MAX, "m") if field in LENGTHS else (ANGLE_MAX, "rad")
+        try:
+            check_number(f"{word}, {field}", value, size, unit)
+        except InvalidArgumentError as error:
+            hint = " --deg takes them" if str(error).endswith("degrees?") else ""
+            raise InvalidArgumentError(f"{error}{hint}") from error
 
 
 def _check_via(arm: Scara, via: Sequence[float]) -> None:

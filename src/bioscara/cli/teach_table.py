@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TypeVar
 
-from bioscara.cli.arguments import TABLE, Options
+from bioscara.cli.options import TABLE, Options
+from bioscara.cli.output.angles import AngleUnit
 from bioscara.errors import ConfigurationError, InvalidArgumentError
-from bioscara.robot.workspace.poses import TeachTable
+from bioscara.robot.workspace.poses import NamedPose, TeachTable
 from bioscara.robot.workspace.teach_file import load_table
 from bioscara.robot.workspace.tools import Tool
 
@@ -61,3 +62,29 @@ def lookup(options: Options, find: Callable[[str], T], name: str) -> T:
         raise InvalidArgumentError(
             f"{error} (and {table_file(options)} does not exist; name another file with --table)"
         ) from error
+
+
+def refuse_overwriting(
+    what: str, name: str, entries: Iterable[NamedPose | Tool], options: Options
+) -> None:
+    """Refuse a name that is taken, unless ``--force`` is given.
+
+    Raises:
+        InvalidArgumentError: One of the entries has that name.
+    """
+    if not options.force and any(entry.name == name for entry in entries):
+        raise InvalidArgumentError(
+            f"there is a {what} {name} in {table_file(options)} already; choose another name, or "
+            "replace it with --force"
+        )
+
+
+def tool_rows(table: TeachTable, angles: AngleUnit) -> list[tuple[str, str, str]]:
+    """Return the tools of a table as rows, below their headings."""
+    return [
+        ("tool", f"offset in the flange [m m m {angles.name}]", "mass [kg]"),
+        *(
+            (tool.name, angles.numbers(tool.pose_tool_in_flange), f"{tool.mass:g}")
+            for tool in table.all_tools()
+        ),
+    ]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from bioscara.cli.arguments import START, Options
+from bioscara.cli.options import START, Options
 from bioscara.cli.target import plan_target, target_planner
 from bioscara.errors import BioscaraError, ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Scara

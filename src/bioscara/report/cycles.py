@@ -21,6 +21,8 @@ class Phase(Enum):
     TRAJECTORY = "trajectory"
     SETTLING = "settling"
     """The last setpoint is held for a short time, so that the arm comes to rest at it."""
+    WATCHING = "watching"
+    """Nothing is commanded."""
     JOG = "jog"
     """Motion by streamed velocities."""
     STOPPING = "stopping"

@@ -17,7 +17,7 @@ from bioscara.report.summary import RunSummary
 from bioscara.report.text import (
     TRACKING,
     duration_line,
-    loop_lines,
+    loop_facts,
     outcome_line,
     tracking_cells,
 )
@@ -63,9 +63,7 @@ def _facts(summary: RunSummary, history: History) -> str:
         ("trajectory", summary.source),
         ("duration", duration_line(summary, history)),
     ]
-    for line in loop_lines(loop_statistics(history)):
-        name, _, text = line.strip().partition(" ")
-        facts.append((name, text.strip()))
+    facts += loop_facts(loop_statistics(history))
     facts += [("fault", text) for text in summary.faults]
     facts += [("note", text) for text in summary.notes]
     facts += [(joint.name, f"{joint.address:#04x}, {joint.firmware}") for joint in summary.joints]

@@ -1,4 +1,4 @@
-"""A planned motion as one picture; needs matplotlib (``pip install 'bioscara[plot]'``)."""
+"""A planned motion as one picture; needs matplotlib (the extra ``plot``)."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bioscara.errors import InvalidArgumentError, TrajectoryError
+from bioscara.extras import install
 from bioscara.kinematics import Scara, batch
 from bioscara.planning import Trajectory
 from bioscara.planning.collision.scene import Scene
@@ -52,7 +53,7 @@ def require_matplotlib() -> None:
     """
     if not available():
         raise InvalidArgumentError(
-            "drawing a plan needs matplotlib, which is not installed: pip install 'bioscara[plot]'"
+            f"drawing a plan needs matplotlib, which is not installed: {install('plot')}"
         )
 
 

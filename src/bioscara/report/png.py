@@ -1,4 +1,4 @@
-"""The run as one picture; needs matplotlib (``pip install 'bioscara[plot]'``)."""
+"""The run as one picture; needs matplotlib (the extra ``plot``)."""
 
 from __future__ import annotations
 

@@ -22,18 +22,22 @@ TRACKING = ("error max", "at", "error rms", "at the end", "speed max", "samples"
 
 
 def render(summary: RunSummary, history: History) -> str:
-    """Return the report in lines of at most about 100 characters, with a final line end."""
+    """Return the report in lines that fit in 80 characters, except for names and messages."""
     lines = [
         f"bioscara {summary.version}: {summary.title}",
         f"  arm         {summary.arm}",
         f"  trajectory  {summary.source}",
         f"  started     {summary.started:%Y-%m-%d %H:%M:%S %z}",
         f"  outcome     {outcome_line(summary)}",
-        f"  duration    {duration_line(summary, history)}",
+        *_list("duration", duration_line(summary, history).split("; ")),
         "",
         *tracking_table(summary, history),
         "",
-        *loop_lines(loop_statistics(history)),
+        *(
+            line
+            for name, fact in loop_facts(loop_statistics(history))
+            for line in _list(name, fact.split("; "))
+        ),
         "",
         *_list("faults", summary.faults),
         *_list("notes", summary.notes),
@@ -83,15 +87,21 @@ def tracking_cells(result: Tracking, unit: str) -> tuple[str, str, str, str, str
     )
 
 
-def loop_lines(loop: LoopStatistics) -> list[str]:
-    """Return the statistics of loop and bus as lines."""
+def loop_facts(loop: LoopStatistics) -> list[tuple[str, str]]:
+    """Return the statistics of loop and bus, each with its name."""
     if not loop.cycles:
-        return ["  bus         no setpoint was streamed"]
+        return [("bus", "no setpoint was streamed")]
     return [
-        f"  loop        {loop.cycles} cycles, period {milli(loop.period_mean)} mean, "
-        f"{milli(loop.period_max)} max; latest begin {milli(loop.late_max)} after schedule",
-        f"  bus         {milli(loop.bus_time_mean)} mean, {milli(loop.bus_time_max)} max per cycle;"
-        f" {loop.retries} retries, {loop.stale} stale samples",
+        (
+            "loop",
+            f"{loop.cycles} cycles, period {milli(loop.period_mean)} mean, "
+            f"{milli(loop.period_max)} max; latest begin {milli(loop.late_max)} after schedule",
+        ),
+        (
+            "bus",
+            f"{milli(loop.bus_time_mean)} mean, {milli(loop.bus_time_max)} max per cycle; "
+            f"{loop.retries} retries, {loop.stale} stale samples",
+        ),
     ]
 
 

@@ -140,6 +140,7 @@ class Robot:
         *,
         v1: bool | Collection[str] = False,
         seed: int = 0,
+        rate: int | None = None,
         evidence: Path = FAULTS,
         reduced_speed: bool = True,
         pace_homing: bool = False,
@@ -152,6 +153,7 @@ class Robot:
             v1: Whether its joints have their original firmware, as on existing arms; or the names
                 of the joints that have it.
             seed: Seed of all random values in the simulation.
+            rate: Control cycles per second [Hz]; None for the rate that suits the joints.
             evidence: Folder for the flight records of faults.
             reduced_speed: Whether the tool keeps to 250 mm/s.
             pace_homing: Whether homing takes as long as on the arm.
@@ -162,6 +164,7 @@ class Robot:
         return cls(
             **devices._asdict(),
             parameters=parameters,
+            rate=rate,
             evidence=evidence,
             reduced_speed=reduced_speed,
             pace_homing=pace_homing,

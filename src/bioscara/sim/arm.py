@@ -10,6 +10,7 @@ from bioscara.arguments import flag, number, shown, whole
 from bioscara.bus import Transaction
 from bioscara.clock import SimulatedClock
 from bioscara.errors import BioscaraError, InvalidArgumentError
+from bioscara.extras import pip_install
 from bioscara.protocol import ResetCause
 
 if TYPE_CHECKING:
@@ -33,8 +34,8 @@ def _native(
         from bioscara_firmware_sim import Arm  # noqa: PLC0415
     except ImportError as error:
         raise BioscaraError(
-            "the simulated arm is not installed; in a checkout of bioscara run "
-            "'pip install ./firmware/sim' (it needs a C++17 compiler)"
+            "the simulated arm is not installed; in a checkout of bioscara, with a C++17 compiler: "
+            f"{pip_install('./firmware/sim')}"
         ) from error
     return Arm(seed, frequency, overhead, firmwares)
 

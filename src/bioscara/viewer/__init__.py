@@ -1,4 +1,4 @@
-"""The arm as a 3D page in the browser; needs viser (``pip install bioscara[view]``).
+"""The arm as a 3D page in the browser; needs viser (the extra ``view``).
 
 ``page`` shows the arm at given positions, with its nearest pair of bodies, its ``readouts`` and the
 path of its tool. The positions come from ``sliders``, from a ``player`` that replays a

@@ -17,6 +17,7 @@ from typing import Any
 import websockets.asyncio.server
 
 from bioscara.errors import ConfigurationError
+from bioscara.extras import install
 
 NAMES = ("127.0.0.1", "localhost")
 """Host names of this computer that the page accepts."""
@@ -72,5 +73,5 @@ def refusing_foreign_requests() -> Iterator[None]:
         raise ConfigurationError(
             "this version of viser starts its server in another manner and cannot be "
             "protected against other sites; install the one that bioscara was tested with: "
-            "pip install 'bioscara[view]'"
+            f"{install('view')}"
         )

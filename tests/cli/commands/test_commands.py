@@ -16,12 +16,10 @@ import pytest
 import bioscara.sim
 from bioscara.bus import Bus, Direction, FaultyBus, Transaction, When
 from bioscara.cli import main
-from bioscara.cli.commands import joints
 from bioscara.errors import CommunicationError
 from bioscara.model import load_parameters
 from bioscara.planning import read
 from bioscara.protocol import Register
-from bioscara.robot.connection.devices import simulated_devices
 from bioscara.sim import FirmwareBus, SimulatedArm
 
 DATA = Path(__file__).parents[2] / "data"
@@ -85,15 +83,18 @@ def test_version_1_joints_are_listed_with_unknown_values(
 
 
 def test_joints_waits_for_silent_joints_and_reports_it(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+    wire: Wire, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    devices = simulated_devices(load_parameters(), v1=True, seed=0)
-    assert isinstance(devices.bus, FirmwareBus)
-    devices.bus.arm.set_power("j2", on=False)
-    monkeypatch.setattr(joints, "simulated_devices", lambda *_, **__: devices)
-    begin = devices.clock.now()
-    assert main(["joints"]) == 1
-    assert devices.clock.now() - begin > 1.0
+    arms: list[SimulatedArm] = []
+
+    def without_j2(arm: SimulatedArm) -> Bus:
+        arms.append(arm)
+        arm.set_power("j2", on=False)
+        return FirmwareBus(arm)
+
+    wire(without_j2)
+    assert main(["joints", "--v1"]) == 1
+    assert arms[0].clock.now() > 1.0
     told = capsys.readouterr()
     assert "no device acknowledges at the address of j2; waiting 1 s" in told.err
     assert "missing" in told.out

@@ -110,7 +110,7 @@ def test_an_arm_is_moved_to_a_pose(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["move", *REACHED], paced=False) == 0
     out = capsys.readouterr().out
     assert out.startswith("arm: simulation, in this process")
-    assert "tool at (0.450" in out
+    assert "\n--pose 0.4500 -0.2000 0.2500 0.0000\n" in out
 
 
 def test_a_line_can_be_planned_from_the_default_start(capsys: pytest.CaptureFixture[str]) -> None:

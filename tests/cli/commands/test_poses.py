@@ -54,7 +54,10 @@ def test_a_pose_is_saved_listed_shown_and_deleted(
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
-        ("save plate --joints 0 0.1 0 0", "there is a pose plate already"),
+        (
+            "save plate --joints 0 0.1 0 0",
+            "a pose plate in poses.yaml already; choose another name, or",
+        ),
         ("save center --joints 0 0.1 0 0", "there is a pose center already"),
         ("save a --joints 0 0.1 0 45", "are these degrees?"),
         ("save a --joints 4 0.1 0 0", "j1 at 4.0000 rad, 0.9535 rad beyond its range"),
@@ -213,5 +216,5 @@ def test_the_position_of_an_arm_that_is_not_homed_cannot_be_saved(
 ) -> None:
     assert main(["poses", "save", "here", "--bus", "sim"]) == 2
     assert "j1 is not homed" in (told := capsys.readouterr().err)
-    assert "'bioscara move --name center' homes the arm" in told
+    assert "'bioscara home' homes the arm" in told
     assert not elsewhere.exists()

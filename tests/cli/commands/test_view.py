@@ -17,7 +17,7 @@ from pathlib import Path
 import pytest
 
 from bioscara.cli import main
-from bioscara.cli.arguments import START
+from bioscara.cli.options import START
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, write_csv
 from bioscara.planning.collision.scene import Scene

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import shlex
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
-from bioscara.cli.arguments import Options
 from bioscara.cli.arm import open_arm
+from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.output.firmware import firmware_of
 from bioscara.cli.parameters import parameters_from
@@ -117,7 +116,7 @@ def _start(programmer: Programmer, output: Output, options: Options) -> ExitStat
 
 
 def _without_firmware(options: Options) -> str:
-    again = shlex.join(("bioscara", *options.words))
+    again = options.typed()
     if options.swd:
         still = "the ST-Link still reaches it"
     else:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arguments import Options
+from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
 from bioscara.cli.output.firmware import firmware_of
 from bioscara.cli.parameters import parameters_from

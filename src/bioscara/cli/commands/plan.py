@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arguments import Options
+from bioscara.cli.options import Options
+from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.output.plots import require_files, write_picture, write_trajectory
 from bioscara.cli.parameters import parameters_from
@@ -19,7 +20,7 @@ def run(options: Options) -> int:
     parameters, output = parameters_from(options), Output()
     planner = target_planner(options, parameters)
     plan = plan_target(planner, options)
-    for line in describe(plan, planner.kinematics):
+    for line in describe(plan, planner.kinematics, angle_unit(options)):
         output.line(line)
     if options.csv is not None:
         output.line(write_trajectory(options.csv, plan.trajectory))

@@ -6,22 +6,20 @@ from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 
-from bioscara.cli.arguments import Options
 from bioscara.cli.arm import open_arm
+from bioscara.cli.options import Options
+from bioscara.cli.output.angles import AngleUnit, angle_unit
 from bioscara.cli.output.console import ExitStatus, Output, columns
 from bioscara.cli.output.plots import require_drawing, write_picture
 from bioscara.cli.parameters import parameters_from
 from bioscara.cli.target import planner_from
-from bioscara.cli.teach_table import lookup, read_table, table_file
+from bioscara.cli.teach_table import lookup, read_table, refuse_overwriting, table_file, tool_rows
 from bioscara.errors import InvalidArgumentError, NotHomedError, UnreachableError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.model import ArmParameters
 from bioscara.robot.workspace.poses import BUILT_IN, NamedPose
 from bioscara.robot.workspace.teach_file import changing, load_table, save_table
 from bioscara.robot.workspace.tools import fingers, kinematics_with
-
-_JOINTS = "joints [rad m rad rad]"
-_PLACE = "tool at [m m m rad]"
 
 
 def run(options: Options) -> int:
@@ -44,24 +42,19 @@ def run(options: Options) -> int:
 
 
 def _list(options: Options, parameters: ArmParameters) -> list[str]:
-    table = read_table(options, fingers(parameters))
-    poses = [("pose", _JOINTS, _PLACE, "tool", "calibration")]
+    table, angles = read_table(options, fingers(parameters)), angle_unit(options)
+    poses = [("pose", *_headings(angles), "tool", "calibration")]
     poses += [
         (
             pose.name,
-            _numbers(pose.joints),
-            _numbers(pose.pose_tool_in_base),
+            _numbers(pose.joints, angles),
+            _numbers(pose.pose_tool_in_base, angles),
             pose.tool,
             pose.calibration or "-",
         )
         for pose in table.all_poses()
     ]
-    tools = [("tool", "offset in the flange [m m m rad]", "mass [kg]")]
-    tools += [
-        (tool.name, _numbers(tool.pose_tool_in_flange), f"{tool.mass:g}")
-        for tool in table.all_tools()
-    ]
-    lines = [*columns(poses), "", *columns(tools)]
+    lines = [*columns(poses), "", *columns(tool_rows(table, angles))]
     if not table_file(options).exists():
         lines += ["", f"{table_file(options)} does not exist: these are what every arm has"]
     return lines
@@ -81,9 +74,13 @@ def _show(options: Options, parameters: ArmParameters) -> list[str]:
         place, problem = arm.forward(joints), "; ".join(arm.beyond(joints))
     elif place is not None:
         joints, problem = _reached(arm, place)
+    angles = angle_unit(options)
+    of_joints, of_tool = _headings(angles)
+    if pose.joints is None:
+        of_joints = f"one solution, {of_joints}"
     rows = [
-        (_JOINTS if pose.joints is not None else f"one solution, {_JOINTS}", _numbers(joints)),
-        (_PLACE, _numbers(place)),
+        (of_joints, _numbers(joints, angles)),
+        (of_tool, _numbers(place, angles)),
         ("tool", f"{tool.name}, {tool.mass:g} kg"),
         ("calibration", pose.calibration or "-"),
         ("reachable", "yes" if not problem else f"no: {problem}"),
@@ -131,8 +128,8 @@ def _save(options: Options, parameters: ArmParameters) -> list[str]:
         problem = _reached(arm, place)[1]
     if problem:
         raise InvalidArgumentError(f"pose {options.name} is not saved: {problem}")
-    changed = table.with_pose(pose)
-    save_table(table_file(options), changed)
+    refuse_overwriting("pose", pose.name, table.poses, options)
+    save_table(table_file(options), table.with_pose(pose, overwrite=options.force))
     return [f"saved {options.name} to {table_file(options)}: tool {options.tool} at {place}"]
 
 
@@ -160,9 +157,14 @@ def _here(options: Options, parameters: ArmParameters) -> Joints:
         except NotHomedError as error:
             raise InvalidArgumentError(
                 f"pose {options.name} is not saved: {error.joint} is not homed, so it does not "
-                "know where it is; 'bioscara move --name center' homes the arm, and moves it"
+                "know where it is; 'bioscara home' homes the arm"
             ) from error
 
 
-def _numbers(values: Joints | Pose | None) -> str:
-    return "-" if values is None else " ".join(f"{value:+z.4f}" for value in values)
+def _headings(angles: AngleUnit) -> tuple[str, str]:
+    name = angles.name
+    return f"joints [{name} m {name} {name}]", f"tool at [m m m {name}]"
+
+
+def _numbers(values: Joints | Pose | None, angles: AngleUnit) -> str:
+    return "-" if values is None else angles.numbers(values)

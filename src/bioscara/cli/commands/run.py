@@ -1,21 +1,18 @@
-"""``bioscara run FILE``: check, home, follow, stop, report; ``demo`` does the same."""
+"""``bioscara run FILE`` and ``bioscara demo``: check, home, follow, stop, report."""
 
 from __future__ import annotations
 
 from contextlib import nullcontext
 from dataclasses import dataclass
 from datetime import datetime
+from importlib.resources import as_file, files
 from pathlib import Path
 from typing import NamedTuple
 
-from bioscara.cli.arguments import Options
-from bioscara.cli.arm import (
-    NewWarnings,
-    acknowledge_faults,
-    open_arm,
-    remedy,
-    require_acknowledgement,
-)
+from bioscara.cli.arm import acknowledge_faults, open_arm, remedy, require_acknowledgement
+from bioscara.cli.motion import Progress, tool_line
+from bioscara.cli.options import Options
+from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.output.firmware import firmware_of
 from bioscara.cli.output.live_view import make_view
@@ -26,6 +23,7 @@ from bioscara.cli.target import scene_from
 from bioscara.control.loop.realtime import realtime
 from bioscara.drivers import Joint
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
+from bioscara.extras import install
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read, write_csv
 from bioscara.planning import fit as stretch
@@ -33,7 +31,6 @@ from bioscara.planning.collision.scene import Scene
 from bioscara.planning.limits import REDUCED_SPEED
 from bioscara.planning.motions.tool_speed import reduced
 from bioscara.report import (
-    CycleRecord,
     History,
     JointInfo,
     Outcome,
@@ -52,22 +49,33 @@ _HOMING_CYCLES = 10_000
 
 
 def run(options: Options) -> int:
-    """Check the trajectory file, home the arm, follow the trajectory and report.
+    """Check the trajectory, of the file or the package, home the arm, follow it and report.
 
     Raises:
         TrajectoryError: The file cannot be read, or its trajectory cannot be executed.
         BioscaraError: The run was refused or failed otherwise before anything moved.
     """
     parameters = parameters_from(options)
-    job = prepare(
-        options.file,
-        options.file.stem,
-        str(options.file),
-        parameters,
-        scene_from(options),
-        fit=options.fit,
-        full_speed=options.full_speed,
-    )
+    if options.command == "demo":
+        with as_file(files("bioscara.cli").joinpath("demo.csv")) as path:
+            job = prepare(
+                path,
+                "demo",
+                "demonstration: lower, lift, swing over",
+                parameters,
+                Scene(),
+                full_speed=options.full_speed,
+            )
+    else:
+        job = prepare(
+            options.file,
+            options.file.stem,
+            str(options.file),
+            parameters,
+            scene_from(options),
+            fit=options.fit,
+            full_speed=options.full_speed,
+        )
     return run_job(job, parameters, options)
 
 
@@ -171,7 +179,9 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
         _keep_trajectory(folder, job)
         acknowledge_faults(robot, output.line)
         history = History(names)
-        view = make_view(output, [(joint.name, joint.parameters.unit) for joint in robot.joints])
+        angles = angle_unit(options)
+        units = [(joint.name, joint.parameters.unit) for joint in robot.joints]
+        view = make_view(output, units, angles, tool_line(robot, angles))
         with Observer(view, folder.samples, history) as observer:
             result = _move(robot, job, cancelled, observer)
         summary = RunSummary(
@@ -211,22 +221,12 @@ def _move(robot: Robot, job: Job, cancelled: StopRequest, observer: Observer) ->
     """Move the arm, leave it disabled and return the result."""
     outcome, message = Outcome.COMPLETED, ""
     faults: tuple[str, ...] = ()
-    warnings = NewWarnings(robot, job.notes)
-    reported: list[str] = []
-
-    def on_cycle(record: CycleRecord) -> None:
-        observer.cycle(record)
-        if cancelled():
-            robot.stop()
-        for sentence in warnings.take():
-            reported.append(sentence)
-            observer.note(sentence)
-
+    progress = Progress(robot, cancelled, observer, job.notes)
     try:
-        observer.phase("homing " + ", ".join(robot.parameters.homing_order))
-        robot.home(on_cycle=on_cycle)
-        observer.phase("following the trajectory")
-        robot.follow(job.trajectory, approach=True, on_cycle=on_cycle)
+        progress.phase("homing " + ", ".join(robot.parameters.homing_order))
+        robot.home(on_cycle=progress.cycle)
+        progress.phase("following the trajectory")
+        robot.follow(job.trajectory, approach=True, on_cycle=progress.cycle)
     except MotionCancelledError as error:
         outcome, message = Outcome.CANCELLED, f"{error}; all joints were stopped and disabled"
     except BioscaraError as error:
@@ -236,7 +236,7 @@ def _move(robot: Robot, job: Job, cancelled: StopRequest, observer: Observer) ->
     problems = robot.shutdown()
     if problems and outcome is not Outcome.FAILED:
         outcome, message = Outcome.FAILED, problems[0]
-    return _Result(outcome, message, (*faults, *problems), tuple(reported))
+    return _Result(outcome, message, (*faults, *problems), tuple(progress.warnings))
 
 
 def _finish(
@@ -250,7 +250,7 @@ def _finish(
     for path in written:
         output.line(f"wrote {path}")
     if not png.available():
-        output.line("no plot.png: matplotlib is not installed (pip install 'bioscara[plot]')")
+        output.line(f"no plot.png: matplotlib is not installed: {install('plot')}")
     if problem:
         problems.insert(0, problem)
     for sentence in problems:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from bioscara.cli.arguments import Options
+from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.signals import StopRequest
 from bioscara.sim import SimulatedArm, serve

@@ -7,14 +7,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from bioscara.cli.arguments import Options
+from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.output.plots import require_drawing, write_picture
 from bioscara.cli.parameters import parameters_from
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import scene_from
 from bioscara.errors import ConfigurationError
-from bioscara.model import ArmParameters
+from bioscara.extras import install
 from bioscara.planning.collision.scene import Scene
 from bioscara.robot import kinematics_of
 from bioscara.robot.planner import Planner
@@ -47,7 +47,7 @@ def run(options: Options) -> int:
         if error.name != "viser":
             raise
         raise ConfigurationError(
-            "the 3D view needs viser, which is not installed: pip install 'bioscara[view]'"
+            f"the 3D view needs viser, which is not installed: {install('view')}"
         ) from error
     require_drawing(options.plot)
     output, parameters = Output(), parameters_from(options)

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import contextlib
+import os
+import shutil
 import sys
 from collections.abc import Sequence
 from enum import IntEnum
+from typing import TextIO
 
 from bioscara.printing import printable
 
@@ -37,7 +40,7 @@ class Output:
         """Write and flush one line; non-printable characters, also line ends, are escaped."""
         if self.problem is None:
             try:
-                print(printable(text), flush=True)  # noqa: T201
+                print(coloured(printable(text), sys.stdout), flush=True)  # noqa: T201
             except OSError as error:
                 self.fail(error)
 
@@ -58,13 +61,40 @@ class Output:
 def complain(message: str) -> None:
     """Write one line to standard error."""
     with contextlib.suppress(OSError):
-        print("bioscara: " + printable(" ".join(message.split())), file=sys.stderr)  # noqa: T201
+        text = "bioscara: " + printable(" ".join(message.split()))
+        print(coloured(text, sys.stderr), file=sys.stderr)  # noqa: T201
+
+
+def coloured(text: str, stream: TextIO) -> str:
+    """Return a line with its first word in colour, where it reports a problem on a terminal."""
+    for word, colour in (("bioscara:", "1;31"), ("warning:", "33"), ("note:", "36")):
+        if text.startswith(word) and is_terminal(stream) and not os.environ.get("NO_COLOR"):
+            return f"\x1b[{colour}m{word}\x1b[0m{text.removeprefix(word)}"
+    return text
+
+
+def is_terminal(stream: TextIO) -> bool:
+    """Return whether a stream is a terminal that can do more than print lines."""
+    return stream.isatty() and os.environ.get("TERM", "dumb") != "dumb"
 
 
 def columns(rows: Sequence[Sequence[str]]) -> list[str]:
-    """Return rows as lines whose cells are aligned in columns."""
+    """Return rows as lines whose cells are aligned in columns.
+
+    A table that is wider than the terminal is continued below, beginning with its first column.
+    """
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
-    return [
-        "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip()
-        for row in rows
-    ]
+    space = shutil.get_terminal_size().columns if sys.stdout.isatty() else sum(widths) * 3
+    parts: list[list[int]] = [[0]]
+    for index in range(1, len(widths)):
+        wide = sum(widths[each] + 2 for each in parts[-1]) + widths[index]
+        if wide > space and len(parts[-1]) > 1:
+            parts.append([0])
+        parts[-1].append(index)
+    lines: list[str] = []
+    for part in parts:
+        lines += [""] if lines else []
+        lines += [
+            "  ".join(row[index].ljust(widths[index]) for index in part).rstrip() for row in rows
+        ]
+    return lines

@@ -4,14 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from rich.console import Console
+from rich.console import Console, Group
 from rich.live import Live
 from rich.table import Table
+from rich.text import Text
 
+from bioscara.cli.output.angles import RADIANS, AngleUnit
 from bioscara.cli.output.console import Output
-from bioscara.cli.output.live_view import View, cells, progress
+from bioscara.cli.output.live_view import Caption, View, cells, progress
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
+
+_COLOURS = {
+    "FAULT": "bold red",
+    "STALLED": "bold red",
+    "no answer": "bold red",
+    "not homed": "yellow",
+    "homing": "cyan",
+    "moving": "green",
+    "disabled": "dim",
+}
+_NOTES = {"warning:": "yellow", "note:": "cyan"}
 
 
 class _Console(Console):
@@ -30,9 +43,14 @@ class TableView(View):
     """A table with one line per joint, redrawn in place; arguments as :class:`View`."""
 
     def __init__(
-        self, output: Output, joints: Sequence[tuple[str, str]], interval: float = 0.125
+        self,
+        output: Output,
+        joints: Sequence[tuple[str, str]],
+        interval: float = 0.125,
+        angles: AngleUnit = RADIANS,
+        caption: Caption | None = None,
     ) -> None:
-        super().__init__(output, joints, interval)
+        super().__init__(output, joints, interval, angles, caption)
         self._console = _Console(output)
         self._live = Live(console=self._console, auto_refresh=False, redirect_stderr=False)
         self._live.start()
@@ -41,7 +59,8 @@ class TableView(View):
         """Print a message above the table."""
         if self._output.problem is None:
             try:
-                self._console.print(printable(text), markup=False)
+                # Not wrapped: the terminal does that, and the text can then be pasted whole.
+                self._console.print(_note(printable(text)), soft_wrap=True)
             except OSError as error:
                 self._output.fail(error)
 
@@ -57,7 +76,9 @@ class TableView(View):
         if self._output.problem is not None:
             return
         try:
-            self._live.update(self._table(record), refresh=True)
+            lines = self._caption(record) if self._caption is not None else ()
+            shown = Group(self._table(record), *(Text(line, overflow="crop") for line in lines))
+            self._live.update(shown, refresh=True)
         except OSError as error:
             self._output.fail(error)
 
@@ -65,8 +86,18 @@ class TableView(View):
         table = Table(title=progress(record), title_justify="left")
         table.add_column("joint")
         table.add_column("state", min_width=9)
-        for column in ("position", "velocity", "load"):
-            table.add_column(column, justify="right", min_width=13)
+        # 59 characters in all.
+        for column, width in (("position", 11), ("velocity", 13), ("load", 5)):
+            table.add_column(column, justify="right", min_width=width)
         for (name, unit), joint in zip(self._joints, record.joints, strict=True):
-            table.add_row(name, *cells(joint, record.phase, unit))
+            state, *values = cells(joint, record.phase, unit, self._angles)
+            table.add_row(name, Text(state, _COLOURS.get(state, "")), *values)
         return table
+
+
+def _note(text: str) -> Text:
+    """Return a note; its first word is coloured where it warns."""
+    word = text.partition(" ")[0]
+    shown = Text(text)
+    shown.stylize(_NOTES.get(word, ""), 0, len(word))
+    return shown

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from math import isnan
 
-from bioscara.cli.output.console import Output
+from bioscara.cli.output.angles import RADIANS, AngleUnit
+from bioscara.cli.output.console import Output, is_terminal
 from bioscara.protocol import Flags
 from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
+
+Caption = Callable[[CycleRecord], Sequence[str]]
+"""Returns lines about a cycle, to be shown below the joints."""
 
 _REST = {"rad": 2e-3, "m": 2e-4}
 """Speed below which a joint is shown as holding [rad/s, m/s]: ripple of its speed filter."""
@@ -24,10 +27,20 @@ class View(ABC):
         output: Output to write to.
         joints: Name and unit of each joint.
         interval: Minimum time between two updates [s].
+        angles: Unit of the angles.
+        caption: Lines for a terminal; None for none.
     """
 
-    def __init__(self, output: Output, joints: Sequence[tuple[str, str]], interval: float) -> None:
+    def __init__(
+        self,
+        output: Output,
+        joints: Sequence[tuple[str, str]],
+        interval: float,
+        angles: AngleUnit = RADIANS,
+        caption: Caption | None = None,
+    ) -> None:
         self._output, self._joints, self._interval = output, joints, interval
+        self._angles, self._caption = angles, caption
         self._shown_at = -interval
         self._pending: CycleRecord | None = None
 
@@ -61,19 +74,26 @@ class View(ABC):
         """Show a cycle."""
 
 
-def make_view(output: Output, joints: Sequence[tuple[str, str]]) -> View:
+def make_view(
+    output: Output,
+    joints: Sequence[tuple[str, str]],
+    angles: AngleUnit = RADIANS,
+    caption: Caption | None = None,
+) -> View:
     """Return the live table on a terminal, plain lines elsewhere.
 
     Args:
         output: Output to write to.
         joints: Name and unit of each joint.
+        angles: Unit of the angles.
+        caption: Lines to show below the table; None for none.
     """
-    if sys.stdout.isatty() and os.environ.get("TERM", "dumb") != "dumb":
+    if is_terminal(sys.stdout):
         # Imported here: rich takes 60-200 ms to import.
         from bioscara.cli.output.live_table import TableView  # noqa: PLC0415
 
-        return TableView(output, joints)
-    return PlainView(output, joints)
+        return TableView(output, joints, angles=angles, caption=caption)
+    return PlainView(output, joints, angles=angles)
 
 
 def state_word(record: JointRecord, phase: Phase, unit: str) -> str:
@@ -93,12 +113,14 @@ def state_word(record: JointRecord, phase: Phase, unit: str) -> str:
     return "moving" if abs(record.velocity) > _REST[unit] else "holding"
 
 
-def cells(record: JointRecord, phase: Phase, unit: str) -> tuple[str, str, str, str]:
+def cells(
+    record: JointRecord, phase: Phase, unit: str, angles: AngleUnit = RADIANS
+) -> tuple[str, str, str, str]:
     """Return state, position, velocity and load of a joint as texts."""
     return (
         state_word(record, phase, unit),
-        "unknown" if isnan(record.position) else f"{record.position:+z.4f} {unit}",
-        "unknown" if isnan(record.velocity) else f"{record.velocity:+z.4f} {unit}/s",
+        "unknown" if isnan(record.position) else angles.quantity(record.position, unit),
+        "unknown" if isnan(record.velocity) else angles.quantity(record.velocity, unit, "/s"),
         "-" if isnan(record.load) else f"{record.load:.0f} %",
     )
 
@@ -113,9 +135,13 @@ class PlainView(View):
     """One line for all joints about once per second; arguments as :class:`View`."""
 
     def __init__(
-        self, output: Output, joints: Sequence[tuple[str, str]], interval: float = 1.0
+        self,
+        output: Output,
+        joints: Sequence[tuple[str, str]],
+        interval: float = 1.0,
+        angles: AngleUnit = RADIANS,
     ) -> None:
-        super().__init__(output, joints, interval)
+        super().__init__(output, joints, interval, angles)
 
     def note(self, text: str) -> None:
         """Print a message."""
@@ -123,7 +149,7 @@ class PlainView(View):
 
     def _draw(self, record: CycleRecord) -> None:
         joints = (
-            f"{name} {' '.join(cells(joint, record.phase, unit))}"
+            f"{name} {' '.join(cells(joint, record.phase, unit, self._angles))}"
             for (name, unit), joint in zip(self._joints, record.joints, strict=True)
         )
         self._output.line(f"  {progress(record)} | " + " | ".join(joints))

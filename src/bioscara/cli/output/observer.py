@@ -27,14 +27,16 @@ class Observer:
 
     Args:
         view: Displays the cycles.
-        samples: Writes the cycles.
-        history: Stores the cycles; complete once the observer is closed.
+        samples: Writes the cycles; None if they are only displayed.
+        history: Stores the cycles, if given; complete once the observer is closed.
 
     Attributes:
         problem: Why not all samples were written; empty if they were.
     """
 
-    def __init__(self, view: View, samples: SampleWriter, history: History) -> None:
+    def __init__(
+        self, view: View, samples: SampleWriter | None = None, history: History | None = None
+    ) -> None:
         self._view, self._samples, self._history = view, samples, history
         self._queue: SimpleQueue[Callable[[], None] | CycleRecord | None] = SimpleQueue()
         self._executor = ThreadPoolExecutor(1, "observer")
@@ -67,7 +69,8 @@ class Observer:
     def _observe(self) -> None:
         while (item := self._queue.get()) is not None:
             if isinstance(item, CycleRecord):
-                self._history.append(item)
+                if self._history is not None:
+                    self._history.append(item)
                 self._record(item)
                 self._view.cycle(item)
             else:
@@ -75,7 +78,7 @@ class Observer:
         self._view.close()
 
     def _record(self, record: CycleRecord) -> None:
-        if self.problem:
+        if self.problem or self._samples is None:
             return
         try:
             self._samples.write((record,))

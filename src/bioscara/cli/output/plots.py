@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from bioscara.cli.arguments import Options
+from bioscara.cli.options import Options
 from bioscara.errors import InvalidArgumentError
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, write_csv

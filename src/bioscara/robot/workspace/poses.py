@@ -149,21 +149,31 @@ class TeachTable:
             )
         raise unknown("frame", name, (frame.name for frame in self.frames))
 
-    def with_tool(self, tool: Tool) -> TeachTable:
+    def with_tool(self, tool: Tool, *, overwrite: bool = False) -> TeachTable:
         """Return the table with one more tool.
 
-        Raises:
-            InvalidArgumentError: There is one of this name.
-        """
-        return replace(self, tools=(*self.tools, tool))
+        Args:
+            tool: The tool.
+            overwrite: Whether it replaces another one of its name.
 
-    def with_pose(self, pose: NamedPose) -> TeachTable:
+        Raises:
+            InvalidArgumentError: There is one of this name, or it is built in.
+        """
+        kept = [each for each in self.tools if not (overwrite and each.name == tool.name)]
+        return replace(self, tools=(*kept, tool))
+
+    def with_pose(self, pose: NamedPose, *, overwrite: bool = False) -> TeachTable:
         """Return the table with one more pose.
 
+        Args:
+            pose: The pose.
+            overwrite: Whether it replaces a taught one of its name.
+
         Raises:
-            InvalidArgumentError: There is one of this name, or its tool is unknown.
+            InvalidArgumentError: There is one of this name, it is built in, or its tool is unknown.
         """
-        return replace(self, poses=(*self.poses, pose))
+        kept = [each for each in self.poses if not (overwrite and each.name == pose.name)]
+        return replace(self, poses=(*kept, pose))
 
     def with_frame(self, frame: Frame) -> TeachTable:
         """Return the table with one more frame.

@@ -1,0 +1,39 @@
+"""``bioscara faults``, ``bioscara acknowledge`` and ``bioscara recover``; nothing moves."""
+
+from __future__ import annotations
+
+import shlex
+
+from bioscara.cli.arm import acknowledge_faults, open_arm
+from bioscara.cli.options import Options
+from bioscara.cli.output.console import ExitStatus, Output
+from bioscara.cli.parameters import parameters_from
+
+
+def run(options: Options) -> int:
+    """List the faults that stopped the arm, write their evidence, or clear them.
+
+    Raises:
+        FaultedError: The evidence cannot be written; the faults stay.
+        BioscaraError: The arm cannot be used.
+        OSError: Standard output cannot be written.
+    """
+    output = Output()
+    with open_arm(options, parameters_from(options)) as robot:
+        output.line(f"arm: {robot.description}")
+        if not robot.faults:
+            output.line("no faults")
+        elif options.command == "faults":
+            for fault in robot.faults:
+                output.line(str(fault))
+            output.line(f"then clear them: {_recover(options)}")
+        else:
+            recover = options.command == "recover"
+            acknowledge_faults(robot, output.line, recover=recover)
+            output.line("recovered" if recover else f"clear them: {_recover(options)}")
+    output.check()
+    return ExitStatus.OK
+
+
+def _recover(options: Options) -> str:
+    return shlex.join(("bioscara", "recover", "--bus", options.bus))

@@ -1,0 +1,85 @@
+"""``bioscara jog``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from bioscara.cli.jog_keys import JogKeys
+from bioscara.cli.keyboard import Keyboard
+from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position, tool_line
+from bioscara.cli.options import Options
+from bioscara.cli.output.angles import angle_unit
+from bioscara.cli.output.console import ExitStatus, Output
+from bioscara.cli.parameters import parameters_from
+from bioscara.cli.target import scene_from
+from bioscara.cli.teach_table import lookup, read_table
+from bioscara.errors import InvalidArgumentError
+from bioscara.kinematics import Pose
+from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+from bioscara.report import CycleRecord
+from bioscara.robot import Robot
+from bioscara.robot.workspace.tools import fingers
+
+_STEP_SCALING = 0.3
+"""Share of the limits with which a step is made."""
+
+
+def run(options: Options) -> int:
+    """Home the arm where necessary and move it by keys until ``q``; then release it.
+
+    Raises:
+        InvalidArgumentError: Standard input is no terminal, or an option is wrong.
+        BioscaraError: The arm cannot be used.
+        OSError: Standard output cannot be written.
+    """
+    parameters, output = parameters_from(options), Output()
+    table, scene = read_table(options, fingers(parameters)), scene_from(options)
+    tool = lookup(options, table.tool, options.tool)
+    keys = JogKeys(parameters.joints)
+    with Keyboard() as keyboard, opened_arm(options, parameters, output) as (robot, cancelled):
+        robot.table, robot.scene, robot.tool = table, scene, tool
+        pose = tool_line(robot, angle_unit(options))
+
+        def caption(record: CycleRecord) -> Sequence[str]:
+            return [*pose(record), *keys.lines()]
+
+        def motion(progress: Progress) -> None:
+            progress.phase("homing the joints that are not homed")
+            robot.home(on_cycle=progress.cycle)
+            keyboard.read()  # Keys that were pressed meanwhile do not count.
+            _jog(robot, keyboard, keys, progress)
+
+        status = carry_out(robot, cancelled, options, output, motion, caption)
+        if status is not ExitStatus.OK:
+            return status
+        show_position(robot, options, output)
+    output.check()
+    return ExitStatus.OK
+
+
+def _jog(robot: Robot, keyboard: Keyboard, keys: JogKeys, progress: Progress) -> None:
+    """Jog until ``q`` or the end of the terminal; steps are planned motions in between."""
+
+    def velocity() -> JointVelocity | ToolVelocity | None:
+        now = robot.clock.now()
+        for key in keyboard.read():
+            keys.press(key, now)
+        if keys.ended or keyboard.closed or keys.step is not None:
+            return None
+        return keys.velocity(now)
+
+    while True:
+        robot.jog(velocity, on_cycle=progress.cycle)
+        if keys.ended or keyboard.closed or keys.step is None:
+            return
+        by = keys.step.by
+        try:
+            if isinstance(by, Pose):
+                robot.move_relative(*by, velocity_scaling=_STEP_SCALING, on_cycle=progress.cycle)
+            else:
+                goal = [here + step for here, step in zip(robot.state.positions, by, strict=True)]
+                robot.move_joints(goal, velocity_scaling=_STEP_SCALING, on_cycle=progress.cycle)
+        except InvalidArgumentError as error:
+            progress.note(f"warning: not moved: {error}")
+        keyboard.read()
+        keys.step = None

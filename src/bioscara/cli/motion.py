@@ -1,0 +1,160 @@
+"""A motion of an arm by a command: opened, shown live, stopped by Ctrl-C, its end reported."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager, nullcontext
+
+from bioscara.cli.arm import (
+    NewWarnings,
+    acknowledge_faults,
+    open_arm,
+    remedy,
+    require_acknowledgement,
+)
+from bioscara.cli.options import Options
+from bioscara.cli.output.angles import AngleUnit, angle_unit
+from bioscara.cli.output.console import ExitStatus, Output, complain
+from bioscara.cli.output.live_view import Caption, make_view
+from bioscara.cli.output.observer import Observer
+from bioscara.cli.signals import StopRequest
+from bioscara.control.loop.realtime import realtime
+from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
+from bioscara.kinematics import Joints
+from bioscara.kinematics.pose import wrapped
+from bioscara.model import ArmParameters
+from bioscara.report import CycleRecord
+from bioscara.robot import Robot
+
+
+class Progress:
+    """Receives the cycles of the motions of a command: shows them, and stops the arm on request.
+
+    Args:
+        robot: The arm.
+        cancelled: Returns whether to stop.
+        observer: Shows the cycles.
+        notes: Notes on the plan that were shown already.
+
+    Attributes:
+        begun: Whether a cycle of a motion was received: the arm may have moved.
+        warnings: The warnings that were shown.
+    """
+
+    def __init__(
+        self, robot: Robot, cancelled: StopRequest, observer: Observer, notes: Collection[str] = ()
+    ) -> None:
+        self._robot, self._cancelled, self._observer = robot, cancelled, observer
+        self._new = NewWarnings(robot, notes)
+        self.begun = False
+        self.warnings: list[str] = []
+
+    def phase(self, text: str) -> None:
+        """Report the begin of another phase."""
+        self._observer.phase(text)
+
+    def note(self, text: str) -> None:
+        """Print a message."""
+        self._observer.note(text)
+
+    def cycle(self, record: CycleRecord) -> None:
+        """Accept a cycle, as ``on_cycle`` of a motion."""
+        self.begun = True
+        self._observer.cycle(record)
+        if self._cancelled():
+            self._robot.stop()
+        self.show_warnings()
+
+    def show_warnings(self) -> None:
+        """Show the warnings of the robot that are new."""
+        for sentence in self._new.take():
+            self.warnings.append(sentence)
+            self._observer.note(sentence)
+
+
+@contextmanager
+def opened_arm(
+    options: Options, parameters: ArmParameters, output: Output
+) -> Iterator[tuple[Robot, StopRequest]]:
+    """Open the arm for motions, with ``--priority``; on leaving, it is disabled and closed.
+
+    Args:
+        options: Parsed options.
+        parameters: Parameters of the arm.
+        output: Output for messages to the user.
+
+    Raises:
+        FaultedError: A fault stopped the arm before, and is not acknowledged.
+        BioscaraError: The arm cannot be used.
+    """
+    priority = nullcontext() if options.priority is None else realtime(options.priority)
+    with StopRequest() as cancelled, priority, open_arm(options, parameters) as robot:
+        output.line(f"arm: {robot.description}")
+        require_acknowledgement(robot, options)
+        acknowledge_faults(robot, output.line)
+        yield robot, cancelled
+
+
+def carry_out(
+    robot: Robot,
+    cancelled: StopRequest,
+    options: Options,
+    output: Output,
+    motion: Callable[[Progress], object],
+    caption: Caption | None = None,
+) -> ExitStatus:
+    """Call a function that moves the arm, show it live, and report the error that stopped it.
+
+    Args:
+        robot: The arm.
+        cancelled: Returns whether to stop.
+        options: Parsed options.
+        output: Output for messages to the user.
+        motion: Moves the arm.
+        caption: Lines to show below the table of the joints; by default the pose of the tool.
+
+    Raises:
+        InvalidArgumentError: The motion was refused before anything moved.
+    """
+    units = [(joint.name, joint.parameters.unit) for joint in robot.joints]
+    angles = angle_unit(options)
+    view = make_view(output, units, angles, caption or tool_line(robot, angles))
+    progress: Progress | None = None
+    try:
+        with Observer(view) as observer:
+            progress = Progress(robot, cancelled, observer)
+            try:
+                motion(progress)
+            finally:
+                progress.show_warnings()
+    except MotionCancelledError as error:
+        complain(f"{error}; all joints were stopped and disabled")
+        return ExitStatus.INTERRUPTED
+    except BioscaraError as error:
+        if isinstance(error, InvalidArgumentError) and not (progress and progress.begun):
+            raise
+        cause = robot.faults[0] if robot.faults else error
+        complain(f"{cause}{remedy(robot)}; all joints were stopped and disabled")
+        return ExitStatus.FAILED
+    return ExitStatus.OK
+
+
+def tool_line(robot: Robot, angles: AngleUnit) -> Caption:
+    """Return a function that returns the pose of the tool as a line."""
+
+    def line(record: CycleRecord) -> list[str]:
+        pose = robot.kinematics.forward([joint.position for joint in record.joints])
+        if any(map(math.isnan, pose)):
+            return ["tool: unknown, as joints are not homed"]
+        x, y, z = (f"{value:+z.4f}" for value in pose[:3])
+        return [f"tool: {x} {y} {z} m, yaw {angles.quantity(wrapped(pose.yaw), 'rad')}"]
+
+    return line
+
+
+def show_position(robot: Robot, options: Options, output: Output) -> None:
+    """Print where the arm is, as words that ``move`` takes."""
+    angles = angle_unit(options)
+    output.line(angles.words(robot.pose))
+    output.line(angles.words(Joints(*robot.state.positions)))

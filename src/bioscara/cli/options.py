@@ -1,0 +1,123 @@
+"""The parsed options of a command, with their defaults."""
+
+from __future__ import annotations
+
+import argparse
+import importlib
+import shlex
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+START = (-0.6, 0.2, 1.2, -0.6)
+"""Default joint positions at the start of a plan [rad m rad rad]: in front of the column, with the
+elbow bent, so that a line can start there. With a stretched arm, as at ``center``, none can."""
+TABLE = Path("poses.yaml")
+"""File with the taught poses if ``--table`` is not given; it need not exist."""
+FINGERS = "fingers"
+
+
+class Options(argparse.Namespace):
+    """Parsed options; the set of attributes depends on the command.
+
+    Attributes:
+        command: Name of the command.
+        module: Name of the module that implements it.
+        bus: Name of the bus.
+        v1: Whether the simulated joints have their original firmware.
+        parameters: File with the values in which the arm differs from the committed ones, if any.
+        words: All arguments after ``bioscara``, as typed.
+        acknowledge: Whether to acknowledge the faults that stopped the arm before.
+        realtime: Whether simulated homing runs in real time.
+        paced: Whether a simulated trajectory runs in real time.
+        full_speed: Whether the tool may be faster than 250 mm/s.
+        priority: Real-time priority of the control loop; None for an ordinary process.
+        rate: Control cycles per second [Hz]; None for the rate that suits the joints.
+        degrees: Whether angles are given and shown in degrees; parsed ones are in radians.
+        out: Folder for the files of the run; None for a new folder under ``runs``.
+        file: File of the trajectory.
+        fit: Whether to stretch the trajectory in time to fit the limits.
+        pose: Goal pose of the tool: x, y, z [m] and yaw [rad]; None if joints are given.
+        joints: Goal positions of the joints; None if a pose is given.
+        start: Joint positions at the start of a plan; None for :data:`START`.
+        scene: File with the zones and the table around the arm.
+        linear: Whether the tool moves along a line.
+        via: A point on the tool's arc [m].
+        speed: Share of the speed limits to use.
+        csv: File for the planned trajectory.
+        plot: File for the plot of the motion; None for no plot.
+        socket: Unix socket on which the simulated arm listens.
+        seed: Seed of the simulation.
+        port: TCP port of the 3D view.
+        source: What the 3D view shows: a run folder, a trajectory file or a running simulated arm;
+            None for sliders, or with a target.
+        action: Action on poses or tools.
+        force: Whether to replace a pose or tool of the same name.
+        offset: Pose of the tool in the flange: x, y, z [m] and yaw [rad].
+        mass: Mass of the tool [kg].
+        width: Width between the jaws [m], ``"open"`` or ``"close"``.
+        table: The file with taught poses; None for :data:`TABLE`.
+        name: Name of a pose.
+        tool: Name of a tool.
+        calibration: Identifier of the arm's calibration; may be empty.
+        joint: Number of the joint to flash.
+        swd: Whether to flash through an ST-Link instead of the USB bootloader.
+        image: The firmware image; None for the available one of this version.
+        serial: Serial number of the board in its bootloader, or of the ST-Link, if given.
+    """
+
+    command: str
+    module: str
+    bus: str
+    v1: bool
+    parameters: Path | None
+    words: Sequence[str]
+    acknowledge: bool
+    realtime: bool
+    paced: bool
+    full_speed: bool
+    priority: int | None
+    rate: int | None
+    degrees: bool
+    out: Path | None
+    file: Path
+    fit: bool
+    pose: list[float] | None
+    joints: list[float] | None
+    start: Sequence[float] | None
+    scene: Path | None
+    linear: bool
+    via: list[float] | None
+    speed: float
+    csv: Path | None
+    plot: Path | None
+    socket: Path
+    seed: int
+    port: int
+    source: str | None
+    action: str
+    force: bool
+    offset: list[float]
+    mass: float
+    width: float | str
+    table: Path | None
+    name: str
+    tool: str
+    calibration: str
+    joint: int
+    swd: bool
+    image: Path | None
+    serial: str | None
+
+    def has_target(self) -> bool:
+        """Return whether a target of a motion is given."""
+        return bool(self.name) or self.pose is not None or self.joints is not None
+
+    def typed(self, *more: str) -> str:
+        """Return the command as typed, with further words, for a shell."""
+        return shlex.join(("bioscara", *self.words, *more))
+
+    def load_command(self) -> Callable[[Options], int]:
+        """Import the module of the command and return its ``run`` function."""
+        module = importlib.import_module(f"bioscara.cli.commands.{self.module}")
+        run: Callable[[Options], int] = module.run
+        return run

@@ -1,0 +1,168 @@
+"""A parser of arguments whose refusals are one sentence: the word, what is wrong, what to give."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import sys
+from collections.abc import Iterable, Sequence
+from typing import Any, NoReturn
+
+from bioscara.cli.output.console import ExitStatus, complain
+from bioscara.spelling import did_you_mean
+
+
+class Parser(argparse.ArgumentParser):
+    """argparse, except for its messages, its abbreviations and its negative numbers.
+
+    Unknown words are refused first, with the nearest known one; a refusal is one line, without the
+    usage. Options are not abbreviated. Any number may be negative, also -1e-3.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(allow_abbrev=False, **options)
+        self.commands: dict[str, Parser] = {}
+
+    def take_commands(self, dest: str, metavar: str) -> None:
+        """Let the first word be a command, of those that :meth:`add_command` adds.
+
+        Args:
+            dest: Attribute of the options for the name of the command.
+            metavar: Name of the argument.
+        """
+        # Not required: refuse() reports a missing command, with their names.
+        self._added = self.add_subparsers(dest=dest, metavar=metavar, parser_class=Parser)
+
+    def add_command(self, name: str, help_text: str) -> Parser:
+        """Add a command, and return the parser of its arguments."""
+        parser = self._added.add_parser(
+            name, help=help_text, description=help_text, epilog=self.epilog
+        )
+        self.commands[name] = parser
+        return parser
+
+    def read(self, words: Sequence[str], namespace: argparse.Namespace) -> None:
+        """Parse the words into ``namespace``; raises SystemExit, status 2, on wrong usage."""
+        words = [f" {word}" if _is_negative(word) else word for word in words]
+        self.refuse(words)
+        self.parse_args(words, namespace)
+
+    def refuse(self, words: Sequence[str]) -> None:
+        """Refuse an unknown command or option, with the nearest known one."""
+        for index, word in enumerate(words):
+            name = word.partition("=")[0]
+            if word == "--":
+                break
+            if word in {"-h", "--help"}:
+                return
+            if word.startswith("-") and word != "-" and name not in self._option_string_actions:
+                self._refuse_option(name)
+            if self.commands and not word.startswith("-"):
+                if word not in self.commands:
+                    self._refuse_command(word)
+                self.commands[word].refuse(words[index + 1 :])
+                return
+        if self.commands and not {"--version"} & set(words):
+            self.error(f"give a command: {', '.join(self.commands)}")
+
+    def error(self, message: str) -> NoReturn:
+        """Print one line and end the program with status 2."""
+        refused = sys.exc_info()[1]
+        if isinstance(refused, argparse.ArgumentError):
+            message = self._explained(refused)
+        for prefix, explain in (
+            ("the following arguments are required: ", self._missing),
+            ("one of the arguments ", self._choice),
+            ("unrecognized arguments: ", _superfluous),
+        ):
+            if message.startswith(prefix):
+                message = explain(message.removeprefix(prefix))
+        # After a suggestion, the page of help is not what is needed.
+        complain(message if message.endswith("?") else f"{message}; see {self.prog} --help")
+        raise SystemExit(int(ExitStatus.REFUSED))
+
+    @property
+    def _name(self) -> str:
+        """The command, without the name of the program."""
+        return self.prog.partition(" ")[2] or self.prog
+
+    def _refuse_option(self, word: str) -> NoReturn:
+        known = [name[2:] for name in self._option_string_actions if name.startswith("--")]
+        near = did_you_mean(word.lstrip("-"), known)
+        others = "its options are " + " ".join(f"--{name}" for name in known if name != "help")
+        hint = near.replace("mean ", "mean --") or others
+        self.error(f"{self._name} has no option {word}; {hint}")
+
+    def _refuse_command(self, word: str) -> NoReturn:
+        hint = did_you_mean(word, self.commands, f"there are {', '.join(self.commands)}")
+        what = "command" if self._name == self.prog else f"{self._name} command"
+        self.error(f"there is no {what} {word!r}; {hint}")
+
+    def _explained(self, refused: argparse.ArgumentError) -> str:
+        """Return the message for an argument with no, too few or wrong values."""
+        action = self._action(refused.argument_name or "")
+        if action is None:
+            return str(refused)
+        name, usage = refused.argument_name, _usage(action)
+        other = refused.message.removeprefix("not allowed with argument ")
+        if other != refused.message:
+            return f"{name} and {other} exclude one another; leave out one of them"
+        if refused.message.startswith("ignored explicit argument "):
+            return f"{name} takes no value; leave it out"
+        if refused.message.startswith("invalid choice: "):
+            return f"{name} is one of {', '.join(map(str, action.choices or ()))}: {action.help}"
+        if refused.message.startswith("expected "):
+            few = "has too few values" if action.nargs else "has no value"
+            return f"{name} {few}; give {usage}: {action.help}"
+        return f"{name}: {refused.message}; give {usage}: {action.help}"
+
+    def _missing(self, names: str) -> str:
+        """Return the message for arguments that are required."""
+        actions = [self._action(name) for name in names.split(", ")]
+        usages = [f"{_usage(action)}: {action.help}" for action in actions if action]
+        return f"{self._name} needs {'; and '.join(usages)}"
+
+    def _choice(self, message: str) -> str:
+        """Return the message for a group of which one argument is required."""
+        names = message.removesuffix(" is required").split()
+        usages = [_usage(action) for action in map(self._action, names) if action]
+        return f"{self._name} needs one of {', '.join(usages)}"
+
+    def _action(self, name: str) -> argparse.Action | None:
+        for action in self._actions:
+            names = {action.metavar, action.dest, "/".join(action.option_strings)}
+            if name in names or name in action.option_strings:
+                return action
+        return None
+
+
+def number(word: str) -> float:
+    """Return the number in an argument."""
+    with contextlib.suppress(ValueError):
+        return float(word)
+    raise argparse.ArgumentTypeError(f"{word.strip()!r} is not a number")
+
+
+def whole_number(word: str) -> int:
+    """Return the whole number in an argument."""
+    with contextlib.suppress(ValueError):
+        return int(word)
+    raise argparse.ArgumentTypeError(f"{word.strip()!r} is not a whole number")
+
+
+def _is_negative(word: str) -> bool:
+    # A leading space keeps argparse from reading the number as an option.
+    with contextlib.suppress(ValueError):
+        float(word)
+        return word.startswith("-")
+    return False
+
+
+def _usage(action: argparse.Action) -> str:
+    metavar: str | Iterable[str] = action.metavar or action.dest
+    values = [metavar] if isinstance(metavar, str) else metavar
+    return " ".join([*action.option_strings[:1], *values])
+
+
+def _superfluous(words: str) -> str:
+    return f"there is nothing to do with {words!r}; leave it out"

@@ -1,0 +1,111 @@
+"""Commands for an arm that outlasts them: faults, power and the live table, over a socket."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from bioscara.cli import main
+from bioscara.model import load_parameters
+from bioscara.robot import Robot
+from bioscara.sim import FirmwareBus, SimulatedArm, serve
+
+JOINTS = ("j1", "j2", "j3", "j4")
+pytestmark = pytest.mark.realtime
+
+
+@pytest.fixture
+def arm() -> SimulatedArm:
+    """An arm."""
+    return SimulatedArm(seed=2)
+
+
+@pytest.fixture
+def bus(arm: SimulatedArm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[str]:
+    """The name of a bus to that arm, which runs in a thread."""
+    monkeypatch.chdir(tmp_path)
+    path, listening, ended = tmp_path / "arm.sock", threading.Event(), threading.Event()
+    thread = threading.Thread(
+        target=lambda: serve(arm, path, ended.is_set, listening=listening.set)
+    )
+    thread.start()
+    assert listening.wait(20)
+    yield f"sim:{path}"
+    ended.set()
+    thread.join()
+
+
+def overheat(arm: SimulatedArm, folder: Path) -> None:
+    """Leave J3 with a latched fault, as an earlier program met it."""
+    with Robot(FirmwareBus(arm), arm.clock, load_parameters(), "before", evidence=folder) as host:
+        host.enable()
+        arm.overheat("j3")
+        arm.run(0.5)
+        arm.overheat("j3", False)
+
+
+@pytest.fixture
+def hot(arm: SimulatedArm, tmp_path: Path) -> SimulatedArm:
+    """The arm, with a latched fault."""
+    overheat(arm, tmp_path / "before")
+    return arm
+
+
+def test_faults_stay_until_they_are_recovered_from(
+    hot: SimulatedArm, bus: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    said = {}
+    for command in ("faults", "acknowledge", "enable", "recover", "faults"):
+        status = main([command, "--bus", bus])
+        out, err = capsys.readouterr()
+        assert (status, err == "") == ((2, False) if command == "enable" else (0, True))
+        said[f"{command} {len(said)}"] = out + err
+    listed, acknowledged, refused, recovered, after = said.values()
+    assert "OVERTEMPERATURE: j3" in listed
+    assert f"bioscara recover --bus {bus}" in listed
+    assert "evidence: " in acknowledged
+    assert list((tmp_path / "faults").iterdir())
+    assert "OVERTEMPERATURE (j3)" in refused
+    assert recovered.endswith("recovered\n")
+    assert after.endswith("no faults\n")
+    assert not any(hot.has_torque(name) for name in JOINTS)
+
+
+@pytest.mark.parametrize(("command", "torque"), [("enable", True), ("monitor", False)])
+def test_the_joints_are_shown_until_a_signal_and_are_disabled_then(
+    command: str, torque: bool, arm: SimulatedArm, bus: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    seen: list[bool] = []
+
+    def interrupt() -> None:
+        seen.append(all(arm.has_torque(name) for name in JOINTS))
+        os.kill(os.getpid(), signal.SIGINT)
+
+    timer = threading.Timer(6.0, interrupt)
+    timer.start()
+    assert main([command, "--bus", bus]) == 0
+    timer.join()
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "watching" in out
+    assert seen == [torque]
+    assert not any(arm.has_torque(name) for name in JOINTS)
+
+
+def test_joints_that_another_program_left_enabled_are_disabled(
+    arm: SimulatedArm, bus: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["disable", "--bus", bus]) == 0
+    assert capsys.readouterr().out.endswith("disabled\n")
+    assert not any(arm.has_torque(name) for name in JOINTS)
+
+
+def test_a_bus_in_use_is_named_with_its_user(bus: str, capsys: pytest.CaptureFixture[str]) -> None:
+    with Robot.connect(bus):
+        assert main(["monitor", "--bus", bus]) == 2
+    assert f"pid {os.getpid()}" in capsys.readouterr().err

@@ -1,0 +1,109 @@
+"""``bioscara jog`` in a terminal: keys move the arm, and it is released at the end."""
+
+from __future__ import annotations
+
+import os
+import pty
+import sys
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+
+import pytest
+
+import bioscara.sim
+from bioscara.cli import main
+from bioscara.model import load_parameters
+from bioscara.robot import Robot
+from bioscara.sim import FirmwareBus, SimulatedArm
+from simulated import NEAR
+
+JOINTS = ("j1", "j2", "j3", "j4")
+
+
+@pytest.fixture
+def arm(monkeypatch: pytest.MonkeyPatch) -> SimulatedArm:
+    """The arm of every command, homed and unfolded."""
+    arm = SimulatedArm(positions=NEAR)
+    with Robot(FirmwareBus(arm), arm.clock, load_parameters(), "before") as robot:
+        robot.home()
+        robot.unfold()
+    monkeypatch.setattr(bioscara.sim, "SimulatedArm", lambda **_: arm)
+    return arm
+
+
+@pytest.fixture
+def user(monkeypatch: pytest.MonkeyPatch) -> Iterator[int]:
+    """The user's side of the terminal that is standard input."""
+    typed, program = pty.openpty()
+    with os.fdopen(program) as file:
+        monkeypatch.setattr(sys, "stdin", file)
+        yield typed
+    os.close(typed)
+
+
+@contextmanager
+def typing(user: int, keys: Iterator[bytes]) -> Iterator[None]:
+    """Type keys, 200 a second."""
+    done = threading.Event()
+
+    def type_() -> None:
+        while not done.wait(0.005):
+            with suppress(BlockingIOError):
+                os.write(user, next(keys))
+
+    os.set_blocking(user, False)
+    thread = threading.Thread(target=type_)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+@pytest.mark.parametrize(
+    ("mode", "key", "joint"), [(b"", b"f", "j2"), (b"m", b"\x1b[A", "j1"), (b"n", b"f", "j2")]
+)
+def test_a_held_key_moves_the_arm_and_q_releases_it(
+    mode: bytes,
+    key: bytes,
+    joint: str,
+    arm: SimulatedArm,
+    user: int,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    before = {name: arm.position(name) for name in ("j1", "j2")}
+
+    def moved(name: str) -> float:
+        return abs(arm.position(name) - before[name])
+
+    def keys() -> Iterator[bytes]:
+        while moved("j2") < 0.002:
+            yield b"f"  # Keys that are typed before the jog do not count.
+        yield mode
+        while moved(joint) < 0.008:
+            yield key
+        while True:
+            yield b"q"
+
+    with typing(user, keys()):
+        assert main(["jog"], paced=False) == 0
+    out, err = capsys.readouterr()
+    assert err == ""
+    assert "\n--pose " in out
+    assert "\n--joints " in out
+    assert moved(joint) > 0.007
+    assert not any(arm.has_torque(name) for name in JOINTS)
+
+
+def test_without_a_terminal_nothing_is_opened(
+    arm: SimulatedArm, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    reader, writer = os.pipe()
+    with os.fdopen(reader) as file:
+        monkeypatch.setattr(sys, "stdin", file)
+        assert main(["jog"], paced=False) == 2
+    os.close(writer)
+    assert "run it in a terminal" in capsys.readouterr().err
+    assert not any(arm.has_torque(name) for name in JOINTS)
