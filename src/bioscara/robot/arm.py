@@ -19,6 +19,7 @@ from bioscara.robot.operations.arbiter import Arbiter, Claim
 from bioscara.robot.operations.operation import Operation
 from bioscara.robot.workspace.jaw_widths import JawWidths
 from bioscara.robot.workspace.workspace import Workspace
+from bioscara.scheduling import wake_on_time
 
 T = TypeVar("T")
 
@@ -336,6 +337,7 @@ class Arm:
                     return
                 self._turn.wait(_POLL)
             self._stepper = me
+        wake_on_time()
 
     def _leave_turn(self) -> None:
         # The attribute first: a KeyboardInterrupt can be raised at a function call.

@@ -28,6 +28,7 @@ from bioscara.sim.framing import (
     expect,
     next_frame,
 )
+from bioscara.scheduling import wake_on_time
 
 _STEP = 0.002
 """Lag of simulated time behind real time that is allowed without requests [s]."""
@@ -74,6 +75,7 @@ def serve(
     path = str(path)
     listener = _listen(path)
     server = _Server(arm, listener, MonotonicClock() if clock is None else clock)
+    wake_on_time()
     try:
         listening()
         while not cancelled():

@@ -14,9 +14,10 @@ import pytest
 from benchmarks.control import hold
 
 from bioscara.control.loop.loop import Loop
-from bioscara.control.loop.realtime import conditions, realtime, sharpen_timers
+from bioscara.control.loop.realtime import conditions, realtime
 from bioscara.control.loop.systemd import Watchdog
 from bioscara.errors import ConfigurationError
+from bioscara.scheduling import wake_on_time
 from control.control_stack import World
 
 
@@ -80,7 +81,7 @@ def test_with_permission_the_loop_runs_before_all_else_and_only_while_it_asked_f
 
 def test_timers_are_sharpened_without_any_privilege() -> None:
     slack = Path("/proc/self/timerslack_ns")
-    sharpen_timers()
+    wake_on_time()
     try:
         assert slack.read_text().strip() == "1"
     except OSError:
