@@ -1,10 +1,15 @@
-"""The operating system's scheduler: threads that wake up on time, without any privilege."""
+"""The operating system's scheduler: threads that wake up on time, and their wait for a processor.
+
+Nothing here needs a privilege.
+"""
 
 from __future__ import annotations
 
 import ctypes
 import os
 import platform
+import threading
+from contextlib import suppress
 
 _PR_SET_TIMERSLACK = 29
 _SLICE = 100_000
@@ -49,3 +54,43 @@ def wake_on_time() -> None:
     )
     # A kernel that refuses it leaves the slice as it was: the thread then wakes up later.
     libc.syscall(number, 0, ctypes.byref(wanted), 0)
+
+
+class ProcessorWait:
+    """For how long threads were ready to run while other threads had the processors.
+
+    The kernel counts it. A process that is stopped or that computes is not ready, and does not
+    count; where the kernel has no such count it is always 0.
+    """
+
+    def __init__(self) -> None:
+        self._own = threading.local()
+
+    def lap(self) -> float:
+        """Return the wait of the calling thread since its last call [s]; 0 at its first."""
+        own = self._own
+        try:
+            file = own.file
+        except AttributeError:
+            file = own.file = self._open()
+            own.last = _run_delay(file)
+        last, own.last = own.last, _run_delay(file)
+        return float(own.last - last)
+
+    def _open(self) -> int | None:
+        """Return the calling thread's file, which is closed when the thread has ended."""
+        with suppress(OSError):
+            # As an attribute of the thread-local data, it is closed with the thread.
+            self._own.keeper = open("/proc/thread-self/schedstat", "rb", buffering=0)  # noqa: SIM115
+            return int(self._own.keeper.fileno())
+        return None
+
+
+def _run_delay(file: int | None) -> float:
+    """Return the second number of a ``schedstat``: nanoseconds on the run queue, here in seconds."""
+    if file is None:
+        return 0.0
+    try:
+        return 1e-9 * int(os.pread(file, 100, 0).split()[1])
+    except (OSError, IndexError, ValueError):
+        return 0.0

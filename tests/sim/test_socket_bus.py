@@ -30,8 +30,8 @@ pytestmark = pytest.mark.realtime
 
 PING, PONG = Transaction(0x11, b"\x0f", 2), b"O\x0c"
 FLAGS_ONLY, NO_PAYLOAD = Transaction(0x11, b"\x29\x00", 1), b"\x0c"
-TIME = bytes(8)
-"""Time 0, with which the body of a request and of a reply begins."""
+TIME = bytes(16)
+"""Times of 0, with which the body of a request and of a reply begins."""
 LIMIT = 10.0
 """Time after which a condition that is waited for counts as never met [s]."""
 SEEDS = range(int(os.environ.get("BIOSCARA_FAULT_SEEDS", "24")))

@@ -28,12 +28,16 @@ from bioscara.sim.framing import (
     expect,
     next_frame,
 )
-from bioscara.scheduling import wake_on_time
+from bioscara.scheduling import ProcessorWait, wake_on_time
 
 _STEP = 0.002
 """Lag of simulated time behind real time that is allowed without requests [s]."""
 _LAG_MAX = 0.25
 """Largest lag that is made up for [s]; a larger one, as when the machine slept, is not."""
+_PATIENCE = 0.2
+"""Time after a host's last transfer for which the arm's time waits for its next request [s], which
+says when it begins. A host that is late for want of a processor for longer is as one that is stopped.
+"""
 FRAME_TIMEOUT = 1.0
 """Time that a client has for a whole frame, its HELLO included, and to take a reply [s]."""
 _CLIENTS_MAX = 16
@@ -188,6 +192,7 @@ class _Server:
         listener.setblocking(False)
         self._clients: list[_Client] = []
         self._offset = wall.now() - arm.now()
+        self._processor, self.waited = ProcessorWait(), 0.0
 
     def step(self) -> None:
         """Wait briefly for clients, advance the arm, and serve the clients that are ready."""
@@ -206,7 +211,9 @@ class _Server:
                 self._serve_client(waiting[socket_], self._receive)
         for client in tuple(self._clients):
             self._serve_client(client, self._continue)
-        self._run_until(self._wall.now())
+        now = self._wall.now()
+        if not any(client.host and now < client.due + _PATIENCE for client in self._clients):
+            self._run_until(now)
 
     def close(self) -> None:
         """Disconnect all clients."""
@@ -227,6 +234,13 @@ class _Server:
         lag = time - self._offset - self._arm.now()
         if lag > 0.0:
             self._arm.run(lag)
+
+    def _wait(self, starved: float, time: float) -> None:
+        """Let the arm's time stand still for a wait for a processor, up to a real time [s]."""
+        lag = time - self._offset - self._arm.now()
+        waited = max(min(starved, lag), 0.0)
+        self._offset += waited
+        self.waited += waited
 
     def _accept(self) -> None:
         try:
@@ -274,13 +288,20 @@ class _Server:
             check_hello(expect(frame, FrameKind.HELLO, 0))
             self._welcome(client, now)
         else:
-            request, begin = decode_request(expect(frame, FrameKind.REQUEST, client.sequence))
+            request, begin, starved = decode_request(
+                expect(frame, FrameKind.REQUEST, client.sequence)
+            )
             # This process may wake up late: on the bus the request begins when it was sent.
-            self._run_until(min(begin, now))
+            begin = min(begin, now)
+            self._wait(starved, begin)
+            self._run_until(begin)
             results = self._arm.transfer(request)
+            # Not later for the host than on a bus, where this process had no processor.
+            now = self._wall.now()
+            self._wait(self._processor.lap(), now)
             # The transfer took bus time: continuous requests must not make the arm run faster.
             end = self._arm.now() + self._offset
-            body = encode_reply(results, end)
+            body = encode_reply(results, end, self.waited)
             client.reply(encode_frame(FrameKind.REPLY, client.sequence, body), now, end)
         client.sequence = (client.sequence + 1) % _SEQUENCES
 
