@@ -29,36 +29,37 @@ _RECEIVE = 2**16
 
 
 class ServedClock:
-    """The arm's time, as its hosts know it: real time, less what it has stood still.
+    """The arm's time, as its host knows it: real time, less what it has stood still.
 
-    It stands still while this host is late because other programs have the processors: for the arm
-    such a delay did not take place. A host that is stopped, or takes long itself, is late here too.
+    It stands still while the thread that uses the bus is late because other programs have the
+    processors: for the arm such a delay does not take place. A thread that is stopped, or takes
+    long itself, is late here too.
     """
 
     def __init__(self) -> None:
         self._wall, self._processor = MonotonicClock(), ProcessorWait()
+        self._user = threading.get_ident()
         self._waited = self._last = self._starved = 0.0
         self._lock = threading.Lock()
 
     def now(self) -> float:
         """Return the arm's time [s]."""
+        self._take_wait()
         with self._lock:
-            # A wait that becomes known only afterwards lets time stand, and never go back.
+            # Another thread may learn of a wait only afterwards: time then stands, and never goes
+            # back.
             self._last = max(self._last, self._wall.now() - self._waited - self._starved)
             return self._last
 
     def sleep_until(self, deadline: float) -> None:
         """Sleep until ``deadline`` [s]."""
-        self.take_wait()
+        self._take_wait()
         self._sleep(deadline + self._waited + self._starved)
-
-    def take_wait(self) -> None:
-        """Let time stand for the wait for a processor in what this thread did since the last."""
-        self._starved += self._processor.lap()
 
     def begin_transfer(self) -> tuple[float, float]:
         """Return the real time, and for how long this thread was starved since the last one [s]."""
-        self.take_wait()
+        self._user = threading.get_ident()
+        self._take_wait()
         return self._wall.now(), self._starved
 
     def end_transfer(self, end: float, waited: float, most: float) -> None:
@@ -73,11 +74,17 @@ class ServedClock:
             self._waited, self._starved = waited, 0.0
         self._sleep(min(end, self._wall.now() + most))
 
+    def _take_wait(self) -> None:
+        """Count the wait for a processor since the last call; in a sleep it did no harm."""
+        if threading.get_ident() == self._user:
+            self._starved += self._processor.lap()
+
     def _sleep(self, end: float) -> None:
-        """Sleep until a real time [s]; the wait for a processor before it does no harm."""
+        """Sleep until a real time [s], and count the wait for a processor beyond it."""
         self._wall.sleep_until(end)
         late = self._wall.now() - end
-        self._starved += min(self._processor.lap(), max(late, 0.0))
+        if threading.get_ident() == self._user:
+            self._starved += min(self._processor.lap(), max(late, 0.0))
 
 
 class SocketBus(Bus):
