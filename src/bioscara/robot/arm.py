@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -22,6 +23,9 @@ from bioscara.robot.workspace.workspace import Workspace
 from bioscara.scheduling import wake_on_time
 
 T = TypeVar("T")
+
+_SWITCH_INTERVAL = 0.0005
+"""Time after which a Python thread that computes lets the loop's thread run [s]; usually 5 ms."""
 
 _PATIENCE = 15.0
 """Time after which a stopped operation is at rest, or in a callback that may never return [s]."""
@@ -361,6 +365,8 @@ class Arm:
             return self._runner
 
     def _run_in_thread(self) -> None:
+        # Of the interpreter: other threads of the program then delay the loop less.
+        sys.setswitchinterval(min(sys.getswitchinterval(), _SWITCH_INTERVAL))
         while True:
             try:
                 self.run(lambda: not self._watched)
