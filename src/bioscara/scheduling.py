@@ -70,27 +70,33 @@ class ProcessorWait:
         """Return the wait of the calling thread since its last call [s]; 0 at its first."""
         own = self._own
         try:
-            file = own.file
+            count: _RunQueueCount = own.count
         except AttributeError:
-            file = own.file = self._open()
-            own.last = _run_delay(file)
-        last, own.last = own.last, _run_delay(file)
-        return float(own.last - last)
+            count = own.count = _RunQueueCount()
+        before, count.last = count.last, count.read()
+        return count.last - before
 
-    def _open(self) -> int | None:
-        """Return the calling thread's file, which is closed when the thread has ended."""
+
+class _RunQueueCount:
+    """The kernel's count of one thread, the one that creates it; it is closed with that thread.
+
+    Attributes:
+        last: The last value read [s].
+    """
+
+    def __init__(self) -> None:
+        self._file = -1
         with suppress(OSError):
-            # As an attribute of the thread-local data, it is closed with the thread.
-            self._own.keeper = open("/proc/thread-self/schedstat", "rb", buffering=0)  # noqa: SIM115
-            return int(self._own.keeper.fileno())
-        return None
+            self._file = os.open("/proc/thread-self/schedstat", os.O_RDONLY | os.O_CLOEXEC)
+        self.last = self.read()
 
+    def __del__(self) -> None:
+        if self._file >= 0:
+            os.close(self._file)
 
-def _run_delay(file: int | None) -> float:
-    """Return the second number of a ``schedstat``: nanoseconds on the run queue, here in seconds."""
-    if file is None:
-        return 0.0
-    try:
-        return 1e-9 * int(os.pread(file, 100, 0).split()[1])
-    except (OSError, IndexError, ValueError):
-        return 0.0
+    def read(self) -> float:
+        """Return its time on the run queue, the second number of the file, in seconds."""
+        try:
+            return 1e-9 * int(os.pread(self._file, 100, 0).split()[1])
+        except (OSError, IndexError, ValueError):
+            return 0.0

@@ -40,16 +40,13 @@ class ServedClock:
         self._wall, self._processor = MonotonicClock(), ProcessorWait()
         self._user = threading.get_ident()
         self._waited = self._last = self._starved = 0.0
-        self._lock = threading.Lock()
 
     def now(self) -> float:
         """Return the arm's time [s]."""
         self._take_wait()
-        with self._lock:
-            # Another thread may learn of a wait only afterwards: time then stands, and never goes
-            # back.
-            self._last = max(self._last, self._wall.now() - self._waited - self._starved)
-            return self._last
+        # Where a wait becomes known only afterwards, time stands, and never goes back.
+        self._last = max(self._last, self._wall.now() - self._waited - self._starved)
+        return self._last
 
     def sleep_until(self, deadline: float) -> None:
         """Sleep until ``deadline`` [s]."""
@@ -70,8 +67,7 @@ class ServedClock:
             waited: For how long the arm's time has stood still [s].
             most: Longest sleep [s].
         """
-        with self._lock:
-            self._waited, self._starved = waited, 0.0
+        self._waited, self._starved = waited, 0.0
         self._sleep(min(end, self._wall.now() + most))
 
     def _take_wait(self) -> None:
