@@ -1,4 +1,4 @@
-"""Every core is busy with other programs: a motion of a served arm ends, and the arm's time waits."""
+"""Every core is busy with other programs: motions of a served arm end, as its time waits."""
 
 from __future__ import annotations
 

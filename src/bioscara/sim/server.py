@@ -32,12 +32,12 @@ from bioscara.scheduling import ProcessorWait, wake_on_time
 
 _STEP = 0.002
 """Lag of simulated time behind real time that is allowed without requests [s]."""
-_LAG_MAX = 0.25
-"""Largest lag that is made up for [s]; a larger one, as when the machine slept, is not."""
 _PATIENCE = 0.2
 """Time after a host's last transfer for which the arm's time waits for its next request [s], which
 says when it begins. A host that is late for want of a processor for longer is as one that is stopped.
 """
+_LAG_MAX = _PATIENCE + 0.25
+"""Largest lag that is made up for [s]; a larger one, as when the machine slept, is not."""
 _WAIT_REPORTED = 0.05
 """Shortest wait for a processor that is reported when a host leaves [s]."""
 FRAME_TIMEOUT = 1.0
