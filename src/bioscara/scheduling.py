@@ -39,7 +39,8 @@ def wake_on_time() -> None:
     Linux otherwise rounds sleeps up by 50 us, and on a busy core lets the thread that computes
     finish its slice of some milliseconds first. From Linux 6.12 on, a thread that requests a
     shorter slice runs as soon as it wakes up; its share of the processor stays the same. Threads
-    that this one starts inherit both. A thread of another policy, such as SCHED_FIFO, keeps its own.
+    that this one starts inherit both. A thread of another policy, such as SCHED_FIFO, keeps its
+    own.
     """
     libc = ctypes.CDLL(None, use_errno=True)
     libc.prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)

@@ -378,7 +378,7 @@ def test_a_late_host_during_homing_is_not_reported_as_a_blocked_joint(scene: Sce
             # Longer than the joint waits, shorter than what the loop takes for a lost cycle.
             scene.arm.run(0.058)
 
-    with pytest.raises(HomingError, match="SETPOINT_LOST.*find out why the host stopped"):
+    with pytest.raises(HomingError, match=r"SETPOINT_LOST.*find out why the host stopped"):
         scene.robot.home(on_cycle=late)
     assert scene.robot.faults[0].kind is FaultKind.SETPOINT_LOST
 

@@ -14,6 +14,7 @@ from pathlib import Path
 from bioscara.bus.user import User, in_use, user_of
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.errors import BusUnavailableError
+from bioscara.scheduling import ProcessorWait, wake_on_time
 from bioscara.sim.arm import JOINTS, SimulatedArm
 from bioscara.sim.framing import (
     TEXT_MAX,
@@ -28,13 +29,12 @@ from bioscara.sim.framing import (
     expect,
     next_frame,
 )
-from bioscara.scheduling import ProcessorWait, wake_on_time
 
 _STEP = 0.002
 """Lag of simulated time behind real time that is allowed without requests [s]."""
 _PATIENCE = 0.2
 """Time after a host's last transfer for which the arm's time waits for its next request [s], which
-says when it begins. A host that is late for want of a processor for longer is as one that is stopped.
+says when it begins. For a host that is late for longer time goes on, as for one that is stopped.
 """
 _LAG_MAX = _PATIENCE + 0.25
 """Largest lag that is made up for [s]; a larger one, as when the machine slept, is not."""
@@ -58,7 +58,7 @@ def serve(
     cancelled: Callable[[], bool],
     clock: Clock | None = None,
     listening: Callable[[], None] = lambda: None,
-    report: Callable[[str], None] = lambda text: None,
+    report: Callable[[str], None] = lambda _: None,
 ) -> None:
     """Run the arm behind a Unix socket until ``cancelled``.
 
@@ -347,8 +347,8 @@ class _Server:
         if client.host is not None and waited >= _WAIT_REPORTED:
             self._reported = self._waited
             self._report(
-                f"the computer was busy: the arm's time waited {waited:.2f} s for a processor while "
-                f"{client.host} used it"
+                f"the computer was busy: the arm's time waited {waited:.2f} s for a processor "
+                f"while {client.host} used it"
             )
 
 
