@@ -1,16 +1,18 @@
 """Turn one joint a little and back, not homed: for the first power-up of an arm.
 
-Give it a joint and a bus, for example j2 linux:1; otherwise it turns j1 of a simulated arm.
+Give it a joint and a bus, for example j2 linux:1, or sim:/path.sock for an arm that `bioscara
+simulate` serves; otherwise it turns j1 of a simulated arm of its own.
 """
 
 import math
 import sys
+from pathlib import Path
 
 from bioscara import load_parameters
 from bioscara.bus.select import open_bus
 from bioscara.clock import MonotonicClock
 from bioscara.drivers import Joint
-from bioscara.sim import FirmwareBus, SimulatedArm
+from bioscara.sim import FirmwareBus, SimulatedArm, SocketBus
 
 NAME = sys.argv[1] if sys.argv[1:] else "j1"
 DISTANCE = {"rad": 0.05, "m": 0.002}
@@ -23,7 +25,9 @@ parameters = {each.name: each for each in load_parameters().joints}[NAME]
 distance, unit = DISTANCE[parameters.unit], parameters.unit
 steps = round(distance * parameters.reduction / (2 * math.pi) * MICROSTEPS)
 if sys.argv[2:]:
-    joint = Joint(open_bus(sys.argv[2]), MonotonicClock(), parameters)
+    kind, _, where = sys.argv[2].partition(":")
+    bus = SocketBus(Path(where)) if kind == "sim" else open_bus(sys.argv[2])
+    joint = Joint(bus, MonotonicClock(), parameters)
 else:
     arm = SimulatedArm()
     joint = Joint(FirmwareBus(arm), arm.clock, parameters)

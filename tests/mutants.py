@@ -43,12 +43,13 @@ MANAGER = (
     "tests/control/manager/test_manager_rules.py",
     "tests/control/manager/test_cycle_rules.py",
 )
-TURN = ("tests/robot/connection/test_call_arbiter.py",)
+TURN = ("tests/robot/operations/test_arbiter.py",)
 LIFECYCLE = ("tests/hardware/test_lifecycle.py",)
 CLEARANCE = ("tests/control/limits/test_clearance.py",)
 SUPERVISOR = ("tests/control/faults/test_supervisor.py",)
 TOOL_SPEED = ("tests/control/limits/test_tool_speed.py",)
 FLIGHT_RECORD = ("tests/control/faults/test_flight_record.py",)
+OPERATIONS = ("tests/robot/operations/test_operations.py",)
 TEACH_FILE = ("tests/robot/workspace/test_teach_table.py",)
 GREETING = ("tests/drivers/link/test_handshake.py",)
 ORIGINAL = ("tests/drivers/link/test_original.py", "tests/hardware/test_original_joints.py")
@@ -552,21 +553,21 @@ MUTANTS = (
         "MotionExecution._rest",
         "supervisor.halt(now)",
         "",
-        ("tests/robot/motions/test_pose_motions.py",),
+        ("tests/robot/test_robot_motions.py",),
     ),
     Mutant(
         "the way of a motion that is cancelled",
         "TrajectorySampler.brake",
         "self.collision_checked",
         "not self.collision_checked",
-        ("tests/robot/motions/test_pose_motions.py",),
+        ("tests/robot/test_robot_motions.py",),
     ),
     Mutant(
         "the way of a jog that breaks off",
         "_STOPPABLE",
         "JointTrajectoryController, JogController",
         "(JointTrajectoryController,)",
-        ("tests/robot/motions/test_pose_motions.py",),
+        ("tests/robot/test_robot_motions.py",),
     ),
     Mutant(
         "pairs left out by the broad phase",
@@ -577,10 +578,10 @@ MUTANTS = (
     ),
     Mutant(
         "jaws on the way to another width",
-        "RobotGripper.move",
-        "self._check_width(width)",
+        "MoveGripper.cycles",
+        "Planner(arm.workspace, arm.positions).check_width(self._width)",
         "pass",
-        ("tests/robot/motions/test_beside_itself.py",),
+        ("tests/robot/test_planner_beside_itself.py",),
     ),
     Mutant(
         "position of the jaws at the gripper's width",
@@ -594,7 +595,7 @@ MUTANTS = (
         "Scene.check",
         "(end < floor)[pushed].any()",
         "False",
-        ("tests/robot/motions/test_beside_itself.py",),
+        ("tests/robot/test_planner_beside_itself.py",),
     ),
     Mutant(
         "evaluation of the parts inside near hulls",
@@ -612,45 +613,45 @@ MUTANTS = (
     ),
     Mutant(
         "a plan is looked at again when it is executed",
-        "ArmMotions.execute",
-        "self._checked(plan.trajectory, planned=True)",
-        "plan.trajectory",
-        ("tests/robot/motions/test_execution.py",),
+        "Robot.execute",
+        "checked(plan.trajectory, planner, planned=True)",
+        "plan",
+        ("tests/robot/operations/test_follow_trajectory.py",),
     ),
     Mutant(
         "commands that fall behind the plan",
         "_following",
         "allowed(joint, version, joint.max_velocity) + _late(joint, parameters)",
         "0.0",
-        ("tests/robot/motions/test_execution.py",),
+        ("tests/robot/operations/test_follow_trajectory.py",),
     ),
     Mutant(
         "arrival where the plan ends",
         "_following",
         '"goal": tolerances.goal,',
         "",
-        ("tests/robot/motions/test_execution.py",),
+        ("tests/robot/operations/test_follow_trajectory.py",),
     ),
     Mutant(
         "rest after a motion that was given up",
         "MotionExecution.follow",
-        "self._come_to_rest(zero)",
-        "",
-        ("tests/robot/motions/test_execution.py",),
+        "yield from self._come_to_rest(zero)",
+        "pass",
+        ("tests/robot/operations/test_follow_trajectory.py",),
     ),
     Mutant(
         "no path from beyond a limit",
         "Planner._require_within_limits",
         "problems:",
         "False:",
-        ("tests/robot/motions/test_execution.py",),
+        ("tests/robot/operations/test_follow_trajectory.py",),
     ),
     Mutant(
         "what joints latched before is a fault of the arm",
         "ArmSession.connect",
         "stack.latch(self.arm.latched(Flags.FAULT | Flags.STALL), self.clock.now())",
         "",
-        ("tests/robot/connection/test_connection.py",),
+        ("tests/robot/connection/test_arm_session.py",),
     ),
     Mutant(
         "a command does not move an arm that was stopped before",
@@ -660,24 +661,52 @@ MUTANTS = (
         ("tests/cli/test_latched.py",),
     ),
     Mutant(
+        "a callback does not wait for its own motion",
+        "Arm.require_outside",
+        "self._stepper is threading.current_thread()",
+        "False",
+        OPERATIONS,
+    ),
+    Mutant(
+        "jaws along the motion that the arm is making",
+        "MoveGripper.prepare",
+        "scene.check(kinematics, path, start)",
+        "pass",
+        OPERATIONS,
+    ),
+    Mutant(
+        "jaws at the narrow start of the motion that the arm is making",
+        "MoveGripper.prepare",
+        "scene.check_standing(kinematics, start, before)",
+        "pass",
+        OPERATIONS,
+    ),
+    Mutant(
+        "jaws that were refused count as where they were",
+        "MoveGripper.prepare",
+        "arm.jaws.refuse_travel()",
+        "pass",
+        OPERATIONS,
+    ),
+    Mutant(
         "one call at a time uses the arm",
-        "CallArbiter.take",
-        "other is not None",
+        "Arbiter.take",
+        "other.devices & claim.devices",
         "False",
         TURN,
     ),
     Mutant(
         "a stop before a motion's first cycle",
-        "ArmSession.enable",
-        "self.arbiter.require_not_stopped()",
+        "ready",
+        "operation.claim.require_not_stopped()",
         "",
         TURN,
     ),
     Mutant(
         "nobody asks the joints while another thread moves them",
-        "CallArbiter.read_unless_busy",
-        "if running is None: read",
-        "read",
+        "Arm.states",
+        "stepped = self._stepper is not None",
+        "stepped = False",
         TURN,
     ),
     Mutant(
@@ -825,7 +854,7 @@ MUTANTS = (
         "safe_stop._attempt",
         "(KeyboardInterrupt, SystemExit)",
         "ZeroDivisionError",
-        ("tests/robot/connection/test_leaving.py",),
+        ("tests/robot/test_arm.py",),
     ),
     Mutant(
         "path tolerance of a trajectory",
@@ -930,7 +959,7 @@ MUTANTS = (
         "Stack.__init__",
         "collision_guard, self.",
         "",
-        ("tests/robot/motions/test_pose_motions.py",),
+        ("tests/robot/test_robot_motions.py",),
     ),
     Mutant(
         "a tool whose speed is not known stands still",
@@ -1250,7 +1279,7 @@ MUTANTS = (
     Mutant(
         "jogs do not make belts swing",
         "Planner.jog",
-        ", self.windows",
+        "workspace.windows,",
         "",
         ("tests/system/test_load_speed.py",),
     ),

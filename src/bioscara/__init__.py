@@ -6,7 +6,7 @@ are here; each is imported when it is first used, so that ``import bioscara`` st
 
 from __future__ import annotations
 
-__version__ = "0.1.0"
+from bioscara.version import __version__ as __version__
 
 TYPE_CHECKING = False  # as in typing, whose import would take longer than that of this module
 if TYPE_CHECKING:

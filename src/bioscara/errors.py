@@ -3,6 +3,7 @@
     BioscaraError
     ├── InvalidArgumentError          a caller's value (also a ValueError)
     │   ├── LimitError                ... outside a limit
+    │   │   └── HomingSpeedError      ... a homing speed outside those of the motor
     │   ├── UnreachableError          ... a pose that the arm cannot take
     │   │   └── PathError             ... within a path of the tool
     │   ├── ZoneError                 ... a path too close to an obstacle
@@ -45,8 +46,10 @@
 
 Messages are one printable line: unprintable characters in external names are escaped.
 
-``code`` is the number established by the original driver; it never changes its meaning. Errors that
-concern one thing carry it as attributes, so that a program can react without parsing the message.
+``code`` is the number that the original driver returned; errors that it did not have got numbers
+from -200 down, which it never used. A number never changes its meaning; docs/errors.md lists all.
+Errors that concern one thing carry it as attributes, so that a program can react without parsing
+the message.
 """
 
 from __future__ import annotations
@@ -58,10 +61,10 @@ class BioscaraError(Exception):
     """Base of every error that the package raises intentionally.
 
     Attributes:
-        code: Numeric code of the original driver; -1 where it had none.
+        code: Number of the error, that of the original driver where it had one.
     """
 
-    code = -1
+    code = -200
 
     def __str__(self) -> str:
         return printable(super().__str__())
@@ -90,6 +93,12 @@ class LimitError(InvalidArgumentError):
         told = f" {unit}" if unit else ""
         text = f"{name}: {value:g}{told} is outside {lower:g} .. {upper:g}{told}"
         super().__init__(f"{text}; {remedy}" if remedy else text)
+
+
+class HomingSpeedError(LimitError):
+    """A homing speed is outside the motor speeds at which a joint can be homed."""
+
+    code = -102
 
 
 class TrajectoryError(InvalidArgumentError):
@@ -172,7 +181,7 @@ class CommunicationError(BioscaraError):
         address: 7-bit bus address of the device, or None if no single device is concerned.
     """
 
-    code = -6
+    code = -1
 
     def __init__(self, message: str, address: int | None = None) -> None:
         self.address = address
@@ -202,6 +211,8 @@ class RefusedError(CommunicationError):
         reason: Name of the refusal reason, see :class:`bioscara.protocol.Refusal`.
         joint: Name of the joint.
     """
+
+    code = -203
 
     def __init__(
         self, message: str, address: int | None = None, reason: str = "", joint: str = ""
@@ -246,6 +257,8 @@ class JointError(BioscaraError):
         remedy: What to do when using this joint alone; the remedy for the whole arm differs.
     """
 
+    code = -210
+
     def __init__(self, message: str, joint: str = "", remedy: str = "") -> None:
         self.what, self.joint, self.remedy = message, joint, remedy
         super().__init__(message)
@@ -267,7 +280,7 @@ class NotEnabledError(JointError):
 
 
 class StalledError(JointError):
-    """The joint detected a stall and stopped; clear the cause, then enable it again."""
+    """The joint detected a stall and stopped; remove the obstacle, then ``clear_stall()``."""
 
     code = -4
 
@@ -307,9 +320,13 @@ class _ToldFaultError(JointError):
 class JointFaultError(_ToldFaultError):
     """A joint stopped autonomously and latched a fault."""
 
+    code = -211
+
 
 class HomingError(_ToldFaultError):
     """Homing ended without a trustworthy home; the joint is not homed."""
+
+    code = -2
 
 
 class FollowingError(JointError):
@@ -319,6 +336,8 @@ class FollowingError(JointError):
         error: The following error [rad or m].
         limit: Largest following error allowed at its speed [rad or m].
     """
+
+    code = -212
 
     def __init__(
         self, message: str, joint: str = "", error: float = 0.0, limit: float = 0.0
@@ -330,9 +349,13 @@ class FollowingError(JointError):
 class JointResetError(JointError):
     """A joint restarted: its boot id changed, so its home and its session are lost."""
 
+    code = -213
+
 
 class WrongJointError(JointError):
     """The device at an address is not the configured joint."""
+
+    code = -214
 
 
 class ReplayError(BioscaraError):
@@ -342,6 +365,8 @@ class ReplayError(BioscaraError):
         record: Number of the record that differs, counted from 1.
     """
 
+    code = -220
+
     def __init__(self, message: str, record: int) -> None:
         self.record = record
         super().__init__(message)
@@ -350,21 +375,31 @@ class ReplayError(BioscaraError):
 class NotSupportedError(BioscaraError):
     """The firmware of a joint cannot do this; the message names the firmware that can."""
 
+    code = -221
+
 
 class FlashError(BioscaraError):
     """A board or the program that flashes it cannot be used, or the flashing failed."""
+
+    code = -222
 
 
 class GripperError(BioscaraError):
     """The gripper or its PWM channel cannot be used."""
 
+    code = -230
+
 
 class MotionTimeoutError(BioscaraError):
     """A motion took longer than its caller allowed; the arm was brought to rest."""
 
+    code = -272
+
 
 class MotionCancelledError(BioscaraError):
     """A motion was cancelled; the arm ramped down."""
+
+    code = -273
 
 
 class BusyError(BioscaraError):
@@ -375,6 +410,8 @@ class BusyError(BioscaraError):
         duration: Time since that call began [s].
         thread: Name of the thread that called it.
     """
+
+    code = -271
 
     def __init__(
         self, refused: str, running: str, duration: float, thread: str, inside: bool
@@ -396,6 +433,8 @@ class HardwareError(BioscaraError):
         component: Name of the component.
     """
 
+    code = -240
+
     def __init__(self, message: str, component: str = "") -> None:
         self.component = component
         super().__init__(message)
@@ -404,17 +443,25 @@ class HardwareError(BioscaraError):
 class LifecycleError(HardwareError):
     """A lifecycle transition does not exist in the component's state, or it failed."""
 
+    code = -241
+
 
 class ModeSwitchError(HardwareError):
     """Joints cannot take the requested command modes; nothing was switched."""
+
+    code = -242
 
 
 class OverrunError(BioscaraError):
     """The control loop did not keep its deadlines."""
 
+    code = -250
+
 
 class RealtimeError(BioscaraError):
     """The system denies a loop real-time priority; the message names the remedy."""
+
+    code = -251
 
 
 class ControllerError(BioscaraError):
@@ -424,6 +471,8 @@ class ControllerError(BioscaraError):
         controller: Name of the controller.
     """
 
+    code = -260
+
     def __init__(self, message: str, controller: str = "") -> None:
         self.controller = controller
         super().__init__(message)
@@ -431,6 +480,8 @@ class ControllerError(BioscaraError):
 
 class SwitchError(BioscaraError):
     """Controllers cannot be loaded, configured, switched or unloaded as requested."""
+
+    code = -261
 
 
 class GoalAbortedError(BioscaraError):
@@ -440,6 +491,8 @@ class GoalAbortedError(BioscaraError):
         result: Numeric result of control_msgs, for example -4 for a violated path tolerance.
     """
 
+    code = -262
+
     def __init__(self, message: str, result: int = 0) -> None:
         self.result = result
         super().__init__(message)
@@ -447,3 +500,5 @@ class GoalAbortedError(BioscaraError):
 
 class FaultedError(BioscaraError):
     """A fault is latched: acknowledge and recover it before the arm moves again."""
+
+    code = -270

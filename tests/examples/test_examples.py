@@ -125,6 +125,20 @@ def test_one_joint_turns_in_positive_direction_first_and_returns(watch: Watch) -
     assert elbow[0] - elbow[-1] == pytest.approx(0.05, abs=2e-3)
 
 
+@pytest.mark.realtime
+def test_one_joint_turns_a_joint_of_a_served_arm(
+    start: Callable[..., subprocess.Popen[str]], tmp_path: Path
+) -> None:
+    bus = f"sim:{tmp_path / 'arm.sock'}"
+    server = start("-m", "bioscara", "simulate", "--socket", bus[4:])
+    assert server.stdout
+    assert server.stdout.readline().endswith(f"--bus {bus}\n")
+    example = start(str(FOLDER / "one_joint.py"), "j4", bus)
+    said, _ = example.communicate(timeout=60)
+    assert example.returncode == 0
+    assert said.count("j4 moves by") == 2
+
+
 def test_the_rectangle_passes_its_corners_in_order_without_a_stop(watch: Watch) -> None:
     seen = watch("rectangle")
     corners = [Pose(x, y, seen.said["HEIGHT"]) for x, y in seen.said["CORNERS"]]

@@ -59,6 +59,9 @@ def param(name: str, value: str) -> str:
 
 WRONG = [
     # old, new, what the message must say; the first occurrence is that of j1 or the gripper.
+    ("    <joint name=\"j1\">\n      <param",
+     "    <gpio name=\"home\"/>\n    <joint name=\"j1\">\n      <param",
+     "<gpio> is not read; every interface is one of a joint, home too"),
     (param("hold_current", "20"), param("hold_current", "300"),
      "j1: hold_current: 300 is outside 1 .. 100 %"),
     (param("drive_current", "20"), param("drive_current", "-1"), "j1: drive_current: -1 is outs"),
@@ -111,7 +114,7 @@ WRONG = [
     (param("init_pos", "0.08"), param("init_pos", "0.2"),
      "gripper: init_pos: 0.2 is outside 0.04 .. 0.112 m"),
     (param("max", "0.112"), param("max", "0.12"),
-     "gripper: max: 0.12 m is out of the servo's reach: with gripper: reduction 3333.3"),
+     "gripper: max: 0.12 m is out of the servo's reach: with deg_per_m 3333.3"),
     (param("offset", "0.058"), "", "gripper: offset is missing"),
     (param("reduction", "3333.3"), param("reduction", "0"), "gripper: reduction: it must not be"),
     ('<robot name="bioscara">', '<robot name="bioscara"><oops>', "not XML"),

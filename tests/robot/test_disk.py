@@ -125,7 +125,7 @@ def test_a_slow_disk_does_not_delay_the_jaws(world: World) -> None:
     with world.robot as robot:
         robot.home()
         for width in (0.06, 0.1, 0.05):
-            assert robot.gripper.move(width).reached_goal
+            assert robot.gripper.move(width).result().reached_goal
             assert world.kept() == pytest.approx(width)
         assert world.syncs == 6, "file and folder, once for each width"
         assert robot.faults == ()
@@ -140,11 +140,11 @@ def test_a_full_disk_refuses_a_gripper_motion_without_a_fault(world: World) -> N
         with pytest.raises(GripperError, match="the gripper's width cannot be kept"):
             robot.gripper.move(0.1)
         assert world.servo.pulse() == pulse
-        assert robot.gripper.move(0.06).reached_goal
+        assert robot.gripper.move(0.06).result().reached_goal
         robot.move_joints((-2.0, 0.3, 2.0, 2.0))
         assert robot.faults == ()
         world.full = False
-        assert robot.gripper.move(0.1).reached_goal
+        assert robot.gripper.move(0.1).result().reached_goal
 
 
 @pytest.mark.parametrize("full", [False, True])
@@ -166,7 +166,7 @@ def test_the_width_at_which_the_jaws_were_stopped_is_stored(
         monkeypatch.setattr(Loop, "step", stopping)
         with pytest.raises(MotionCancelledError):
             robot.gripper.move(0.04)
-        width = robot.gripper._hardware._gripper.state.width
+        width = robot._arm.session.gripper._gripper.state.width
         assert 0.045 < width < 0.105
         if full:
             assert world.kept() == pytest.approx(0.04)

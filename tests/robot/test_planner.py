@@ -16,8 +16,10 @@ from bioscara.planning.limits import FULL, ToolLimits
 from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
 from bioscara.planning.trajectory.trajectory import Trajectory
 from bioscara.robot.planner import Planner
+from bioscara.robot.workspace.workspace import Workspace
 
 ARM = load_parameters()
+ROOM = Workspace.of(ARM)
 NAMES = tuple(limit.name for limit in ARM.joints)
 HERE = Joints(0.0, 0.2, 1.0, 0.0)
 
@@ -27,7 +29,7 @@ def test_a_line_that_keeps_to_its_speed_has_no_note_of_stretching() -> None:
     planned = 0
     for _ in range(60):
         here = Joints(*(rng.uniform(0.8 * limit.lower, 0.8 * limit.upper) for limit in ARM.joints))
-        planner = Planner(ARM, lambda here=here: here)
+        planner = Planner(ROOM, lambda here=here: here)
         tool = planner.kinematics.forward(here)
         goal = tool._replace(x=tool.x + rng.normal() * 0.1, y=tool.y + rng.normal() * 0.1)
         try:
@@ -39,8 +41,9 @@ def test_a_line_that_keeps_to_its_speed_has_no_note_of_stretching() -> None:
     assert planned > 20
 
 
-@pytest.mark.parametrize("full_speed", [False, True])
-def test_plans_keep_every_limit(full_speed: bool) -> None:
+@pytest.mark.parametrize("reduced_speed", [True, False])
+def test_plans_keep_every_limit(reduced_speed: bool) -> None:
+    space = Workspace.of(ARM, reduced_speed=reduced_speed)
     rng = np.random.default_rng(11)
     planned = 0
     for number in range(120):
@@ -50,11 +53,10 @@ def test_plans_keep_every_limit(full_speed: bool) -> None:
         if number % 2:
             # The lift's speed is the limit, not that of the tool.
             goal = here._replace(j2=goal.j2, j4=0.9 * here.j4)
-        planner = Planner(ARM, lambda here=here: here)
-        planner.full_speed = full_speed
-        for plan in (planner.joints, planner.unfold):
+        planner = Planner(space, lambda here=here: here)
+        for plan in (lambda planner=planner, goal=goal: planner.move_joints(goal), planner.unfold):
             with contextlib.suppress(ZoneError):
-                trajectory = (plan(goal) if plan == planner.joints else plan()).trajectory
+                trajectory = plan().trajectory
                 check(trajectory, ARM.joints)
                 planned += 1
     assert planned > 120
@@ -69,24 +71,22 @@ def test_a_plan_has_notes_on_an_unusual_trajectory(
     velocities: list[list[float]] | None, unusual: str
 ) -> None:
     steps = Trajectory(NAMES, [0.0, 5.0], [HERE, HERE._replace(j1=0.3)], velocities)
-    (note,) = Planner(ARM, lambda: HERE).check_trajectory(steps, HERE).notes
+    (note,) = Planner(ROOM, lambda: HERE).check_trajectory(steps, HERE).notes
     assert unusual in note
 
 
 def test_a_plan_has_the_tool_limits_it_was_kept_to() -> None:
     """Only lines and arcs keep to an acceleration of the tool; nothing does at full speed."""
-    planner = Planner(ARM, lambda: HERE)
+    planner = Planner(ROOM, lambda: HERE)
     goal = planner.kinematics.forward(HERE)
     goal = goal._replace(x=goal.x + 0.05)
     assert planner.move_linear(goal).tool == ToolLimits(speed=COMMANDED_SPEED)
     assert planner.move_to(goal).tool == ToolLimits(COMMANDED_SPEED, math.inf, math.inf, math.inf)
-    planner.full_speed = True
+    planner = Planner(ROOM.with_reduced_speed(False), lambda: HERE)
     assert planner.move_linear(goal).tool == planner.move_to(goal).tool == FULL
 
 
 @pytest.mark.parametrize("word", ["no", "False", 1, None])
-def test_full_speed_accepts_only_booleans(word: object) -> None:
-    planner = Planner(ARM, lambda: HERE)
-    with pytest.raises(InvalidArgumentError, match=r"full_speed is .*; give True or False"):
-        planner.full_speed = word  # type: ignore[assignment]
-    assert not planner.full_speed
+def test_reduced_speed_accepts_only_booleans(word: object) -> None:
+    with pytest.raises(InvalidArgumentError, match=r"reduced_speed is .*; give True or False"):
+        ROOM.with_reduced_speed(word)  # type: ignore[arg-type]

@@ -108,7 +108,7 @@ class Fuzz:
             "fuzz",
             gripper=gripper,
             evidence=folder,
-            full_speed=self.random.random() < 0.5,
+            reduced_speed=self.random.random() >= 0.5,
         )
         self.log: list[str] = []
         self.asked = math.inf
@@ -121,13 +121,19 @@ class Fuzz:
         timeout = choose((None, None, None, 0.05, 0.5, -1.0, math.nan))
         name, what = choose(
             (
-                ("home", lambda: robot.home(self.observe, timeout=timeout)),
-                ("home", lambda: robot.home(self.observe)),
-                ("move", lambda: robot.move_joints(near, 1.0, self.observe, timeout=timeout)),
-                ("move", lambda: robot.move_joints(near, 1.0, self.observe)),
-                ("move", lambda: robot.move_joints(near, 0.3, self.observe)),
+                ("home", lambda: robot.home(on_cycle=self.observe, timeout=timeout)),
+                ("home", lambda: robot.home(on_cycle=self.observe)),
+                ("move", lambda: robot.move_joints(near, on_cycle=self.observe, timeout=timeout)),
+                ("move", lambda: robot.move_joints(near, on_cycle=self.observe)),
+                (
+                    "move",
+                    lambda: robot.move_joints(near, velocity_scaling=0.3, on_cycle=self.observe),
+                ),
                 ("move_to", lambda: robot.move_to(Pose(0.45, uniform(-0.2, 0.2), 0.25))),
-                ("jog", lambda: robot.jog(self.velocities(), self.observe, timeout=timeout)),
+                (
+                    "jog",
+                    lambda: robot.jog(self.velocities(), on_cycle=self.observe, timeout=timeout),
+                ),
                 ("grip", lambda: robot.gripper.move(uniform(0.038, 0.13))),
                 ("let go", robot.gripper.disable),
                 ("enable", robot.enable),
@@ -220,7 +226,7 @@ class Fuzz:
                 ("estop", lambda: self.arm.set_motor_power(False)),
                 (f"hot {joint}", lambda: self.arm.overheat(joint)),
                 ("late", lambda: self.arm.run(self.random.choice((0.02, 0.2, 0.7)))),
-                ("speed 0.1", lambda: setattr(self.robot, "speed", 0.1)),
+                ("speed 0.1", lambda: setattr(self.robot, "speed_override", 0.1)),
             )
         )
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import asyncio
 import inspect
 import math
 from collections.abc import Callable, Iterator
@@ -16,8 +17,7 @@ from bioscara.planning import Motion, ToolLimits, Trajectory, Waypoint, approach
 from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
 from bioscara.robot import Robot
-from bioscara.robot.motions.cycle_recorder import ignore, never
-from bioscara.robot.motions.gripper import RobotGripper
+from bioscara.robot.gripper import RobotGripper
 from bioscara.robot.planner import Planner
 from bioscara.robot.workspace.poses import NamedPose, TeachTable
 from bioscara.robot.workspace.tools import FINGERS, Tool
@@ -48,6 +48,9 @@ class World:
         before, now = self._before, self.where()
         self._before = now
         robot = self.robot
+        for operation in robot._arm.operations:
+            operation.cancel()
+            operation.wait(30.0)
         robot.speed_override = 1.0
         if robot.faults:
             return f"a fault is latched: {robot.faults[0]}"
@@ -73,11 +76,23 @@ def jogging(robot: Any) -> Callable[..., object]:
     return jog
 
 
-def setting(of: Callable[[Any], Any], name: str) -> Callable[..., Callable[..., object]]:
-    return lambda robot: lambda value: setattr(of(robot), name, value)
+def first_state(robot: Any) -> Callable[..., object]:
+    async def first(period: object) -> None:
+        states = robot.states(period)
+        await anext(states)
+        await states.aclose()
+
+    return lambda period: asyncio.run(first(period))
 
 
-WATCHED: Base = {"observe": ignore, "cancelled": never, "timeout": 60.0}
+def setting(robot: Any, name: str) -> Callable[..., object]:
+    return lambda value: setattr(robot, name, value)
+
+
+WATCHED: Base = {"on_cycle": id, "timeout": 60.0, "wait": True}
+SCALED: Base = {"velocity_scaling": 1.0, "acceleration_scaling": 1.0}
+BY: Base = {"x": 0.0, "y": 0.0, "z": 0.02, "yaw": 0.0}
+MOVED: Base = {**SCALED, **WATCHED}
 TABLE: Base = {
     "joint_names": NAMES,
     "times": [0.0, 1.0],
@@ -96,48 +111,45 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
     waypoint = Waypoint(there)
     return {
         "Robot.home": (robot.home, WATCHED),
-        "Robot.move_joints": (robot.move_joints, {"positions": HALF, "speed": 1.0, **WATCHED}),
+        "Robot.move_joints": (robot.move_joints, {"positions": HALF, **MOVED}),
         "Robot.execute": (robot.execute, {"plan": plan.move_joints(HALF), **WATCHED}),
         "Robot.follow": (robot.follow, {"trajectory": REST, "approach": True, **WATCHED}),
-        "Robot.move_to": (robot.move_to, {"pose": there, "speed": 1.0}),
-        "Robot.move_linear": (robot.move_linear, {"pose": there, "speed": 1.0}),
-        "Robot.move_circular": (
-            robot.move_circular,
-            {"via": via, "pose": there, "speed": 1.0},
-        ),
-        "Robot.move_named": (robot.move_named, {"name": "center", "speed": 1.0}),
-        "Robot.unfold": (robot.unfold, {"speed": 1.0}),
-        "Robot.move_sequence": (robot.move_sequence, {"waypoints": [waypoint]}),
-        "Robot.jog": (
-            robot.jog,
-            {"velocities": lambda: None, "observe": ignore, "timeout": 60.0},
-        ),
+        "Robot.move_to": (robot.move_to, {"pose": there, **MOVED}),
+        "Robot.move_linear": (robot.move_linear, {"pose": there, **MOVED}),
+        "Robot.move_relative": (robot.move_relative, {**BY, **MOVED}),
+        "Robot.move_circular": (robot.move_circular, {"via": via, "pose": there, **MOVED}),
+        "Robot.move_named": (robot.move_named, {"name": "center", **MOVED}),
+        "Robot.unfold": (robot.unfold, MOVED),
+        "Robot.move_sequence": (robot.move_sequence, {"waypoints": [waypoint], **MOVED}),
+        "Robot.jog": (robot.jog, {"velocities": lambda: None, **WATCHED}),
         "jog(JointVelocity)": (jogging(robot), {"velocity": JointVelocity(0.01)}),
         "jog(ToolVelocity)": (jogging(robot), {"velocity": ToolVelocity(0.001)}),
-        "Robot.speed_override": (setting(lambda r: r, "speed")(robot), {"value": 1.0}),
-        "Robot.full_speed": (setting(lambda r: r, "full_speed")(robot), {"value": False}),
-        "RobotGripper.move": (robot.gripper.move, {"width": 0.06}),
-        "Planner.joints": (plan.joints, {"goal": HALF, "speed": 1.0}),
-        "Planner.to": (plan.to, {"pose": there, "speed": 1.0}),
-        "Planner.named": (plan.named, {"name": "center", "speed": 1.0}),
-        "Planner.unfold": (plan.unfold, {"speed": 1.0}),
+        "Robot.states": (first_state(robot), {"period": 1e-3}),
+        "Robot.speed_override": (setting(robot, "speed_override"), {"value": 1.0}),
+        "Robot.reduced_speed": (setting(robot, "reduced_speed"), {"value": True}),
+        "Robot.scene": (setting(robot, "scene"), {"value": Scene()}),
+        "Robot.table": (setting(robot, "table"), {"value": robot.table}),
+        "Robot.tool": (setting(robot, "tool"), {"value": FINGERS}),
+        "RobotGripper.move": (robot.gripper.move, {"width": 0.06, **WATCHED}),
+        "Planner.move_joints": (plan.move_joints, {"goal": HALF, **SCALED}),
+        "Planner.move_to": (plan.move_to, {"pose": there, **SCALED}),
+        "Planner.move_named": (plan.move_named, {"name": "center", **SCALED}),
+        "Planner.unfold": (plan.unfold, SCALED),
         "Planner.check_width": (plan.check_width, {"width": 0.06}),
-        "Planner.linear": (plan.linear, {"pose": there, "speed": 1.0}),
-        "Planner.circular": (plan.circular, {"via": via, "pose": there, "speed": 1.0}),
-        "Planner.sequence": (plan.sequence, {"waypoints": [waypoint]}),
+        "Planner.move_linear": (plan.move_linear, {"pose": there, **SCALED}),
+        "Planner.move_relative": (plan.move_relative, {**BY, **SCALED}),
+        "Planner.move_circular": (plan.move_circular, {"via": via, "pose": there, **SCALED}),
+        "Planner.move_sequence": (plan.move_sequence, {"waypoints": [waypoint], **SCALED}),
         "waypoint": (lambda waypoint: plan.move_sequence([waypoint]), {"waypoint": waypoint}),
         "waypoint with via": (
             lambda waypoint: plan.move_sequence([waypoint]),
             {"waypoint": Waypoint(there, Motion.CIRC, via=via)},
         ),
-        "Planner.trajectory": (
-            plan.trajectory,
+        "Planner.check_trajectory": (
+            plan.check_trajectory,
             {"trajectory": REST, "elsewhere": HALF, "planned": False},
         ),
         "Planner.jog": (plan.jog, {"start": HALF}),
-        "Planner.use_tool": (plan.use_tool, {"name": FINGERS}),
-        "Planner.scene": (setting(lambda r: r.plan, "scene")(robot), {"value": Scene()}),
-        "Planner.full_speed": (setting(lambda r: r.plan, "full_speed")(robot), {"value": False}),
         "Scara.solve": (plan.kinematics.solve, {"pose": there, "near": HALF}),
         "Scara.inverse": (plan.kinematics.inverse, {"pose": there}),
         "approach": (approach, {"target": here, "away": there, "motion": Motion.PTP, "speed": 1.0}),
@@ -159,7 +171,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
             {"speed": 0.2, "acceleration": 1.0, "yaw_speed": 1.0, "yaw_acceleration": math.inf},
         ),
         "Box": (
-            lambda **values: plan_with(plan, Scene((Box(**values),))),
+            lambda **values: plan_with(robot, Scene((Box(**values),))),
             {
                 "name": "box",
                 "lower": (1.0, 1.0, 1.0),
@@ -170,7 +182,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
             },
         ),
         "Cylinder": (
-            lambda **values: plan_with(plan, Scene((Cylinder(**values),))),
+            lambda **values: plan_with(robot, Scene((Cylinder(**values),))),
             {
                 "name": "tube",
                 "x": 2.0,
@@ -183,7 +195,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
             },
         ),
         "Scene": (
-            lambda **values: plan_with(plan, Scene(**values)),
+            lambda **values: plan_with(robot, Scene(**values)),
             {
                 "zones": (Box("box", (1.0, 1.0, 1.0), (2.0, 2.0, 2.0)),),
                 "table_height": -0.5,
@@ -204,19 +216,19 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "TeachTable": (
             TeachTable,
             {
-                "fingers": plan.tool,
+                "fingers": robot.tool,
                 "tools": (Tool("needle", here, 0.1),),
                 "poses": (NamedPose("plate", Joints(*HALF)),),
             },
         ),
-        "TeachTable.tool": (plan.table.tool, {"name": FINGERS}),
-        "TeachTable.pose": (plan.table.pose, {"name": "center"}),
-        "TeachTable.with_tool": (plan.table.with_tool, {"tool": Tool("needle", here, 0.1)}),
+        "TeachTable.tool": (robot.table.tool, {"name": FINGERS}),
+        "TeachTable.pose": (robot.table.pose, {"name": "center"}),
+        "TeachTable.with_tool": (robot.table.with_tool, {"tool": Tool("needle", here, 0.1)}),
         "TeachTable.with_pose": (
-            plan.table.with_pose,
+            robot.table.with_pose,
             {"pose": NamedPose("plate", Joints(*HALF))},
         ),
-        "TeachTable.without_pose": (plan.table.without_pose, {"name": "plate"}),
+        "TeachTable.without_pose": (robot.table.without_pose, {"name": "plate"}),
         "Robot.simulated": (
             Robot.simulated,
             {
@@ -224,7 +236,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
                 "v1": False,
                 "seed": 1,
                 "evidence": Path("faults"),
-                "full_speed": False,
+                "reduced_speed": True,
                 "pace_homing": False,
                 "pace_motion": False,
             },
@@ -236,20 +248,19 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
                 "parameters": ARM,
                 "rate": 100,
                 "evidence": Path("faults"),
-                "full_speed": False,
+                "reduced_speed": True,
             },
         ),
     }
 
 
-def plan_with(plan: Planner, scene: Scene) -> None:
+def plan_with(robot: Any, scene: Scene) -> None:
     """Use a scene, so that damage by a value would be seen."""
-    before = plan.scene
-    plan.scene = scene
+    robot.scene = scene
     try:
-        plan.move_joints(HALF)
+        robot.plan.move_joints(HALF)
     finally:
-        plan.scene = before
+        robot.scene = Scene()
 
 
 def test_every_call_takes_a_value_or_refuses_it_and_the_arm_stays_usable(world: World) -> None:

@@ -14,6 +14,7 @@ from bioscara.model import load_parameters
 from bioscara.planning.motions.jog import ToolVelocity
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.robot import Robot
+from bioscara.robot.workspace.tools import Tool
 from simulated import homed_robot
 
 ARM = load_parameters()
@@ -48,14 +49,13 @@ WRONG: list[tuple[Call, str]] = [
     ),
     (
         lambda r: r.follow(r.plan.move_to(GOAL)),
-        r"^follow\(\) takes a Trajectory, not a Plan; execute\(\) takes a Plan$",
+        r"^follow\(\) takes a Trajectory, not a Plan; execute\(\) takes a Plan or a Trajectory$",
     ),
     (lambda r: r.follow(None), r"^follow\(\) takes a Trajectory, not a NoneType; execute"),
     (
-        lambda r: r.execute(r.plan.move_to(GOAL).trajectory),
-        r"^execute\(\) takes a Plan, not a Trajectory; follow\(\) takes a Trajectory$",
+        lambda r: r.execute(GOAL),
+        r"^execute\(\) takes a Plan or a Trajectory, not Pose\(.*; robot\.plan makes plans$",
     ),
-    (lambda r: r.execute(GOAL), r"^execute\(\) takes a Plan, not a Pose; follow"),
     (
         lambda r: r.move_joints(GOAL),
         r"^the positions of the joints are Pose\(.*\); give one for each joint, or a pose to "
@@ -64,13 +64,23 @@ WRONG: list[tuple[Call, str]] = [
     (lambda r: r.move_joints(None), "^the positions of the joints are None; give one for each"),
     (lambda r: r.move_joints(0.3), r"^the positions of the joints are 0\.3; give one for each"),
     (lambda r: r.move_joints(("a", 0.2, 0.8, -0.5)), "^j1: goal is 'a'; give a number$"),
-    (lambda r: r.move_to(Pose("0.4", 0.2, 0.25)), "^x of the pose is '0.4'; give a number$"),  # type: ignore[arg-type]
-    (lambda r: r.move_to(GOAL, "fast"), "^speed is 'fast'; give a number$"),
-    (lambda r: r.move_linear(GOAL, None), "^speed is None; give a number$"),
-    (lambda r: setattr(r, "speed", "fast"), "^speed is 'fast'; give a number$"),
-    (lambda r: setattr(r.plan, "scene", None), r"^the scene is None; give Scene\(\.\.\.\)$"),
+    (lambda r: r.move_to(Pose("0.4", 0.2, 0.25)), "^x of the goal is '0.4'; give a number$"),  # type: ignore[arg-type]
+    (
+        lambda r: r.move_to(GOAL, velocity_scaling="fast"),
+        "^velocity_scaling is 'fast'; give a number$",
+    ),
+    (
+        lambda r: r.move_linear(GOAL, acceleration_scaling=None),
+        "^acceleration_scaling is None; give a number$",
+    ),
+    (
+        lambda r: setattr(r, "speed_override", "fast"),
+        "^speed_override is 'fast'; give a number$",
+    ),
+    (lambda r: setattr(r, "scene", None), r"^the scene is None; give Scene\(\.\.\.\)$"),
+    (lambda r: setattr(r, "table", None), "^the table is None; give a TeachTable$"),
     (lambda r: r.move_named(3), "^there is no pose 3"),
-    (lambda r: r.tool = None, "^there is no tool None"),
+    (lambda r: setattr(r, "tool", None), "^there is no tool None"),
     (
         lambda r: r.jog(ToolVelocity(0.1)),
         r"^jog\(\) is given ToolVelocity\(.*\); give a function that returns the velocity, or None",
@@ -94,10 +104,22 @@ def test_invalid_arguments_are_refused_and_nothing_moves(
 
 
 def test_the_tool_cannot_be_changed_without_the_kinematics(robot: Robot) -> None:
+    fingers, table, before = robot.tool, robot.table, robot.kinematics.forward(HALF)
     with pytest.raises(AttributeError, match="tool"):
-        robot.tool = robot.table.tool("fingers")  # type: ignore[misc]
+        robot.plan.workspace.tool = fingers  # type: ignore[misc]  # it is frozen
+    robot.table = table.with_tool(Tool("rod", Pose(0.1, 0.0, -0.2), 0.5))
+    robot.tool = "rod"
+    assert robot.kinematics.forward(HALF) == robot.plan.kinematics.forward(HALF) != before
+    robot.tool = fingers
+    assert robot.kinematics.forward(HALF) == robot.plan.kinematics.forward(HALF) == before
+    robot.table = table
 
 
-def test_joints_and_speed_may_be_numbers_of_numpy(robot: Robot) -> None:
-    robot.move_joints(np.array(HALF, dtype=np.float32), np.float32(0.5))
+def test_a_misspelt_attribute_is_refused(robot: Robot) -> None:
+    with pytest.raises(AttributeError, match=r"no attribute 'secne'; did you mean scene"):
+        robot.secne = None  # type: ignore[attr-defined]  # what a user without a type checker does
+
+
+def test_joints_and_scalings_may_be_numbers_of_numpy(robot: Robot) -> None:
+    robot.move_joints(np.array(HALF, dtype=np.float32), velocity_scaling=np.float32(0.5))
     assert robot.state.positions == pytest.approx(HALF, abs=2e-3)

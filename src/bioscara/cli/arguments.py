@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from bioscara import __version__
+from bioscara.version import __version__
 
 BUS_HELP = (
     "which arm: 'sim' (simulated in this process, the default), 'sim:/path.sock' (one that "

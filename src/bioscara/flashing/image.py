@@ -19,8 +19,8 @@ import zlib
 from dataclasses import dataclass
 from pathlib import Path
 
-import bioscara
 from bioscara.errors import ImageError
+from bioscara.version import __version__
 
 JOINTS = (1, 2, 3, 4)
 """Numbers of the joints for which images exist."""
@@ -118,7 +118,7 @@ class Image:
         if self.version[:2] != _host_version():
             raise ImageError(
                 f"{self.name} is version {dotted(self.version)}, this is bioscara "
-                f"{bioscara.__version__}; flash it with bioscara {dotted(self.version[:2])}, or "
+                f"{__version__}; flash it with bioscara {dotted(self.version[:2])}, or "
                 f"take an image of version {dotted(_host_version())}"
             )
 
@@ -146,14 +146,14 @@ def prebuilt(joint: int) -> Path:
     Raises:
         ImageError: There is none; the message states where to get one.
     """
-    built = Path(bioscara.__file__).parents[2] / "firmware" / "build" / f"j{joint}.bin"
-    released = Path(f"bioscara-{bioscara.__version__}-j{joint}.bin")  # As `make dist` names it.
+    built = Path(__file__).parents[3] / "firmware" / "build" / f"j{joint}.bin"
+    released = Path(f"bioscara-{__version__}-j{joint}.bin")  # As `make dist` names it.
     for path in (built, released):
         if path.is_file():
             return path
     raise ImageError(
         f"there is no image for j{joint} here: build it with 'make firmware' in a checkout, or "
-        f"download {released} of release {bioscara.__version__} into this folder, or name a file"
+        f"download {released} of release {__version__} into this folder, or name a file"
     )
 
 
@@ -163,4 +163,4 @@ def dotted(version: tuple[int, ...]) -> str:
 
 
 def _host_version() -> tuple[int, ...]:
-    return tuple(int(part) for part in bioscara.__version__.split(".")[:2])
+    return tuple(int(part) for part in __version__.split(".")[:2])

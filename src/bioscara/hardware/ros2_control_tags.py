@@ -266,7 +266,15 @@ def _component(urdf: Urdf, name: str) -> Element:
 
 def _joints(urdf: Urdf, component: Element) -> dict[str, Element]:
     elements: dict[str, Element] = {}
-    for element in component.findall("joint"):
+    for element in component:
+        if element.tag == "hardware":
+            continue
+        if element.tag != "joint":
+            raise urdf.error(
+                element,
+                f"{component.attrib['name']}: <{element.tag}> is not read; every interface is one "
+                "of a joint, home too",
+            )
         name = urdf.attribute(element, "name")
         if name in elements:
             raise urdf.error(element, f"joint {name} is there twice")

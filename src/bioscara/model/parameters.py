@@ -216,7 +216,18 @@ class GripperParameters(Checked):
     @property
     def reach(self) -> tuple[float, float]:
         """Smallest and largest width that the pulses of the servo reach [m]."""
-        ends = self.width_at(self.pulse_lower), self.width_at(self.pulse_upper)
+        return self.reach_on(self.deg_per_m, self.zero_width)
+
+    def reach_on(self, deg_per_m: float, zero_width: float) -> tuple[float, float]:
+        """Return the smallest and largest width that the pulses reach on another line [m].
+
+        Args:
+            deg_per_m: Servo degrees per metre of width.
+            zero_width: Width at servo angle zero [m].
+        """
+        pulses = self.pulse_lower, self.pulse_upper
+        angles = [(pulse - self.pulse_center) / self.pulse_per_deg for pulse in pulses]
+        ends = [zero_width + angle_deg / deg_per_m for angle_deg in angles]
         return min(ends), max(ends)
 
     def width_at(self, pulse: float) -> float:

@@ -69,7 +69,7 @@ class Arm:
         self._pace_motion = flag("pace_motion", pace_motion)
         self._speed_override = 1.0
         self._operations: tuple[Operation[Any], ...] = ()
-        self._turn = threading.Condition()
+        self._beginning, self._turn = threading.Lock(), threading.Condition()
         self._stepper: threading.Thread | None = None
         self._runner: threading.Thread | None = None
         self._watched = False
@@ -171,10 +171,9 @@ class Arm:
                 of an operation.
             BioscaraError: The operation is refused; nothing moves.
         """
-        if self._stepper is threading.current_thread():
-            running = self.arbiter.running or (Claim("the control loop"),)
-            raise running[0].refuse(operation.name)
-        with self._turn:
+        self.require_outside(operation.name)
+        # Not the turn, which may be taken: a stop from now on must reach the operation.
+        with self._beginning:
             self._operations = (*self._operations, operation)
         try:
             operation.begin(self)
@@ -213,7 +212,7 @@ class Arm:
             BioscaraError: The operation is refused; nothing moves.
         """
         self.begin(operation)
-        operation.claim.thread = self._ensure_runner()
+        self._ensure_runner()
 
     def watch(self) -> None:
         """Run the control loop for ever in a thread of its own, in real time, until the shutdown.
@@ -234,7 +233,9 @@ class Arm:
         """
         self._take_turn()
         try:
-            self.stack.loop.restart()
+            # A thread for one operation may begin after that was ended by a shutdown.
+            if self.session.connected:
+                self.stack.loop.restart()
             while self._operations or not ended():
                 try:
                     self.step(idle=True)
@@ -264,6 +265,19 @@ class Arm:
             cycle = self.stack.loop.step()
             for operation in self._operations:
                 operation.observe(cycle)
+
+    def require_outside(self, name: str) -> None:
+        """Raise in the thread that runs the loop: it would wait for itself.
+
+        Args:
+            name: Name of the call that is made in a callback.
+
+        Raises:
+            BusyError: This thread runs the loop.
+        """
+        if self._stepper is threading.current_thread():
+            running = self.arbiter.running or (Claim("the control loop"),)
+            raise running[0].refuse(name, inside=True)
 
     def stop(self) -> None:
         """Stop all operations and end a pause, from any thread; returns at once."""
@@ -296,6 +310,7 @@ class Arm:
         Raises:
             BusyError: Called from a callback of an operation that it would have to wait for.
         """
+        self.require_outside("shutdown()")
         with self.arbiter.seized("shutdown()"):
             self._watched = False
             self._take_turn()
@@ -351,18 +366,18 @@ class Arm:
             self._turn.notify_all()
 
     def _forget_ended(self) -> None:
-        with self._turn:
+        with self._beginning:
             self._operations = tuple([each for each in self._operations if not each.done])
+        with self._turn:
             self._turn.notify_all()
 
-    def _ensure_runner(self) -> threading.Thread:
+    def _ensure_runner(self) -> None:
         with self._turn:
             if self._runner is None:
                 self._runner = threading.Thread(
                     target=self._run_in_thread, name="bioscara-arm", daemon=True
                 )
                 self._runner.start()
-            return self._runner
 
     def _run_in_thread(self) -> None:
         # Of the interpreter: other threads of the program then delay the loop less.
@@ -370,6 +385,11 @@ class Arm:
         while True:
             try:
                 self.run(lambda: not self._watched)
+            except BaseException:
+                if not self._operations:
+                    # The next operation needs another thread.
+                    self._watched = False
+                    raise
             finally:
                 with self._turn:
                     ended = not self._operations and not self._watched

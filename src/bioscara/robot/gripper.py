@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bioscara.arguments import flag
 from bioscara.control.controllers.gripper_messages import GripperResult
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.move_gripper import MoveGripper
@@ -85,7 +86,7 @@ class RobotGripper:
             BusyError: The jaws move, or the arm does so in a motion that was not planned.
         """
         operation = MoveGripper(width, timeout=timeout, on_cycle=on_cycle)
-        if wait:
+        if flag("wait", wait):
             self._arm.execute(operation)
         else:
             self._arm.start(operation)

@@ -524,13 +524,14 @@ class Planner:
 
     def _tool_limits(self, acceleration_scaling: float) -> ToolLimits:
         """Return the limits of the tool on a path, with a share of its accelerations."""
+        share = check_share(acceleration_scaling, "acceleration_scaling")
         if not self.workspace.reduced_speed:
             return FULL
         usual = ToolLimits(speed=COMMANDED_SPEED)
         return replace(
             usual,
-            acceleration=acceleration_scaling * usual.acceleration,
-            yaw_acceleration=acceleration_scaling * usual.yaw_acceleration,
+            acceleration=share * usual.acceleration,
+            yaw_acceleration=share * usual.yaw_acceleration,
         )
 
     def _collision_free(

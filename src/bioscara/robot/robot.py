@@ -279,7 +279,8 @@ class Robot:
     def pause(self) -> None:
         """Bring all motion to rest on its path, as fast as :meth:`stop`, until :meth:`resume`.
 
-        A motion that is begun meanwhile waits for it; ``warnings`` say so.
+        A motion that is begun meanwhile waits for it; ``warnings`` say so. Homing that has begun
+        and the jaws are not paused: :meth:`stop` ends them.
         """
         self._arm.paused = True
 

@@ -311,7 +311,8 @@ def test_a_position_beyond_the_limits_is_refused_with_value_limits_and_remedy(
     with pytest.raises(GoalRejectedError) as refusal:
         bench.go(value)
     assert str(refusal.value) == (
-        f"gripper: position {value:g} m is outside 0.04 .. 0.112 m; give a width between these"
+        f"gripper: position {value:g} m is outside 0.04 .. 0.112 m; "
+        "give a width between these, in metres"
     )
     bench.run(0.1)
     assert bench.jaws.target == 0.08

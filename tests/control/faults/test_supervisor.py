@@ -47,7 +47,6 @@ def test_every_kind_has_an_action(kind: FaultKind) -> None:
 @pytest.mark.parametrize(
     ("cause", "kind"),
     [
-        (JointFaultError("x", "j1", "STALL"), FaultKind.STALL),
         (JointFaultError("x", "j1", "OVERTEMPERATURE"), FaultKind.OVERTEMPERATURE),
         (JointFaultError("x", "j1", "ENCODER"), FaultKind.JOINT_FAULT),
         (StalledError("x", "j1"), FaultKind.STALL),
@@ -314,8 +313,8 @@ def test_joints_that_could_not_be_released_are_reported_and_released_on_recovery
 
 
 def test_the_way_out_of_a_joint_is_not_the_one_of_the_arm() -> None:
-    error = JointFaultError("j1: x", "j1", "STALL", remedy="clear_fault()")
-    assert str(error) == "j1: x; clear_fault()"
+    error = StalledError("j1: x", "j1", remedy="clear_stall()")
+    assert str(error) == "j1: x; clear_stall()"
     fault = ArmFault(classify(error), "j1", error, 0.0)
     assert str(fault) == "STALL: j1: x; remove the obstacle"
     assert fault.error() is error

@@ -16,7 +16,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bioscara.drivers import Gripper, Pwm, calibrate
-from bioscara.errors import GripperError, InvalidArgumentError
+from bioscara.errors import GripperError, InvalidArgumentError, LimitError
 from bioscara.model import PwmOutput, load_parameters
 from drivers.gripper.sysfs import Kernel
 
@@ -281,6 +281,21 @@ def test_a_state_file_that_cannot_be_written(kernel: Kernel, channel: Path, tmp_
     with pytest.raises(GripperError):
         hand.disable()
     assert kernel.value(channel, "enable") == 0
+
+
+@pytest.mark.parametrize("width", [30.0, 40, 85.0, 1.0])
+def test_a_width_in_millimetres_is_refused_and_nothing_moves(
+    kernel: Kernel, channel: Path, file: Path, width: float
+) -> None:
+    hand = gripper(kernel, file)
+    hand.enable()
+    hand.set_width(0.05)
+    before = kernel.value(channel, "duty_cycle")
+    with pytest.raises(LimitError, match=f"in metres: {width:g} mm are {width / 1e3:g}"):
+        hand.set_width(width)
+    assert kernel.value(channel, "duty_cycle") == before
+    assert hand.state.width == pytest.approx(0.05)
+    assert hand.set_width(0.12) == PARAMETERS.upper  # The largest width of the original driver.
 
 
 def test_calibration_angles_are_bounded(kernel: Kernel, channel: Path, file: Path) -> None:

@@ -11,6 +11,7 @@ import pytest
 from bioscara.bus import Direction, Transaction, When
 from bioscara.drivers import Joint, JointSample, Quality
 from bioscara.errors import (
+    BioscaraError,
     BusTimeoutError,
     CommunicationError,
     CorruptFrameError,
@@ -686,6 +687,107 @@ def test_a_homing_offset_that_is_not_finite_names_its_joint(offset: float) -> No
     world.joints[0].init()
     with pytest.raises(InvalidArgumentError, match="j1 homing offset"):
         world.joints[0].feedback.store_offset(offset)
+
+
+@BOTH
+def test_the_homing_offset_of_a_joint_that_is_not_homed_is_refused(v1: bool) -> None:
+    world = World(v1=v1)
+    joint = world.joints[0]
+    with pytest.raises(NotInitializedError):
+        joint.feedback.read_offset()
+    joint.init()
+    for command in (joint.feedback.read_offset, lambda: joint.feedback.store_offset(1.0)):
+        with pytest.raises(NotHomedError, match="no homing offset before home"):
+            command()
+    assert not world.tap.count(Register.HOMEOFFSET)
+
+
+def test_errors_have_the_codes_of_the_original_driver() -> None:
+    world = World()
+    joint = world.joints[0]
+    codes: list[int] = []
+
+    def provoke(command: Callable[[], object]) -> None:
+        with pytest.raises(BioscaraError) as caught:
+            command()
+        codes.append(caught.value.code)
+
+    absent = world.joint(ARM.joints[0], address=0x15)
+    provoke(absent.init)
+    provoke(joint.post_homing)
+    joint.init()
+    provoke(joint.post_homing)
+    provoke(joint.get_position)
+    provoke(lambda: joint.set_position(0.0))
+    provoke(lambda: joint.start_homing(0.0))
+    provoke(lambda: joint.start_homing(1e-4))
+    provoke(lambda: joint.start_homing(100.0))
+    joint.start_homing()
+    provoke(joint.start_homing)
+    joint.stop()
+    assert codes == [-1, -5, -109, -2, -3, -101, -102, -102, -109]
+
+
+def test_a_homing_that_fails_has_the_code_of_a_joint_that_is_not_homed() -> None:
+    world = World()
+    joint = world.joints[3]
+    world.arm.remove_stops("j4")
+    joint.init()
+    with pytest.raises(HomingError) as caught:
+        joint.home()
+    assert caught.value.code == -2
+
+
+@BOTH
+def test_a_stall_that_is_cleared_lets_the_joint_move_on(v1: bool) -> None:
+    world = World(v1=v1)
+    (joint,) = world.ready("j1")
+    assert joint.get_flags() == joint.get_flags() & Flags.ARMED
+    joint.clear_stall()  # There is none: nothing happens.
+    if v1:  # An original joint rarely notices an obstacle.
+        joint.settings.enable_stallguard(1)
+    else:
+        world.arm.add_obstacle("j1", -2.9)
+
+    def push() -> None:
+        for _ in range(200):
+            joint.set_position(-2.5)
+            world.arm.run(0.02)
+
+    with pytest.raises(StalledError) as caught:
+        push()
+    assert caught.value.code == -4
+    world.arm.run(0.5)
+    before = joint.get_position()
+    joint.clear_stall()
+    world.arm.run(0.5)
+    assert not joint.is_stalled()
+    assert joint.is_enabled()
+    assert joint.get_position() == pytest.approx(before, abs=2e-3)
+    target = joint.parameters.home_position + 0.05
+    for _ in range(100):
+        joint.set_position(target)
+        world.arm.run(0.02)
+    assert joint.get_position() == pytest.approx(target, abs=1e-3)
+
+
+def test_clearing_a_stall_keeps_another_fault() -> None:
+    world = World()
+    (joint,) = world.ready("j4")
+    joint.set_velocity(-0.5)
+    world.arm.run(0.3)
+    assert joint.get_fault().fault == "SETPOINT_LOST"
+    joint.clear_stall()
+    world.arm.run(0.5)
+    assert joint.get_fault().fault == "SETPOINT_LOST"
+
+
+def test_an_orientation_check_in_degrees_is_refused_with_the_unit() -> None:
+    world = World()
+    (joint,) = world.ready("j4")
+    with pytest.raises(LimitError, match=r"in rad: 10 degrees are 0\.17453"):
+        joint.check_orientation(10)
+    joint.check_orientation(0.17453)
 
 
 @pytest.mark.parametrize(

@@ -130,7 +130,7 @@ def test_a_hand_written_file_is_read(tmp_path: Path) -> None:
         ("    tool: needle", "    frame: bench", 7, "poses.plate.frame is not a known parameter"),
         ("j3: 0.8, ", "", 6, "poses.plate.joints.j3 is missing"),
         ("j3: 0.8", "j3: .nan", 6, "poses.plate.joints.j3: nan is outside"),
-        ("j3: 0.8", "j3: 45.8", 6, "j3: 45.8 is outside -12.5664 .. 12.5664 rad"),
+        ("j3: 0.8", "j3: 45.8", 6, "j3: 45.8 is outside -6.28319 .. 6.28319 rad"),
         ("j3: 0.8", f"j3: {10**400}", 6, "is outside"),
         ("j3: 0.8", "j3: true", 6, "True is not a number"),
         ("tool: needle", "tool: neddle", 5, "no tool 'neddle'; did you mean needle?"),

@@ -8,7 +8,6 @@ from datetime import datetime
 from pathlib import Path
 from typing import NamedTuple
 
-from bioscara import __version__
 from bioscara.cli.arguments import Options
 from bioscara.cli.arm import (
     NewWarnings,
@@ -44,6 +43,7 @@ from bioscara.report import (
 )
 from bioscara.report.folder import TRAJECTORY, default_path
 from bioscara.robot import Robot, kinematics_of
+from bioscara.version import __version__
 
 _HOMING_CYCLES = 10_000
 """Upper bound of the number of records of homing and approach."""

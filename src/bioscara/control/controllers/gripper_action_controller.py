@@ -240,7 +240,7 @@ class GripperActionController(Controller[GripperActionParameters]):
         if limits is not None and not limits[0] <= position <= limits[1]:
             raise GoalRejectedError(
                 f"{name}: position {position:g} m is outside {limits[0]:g} .. {limits[1]:g} m; "
-                "give a width between these"
+                "give a width between these, in metres"
             )
         return goal
 

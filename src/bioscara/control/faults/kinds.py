@@ -100,7 +100,6 @@ class ArmFault:
 
 
 _JOINT_FAULTS = {
-    JointFault.STALL.name: FaultKind.STALL,
     JointFault.FOLLOWING.name: FaultKind.FOLLOWING_ERROR,
     JointFault.SETPOINT_LOST.name: FaultKind.SETPOINT_LOST,
     JointFault.OVERTEMPERATURE.name: FaultKind.OVERTEMPERATURE,

@@ -9,8 +9,11 @@ from pathlib import Path
 from bioscara.arguments import number, numbers
 from bioscara.drivers.gripper.pwm import Pwm
 from bioscara.drivers.gripper.width_store import read_width, write_width
-from bioscara.errors import GripperError, InvalidArgumentError
+from bioscara.errors import GripperError, InvalidArgumentError, LimitError
 from bioscara.model import GripperParameters
+
+_MILLIMETRES = 1.0
+"""Widths from here up can only be meant in millimetres, the unit of the original driver [m]."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +110,7 @@ class Gripper:
         remaining travel of the jaws, and exact once they rest.
 
         Args:
-            width: Width to be commanded [m], bounded as by :meth:`set_width`; None for the width
+            width: Width to be commanded [m], bounded to the limits; None for the width
                 commanded last.
 
         Raises:
@@ -130,16 +133,23 @@ class Gripper:
             width: Width between the jaws [m].
 
         Raises:
+            LimitError: 1 m or more, which only a number of millimetres is.
             InvalidArgumentError: Not finite.
             GripperError: Not enabled, or the output or the state file cannot be written.
         """
         width = number("gripper width", width)
+        if width >= _MILLIMETRES:
+            lower, upper = self.parameters.lower, self.parameters.upper
+            remedy = f"it is given in metres: {width:g} mm are {width / 1e3:g}"
+            raise LimitError("gripper width", width, lower, upper, "m", remedy)
         self._require_enabled()
         self.store_width(width)
         return self.command_width(width)
 
     def command_width(self, width: float) -> float:
         """As :meth:`set_width`, without storing the width: for a control cycle.
+
+        Its goals were checked before, so it bounds any finite width.
 
         Raises:
             InvalidArgumentError: Not finite.
@@ -226,14 +236,19 @@ def calibrate(
     zero = (first_deg * second_width - second_deg * first_width) / (first_deg - second_deg)
     if slope == 0.0 or not math.isfinite(slope) or not math.isfinite(zero):
         raise InvalidArgumentError(f"gripper calibration: no line goes through {first}, {second}")
-    line = replace(parameters, deg_per_m=slope, zero_width=zero)
-    smallest, largest = line.reach
-    lower, upper = max(line.lower, smallest), min(line.upper, largest)
+    smallest, largest = parameters.reach_on(slope, zero)
+    lower, upper = max(parameters.lower, smallest), min(parameters.upper, largest)
     if lower >= upper:
         raise InvalidArgumentError(
             f"gripper calibration: on the line through {first} and {second} the servo reaches "
-            f"{smallest:.4g} .. {largest:.4g} m, none of the widths {line.lower:g} .. "
-            f"{line.upper:g} m; measure again"
+            f"{smallest:.4g} .. {largest:.4g} m, none of the widths {parameters.lower:g} .. "
+            f"{parameters.upper:g} m; measure again"
         )
-    initial = min(max(line.initial, lower), upper)
-    return replace(line, lower=lower, upper=upper, initial=initial)
+    return replace(
+        parameters,
+        deg_per_m=slope,
+        zero_width=zero,
+        lower=lower,
+        upper=upper,
+        initial=min(max(parameters.initial, lower), upper),
+    )

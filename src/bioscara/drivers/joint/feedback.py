@@ -87,7 +87,12 @@ class EncoderFeedback:
         return self.transmission.velocity_from_rpm(answer.values[0])
 
     def read_offset(self) -> float:
-        """Request the joint position at encoder zero that the joint stores [rad or m]."""
+        """Request the joint position at encoder zero that the joint stores [rad or m].
+
+        Raises:
+            NotHomedError: The encoder has no zero yet.
+        """
+        self._require_homed()
 
         def request() -> float:
             return self._session.read(Register.HOMEOFFSET).values[0]
@@ -111,9 +116,11 @@ class EncoderFeedback:
 
         Raises:
             InvalidArgumentError: Not finite.
+            NotHomedError: The encoder has no zero yet.
             IncorrectStateError: The joint returns a number other than the one written.
         """
         offset = number(f"{self._name} homing offset", offset)
+        self._require_homed()
         self._session.write(Register.HOMEOFFSET, offset)
         stored = self.read_offset()
         if abs(stored - offset) > 1e-6 * max(1.0, abs(offset)):
@@ -160,6 +167,11 @@ class EncoderFeedback:
         if flags & _NOTHOMED or not self.offset_known:
             return None
         return self.transmission.position_from_deg(angle_deg)
+
+    def _require_homed(self) -> None:
+        self._session.require_open()
+        if self._session.flags & Flags.NOTHOMED:
+            raise NotHomedError(f"{self._name}: no homing offset before home()", self._name)
 
     def _read_v1(self) -> JointSample:
         angle = self._session.read(Register.ANGLEMOVED)

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from bioscara.arguments import number
 from bioscara.drivers.joint.feedback import EncoderFeedback
 from bioscara.drivers.joint.limits import SetpointLimits
 from bioscara.drivers.joint.settings import Settings
 from bioscara.drivers.link.session import Session
-from bioscara.errors import LimitError
+from bioscara.errors import HomingSpeedError, InvalidArgumentError
 from bioscara.model import JointParameters
 from bioscara.protocol import Capability, Register
 
@@ -58,15 +59,19 @@ class HomingProcedure:
             velocity: The requested one; None for the configured one.
 
         Raises:
-            LimitError, InvalidArgumentError: It is outside the limits, or original firmware does
-                not accept the configured acceleration.
+            HomingSpeedError: The motor's speed is outside :data:`HOMING_RPM`.
+            LimitError, InvalidArgumentError: It is zero, not finite or faster than the joint, or
+                original firmware does not accept the configured acceleration.
         """
         homing = self._parameters.homing
-        chosen = homing.velocity if velocity is None else self._limits.check_velocity(velocity)
+        what = f"{self._parameters.name} homing speed"
+        chosen = homing.velocity if velocity is None else number(what, velocity)
+        if not chosen:
+            raise InvalidArgumentError(f"{what}: 0 has no direction; give a speed with its sign")
         rpm = abs(self._feedback.transmission.velocity_to_rpm(chosen))
         if not HOMING_RPM[0] < rpm < HOMING_RPM[1]:
-            what = f"{self._parameters.name} homing speed of the motor"
-            raise LimitError(what, rpm, *HOMING_RPM, "rpm")
+            raise HomingSpeedError(f"{what} of the motor", rpm, *HOMING_RPM, "rpm")
+        self._limits.check_velocity(chosen)
         if not self._firmware_sets_speed():
             self._settings.check_acceleration(homing.acceleration)
         return chosen

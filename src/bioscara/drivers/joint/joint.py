@@ -266,7 +266,7 @@ class Joint:
             fault: Name of the reported fault; None for any latched fault.
 
         Raises:
-            NotSupportedError: A version 1 joint latches none; ``enable`` clears its stall.
+            NotSupportedError: A version 1 joint latches none; ``clear_stall`` clears its stall.
             RefusedError: Another fault is latched.
             InvalidArgumentError: No fault has that name.
         """
@@ -281,6 +281,24 @@ class Joint:
                 f"{', '.join(Fault.__members__)}"
             )
         self.session.write(Register.CLEARFAULT, code)
+
+    def clear_stall(self) -> None:
+        """Clear a stall that the joint detected, so that it accepts motions again; nothing moves.
+
+        Remove the obstacle first. The joint stays enabled if it was, and stall detection is on
+        afterwards, in a version 1 joint with the configured threshold. A joint that did not stall
+        is left as it is, also one with another latched fault.
+
+        Raises:
+            LimitError: A version 1 joint whose configured ``stall_threshold`` is 0, which cannot
+                be switched on; ``enable`` clears its stall.
+        """
+        if self.version == 2:
+            if self.get_fault().fault == Fault.STALL.name:
+                self.clear_fault(Fault.STALL.name)
+        elif self.is_stalled():
+            # Original firmware does not execute CLEARSTALL.
+            self.settings.enable_stallguard()
 
     def raise_fault(self) -> None:
         """Raise the latched fault, if the joint's last flags show one."""
@@ -313,7 +331,7 @@ class Joint:
 
         Raises:
             LimitError: A current is not between 1 and 100 %.
-            JointFaultError: A fault is latched, or the check failed.
+            JointFaultError, StalledError: A fault is latched, or the check failed.
             NotEnabledError: The joint did not engage.
         """
         parameters, settings = self.parameters, self.settings
@@ -442,8 +460,10 @@ class Joint:
             velocity: As in :meth:`home`.
 
         Raises:
-            LimitError: The motor speed is not between 1 and 250 rpm, or original firmware does not
-                accept the configured homing acceleration.
+            HomingSpeedError: The motor speed is not between 1 and 250 rpm.
+            InvalidArgumentError: The velocity is zero.
+            LimitError: It is faster than the joint, or original firmware does not accept the
+                configured homing acceleration.
             IncorrectStateError: A blocking command is running.
         """
         homing, readiness = self._homing, self.readiness
@@ -468,8 +488,10 @@ class Joint:
 
         Raises:
             HomingError: The joint is not homed; states the reason.
+            NotInitializedError: ``init`` was not called.
             IncorrectStateError: No homing was started, or it is still running.
         """
+        self.session.require_open()
         if self.readiness.blocking is not Register.HOME:
             raise IncorrectStateError(f"{self.name}: no homing was started", self.name)
         flags = self.get_flags()
@@ -602,7 +624,9 @@ class Joint:
         what = f"{self.name} orientation check angle"
         angle_deg = math.degrees(number(what, motor_angle))
         self.readiness.require_ready(homed=False)
-        check_limit(what, angle_deg, 0.0, _ORIENTATION_MAX_DEG, "deg")
+        # The original driver took degrees.
+        remedy = "it is given in rad: 10 degrees are 0.17453"
+        check_limit(what, angle_deg, 0.0, _ORIENTATION_MAX_DEG, "deg", remedy)
         self.readiness.blocking = Register.CHECKORIENTATION
         try:
             self.session.write(Register.CHECKORIENTATION, angle_deg, repeat=False)

@@ -58,10 +58,8 @@ class Readiness:
         self.require_idle()
         name, flags = self._name, self._session.flags
         if flags & Flags.STALL:
-            clear = "clear_fault() and " * (self._session.version == 2)
-            raise StalledError(
-                f"{name}: the joint stalled", name, f"remove the obstacle, then {clear}enable()"
-            )
+            remedy = "remove the obstacle, then clear_stall()"
+            raise StalledError(f"{name}: the joint stalled", name, remedy)
         if flags & Flags.NOTENABLED:
             raise NotEnabledError(f"{name}: it is not enabled", name, "enable() first")
         if homed and (flags & Flags.NOTHOMED or not self._feedback.offset_known):

@@ -9,6 +9,7 @@ from bioscara.errors import (
     BioscaraError,
     CommunicationError,
     IncorrectStateError,
+    JointError,
     JointFaultError,
     NotEnabledError,
     RefusedError,
@@ -35,8 +36,10 @@ _STATE = frozenset(
 )
 
 
-def fault_error(joint: str, report: FaultReport) -> JointFaultError:
-    """Return the latched fault of ``joint`` as an exception."""
+def fault_error(joint: str, report: FaultReport) -> JointError:
+    """Return the latched fault of ``joint`` as an exception; a stall as a StalledError."""
+    if report.fault == Fault.STALL.name:
+        return _stalled(joint, joint, report)
     return JointFaultError(
         f"{joint}: stopped by its fault {report.fault} (data {report.data:g})",
         joint,
@@ -55,12 +58,7 @@ def refused_error(
     """
     reason, what = report.refusal, f"{joint}: {register.name} was refused"
     if reason == Refusal.STALLED.name or (reason in _STATE and report.fault == Fault.STALL.name):
-        return StalledError(
-            f"{what}: the joint stalled (position error {report.data:g} microsteps, more than its "
-            "stall_threshold allows)",
-            joint,
-            "remove the obstacle, then clear_fault() and enable()",
-        )
+        return _stalled(what, joint, report)
     if reason in _STATE and report.fault != Fault.NONE.name:
         return fault_error(joint, report)
     if reason == Refusal.NOT_ENABLED.name:
@@ -72,6 +70,15 @@ def refused_error(
             "stop() it, or wait 0.3 s",
         )
     return RefusedError(f"{what}: {reason}", address, reason, joint)
+
+
+def _stalled(what: str, joint: str, report: FaultReport) -> StalledError:
+    return StalledError(
+        f"{what}: the joint stalled (position error {report.data:g} microsteps, more than its "
+        "stall_threshold allows)",
+        joint,
+        "remove the obstacle, then clear_stall()",
+    )
 
 
 def exchange_failed(outcome: object) -> TypeGuard[CommunicationError]:

@@ -17,7 +17,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from weakref import WeakKeyDictionary
 
-from bioscara import __version__
 from bioscara.bus import ADDRESSES, Bus, Transaction
 from bioscara.clock import Clock
 from bioscara.drivers.link.messages import Hello
@@ -36,6 +35,7 @@ from bioscara.errors import (
     WrongJointError,
 )
 from bioscara.protocol import MAGIC, PROTOCOL, READ, Flags, Register
+from bioscara.version import __version__
 
 _V1_ANSWERS = 12
 """Answers of version 1 to HELLO, with a PING after each, that identify a joint as version 1. Bits

@@ -33,7 +33,7 @@ class Claim:
     Attributes:
         name: Name of the called method, for messages.
         devices: What it uses.
-        thread: The claiming thread.
+        thread: The thread that claimed it.
         begin: Time of the claim [s], on the machine's monotonic clock, not the arm's clock.
         released: Set at its end.
         ended: Whether it has ended.
@@ -48,9 +48,13 @@ class Claim:
     ended: bool = False
     stopped: bool = False
 
-    def refuse(self, name: str) -> BusyError:
-        """Return the error for another call that is refused while this claim lasts."""
-        inside = self.thread is threading.current_thread()
+    def refuse(self, name: str, *, inside: bool = False) -> BusyError:
+        """Return the error for another call that is refused while this claim lasts.
+
+        Args:
+            name: Name of the refused call.
+            inside: Whether it was made in a callback of the claiming operation.
+        """
         return BusyError(name, self.name, time.monotonic() - self.begin, self.thread.name, inside)
 
     def require_not_stopped(self) -> None:
@@ -124,8 +128,8 @@ class Arbiter:
     def seized(self, name: str) -> Iterator[None]:
         """Stop all claims, wait for their ends, and have exclusive use for a block of code.
 
-        Raises:
-            BusyError: It would wait for its own thread.
+        Args:
+            name: Name of the caller in messages.
         """
         claim = Claim(name)
         try:
@@ -138,9 +142,6 @@ class Arbiter:
     def _seize(self, claim: Claim) -> None:
         try:
             with self._admission:
-                for other in self.running:
-                    if other.thread is claim.thread:
-                        raise other.refuse(claim.name)
                 self._closing = (*self._closing, claim)
             while True:
                 with self._admission:

@@ -30,12 +30,16 @@ class MotionExecution:
     Args:
         arm: The arm.
         operation: The operation; its timeout counts from now.
+
+    Attributes:
+        elapsed: Time of the trajectory that has passed on it [s], also after its end.
     """
 
     def __init__(self, arm: Arm, operation: Operation[Any]) -> None:
         self._arm, self._operation = arm, operation
         self._stack, self._clock = arm.stack, arm.session.clock
         self._deadline = self._clock.now() + operation.timeout
+        self.elapsed = 0.0
         self._stack.loop.restart()
 
     def follow(self, message: Goal, phase: Phase, until_start: float = 0.0) -> Cycles[None]:
@@ -51,19 +55,22 @@ class MotionExecution:
             GoalAbortedError: It was not followed to its end; the arm is at rest.
             BioscaraError: The error that stopped the arm.
         """
-        controller, scaling = self._stack.trajectory, math.nan
+        controller, scaling, now = self._stack.trajectory, math.nan, self._clock.now()
+        self.elapsed = 0.0
 
-        def apply_speed() -> None:
+        def before_cycle() -> None:
             nonlocal scaling
+            # Feedback continues after the end of the goal, then on holding or stopping.
+            if (feedback := controller.feedback) is not None and feedback.time > now:
+                self.elapsed = feedback.trajectory_time
             if (wanted := self._arm.speed_of(self._operation)) != scaling:
                 scaling = wanted
                 controller.set_scaling(wanted)
 
-        apply_speed()
-        now = self._clock.now()
+        before_cycle()
         zero = now + until_start
         goal = yield from self.pursue(
-            lambda: controller.send_goal(message, now), phase, zero, apply_speed
+            lambda: controller.send_goal(message, now), phase, zero, before_cycle
         )
         if goal.status is not GoalStatus.SUCCEEDED:
             yield from self._come_to_rest(zero)

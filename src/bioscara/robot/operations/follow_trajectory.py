@@ -55,16 +55,22 @@ class FollowTrajectory(Operation[None]):
         self.plan: Plan | None = None
         self._goal = self._ramp_goal = Goal(JointTrajectory((), ()))
         self._ramp: Trajectory | None = None
-        self._elapsed: Callable[[], float] = lambda: 0.0
+        self._execution: MotionExecution | None = None
+
+    @property
+    def paths(self) -> list[Trajectory]:
+        """The trajectories that the arm follows: the ramp to the start, if any, and the plan's."""
+        planned = [] if self.plan is None else [self.plan.trajectory]
+        return planned if self._ramp is None else [self._ramp, *planned]
 
     @property
     def progress(self) -> float:
         """Share of the planned time that has passed on the trajectory, 0 to 1."""
         if self.done and self.error is None:
             return 1.0
-        if self.plan is None:
+        if self.plan is None or self._execution is None:
             return 0.0
-        return min(max(self._elapsed() / max(self.plan.trajectory.duration, 1e-9), 0.0), 1.0)
+        return min(self._execution.elapsed / max(self.plan.trajectory.duration, 1e-9), 1.0)
 
     def prepare(self, arm: Arm) -> None:
         """Plan the motion and a ramp to its start."""
@@ -88,12 +94,7 @@ class FollowTrajectory(Operation[None]):
         execution = MotionExecution(arm, self)
         if self._ramp is not None:
             yield from execution.follow(self._ramp_goal, Phase.APPROACH, self._ramp.duration)
-
-        def elapsed() -> float:
-            feedback = stack.trajectory.feedback
-            return 0.0 if feedback is None else feedback.trajectory_time
-
-        self._elapsed = elapsed
+        self._execution = execution
         yield from execution.follow(self._goal, Phase.TRAJECTORY)
 
     def _ramp_to(self, trajectory: Trajectory, planner: Planner) -> Trajectory | None:

@@ -37,6 +37,9 @@ class Home(Operation[None]):
         arm.pace(homing=True)
         execution = MotionExecution(arm, self)
         self.claim.require_not_stopped()
+        if arm.paused:
+            stack.supervisor.warnings.append(f"{self.name} begins paused: it moves after resume()")
+            yield from execution.run(lambda: not arm.paused, Phase.HOMING)
         arm.session.enable()
         directions, notes = joints_to_home(stack.arm.axes)
         if not directions:

@@ -18,7 +18,7 @@ from bioscara.errors import (
 from bioscara.report import Phase
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.arbiter import GRIPPER, Device
-from bioscara.robot.operations.follow_trajectory import FollowTrajectory
+from bioscara.robot.operations.follow_trajectory import FollowTrajectory, start_of
 from bioscara.robot.operations.home import Home
 from bioscara.robot.operations.operation import Cycle, Cycles, OnCycle, Operation
 from bioscara.robot.operations.power import drive
@@ -49,10 +49,20 @@ class MoveGripper(Operation[GripperResult]):
         if self._arm_motion is None or self._arm_motion.plan is None:
             return
         arm.stack.gripper.check(GripperGoal((self._width,)))
+        before = arm.workspace.surroundings
         # First, so that a motion which is planned meanwhile already keeps clear of the travel.
         arm.jaws.begin_travel(self._width)
-        workspace, trajectory = arm.workspace, self._arm_motion.plan.trajectory
-        workspace.surroundings.check(workspace.kinematics, trajectory, arm.positions())
+        try:
+            planner = Planner(arm.workspace, arm.positions)
+            kinematics, scene = planner.kinematics, planner.workspace.surroundings
+            for path in self._arm_motion.paths:
+                # At the start, the check of a path permits what the jaws do not cause.
+                start = start_of(path, planner)
+                scene.check_standing(kinematics, start, before)
+                scene.check(kinematics, path, start)
+        except BaseException:
+            arm.jaws.refuse_travel()
+            raise
 
     def cycles(self, arm: Arm) -> Cycles[GripperResult]:
         """Send the goal and wait for its end."""
@@ -61,6 +71,10 @@ class MoveGripper(Operation[GripperResult]):
         yield from drive(arm)
         message = GripperGoal((self._width,))
         stack.gripper.check(message)
+        if _arm_motion(arm, self) is None:
+            # The arm may have been pushed since the last cycle.
+            stack.loop.restart()
+            yield None
         motion = _arm_motion(arm, self)
         if motion is None:
             with suppress(NotHomedError):

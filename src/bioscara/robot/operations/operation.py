@@ -7,6 +7,7 @@ import math
 import threading
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator
+from contextlib import suppress
 from enum import Enum
 from typing import TYPE_CHECKING, Any, Generic, NamedTuple, TypeVar
 
@@ -103,6 +104,7 @@ class Operation(ABC, Generic[T]):
         self._cycle: Cycle | None = None
         self._result: T | None = None
         self._begun = self._paused = False
+        self._arm: Arm | None = None
         self._finished = threading.Event()
         self._callbacks: list[Callable[[], object]] = []
 
@@ -126,7 +128,7 @@ class Operation(ABC, Generic[T]):
         """
         if self._begun:
             raise LifecycleError(f"{self.name} was begun already; each motion is a new operation")
-        self._begun = True
+        self._begun, self._arm = True, arm
         self.claim = Claim(self.name, self.devices)
         try:
             arm.arbiter.take(self.claim)
@@ -143,7 +145,6 @@ class Operation(ABC, Generic[T]):
         procedure = self._procedure
         if procedure is None or self.done:
             return
-        self.claim.thread = threading.current_thread()
         try:
             if self._interruption is not None and not self.stopping:
                 error, self._interruption = self._interruption, None
@@ -256,10 +257,21 @@ class Operation(ABC, Generic[T]):
     def wait(self, timeout: float | None = None) -> bool:
         """Wait for the end, and return whether it has ended.
 
+        Ctrl-C ends the wait and cancels the operation.
+
         Args:
             timeout: Longest time to wait [s]; None for no limit.
+
+        Raises:
+            BusyError: Called in a callback of a motion, which would wait for itself.
         """
-        return self._finished.wait(timeout)
+        if self._arm is not None and not self.done:
+            self._arm.require_outside(f"waiting for {self.name}")
+        try:
+            return self._finished.wait(timeout)
+        except KeyboardInterrupt:
+            self.cancel()
+            raise
 
     def result(self, timeout: float | None = None) -> T:
         """Wait for the end and return the result.
@@ -269,6 +281,7 @@ class Operation(ABC, Generic[T]):
 
         Raises:
             MotionTimeoutError: It has not ended by then.
+            BusyError: As :meth:`wait`.
             BioscaraError: The error that ended it.
         """
         if not self.wait(timeout):
@@ -291,7 +304,8 @@ class Operation(ABC, Generic[T]):
         loop, ended = asyncio.get_running_loop(), asyncio.Event()
 
         def wake() -> None:
-            if not loop.is_closed():
+            # The loop may have been closed since.
+            with suppress(RuntimeError):
                 loop.call_soon_threadsafe(ended.set)
 
         self.when_done(wake)
@@ -299,9 +313,10 @@ class Operation(ABC, Generic[T]):
             await ended.wait()
         except asyncio.CancelledError:
             self.cancel()
-            # The caller continues once the arm is at rest.
+            # The caller continues once the arm is at rest, even if it is cancelled again.
             while not self.done:
-                await asyncio.sleep(0.01)
+                with suppress(asyncio.CancelledError):
+                    await asyncio.sleep(0.01)
             raise
         return self.result()
 
@@ -313,8 +328,10 @@ class Operation(ABC, Generic[T]):
         self._call_back()
 
     def _call_back(self) -> None:
-        while self._callbacks:
-            self._callbacks.pop()()
+        # Two threads may get here at once.
+        with suppress(IndexError):
+            while True:
+                self._callbacks.pop()()
 
     def __repr__(self) -> str:
         progress = "" if math.isnan(self.progress) else f", {self.progress:.0%}"

@@ -20,6 +20,7 @@ class JawWidths:
         self._hardware = hardware
         self._full = parameters.lower, parameters.upper
         self._travel: tuple[float, float] | None = None
+        self._before: tuple[float, float] | None = None
 
     @property
     def commanded(self) -> float:
@@ -36,7 +37,11 @@ class JawWidths:
     def begin_travel(self, width: float) -> None:
         """Extend the range by a width to which the jaws begin to move [m]."""
         low, high = self.range()
-        self._travel = min(low, width), max(high, width)
+        self._travel, self._before = (min(low, width), max(high, width)), self._travel
+
+    def refuse_travel(self) -> None:
+        """Undo the last extension of the range, as the jaws did not begin to move."""
+        self._travel = self._before
 
     def end_travel(self) -> None:
         """Reduce the range to the commanded width, which the jaws have reached."""

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-from tests.robot.connection.test_call_arbiter import NEAR, Gate, Other, Scene
+from tests.robot.operations.test_arbiter import NEAR, Gate, Other, Scene
 
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.control.faults.supervisor import FaultState
@@ -152,8 +152,8 @@ def test_a_joint_that_cannot_be_enabled_is_a_recoverable_fault(made: Scene) -> N
 def test_a_robot_that_is_connected_refuses_to_connect_and_stays_connected(made: Scene) -> None:
     with made.robot as robot:
         robot.enable()
-        with pytest.raises(LifecycleError, match="connected already"), robot:
-            pytest.fail("entered twice")
+        with pytest.raises(LifecycleError, match="connected already"):
+            robot.open()
         assert not made.bus.closed
         assert robot._arm.stack.arm.state is LifecycleState.ACTIVE
         robot.disable()

@@ -31,9 +31,9 @@ from bioscara.planning.collision.scene import Scene as Surroundings
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
-from bioscara.robot.connection import call_arbiter
-from bioscara.robot.connection.call_arbiter import CallArbiter, exclusive
-from bioscara.robot.motions.cycle_recorder import Observe, ignore
+from bioscara.robot.operations import arbiter
+from bioscara.robot.operations.arbiter import Arbiter
+from bioscara.robot.operations.operation import OnCycle
 from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 from simulated import NEAR
 
@@ -195,12 +195,15 @@ CALLS: dict[str, Callable[[Robot], object]] = {
     "disable()": lambda robot: robot.disable(),
     "acknowledge()": lambda robot: robot.acknowledge(),
     "recover()": lambda robot: robot.recover(),
+    "setting reduced_speed": lambda robot: setattr(robot, "reduced_speed", False),
+    "setting scene": lambda robot: setattr(robot, "scene", Surroundings(table_height=1.0)),
+    "setting table": lambda robot: setattr(robot, "table", robot.table),
+    "setting tool": lambda robot: setattr(robot, "tool", "fingers"),
+}
+WITH_THE_GRIPPER: dict[str, Callable[[Robot], object]] = {
     "gripper.enable()": lambda robot: robot.gripper.enable(),
     "gripper.disable()": lambda robot: robot.gripper.disable(),
     "gripper.move()": lambda robot: robot.gripper.move(0.06),
-    "setting full_speed": lambda robot: setattr(robot, "full_speed", True),
-    "setting scene": lambda robot: setattr(robot.plan, "scene", Surroundings(table_height=1.0)),
-    "use_tool()": lambda robot: robot.tool = "fingers",
 }
 
 
@@ -221,11 +224,11 @@ def test_rule_43_a_call_during_another_call_is_refused(scene: Scene) -> None:
     before = scene.where()
     scene.pass_time()
     assert scene.where() == pytest.approx(before, abs=1e-3)
-    assert not scene.robot.full_speed
+    assert scene.robot.reduced_speed
     scene.robot.move_joints(START)
 
 
-@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("name", [*CALLS, *WITH_THE_GRIPPER])
 def test_a_call_from_a_callback_is_refused(scene: Scene, name: str) -> None:
     records: list[CycleRecord] = []
 
@@ -233,7 +236,7 @@ def test_a_call_from_a_callback_is_refused(scene: Scene, name: str) -> None:
         # In each cycle, also in those that bring the arm to rest after the first refusal.
         records.append(record)
         if len(records) >= 30:
-            CALLS[name](scene.robot)
+            (CALLS | WITH_THE_GRIPPER)[name](scene.robot)
 
     with pytest.raises(BusyError, match="refused inside move_joints") as refused:
         scene.robot.move_joints(GOAL, on_cycle=observe)
@@ -480,16 +483,12 @@ def test_the_next_call_can_begin_however_a_call_ended(
 
 
 def test_ctrl_c_anywhere_releases_the_arbiter() -> None:
-    class User:
-        def __init__(self) -> None:
-            self._arbiter = CallArbiter()
-            self.uses = 0
+    free, places, uses = Arbiter(), 0, 0
 
-        @exclusive("use()")
-        def use(self) -> None:
-            self.uses += 1
-
-    user, places = User(), 0
+    def use() -> None:
+        nonlocal uses
+        with free.claimed("use()"):
+            uses += 1
 
     def interrupt(place: int) -> Callable[[FrameType, str, object], None]:
         passed = 0
@@ -497,7 +496,7 @@ def test_ctrl_c_anywhere_releases_the_arbiter() -> None:
         def trace(frame: FrameType, event: str, _: object) -> None:
             # Python checks for signals where a function is entered.
             nonlocal passed
-            if frame.f_code.co_filename in {call_arbiter.__file__, threading.__file__, __file__}:
+            if frame.f_code.co_filename in {arbiter.__file__, threading.__file__, __file__}:
                 passed += 1
                 if passed == place + 1:
                     raise KeyboardInterrupt
@@ -508,16 +507,16 @@ def test_ctrl_c_anywhere_releases_the_arbiter() -> None:
     while True:
         try:
             sys.settrace(interrupt(places))
-            user.use()
+            use()
         except KeyboardInterrupt:
             places += 1
         else:
             break
         finally:
             sys.settrace(before)
-        assert user._arbiter.running is None, places
+        assert not free.running, places
     assert places > 5
-    assert user.uses > 1
+    assert uses > 1
 
 
 def test_shutdown_by_another_thread_brings_the_arm_to_rest_first(
@@ -533,13 +532,13 @@ def test_shutdown_by_another_thread_brings_the_arm_to_rest_first(
         elif record.trajectory_time > 0.5:
             gate.wait()
 
-    def move(observer: Observe) -> None:
+    def move(observer: OnCycle | None) -> None:
         try:
             robot.move_joints(GOAL, on_cycle=observer)
         except BioscaraError as error:
             errors.append(error)
 
-    mover = Other(lambda: [move(observe), *[move(ignore) for _ in range(20)]])
+    mover = Other(lambda: [move(observe), *[move(None) for _ in range(20)]])
     gate.reached()
     leaver = Other(lambda: robot.__exit__(None, None, None), "leaver")
     assert not leaver.ends_within(MOMENT)

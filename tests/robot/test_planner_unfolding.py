@@ -11,6 +11,7 @@ from bioscara.model import load_parameters
 from bioscara.planning import point_to_point
 from bioscara.planning.collision.unfolding import OPEN
 from bioscara.robot.planner import Planner
+from bioscara.robot.workspace.workspace import Workspace
 
 ARM = load_parameters()
 NAMES = [joint.name for joint in ARM.joints]
@@ -18,7 +19,7 @@ HOMED = Joints(-3.04568, 0.33792, 2.62565, 3.00842)
 
 
 def planner(here: Joints = HOMED) -> Planner:
-    return Planner(ARM, lambda: here)
+    return Planner(Workspace.of(ARM), lambda: here)
 
 
 def test_a_refused_direct_motion_is_planned_by_an_open_elbow() -> None:

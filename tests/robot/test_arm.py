@@ -16,7 +16,7 @@ from bioscara.errors import BioscaraError, HardwareError
 from bioscara.hardware import LifecycleState
 from bioscara.model import load_parameters
 from bioscara.robot import Robot
-from bioscara.robot.connection import arm_session
+from bioscara.robot import arm as arm_module
 from bioscara.sim import FirmwareBus, SimulatedArm
 from simulated import NEAR, simulated_robot
 
@@ -229,7 +229,7 @@ def test_ctrl_c_ends_the_wait_for_a_callback_that_never_returns(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, patience: float
 ) -> None:
     """But not while the call may still be bringing the arm to rest."""
-    monkeypatch.setattr(arm_session, "_PATIENCE", patience)
+    monkeypatch.setattr(arm_module, "_PATIENCE", patience)
     robot = (scene := Scene(tmp_path, v1=False)).robot.__enter__()
     entered, end, pressed = threading.Event(), threading.Event(), threading.Event()
 
@@ -243,7 +243,7 @@ def test_ctrl_c_ends_the_wait_for_a_callback_that_never_returns(
 
     def press(frame: FrameType, event: str, _: object) -> None:
         caller = frame.f_back
-        if frame.f_code.co_name == "wait" and caller and caller.f_code.co_name == "seize":
+        if frame.f_code.co_name == "wait" and caller and caller.f_code.co_name == "_seize":
             pressed.set()
             sys.settrace(None)
             raise KeyboardInterrupt
@@ -264,7 +264,7 @@ def test_ctrl_c_ends_the_wait_for_a_callback_that_never_returns(
             robot.__exit__(None, None, None)
     finally:
         sys.settrace(before)
-    assert (robot._arm.arbiter.running is None) is bool(patience), "it was waited for, or not"
+    assert (not robot._arm.arbiter.running) is bool(patience), "it was waited for, or not"
     end.set()
     for thread in threads:
         thread.join(10.0)

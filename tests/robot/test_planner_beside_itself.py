@@ -20,8 +20,8 @@ from bioscara.planning.collision.scene import Cylinder, Scene
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.robot import Robot
-from bioscara.robot.motions.execution import MotionExecution
 from bioscara.robot.planner import ACCELERATION_SHARE, Planner
+from bioscara.robot.workspace.workspace import Workspace
 from planning.scenes import COUNT
 
 ARM = load_parameters()
@@ -46,12 +46,23 @@ class Beside:
     """A planner of an arm at some position, with its gripper as wide as is known."""
 
     def __init__(self, here: Sequence[float] = HOMED, widths: tuple[float, float] = WIDTHS) -> None:
-        self.here, self.widths = here, widths
-        self.plan = Planner(ARM, lambda: self.here, widths=lambda: self.widths)
+        self.here, self.workspace = here, Workspace.of(ARM).with_widths(*widths)
 
-    def clearance(self) -> float:
-        arm, scene = self.plan.surroundings()
-        return float(scene.clearance(arm, [self.here])[0])
+    @property
+    def plan(self) -> Planner:
+        return Planner(self.workspace, lambda: self.here)
+
+    @property
+    def scene(self) -> Scene:
+        return self.workspace.scene
+
+    @scene.setter
+    def scene(self, scene: Scene) -> None:
+        self.workspace = self.workspace.with_scene(scene)
+
+    def clearance(self, here: Sequence[float] | None = None) -> float:
+        space = self.workspace
+        return float(space.surroundings.clearance(space.kinematics, [here or self.here])[0])
 
 
 def rows_of(trajectory: Trajectory, count: int = 200) -> np.ndarray:
@@ -158,7 +169,9 @@ PUSHED = (0.0, 0.001, 2.303, -3.0)
 
 def test_an_arm_pushed_against_itself_may_only_move_away() -> None:
     arm = Beside(PUSHED, (0.08, 0.08))
-    elbow = next(at for at in np.arange(2.3, 2.5, 1e-4) if _clearance(arm, at) < 2e-3)
+    elbow = next(
+        at for at in np.arange(2.3, 2.5, 1e-4) if arm.clearance((*PUSHED[:2], at, PUSHED[3])) < 2e-3
+    )
     arm.here = (*PUSHED[:2], float(elbow), PUSHED[3])
     begin = arm.clearance()
     assert begin == pytest.approx(2e-3, abs=1e-4)
@@ -173,11 +186,6 @@ def test_an_arm_pushed_against_itself_may_only_move_away() -> None:
         arm.here = jog.step(step * 0.01, 0.01)[0]
         assert arm.clearance() >= begin - 1e-9
     assert arm.clearance() > begin + 1e-3
-
-
-def _clearance(arm: Beside, elbow: float) -> float:
-    kinematics, scene = arm.plan.surroundings()
-    return float(scene.clearance(kinematics, [(*PUSHED[:2], elbow, PUSHED[3])])[0])
 
 
 FREE = (0.0, 0.001, 2.28, -3.0)
@@ -249,23 +257,22 @@ def test_from_a_goal_that_was_free_the_arm_can_leave_again() -> None:
 def test_collision_checks_use_the_known_jaw_width() -> None:
     every = ARM.gripper.lower, ARM.gripper.upper
     with Robot.simulated(ARM) as robot:
-        arm, scene = robot.plan.surroundings()
-        assert scene.widths == robot.gripper.widths == every
+        space = robot.plan.workspace
+        assert space.widths == robot.gripper.widths == every
         robot.gripper.enable()
         told = robot.gripper.width
-        assert robot.plan.surroundings()[1].widths == (told, told) == (0.08, 0.08)
+        assert robot.plan.workspace.widths == (told, told) == (0.08, 0.08)
         robot.gripper.move(0.05)
-        scene = robot.plan.surroundings()[1]
-        assert scene.widths == pytest.approx((0.05, 0.05), abs=1e-6)
-        assert robot.plan.surroundings() == (arm, scene)
-        assert robot.plan.surroundings()[1] is scene
+        space = robot.plan.workspace
+        assert space.widths == pytest.approx((0.05, 0.05), abs=1e-6)
+        assert robot.plan.workspace is space
         robot.gripper.disable()
-        assert robot.plan.surroundings()[1].widths == every
+        assert robot.plan.workspace.widths == every
         # The caller that sets a scene need not know the width.
         robot.scene = replace(Scene(), margin=0.01)
         robot.gripper.enable()
-        assert robot.plan.surroundings()[1].widths == pytest.approx((0.05, 0.05), abs=1e-6)
-        assert robot.plan.surroundings()[1].margin == 0.01
+        assert robot.plan.workspace.widths == pytest.approx((0.05, 0.05), abs=1e-6)
+        assert robot.plan.workspace.surroundings.margin == 0.01
 
 
 def test_the_gripper_does_not_open_against_the_arm() -> None:
@@ -285,18 +292,13 @@ def test_the_gripper_does_not_open_against_the_arm() -> None:
             robot.move_joints(BETWEEN)
 
 
-def given_up(*_: object) -> None:
-    raise MotionCancelledError("given up")
-
-
 def test_after_a_cancelled_motion_the_jaws_count_as_anywhere_along_their_travel() -> None:
     with Robot.simulated(ARM) as robot:
         robot.gripper.move(0.05)
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr(MotionExecution, "pursue", given_up)
-            with pytest.raises(MotionCancelledError):
-                robot.gripper.move(0.09)
-        assert robot.gripper.widths == pytest.approx((0.05, 0.09), abs=1e-6)
+        with pytest.raises(MotionCancelledError):
+            robot.gripper.move(0.09, on_cycle=lambda _: robot.stop())
+        low, high = robot.gripper.widths
+        assert (low, high) == pytest.approx((0.05, 0.09), abs=1e-6)
         robot.gripper.move(0.07)
         assert robot.gripper.widths == pytest.approx((0.07, 0.07), abs=1e-6)
         assert math.isfinite(robot.gripper.width)

@@ -110,7 +110,7 @@ def test_a_reduced_blend_is_reported(robot: Robot) -> None:
 @pytest.mark.parametrize(
     ("pose", "error", "complaint"),
     [
-        (Pose(450.0, -200.0, 250.0), UnreachableError, "millimetres"),
+        (Pose(450.0, -200.0, 250.0), InvalidArgumentError, "millimetres"),
         (Pose(0.9, 0.0, 0.2), UnreachableError, "beyond the reach"),
         (Pose(0.45, -0.2, 0.9), UnreachableError, "j2"),
         (Pose(math.nan, 0.0, 0.2), InvalidArgumentError, "finite"),
@@ -171,12 +171,14 @@ def test_a_cancelled_motion_stops_on_its_checked_path(robot: Robot, share: float
         arc = robot.plan.move_circular(via, goal).trajectory
         rows: list[list[float]] = []
         begin = robot.clock.now()
+
+        def observe(_: CycleRecord) -> None:
+            rows.append(commanded(robot))
+            if robot.clock.now() - begin > share * arc.duration:
+                robot.stop()
+
         with pytest.raises(MotionCancelledError):
-            robot.follow(
-                arc,
-                lambda _: rows.append(commanded(robot)),
-                cancelled=lambda: robot.clock.now() - begin > share * arc.duration,
-            )
+            robot.follow(arc, on_cycle=observe)
     finally:
         robot.scene = Scene()
     assert np.abs(rows[-1] - arc.positions[-1]).max() > 0.05
@@ -204,7 +206,7 @@ def test_an_aborted_jog_stops_on_its_checked_path(robot: Robot, error: type[Base
 
         try:
             with pytest.raises(error):
-                robot.jog(velocities, lambda _, rows=rows: rows.append(commanded(robot)))
+                robot.jog(velocities, on_cycle=lambda _, rows=rows: rows.append(commanded(robot)))
         finally:
             robot.scene = Scene()
         assert rows[-1] == pytest.approx(rows[-3], abs=1e-9)
