@@ -12,6 +12,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import perf_counter
 
 import numpy as np
@@ -25,6 +26,7 @@ from bioscara.control.loop.realtime import realtime
 from bioscara.errors import RealtimeError
 from bioscara.hardware import ArmHardware, GripperHardware
 from bioscara.model import load_parameters
+from bioscara.robot import Robot
 from bioscara.robot.connection.devices import simulated_devices
 from bioscara.robot.connection.stack import TRAJECTORY, Stack
 from bioscara.robot.workspace.workspace import Workspace
@@ -34,6 +36,8 @@ CYCLES = 3000
 HELD_RATE, HELD_SECONDS, HELD_TURNS = 1000, 10.0, 6
 MEMORY_CYCLES = 1_000_000
 _WARM = 20_000
+PUNCTUAL_RATE, PUNCTUAL_SECONDS, PUNCTUAL_TURNS = 100, 5.0, 3
+_PUNCTUAL_MOST = 2
 _BARE = 20
 """Bare cycles timed together after each cycle: they take longer, and are interrupted as often. All
 but the first find their code and data in the processor's caches."""
@@ -67,11 +71,12 @@ class _Live:
         self._arm, self._wall = arm, MonotonicClock()
         self.now = self._wall.now
         self._lead = self._wall.now() - arm.now()
-        self.woke = 0.0
+        self.woke = self.late = 0.0
 
     def sleep_until(self, deadline: float) -> None:
         self._wall.sleep_until(deadline)
         self.woke = self._wall.now()
+        self.late = self.woke - deadline
         self._arm.run(max(self._wall.now() - self._lead - self._arm.now(), 0.0))
 
 
@@ -221,6 +226,65 @@ def _held_in_turns() -> tuple[int, int, int, str]:
     return cycles, overruns, bare_overruns, how
 
 
+_SLEEPER = r"""
+#define _GNU_SOURCE
+#include <stdio.h>
+#include <stdlib.h>
+#include <sys/prctl.h>
+#include <time.h>
+int main(int count, char **words) {
+  long cycles = atol(words[1]), period = 1000000000L / atol(words[2]);
+  struct timespec due, now;
+  prctl(PR_SET_TIMERSLACK, 1, 0, 0, 0);
+  clock_gettime(CLOCK_MONOTONIC, &due);
+  while (cycles--) {
+    due.tv_nsec += period;
+    if (due.tv_nsec >= 1000000000L) { due.tv_nsec -= 1000000000L; due.tv_sec++; }
+    clock_nanosleep(CLOCK_MONOTONIC, TIMER_ABSTIME, &due, NULL);
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    printf("%ld\n", (now.tv_sec - due.tv_sec) * 1000000000L + now.tv_nsec - due.tv_nsec);
+  }
+  return 0;
+}
+"""
+"""A bare loop with absolute deadlines: prints how late each sleep ended [ns]."""
+
+
+def _punctual() -> tuple[int, int, float, float]:
+    """Run an arm at rest in turns with the bare loop.
+
+    Returns:
+        Cycles, missed deadlines, and the 99th percentiles of lateness of both [s].
+    """
+    cycles = round(PUNCTUAL_RATE * PUNCTUAL_SECONDS)
+    missed, late, bare = 0, [], []
+    with TemporaryDirectory() as folder:
+        program = Path(folder) / "sleeper"
+        subprocess.run(
+            ["cc", "-O2", "-x", "c", "-o", program, "-"], input=_SLEEPER, text=True, check=True
+        )
+        simulated = SimulatedArm(frequency=None, positions=NEAR)
+        clock = _Live(simulated)
+        bus = FirmwareBus(simulated)
+        with Robot(bus, clock, _PARAMETERS, "a benchmark", rate=PUNCTUAL_RATE) as robot:
+            # The public calls run the loop only while something moves.
+            arm = robot._arm  # noqa: SLF001
+
+            def ended() -> bool:
+                late.append(clock.late)
+                return len(late) % cycles == 0
+
+            for _ in range(PUNCTUAL_TURNS):
+                before = arm.stack.loop.statistics.overruns
+                arm.run(ended)
+                missed += arm.stack.loop.statistics.overruns - before
+                words = [str(program), str(cycles), str(PUNCTUAL_RATE)]
+                done = subprocess.run(words, capture_output=True, text=True, check=True)
+                bare += [1e-9 * int(line) for line in done.stdout.split()]
+    p99, bare_p99 = (np.percentile(each, 99).item() for each in (late, bare))
+    return PUNCTUAL_TURNS * cycles, missed, p99, bare_p99
+
+
 def _grown(cycles: int) -> int:
     """Return the growth of this process's memory over cycles of a moving arm [bytes]."""
     stack, clock = homed_stack(HELD_RATE, lambda arm: arm.clock)
@@ -249,6 +313,7 @@ def rows() -> list[Row]:
     shares = ", ".join(f"{label} {1e6 * each:.1f}" for label, each in stages.items())
     counts = [_held_in_turns() for _ in range(HELD_TURNS)]
     cycles, overruns, bare_overruns = np.sum([each[:3] for each in counts], axis=0).tolist()
+    punctual, missed, late, bare_late = _punctual()
     grown = _grown(MEMORY_CYCLES)
     return [
         Row(
@@ -269,6 +334,15 @@ def rows() -> list[Row]:
             f"a loop as busy, in turns with it: {bare_overruns} overruns",
             "at most 0.1 % of the cycles more",
             overruns - bare_overruns <= 1e-3 * cycles,
+        ),
+        Row(
+            f"`Arm.run` at {PUNCTUAL_RATE} Hz for {PUNCTUAL_TURNS * PUNCTUAL_SECONDS:.0f} s: "
+            "lateness p99",
+            f"{duration(late)} ({late / bare_late:.2g} times); {missed} of {punctual} deadlines "
+            "missed",
+            f"bare loop in C with `clock_nanosleep`, in turns with it: {duration(bare_late)}",
+            f"at most {_PUNCTUAL_MOST} times",
+            late <= _PUNCTUAL_MOST * bare_late,
         ),
         Row(
             f"memory over {MEMORY_CYCLES} cycles",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
 from itertools import pairwise
@@ -370,6 +371,19 @@ def test_homing_without_an_end_stop_fails(scene: Scene) -> None:
     with pytest.raises(HomingError, match="j2"):
         scene.robot.home()
     assert scene.robot.faults[0].kind is FaultKind.HOMING_FAILED
+
+
+def test_a_late_host_during_homing_is_not_reported_as_a_blocked_joint(scene: Scene) -> None:
+    cycles = itertools.count()
+
+    def late(_: object) -> None:
+        if next(cycles) == 60:
+            # Longer than the joint waits, shorter than what the loop takes for a lost cycle.
+            scene.arm.run(0.058)
+
+    with pytest.raises(HomingError, match=r"SETPOINT_LOST.*find out why the host stopped"):
+        scene.robot.home(on_cycle=late)
+    assert scene.robot.faults[0].kind is FaultKind.SETPOINT_LOST
 
 
 def test_a_stall_stops_the_arm_and_is_recovered_in_three_steps(

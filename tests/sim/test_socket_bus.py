@@ -30,8 +30,8 @@ pytestmark = pytest.mark.realtime
 
 PING, PONG = Transaction(0x11, b"\x0f", 2), b"O\x0c"
 FLAGS_ONLY, NO_PAYLOAD = Transaction(0x11, b"\x29\x00", 1), b"\x0c"
-TIME = bytes(8)
-"""Time 0, with which the body of a request and of a reply begins."""
+TIME = bytes(16)
+"""Times of 0, with which the body of a request and of a reply begins."""
 LIMIT = 10.0
 """Time after which a condition that is waited for counts as never met [s]."""
 SEEDS = range(int(os.environ.get("BIOSCARA_FAULT_SEEDS", "24")))
@@ -283,7 +283,7 @@ def false_arm(path: Path, answer: bytes) -> Iterator[None]:
         (encode_frame(FrameKind.REPLY, 1, TIME + b"\1\0\0\2O"), "ends too early"),
         (encode_frame(FrameKind.REPLY, 1, TIME + b"\1\0\0\2O\x0c."), "continues after its end"),
         (struct.pack("<HBI", 0xFFFF, FrameKind.REPLY, 1), "at most"),
-        (encode_frame(FrameKind.REPLY, 1, struct.pack("<d", math.nan)), "the time nan"),
+        (encode_frame(FrameKind.REPLY, 1, struct.pack("<dd", math.nan, 0.0)), "the times nan"),
         (b"\0\0\x77\0\0\0\0", "kind"),
         (encode_frame(FrameKind.REFUSAL, 0, b"no more"), "no more"),
         (b"\1", "went away or hangs"),
@@ -373,8 +373,9 @@ def test_refusals_take_nothing_from_the_host(path: Path) -> None:
     with serving(path, clock) as arm, SocketBus(path) as bus, contextlib.ExitStack() as stack:
         offset = clock.time - arm.now()
         bus.transfer([PING])
-        clock.time += 0.1
-        until(lambda: arm.now() >= clock.time - offset - 1e-6, "the arm catches up")
+        # So long the arm's time waits for the next request.
+        clock.time += server._PATIENCE + 0.05
+        until(lambda: arm.now() >= clock.time - offset - 0.05, "the arm catches up")
         before, sent = arm.now(), arm.transferred
         for _ in range(20):
             refused = stack.enter_context(client(path))
@@ -413,9 +414,12 @@ def test_a_client_that_sends_a_byte_at_a_time_holds_nothing_up(path: Path, host:
             assert slow.recv(100) == encode_frame(FrameKind.WELCOME, 0)
         dribble, begin, wall = REQUEST if host else HELLO, arm.now(), clock.time
 
+        # So long the arm's time waits for a host's next request.
+        lag = server._PATIENCE if host else 1e-6
+
         def live() -> None:
             clock.time += step
-            until(lambda: arm.now() >= begin + clock.time - wall - 1e-6, "the arm lives on")
+            until(lambda: arm.now() >= begin + clock.time - wall - lag, "the arm lives on")
 
         for byte in dribble[:9]:
             slow.sendall(bytes((byte,)))
@@ -441,7 +445,7 @@ def test_a_host_is_served_while_a_client_sends_slowly(path: Path, arm: HeldArm) 
 
 def test_a_transfer_begins_when_it_was_sent_though_the_server_wakes_late(path: Path) -> None:
     clock = ManualClock()
-    late, exact = 0.01, 0
+    late, waited = 0.01, 0.0
     with serving(path, clock) as arm, client(path) as host:
         offset = clock.time - arm.now()
         began: list[float] = []
@@ -453,14 +457,32 @@ def test_a_transfer_begins_when_it_was_sent_though_the_server_wakes_late(path: P
             body = encode_request([PING], sent)
             clock.time += late
             host.sendall(encode_frame(FrameKind.REQUEST, sequence, body))
-            _, end = framing.decode_reply(host.recv(1000)[7:], 1)
-            # The arm may have been advanced between the two lines above.
-            assert sent - 1e-6 <= began[-1] <= clock.time + 1e-6
-            assert began[-1] < end <= began[-1] + 1.5e-3
-            exact += abs(began[-1] - sent) < 1e-6
+            before = waited
+            _, end, waited = framing.decode_reply(host.recv(1000)[7:], 1)
+            assert began[-1] + before == pytest.approx(sent, abs=1e-6)
+            assert began[-1] + waited < end <= began[-1] + waited + 1.5e-3
             clock.time += late
-            until(lambda: arm.now() + offset >= clock.time - 1e-6, "the arm catches up")
-    assert exact > 10
+
+
+def test_the_arm_waits_for_a_starved_host_and_not_for_one_that_says_nothing(path: Path) -> None:
+    clock = ManualClock()
+    with serving(path, clock) as arm, client(path) as host:
+        host.sendall(HELLO)
+        host.recv(1000)
+        last, total, offset = clock.time, 0.0, clock.time - arm.now()
+        for sequence, (late, starved, granted) in enumerate(
+            [(0.15, 0.1, 0.1), (0.15, 0.0, 0.0), (0.15, 1e9, 0.15), (0.15, -1.0, 0.0)], 1
+        ):
+            clock.time = last + late
+            body = encode_request([PING], clock.time, starved)
+            host.sendall(encode_frame(FrameKind.REQUEST, sequence, body))
+            _, last, waited = framing.decode_reply(host.recv(1000)[7:], 1)
+            assert waited - total == pytest.approx(granted, abs=0.002)
+            assert arm.now() == pytest.approx(last - offset - waited, abs=1e-6)
+            total = waited
+        # For a host that is silent for longer, as one that is stopped, time goes on.
+        clock.time = last + server._PATIENCE + 0.01
+        until(lambda: arm.now() >= clock.time - offset - total - 0.01, "the arm goes on")
 
 
 def test_a_host_that_takes_no_replies_is_disconnected(path: Path) -> None:
@@ -498,7 +520,10 @@ def test_a_host_that_takes_no_replies_is_disconnected(path: Path) -> None:
         (HELLO + HELLO, "HELLO number 0 came where REQUEST number 1"),
         (HELLO + encode_frame(FrameKind.REQUEST, 2, TIME + b"\0\0"), "number 2 came where"),
         (HELLO + encode_frame(FrameKind.REQUEST, 1, TIME + b"\xff\xff"), "65535 transactions"),
-        (HELLO + encode_frame(FrameKind.REQUEST, 1, struct.pack("<d", math.inf)), "the time inf"),
+        (
+            HELLO + encode_frame(FrameKind.REQUEST, 1, struct.pack("<dd", 0.0, math.inf)),
+            "the times 0.0 and inf",
+        ),
         (HELLO + encode_frame(FrameKind.REQUEST, 1, TIME + b"\2\0\x11\0\1"), "ends too early"),
         (HELLO + encode_frame(FrameKind.REQUEST, 1, TIME + b"\1\0\x91\0\1"), "address 0x91"),
         (HELLO + encode_frame(FrameKind.REQUEST, 1, TIME + b"\0\0\0"), "continues after its end"),

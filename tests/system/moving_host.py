@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import sys
 
-from bioscara.clock import MonotonicClock
 from bioscara.drivers import Joint
 from bioscara.errors import JointError
 from bioscara.model import load_parameters
+from bioscara.scheduling import wake_on_time
 from bioscara.sim import SocketBus
 
 PERIOD = 0.01
@@ -20,6 +20,7 @@ SWING = 0.8
 def move(joint: Joint, motion: str) -> None:
     """Home the joint if need be, then move it away from the end stop that is nearer."""
     clock, limit = joint.clock, joint.parameters
+    wake_on_time()
     joint.enable()
     if not joint.is_homed():
         joint.home()
@@ -40,7 +41,8 @@ def move(joint: Joint, motion: str) -> None:
 
 def main() -> None:
     path, motion = sys.argv[1:]
-    joint = Joint(SocketBus(path), MonotonicClock(), load_parameters().joints[3])
+    bus = SocketBus(path)
+    joint = Joint(bus, bus.clock, load_parameters().joints[3])
     joint.init()
     for _ in range(3):
         try:

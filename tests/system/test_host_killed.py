@@ -5,10 +5,12 @@ from __future__ import annotations
 import math
 import random
 import signal
+import subprocess
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
 
 import pytest
 from tests.system.observed_arm import truth
@@ -21,6 +23,7 @@ from bioscara.model import load_parameters
 from bioscara.protocol import Fault, JointState
 from bioscara.robot import Robot
 from bioscara.sim import SocketBus
+from bioscara.sim.server import _PATIENCE
 from processes import environment, running, wait_for_line, wait_until
 
 pytestmark = pytest.mark.realtime
@@ -113,3 +116,33 @@ def test_the_joint_of_a_killed_host_stops_by_itself_and_the_next_host_learns_why
         robot.recover()
         assert not any(joint.is_enabled() for joint in robot.joints)
     assert arm.position() == pytest.approx(rest, abs=MOTOR_STEP)
+
+
+def test_the_joint_of_a_stopped_host_stops_although_the_arm_waits_for_starved_ones(
+    arm: Arm,
+) -> None:
+    with running(
+        str(HOST), str(arm.path), "track", env=environment(), stderr=subprocess.PIPE
+    ) as host:
+        wait_for_line(host, "moving")
+        wait_until(lambda: arm.speed() > MOVING, "the joint moves")
+        speed = arm.speed()
+        host.send_signal(signal.SIGSTOP)
+        stopped = time.monotonic()
+        wait_until(lambda: arm.speed() <= RESTING, "the joint stops")
+        late = time.monotonic() - stopped
+        assert late < SILENCE + speed / J4.max_acceleration + _PATIENCE + SLACK
+        rest = arm.position()
+        assert arm.position() == pytest.approx(rest, abs=MOTOR_STEP)
+        host.send_signal(signal.SIGCONT)
+        # The time for which it was stopped passed for the joint: it is no wait for a processor.
+        assert host.stderr is not None
+        wait_for_fault(host.stderr)
+
+
+def wait_for_fault(lines: IO[str]) -> None:
+    """Read until the host reports that its joint stopped by itself."""
+    for line in lines:
+        if "SETPOINT_LOST" in line:
+            return
+    raise AssertionError("the host reported no SETPOINT_LOST")

@@ -49,7 +49,6 @@ class ArmHardware(HardwareComponent):
 
     Attributes:
         axes: The joints with their handles.
-        bus_time: Duration of the exchanges of the last cycle [s].
         capacity: Capacity of its bus; None if no mode is refused because of it.
     """
 
@@ -65,7 +64,6 @@ class ArmHardware(HardwareComponent):
                 self.states[state.name] = state
             for command in (axis.position_command, axis.velocity_command, axis.home_command):
                 self.commands[command.name] = command
-        self.bus_time = 0.0
         self._exchange = ArmExchange(clock, self.problems)
         self.capacity: Capacity | None = None
         self._late: list[BioscaraError] = []

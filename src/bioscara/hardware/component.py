@@ -54,6 +54,7 @@ class HardwareComponent(ABC):
         commands: Its command interfaces, by name.
         problems: Errors of single joints in the last ``read`` or ``write``, while the component as
             a whole continues; the reaction to them is not decided here.
+        bus_time: Duration of the exchanges of the last cycle [s]; 0 without a bus.
     """
 
     def __init__(self, name: str, kind: str = "system") -> None:
@@ -63,6 +64,7 @@ class HardwareComponent(ABC):
         self.states: dict[str, StateInterface] = {}
         self.commands: dict[str, CommandInterface] = {}
         self.problems: list[BioscaraError] = []
+        self.bus_time = 0.0
 
     @property
     @abstractmethod

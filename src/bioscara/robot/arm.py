@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 import threading
 import time
 from collections.abc import Callable
@@ -19,8 +20,12 @@ from bioscara.robot.operations.arbiter import Arbiter, Claim
 from bioscara.robot.operations.operation import Operation
 from bioscara.robot.workspace.jaw_widths import JawWidths
 from bioscara.robot.workspace.workspace import Workspace
+from bioscara.scheduling import wake_on_time
 
 T = TypeVar("T")
+
+_SWITCH_INTERVAL = 0.0005
+"""Time after which a Python thread that computes lets the loop's thread run [s]; usually 5 ms."""
 
 _PATIENCE = 15.0
 """Time after which a stopped operation is at rest, or in a callback that may never return [s]."""
@@ -356,6 +361,7 @@ class Arm:
                     return
                 self._turn.wait(_POLL)
             self._stepper = me
+        wake_on_time()
 
     def _leave_turn(self) -> None:
         # The attribute first: a KeyboardInterrupt can be raised at a function call.
@@ -379,6 +385,8 @@ class Arm:
                 self._runner.start()
 
     def _run_in_thread(self) -> None:
+        # Of the interpreter: other threads of the program then delay the loop less.
+        sys.setswitchinterval(min(sys.getswitchinterval(), _SWITCH_INTERVAL))
         while True:
             try:
                 self.run(lambda: not self._watched)

@@ -8,16 +8,19 @@ number; it uses no bus and is no host.
 
     HELLO    4s magic, u8 version
     WELCOME  nothing
-    REQUEST  f64 begin, u16 count, per transaction u8 address, u8 size, u8 read and bytes to write
-    REPLY    f64 end, u16 count, per transaction u8 outcome, u8 size and the bytes read
+    REQUEST  f64 begin, f64 starved, u16 count, per transaction u8 address, u8 size, u8 read and
+             bytes to write
+    REPLY    f64 end, f64 waited, u16 count, per transaction u8 outcome, u8 size and the bytes read
     REFUSAL  text
     LOOK     nothing
     STATE    f64 simulated time, f64 true position of each joint, j1 to j4
 
 ``begin`` and ``end`` are times of the machine's monotonic clock [s]: when the transactions begin on
 the bus, and when the last one ends. The host waits for the latter, so that the scheduler's delays
-of two processes do not make the bus slower. Everything is bounded: at most 64 transactions of at
-most 255 bytes each way.
+of two processes do not make the bus slower. ``starved`` is for how long the host was late since its
+last request because it had to wait for a processor [s]; ``waited`` is for how long the arm's time
+has stood still since its process began, so that such delays do not exist in that time [s].
+Everything is bounded: at most 64 transactions of at most 255 bytes each way.
 """
 
 from __future__ import annotations
@@ -36,8 +39,8 @@ BYTES_MAX = 255
 TEXT_MAX = 1000
 _HEADER = struct.Struct("<HBI")
 _HELLO = struct.Struct("<4sB")
-_MAGIC, _VERSION = b"BSIM", 2
-_TIME = struct.Struct("<d")
+_MAGIC, _VERSION = b"BSIM", 3
+_TIMES = struct.Struct("<dd")
 _COUNT = struct.Struct("<H")
 _HEAD = struct.Struct("<BBB")
 _RESULT = struct.Struct("<BB")
@@ -59,8 +62,8 @@ class FrameKind(IntEnum):
 _SIZE_MAX = {
     FrameKind.HELLO: 128,
     FrameKind.WELCOME: 0,
-    FrameKind.REQUEST: _TIME.size + _COUNT.size + TRANSACTIONS_MAX * (_HEAD.size + BYTES_MAX),
-    FrameKind.REPLY: _TIME.size + _COUNT.size + TRANSACTIONS_MAX * (_RESULT.size + BYTES_MAX),
+    FrameKind.REQUEST: _TIMES.size + _COUNT.size + TRANSACTIONS_MAX * (_HEAD.size + BYTES_MAX),
+    FrameKind.REPLY: _TIMES.size + _COUNT.size + TRANSACTIONS_MAX * (_RESULT.size + BYTES_MAX),
     FrameKind.REFUSAL: TEXT_MAX,
     FrameKind.LOOK: 0,
     FrameKind.STATE: _STATE.size,
@@ -156,12 +159,15 @@ def check_hello(body: bytes) -> None:
         )
 
 
-def encode_request(transactions: Sequence[Transaction], begin: float) -> bytes:
+def encode_request(
+    transactions: Sequence[Transaction], begin: float, starved: float = 0.0
+) -> bytes:
     """Return the body of the REQUEST for ``transactions``.
 
     Args:
         transactions: The transactions.
         begin: Time at which they begin [s].
+        starved: For how long the host was late for want of a processor [s].
 
     Raises:
         InvalidArgumentError: More or larger transactions than a frame carries.
@@ -170,7 +176,7 @@ def encode_request(transactions: Sequence[Transaction], begin: float) -> bytes:
         raise InvalidArgumentError(
             f"{len(transactions)} transactions in one transfer; at most {TRANSACTIONS_MAX}"
         )
-    parts = [_TIME.pack(begin), _COUNT.pack(len(transactions))]
+    parts = [_TIMES.pack(begin, starved), _COUNT.pack(len(transactions))]
     for address, write, read in transactions:
         if len(write) > BYTES_MAX or not 0 <= read <= BYTES_MAX or not 0 <= address <= 0x7F:
             raise InvalidArgumentError(
@@ -181,14 +187,14 @@ def encode_request(transactions: Sequence[Transaction], begin: float) -> bytes:
     return b"".join(parts)
 
 
-def decode_request(body: bytes) -> tuple[list[Transaction], float]:
-    """Return the transactions of a REQUEST and the time at which they begin [s].
+def decode_request(body: bytes) -> tuple[list[Transaction], float, float]:
+    """Return the transactions of a REQUEST, their begin, and how long the host was starved [s].
 
     Raises:
         BusUnavailableError: It is not one.
     """
     reader = _BodyParser(body)
-    begin = reader.time()
+    begin, starved = reader.times()
     (count,) = reader.unpack(_COUNT)
     if count > TRANSACTIONS_MAX:
         raise BusUnavailableError(f"{count} transactions at once; at most {TRANSACTIONS_MAX}")
@@ -199,17 +205,18 @@ def decode_request(body: bytes) -> tuple[list[Transaction], float]:
             raise BusUnavailableError(f"address {address:#x}; an address is at most 0x7f")
         transactions.append(Transaction(address, reader.take(size), read))
     reader.end()
-    return transactions, begin
+    return transactions, begin, starved
 
 
-def encode_reply(results: Sequence[bytes | int], end: float) -> bytes:
+def encode_reply(results: Sequence[bytes | int], end: float, waited: float = 0.0) -> bytes:
     """Return the body of the REPLY that carries ``results``.
 
     Args:
         results: Bytes read, or the number of an outcome.
         end: Time at which the last transaction ends [s].
+        waited: For how long the arm's time has stood still [s].
     """
-    parts = [_TIME.pack(end), _COUNT.pack(len(results))]
+    parts = [_TIMES.pack(end, waited), _COUNT.pack(len(results))]
     for result in results:
         if isinstance(result, bytes):
             parts.append(_RESULT.pack(0, len(result)) + result)
@@ -218,14 +225,14 @@ def encode_reply(results: Sequence[bytes | int], end: float) -> bytes:
     return b"".join(parts)
 
 
-def decode_reply(body: bytes, count: int) -> tuple[list[bytes | int], float]:
-    """Return the results of a REPLY to ``count`` transactions and the time at which they end [s].
+def decode_reply(body: bytes, count: int) -> tuple[list[bytes | int], float, float]:
+    """Return the results of a REPLY to ``count`` transactions, their end, and the wait [s].
 
     Raises:
         BusUnavailableError: It is not one.
     """
     reader = _BodyParser(body)
-    end = reader.time()
+    end, waited = reader.times()
     (answered,) = reader.unpack(_COUNT)
     if answered != count:
         raise BusUnavailableError(f"{answered} results for {count} transactions")
@@ -235,7 +242,7 @@ def decode_reply(body: bytes, count: int) -> tuple[list[bytes | int], float]:
         read = reader.take(size)
         results.append(outcome or read)
     reader.end()
-    return results, end
+    return results, end, waited
 
 
 def encode_state(state: ArmState) -> bytes:
@@ -268,11 +275,11 @@ class _BodyParser:
         self._at += size
         return part
 
-    def time(self) -> float:
-        (time,) = _TIME.unpack(self.take(_TIME.size))
-        if not math.isfinite(time):
-            raise BusUnavailableError(f"a frame with the time {time}")
-        return float(time)
+    def times(self) -> tuple[float, float]:
+        first, second = _TIMES.unpack(self.take(_TIMES.size))
+        if not (math.isfinite(first) and math.isfinite(second)):
+            raise BusUnavailableError(f"a frame with the times {first} and {second}")
+        return first, second
 
     def unpack(self, form: struct.Struct) -> tuple[int, ...]:
         return form.unpack(self.take(form.size))

@@ -14,6 +14,7 @@ from pathlib import Path
 from bioscara.bus.user import User, in_use, user_of
 from bioscara.clock import Clock, MonotonicClock
 from bioscara.errors import BusUnavailableError
+from bioscara.scheduling import ProcessorWait, wake_on_time
 from bioscara.sim.arm import JOINTS, SimulatedArm
 from bioscara.sim.framing import (
     TEXT_MAX,
@@ -31,8 +32,14 @@ from bioscara.sim.framing import (
 
 _STEP = 0.002
 """Lag of simulated time behind real time that is allowed without requests [s]."""
-_LAG_MAX = 0.25
+_PATIENCE = 0.2
+"""Time after a host's last transfer for which the arm's time waits for its next request [s], which
+says when it begins. For a host that is late for longer time goes on, as for one that is stopped.
+"""
+_LAG_MAX = _PATIENCE + 0.25
 """Largest lag that is made up for [s]; a larger one, as when the machine slept, is not."""
+_WAIT_REPORTED = 0.05
+"""Shortest wait for a processor that is reported when a host leaves [s]."""
 FRAME_TIMEOUT = 1.0
 """Time that a client has for a whole frame, its HELLO included, and to take a reply [s]."""
 _CLIENTS_MAX = 16
@@ -51,6 +58,7 @@ def serve(
     cancelled: Callable[[], bool],
     clock: Clock | None = None,
     listening: Callable[[], None] = lambda: None,
+    report: Callable[[str], None] = lambda _: None,
 ) -> None:
     """Run the arm behind a Unix socket until ``cancelled``.
 
@@ -58,6 +66,10 @@ def serve(
     joints keep running when a host vanishes, which is intended, and no client can delay their time:
     one that sends or receives too slowly, or sends an invalid frame, is disconnected. Only its
     owner can access the socket.
+
+    Where host or server are late because other programs have the processors, the arm's time waits
+    for them. It waits neither for a host that is stopped or takes long itself, nor for longer than
+    0.2 s at once: the joints then stop by their watchdog, as without a host.
 
     Programs that only look at the arm get its true positions, beside the host and without the bus.
 
@@ -67,13 +79,15 @@ def serve(
         cancelled: Called every few milliseconds.
         clock: Real time; the machine's monotonic clock by default, as that of the hosts.
         listening: Called once clients can connect.
+        report: Receives a sentence when a host leaves for which the arm's time waited.
 
     Raises:
         BusUnavailableError: The socket cannot be created, or already has a listener.
     """
     path = str(path)
     listener = _listen(path)
-    server = _Server(arm, listener, MonotonicClock() if clock is None else clock)
+    server = _Server(arm, listener, MonotonicClock() if clock is None else clock, report)
+    wake_on_time()
     try:
         listening()
         while not cancelled():
@@ -181,11 +195,18 @@ class _Client:
 class _Server:
     """The arm in real time, and its clients."""
 
-    def __init__(self, arm: SimulatedArm, listener: socket.socket, wall: Clock) -> None:
-        self._arm, self._listener, self._wall = arm, listener, wall
+    def __init__(
+        self,
+        arm: SimulatedArm,
+        listener: socket.socket,
+        wall: Clock,
+        report: Callable[[str], None],
+    ) -> None:
+        self._arm, self._listener, self._wall, self._report = arm, listener, wall, report
         listener.setblocking(False)
         self._clients: list[_Client] = []
         self._offset = wall.now() - arm.now()
+        self._processor, self._waited, self._reported = ProcessorWait(), 0.0, 0.0
 
     def step(self) -> None:
         """Wait briefly for clients, advance the arm, and serve the clients that are ready."""
@@ -204,7 +225,9 @@ class _Server:
                 self._serve_client(waiting[socket_], self._receive)
         for client in tuple(self._clients):
             self._serve_client(client, self._continue)
-        self._run_until(self._wall.now())
+        now = self._wall.now()
+        if not any(client.host and now < client.due + _PATIENCE for client in self._clients):
+            self._run_until(now)
 
     def close(self) -> None:
         """Disconnect all clients."""
@@ -225,6 +248,13 @@ class _Server:
         lag = time - self._offset - self._arm.now()
         if lag > 0.0:
             self._arm.run(lag)
+
+    def _wait(self, starved: float, time: float) -> None:
+        """Let the arm's time stand still for a wait for a processor, up to a real time [s]."""
+        lag = time - self._offset - self._arm.now()
+        waited = max(min(starved, lag), 0.0)
+        self._offset += waited
+        self._waited += waited
 
     def _accept(self) -> None:
         try:
@@ -272,13 +302,20 @@ class _Server:
             check_hello(expect(frame, FrameKind.HELLO, 0))
             self._welcome(client, now)
         else:
-            request, begin = decode_request(expect(frame, FrameKind.REQUEST, client.sequence))
+            request, begin, starved = decode_request(
+                expect(frame, FrameKind.REQUEST, client.sequence)
+            )
             # This process may wake up late: on the bus the request begins when it was sent.
-            self._run_until(min(begin, now))
+            begin = min(begin, now)
+            self._wait(starved, begin)
+            self._run_until(begin)
             results = self._arm.transfer(request)
+            # Not later for the host than on a bus, where this process had no processor.
+            now = self._wall.now()
+            self._wait(self._processor.lap(), now)
             # The transfer took bus time: continuous requests must not make the arm run faster.
             end = self._arm.now() + self._offset
-            body = encode_reply(results, end)
+            body = encode_reply(results, end, self._waited)
             client.reply(encode_frame(FrameKind.REPLY, client.sequence, body), now, end)
         client.sequence = (client.sequence + 1) % _SEQUENCES
 
@@ -306,6 +343,13 @@ class _Server:
         if client in self._clients:
             self._clients.remove(client)
         client.connection.close()
+        waited = self._waited - self._reported
+        if client.host is not None and waited >= _WAIT_REPORTED:
+            self._reported = self._waited
+            self._report(
+                f"the computer was busy: the arm's time waited {waited:.2f} s for a processor "
+                f"while {client.host} used it"
+            )
 
 
 def _listen(path: str) -> socket.socket:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import socket
+import threading
 from collections.abc import Sequence
 from pathlib import Path
 
 from bioscara.bus import Bus, Transaction
 from bioscara.clock import MonotonicClock
 from bioscara.errors import BusUnavailableError, CommunicationError
+from bioscara.scheduling import ProcessorWait
 from bioscara.sim.firmware_bus import failure
 from bioscara.sim.framing import (
     TRANSACTIONS_MAX,
@@ -26,6 +28,61 @@ _SEQUENCES = 2**32
 _RECEIVE = 2**16
 
 
+class ServedClock:
+    """The arm's time, as its host knows it: real time, less what it has stood still.
+
+    It stands still while the thread that uses the bus is late because other programs have the
+    processors: for the arm such a delay does not take place. A thread that is stopped, or takes
+    long itself, is late here too.
+    """
+
+    def __init__(self) -> None:
+        self._wall, self._processor = MonotonicClock(), ProcessorWait()
+        self._user = threading.get_ident()
+        self._waited = self._last = self._starved = 0.0
+
+    def now(self) -> float:
+        """Return the arm's time [s]."""
+        self._take_wait()
+        # Where a wait becomes known only afterwards, time stands, and never goes back.
+        self._last = max(self._last, self._wall.now() - self._waited - self._starved)
+        return self._last
+
+    def sleep_until(self, deadline: float) -> None:
+        """Sleep until ``deadline`` [s]."""
+        self._take_wait()
+        self._sleep(deadline + self._waited + self._starved)
+
+    def begin_transfer(self) -> tuple[float, float]:
+        """Return the real time, and for how long this thread was starved since the last one [s]."""
+        self._user = threading.get_ident()
+        self._take_wait()
+        return self._wall.now(), self._starved
+
+    def end_transfer(self, end: float, waited: float, most: float) -> None:
+        """Sleep until the end of a transfer.
+
+        Args:
+            end: Real time of its end [s].
+            waited: For how long the arm's time has stood still [s].
+            most: Longest sleep [s].
+        """
+        self._waited, self._starved = waited, 0.0
+        self._sleep(min(end, self._wall.now() + most))
+
+    def _take_wait(self) -> None:
+        """Count the wait for a processor since the last call; in a sleep it did no harm."""
+        if threading.get_ident() == self._user:
+            self._starved += self._processor.lap()
+
+    def _sleep(self, end: float) -> None:
+        """Sleep until a real time [s], and count the wait for a processor beyond it."""
+        self._wall.sleep_until(end)
+        late = self._wall.now() - end
+        if threading.get_ident() == self._user:
+            self._starved += min(self._processor.lap(), max(late, 0.0))
+
+
 class SocketBus(Bus):
     """Carries bytes to the arm behind a Unix socket; connects at the first transfer.
 
@@ -38,11 +95,14 @@ class SocketBus(Bus):
 
     Args:
         path: The socket that ``bioscara simulate`` names.
+
+    Attributes:
+        clock: The arm's time.
     """
 
     def __init__(self, path: str | Path) -> None:
         self._path = str(path)
-        self._clock = MonotonicClock()
+        self.clock = ServedClock()
         self._connection: socket.socket | None = None
         self._received = bytearray()
         self._sequence = 0
@@ -62,8 +122,12 @@ class SocketBus(Bus):
             transactions[begin : begin + TRANSACTIONS_MAX]
             for begin in range(0, len(transactions), TRANSACTIONS_MAX)
         ]
-        begin = self._clock.now()
-        requests = [(encode_request(batch, begin), len(batch)) for batch in batches]
+        begin, starved = self.clock.begin_transfer()
+        requests = [
+            # One wait is not reported twice.
+            (encode_request(batch, begin, starved if index == 0 else 0.0), len(batch))
+            for index, batch in enumerate(batches)
+        ]
         try:
             results = self._carry_out(requests)
         except BaseException:
@@ -83,20 +147,21 @@ class SocketBus(Bus):
     def _carry_out(self, requests: Sequence[tuple[bytes, int]]) -> list[bytes | int]:
         connection = self._connection or self._connect()
         results: list[bytes | int] = []
-        end = 0.0
+        end = waited = None
         try:
             for body, count in requests:
                 self._sequence = (self._sequence + 1) % _SEQUENCES
                 connection.sendall(encode_frame(FrameKind.REQUEST, self._sequence, body))
                 reply = self._receive(connection, FrameKind.REPLY)
-                part, end = decode_reply(reply, count)
+                part, end, waited = decode_reply(reply, count)
                 results += part
         except OSError as error:
             raise BusUnavailableError(
                 f"the simulated arm behind {self._path} went away or hangs: {error}; "
                 f"start it with 'bioscara simulate --socket {self._path}'"
             ) from error
-        self._clock.sleep_until(min(end, self._clock.now() + _TIMEOUT))
+        if end is not None and waited is not None:
+            self.clock.end_transfer(end, waited, _TIMEOUT)
         return results
 
     def _connect(self) -> socket.socket:

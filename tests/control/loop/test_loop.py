@@ -176,18 +176,59 @@ def test_host1_a_setpoint_after_a_held_up_cycle_leads_by_no_more_than_a_period()
         assert ahead == pytest.approx(speed * min(arrival, world.loop.period))
 
 
-def test_host2_three_late_cycles_in_a_row_stop_the_arm(tmp_path: Path) -> None:
+def test_host2_three_late_cycles_in_a_row_slow_down_and_stop_only_if_that_does_not_help(
+    tmp_path: Path,
+) -> None:
     world = moving(tmp_path)
     clock = late(world)
     world.run(0.1)
     clock.delays = [1.2 * world.loop.period] * 2
     world.run(0.2)
-    assert world.supervisor.state is FaultState.CLEAR
+    assert not world.supervisor.warnings
     clock.delays = [1.2 * world.loop.period] * 3
+    world.run(0.1)
+    assert world.supervisor.state is FaultState.CLEAR
+    assert "3 cycles in a row" in world.supervisor.warnings[0]
+    clock.delays = [1.2 * world.loop.period] * 20
+    world.run(0.2)
+    assert world.supervisor.state is FaultState.CLEAR
+    clock.delays = [1.2 * world.loop.period]
     world.run(0.1)
     assert world.supervisor.faults[0].kind is FaultKind.OVERRUN
     assert "p99" in str(world.supervisor.faults[0])
     come_to_rest(world)
+
+
+@pytest.mark.parametrize(
+    ("cause", "where"),
+    [
+        ("late waking", "before a cycle"),
+        ("the bus", "in a cycle"),
+        ("the host's work", "in a cycle"),
+        ("the host's work", "between cycles"),
+    ],
+)
+def test_host2_a_late_loop_names_what_took_the_time(cause: str, where: str) -> None:
+    world = moving()
+    clock = late(world)
+    world.run(0.1)
+    slow = 1.2 * world.loop.period
+    if cause == "the bus":
+        world.arm.set_stretch(slow / 4.0)
+    for _ in range(3):
+        if cause == "late waking":
+            clock.delays = [slow]
+            world.loop.step()
+        elif cause == "the bus":
+            world.loop.step()
+        elif where == "in a cycle":
+            late_inside(world, slow)
+        else:
+            world.loop.step()
+            world.arm.run(2.0 * slow)
+    world.arm.set_stretch(0.0)
+    world.run(0.05)
+    assert f"mostly because of {cause}:" in world.supervisor.warnings[0]
 
 
 def delays(share: int, period: float) -> list[float]:

@@ -7,6 +7,8 @@ import resource
 import socket
 import subprocess
 import sys
+import threading
+import time
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -14,9 +16,10 @@ import pytest
 from benchmarks.control import hold
 
 from bioscara.control.loop.loop import Loop
-from bioscara.control.loop.realtime import conditions, realtime, sharpen_timers
+from bioscara.control.loop.realtime import conditions, realtime
 from bioscara.control.loop.systemd import Watchdog
 from bioscara.errors import ConfigurationError
+from bioscara.scheduling import ProcessorWait, wake_on_time
 from control.control_stack import World
 
 
@@ -80,11 +83,48 @@ def test_with_permission_the_loop_runs_before_all_else_and_only_while_it_asked_f
 
 def test_timers_are_sharpened_without_any_privilege() -> None:
     slack = Path("/proc/self/timerslack_ns")
-    sharpen_timers()
+    wake_on_time()
     try:
         assert slack.read_text().strip() == "1"
     except OSError:
         pytest.skip("this kernel does not report the timer slack")
+
+
+@pytest.mark.realtime
+def test_a_wait_for_a_processor_is_counted_and_a_stop_or_work_is_not() -> None:
+    def spin(seconds: float) -> None:
+        end = time.thread_time() + seconds
+        while time.thread_time() < end:
+            pass
+
+    core = min(os.sched_getaffinity(0))
+    waits: dict[str, float] = {}
+
+    def measure() -> None:
+        os.sched_setaffinity(0, {core})
+        wait = ProcessorWait()
+        wait.lap()
+        begin = time.monotonic(), time.thread_time()
+        spin(0.2)
+        waits["late"] = time.monotonic() - begin[0] - (time.thread_time() - begin[1])
+        waits["beside"] = wait.lap()
+        time.sleep(0.1)
+        waits["asleep"] = wait.lap()
+
+    burn = f"import os; os.sched_setaffinity(0, {{{core}}})\nwhile True: pass"
+    with subprocess.Popen([sys.executable, "-c", burn]) as other:
+        try:
+            time.sleep(0.5)
+            thread = threading.Thread(target=measure)
+            thread.start()
+            thread.join()
+        finally:
+            other.kill()
+    if not Path("/proc/thread-self/schedstat").exists():
+        pytest.skip("this kernel does not count the wait")
+    assert waits["beside"] == pytest.approx(waits["late"], rel=0.2, abs=0.01)
+    assert waits["beside"] > 0.05
+    assert waits["asleep"] < 0.1
 
 
 @pytest.mark.parametrize(

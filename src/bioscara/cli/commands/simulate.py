@@ -20,6 +20,12 @@ def run(options: Options) -> int:
     firmware = "their original firmware" if options.v1 else "this project's firmware"
     invitation = f"simulated arm, joints with {firmware}: --bus sim:{options.socket}"
     with StopRequest() as cancelled:
-        serve(arm, options.socket, cancelled, listening=lambda: output.line(invitation))
+        serve(
+            arm,
+            options.socket,
+            cancelled,
+            listening=lambda: output.line(invitation),
+            report=output.line,
+        )
     output.check()
     return ExitStatus.OK

@@ -15,6 +15,7 @@ from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import scene_from
 from bioscara.errors import ConfigurationError
 from bioscara.extras import install
+from bioscara.model import ArmParameters
 from bioscara.planning.collision.scene import Scene
 from bioscara.robot import kinematics_of
 from bioscara.robot.planner import Planner

@@ -126,6 +126,9 @@ def classify(cause: BaseException) -> FaultKind:
     """Return the kind of fault that an exception stands for."""
     if isinstance(cause, JointFaultError) and cause.fault in _JOINT_FAULTS:
         return _JOINT_FAULTS[cause.fault]
+    if isinstance(cause, HomingError) and cause.fault == JointFault.SETPOINT_LOST.name:
+        # The host was late, and nothing blocks the joint.
+        return FaultKind.SETPOINT_LOST
     for error, kind in _KINDS:
         if isinstance(cause, error):
             return kind

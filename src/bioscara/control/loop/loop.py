@@ -22,11 +22,30 @@ from bioscara.hardware.bus_budget import highest_rate
 from bioscara.protocol import SILENCE
 
 _IN_A_ROW = 3
-"""Consecutive missed deadlines after which the arm is stopped."""
+"""Consecutive missed deadlines after which the arm is slowed down."""
 _SLOW_SHARE, _STOP_SHARE = 0.05, 0.2
-"""Shares of missed deadlines in the last second at which the arm is slowed down, and stopped."""
+"""Shares of missed deadlines in the last second at which the arm is slowed down, and after that
+stopped."""
+_BUS_SHARE = 0.8
+"""Share of a period above which the bus leaves so little that a late loop says how much."""
 
 _new = tuple.__new__
+
+
+class _Miss(NamedTuple):
+    """Where the time of a cycle went that missed its deadline [s].
+
+    Attributes:
+        time: Its begin.
+        late: How much later than due the thread woke up.
+        bus: Duration of its exchanges.
+        host: Duration of the program's other work in and before it.
+    """
+
+    time: float
+    late: float
+    bus: float
+    host: float
 
 
 class CycleReport(NamedTuple):
@@ -87,13 +106,15 @@ class Loop:
                 f"bus; it can carry {highest} Hz"
             )
         self._manager, self._supervisor, self._record = manager, supervisor, record
-        self._clock, self._watchdog = clock, watchdog
+        self._clock, self._watchdog, self._bus_time = clock, watchdog, bus_time
         self.rate, self.period = rate, 1.0 / rate
         self.statistics = CycleStatistics()
         self._deadline = self._last = math.nan
         self._window: deque[bool] = deque([False] * rate, rate)
-        self._missed = self._in_a_row = 0
+        self._missed = self._in_a_row = self._kept = 0
         self._slowed = False
+        self._woke_late = self._delayed = 0.0
+        self._misses: deque[_Miss] = deque(maxlen=rate)
 
     def restart(self) -> None:
         """Start again after a pause without cycles, which is no overrun."""
@@ -113,12 +134,16 @@ class Loop:
 
     def _step(self) -> CycleReport:
         clock, manager, supervisor = self._clock, self._manager, self._supervisor
+        ready = clock.now()
         if math.isnan(self._deadline):
-            self._deadline = clock.now()
+            self._deadline = ready
         else:
             clock.sleep_until(self._deadline)
         time = clock.now()
         late = time - self._deadline
+        # A program that is busy between two cycles does not sleep at all.
+        self._delayed = max(ready - self._deadline, 0.0)
+        self._woke_late = max(late - self._delayed, 0.0)
         period = self.period if math.isnan(self._last) else time - self._last
         held_up = period > SILENCE + self.period
         self._last = time
@@ -183,28 +208,61 @@ class Loop:
         self._window.append(missed)
         if not missed:
             self._in_a_row = 0
-            if self._slowed and not self._missed:
+            self._kept += 1
+            if self._slowed and self._kept >= self.rate:
                 self._slowed = False
                 self._supervisor.full_speed()
             return
+        self._kept = 0
         self.statistics.overruns += 1
         if not self._driving:
             # Releasing or identifying joints takes time, and the delay does no harm.
             return
+        self._note_miss(time)
         self._in_a_row += 1
         share = self._missed / self.rate
-        if self._in_a_row >= _IN_A_ROW:
-            self._overrun(f"{self._in_a_row} cycles in a row missed their deadline", time)
-        elif share > _STOP_SHARE:
-            self._overrun(f"{share:.0%} of the last second's cycles missed their deadline", time)
-        elif share > _SLOW_SHARE and not self._slowed:
+        text = f"{share:.0%} of the last second's cycles missed their deadline"
+        if self._slowed:
+            if share > _STOP_SHARE:
+                self._overrun(f"{text} although the arm was slowed down", time)
+        elif share > _SLOW_SHARE or self._in_a_row >= _IN_A_ROW:
             self._slowed = True
-            text = f"{share:.0%} of the last second's cycles missed their deadline"
+            if share <= _SLOW_SHARE:
+                text = f"{self._in_a_row} cycles in a row missed their deadline"
             self._overrun(text, time, FaultKind.LATE)
+            # Whether that helps is judged by the cycles from now on.
+            self._window.extend([False] * self.rate)
+            self._missed = 0
+
+    def _note_miss(self, time: float) -> None:
+        bus = sum(component.bus_time for component in self._manager.components)
+        work = self._clock.now() - time + self._delayed
+        self._misses.append(_Miss(time, self._woke_late, bus, max(work - bus, 0.0)))
+
+    def _cause(self, time: float) -> str:
+        """Return in words where the time of the last second's missed cycles went."""
+        misses = [miss for miss in self._misses if time - miss.time <= 1.0]
+        if not misses:
+            self._note_miss(time)
+            misses = [self._misses[-1]]
+        _, late, bus, host = (sum(column) / len(misses) for column in zip(*misses, strict=True))
+        excess = {"late waking": late, "the bus": bus - self._bus_time, "the host's work": host}
+        text = (
+            f"mostly because of {max(excess, key=excess.__getitem__)}: in such a cycle the host "
+            f"woke {1e3 * late:.1f} ms late, worked {1e3 * host:.1f} ms and waited "
+            f"{1e3 * bus:.1f} ms for the bus"
+        )
+        if self._bus_time > _BUS_SHARE * self.period:
+            left = self.period - self._bus_time
+            text += f"; at this rate the bus leaves {1e3 * left:.1f} ms of each cycle"
+        return text
 
     def _overrun(self, text: str, time: float, kind: FaultKind = FaultKind.OVERRUN) -> None:
         late = 1e3 * self.statistics.late.percentile(99.0)
-        text = f"the loop does not keep {self.rate} Hz: {text} (p99 {late:.1f} ms late)"
+        text = (
+            f"the loop does not keep {self.rate} Hz: {text} (p99 {late:.1f} ms late), "
+            f"{self._cause(time)}"
+        )
         slow = conditions()
         if slow:
             text += f"; the computer reports {slow}"

@@ -10,13 +10,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from bioscara.errors import ConfigurationError, RealtimeError
+from bioscara.scheduling import wake_on_time
 
 PRIORITY = 80
 """Above the kernel's threaded interrupts (50), below its watchdogs (99)."""
 THROTTLED = Path("/sys/devices/platform/soc/soc:firmware/get_throttled")
 """Where a Raspberry Pi reports undervoltage and throttling, in hexadecimal."""
 
-_PR_SET_TIMERSLACK = 29
 _LOCK_CURRENT_AND_FUTURE = 1 | 2
 _REMEDY = (
     "give the user 'rtprio {priority}' and 'memlock unlimited' in /etc/security/limits.d and log "
@@ -28,14 +28,6 @@ _CONDITIONS = (
     (0x4, "throttled"),
     (0x8, "soft temperature limit"),
 )
-
-
-def sharpen_timers() -> None:
-    """Let this thread's sleeps end when they are due; needs no privilege.
-
-    Linux otherwise rounds them up by 50 us.
-    """
-    _libc().prctl(_PR_SET_TIMERSLACK, 1, 0, 0, 0)
 
 
 @contextmanager
@@ -59,7 +51,7 @@ def realtime(priority: int = PRIORITY) -> Iterator[None]:
     try:
         if _libc().mlockall(_LOCK_CURRENT_AND_FUTURE):
             raise _refused("locking memory", ctypes.get_errno(), priority)
-        sharpen_timers()
+        wake_on_time()
         gc.collect()
         gc.freeze()
         yield

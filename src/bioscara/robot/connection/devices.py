@@ -67,16 +67,17 @@ def devices_on(name: str, parameters: ArmParameters) -> Devices:
         InvalidArgumentError: There is no bus of that name.
     """
     kind, _, where = text("the name of a bus", name).partition(":")
-    clock = MonotonicClock()
     if kind == "sim" and where:
         from bioscara.sim import SocketBus  # noqa: PLC0415
 
+        served = SocketBus(Path(where))
         return Devices(
-            SocketBus(Path(where)),
-            clock,
+            served,
+            served.clock,
             f"simulation, in the process behind {where}",
-            *_simulated_gripper(parameters.gripper, clock),
+            *_simulated_gripper(parameters.gripper, served.clock),
         )
+    clock = MonotonicClock()
     bus = open_bus(name, ("sim", "sim:/path.sock"))
     return Devices(bus, clock, f"real arm on {name}", real_gripper(parameters, clock), None)
 

@@ -8,7 +8,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any, TypeVar
 
-from bioscara.clock import Clock, MonotonicClock
+from bioscara.clock import Clock
 from bioscara.control.controllers.controller import WARNINGS
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.hold_controller import HoldController
@@ -24,7 +24,6 @@ from bioscara.control.limits.collision_guard import CollisionGuard
 from bioscara.control.limits.limiter import Limiter, joint_limiters
 from bioscara.control.limits.tool_speed import ToolSpeedCap
 from bioscara.control.loop.loop import Loop
-from bioscara.control.loop.realtime import sharpen_timers
 from bioscara.control.loop.systemd import Watchdog
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.errors import BioscaraError
@@ -87,8 +86,6 @@ class Stack:
     ) -> None:
         self.arm = arm
         parameters = workspace.parameters
-        if isinstance(clock, MonotonicClock):
-            sharpen_timers()
         version = min(joint.version for joint in arm.joints)
         arm.capacity = Capacity(arm.joints, clock)
         bus_time = arm.capacity.cycle_time((joint, Mode.TRACK) for joint in arm.joints)
