@@ -5,6 +5,8 @@ from __future__ import annotations
 import importlib
 import re
 from collections.abc import Callable, Sequence
+from contextlib import redirect_stdout, suppress
+from io import StringIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -12,6 +14,7 @@ import pytest
 import yaml
 
 from bioscara import bus, drivers, hardware, protocol
+from bioscara.cli.arguments import parse
 from bioscara.drivers import Gripper, Pwm
 from bioscara.model import load_parameters, tags
 from bioscara.model.urdf import URDF
@@ -67,7 +70,14 @@ def objects() -> dict[str, Any]:
     }
 
 
-COMMANDS = {path.stem for path in (ROOT / "src/bioscara/cli/commands").glob("[a-z]*.py")}
+def commands() -> set[str]:
+    """Return the commands that the program lists."""
+    with redirect_stdout(StringIO()) as shown, suppress(SystemExit):
+        parse(["--help"])
+    return set(re.findall(r"^    ([a-z]+)(?: |$)", shown.getvalue(), re.M))
+
+
+COMMANDS = commands()
 TAGS = {*tags.JOINT_TAGS.values(), *tags.HOMING_TAGS.values(), *tags.GRIPPER_TAGS.values()}
 
 

@@ -287,10 +287,13 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         ),
         "TeachTable.tool": (robot.table.tool, {"name": FINGERS}),
         "TeachTable.pose": (robot.table.pose, {"name": "center"}),
-        "TeachTable.with_tool": (robot.table.with_tool, {"tool": Tool("needle", here, 0.1)}),
+        "TeachTable.with_tool": (
+            robot.table.with_tool,
+            {"tool": Tool("needle", here, 0.1), "overwrite": False},
+        ),
         "TeachTable.with_pose": (
             robot.table.with_pose,
-            {"pose": NamedPose("plate", Joints(*HALF))},
+            {"pose": NamedPose("plate", Joints(*HALF)), "overwrite": False},
         ),
         "TeachTable.without_pose": (robot.table.without_pose, {"name": "plate"}),
         "Robot.simulated": (
@@ -299,6 +302,7 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
                 "parameters": ARM,
                 "v1": False,
                 "seed": 1,
+                "rate": 100,
                 "evidence": Path("faults"),
                 "reduced_speed": True,
                 "pace_homing": False,

@@ -118,7 +118,7 @@ class Parser(argparse.ArgumentParser):
 
     def _missing(self, names: str) -> str:
         """Return the message for arguments that are required."""
-        actions = [self._action(name) for name in names.split(", ")]
+        actions = [self._action(name, required=True) for name in names.split(", ")]
         usages = [f"{_usage(action)}: {action.help}" for action in actions if action]
         return f"{self._name} needs {'; and '.join(usages)}"
 
@@ -128,8 +128,10 @@ class Parser(argparse.ArgumentParser):
         usages = [_usage(action) for action in map(self._action, names) if action]
         return f"{self._name} needs one of {', '.join(usages)}"
 
-    def _action(self, name: str) -> argparse.Action | None:
+    def _action(self, name: str, *, required: bool = False) -> argparse.Action | None:
         for action in self._actions:
+            if required and not action.required:
+                continue
             names = {action.metavar, action.dest, "/".join(action.option_strings)}
             if name in names or name in action.option_strings:
                 return action

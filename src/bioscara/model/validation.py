@@ -280,9 +280,10 @@ def _refusal(
     for each in error.errors(include_url=False)[:_MOST]:
         text = place(each["loc"]) + _text(each, name(each["loc"]))
         others = [
-            f"{name(other)}: {place(other).removesuffix(': ')}" for other in _contradicted(each)
+            f"{name(other)}: {place(other).removesuffix(': ')}"
+            for other in (_contradicted(each) if contradicted else ())
         ]
-        texts.append(f"{text} ({'; '.join(others)})" if others and contradicted else text)
+        texts.append(f"{text} ({'; '.join(others)})" if others else text)
     return ConfigurationError("; also ".join(texts))
 
 

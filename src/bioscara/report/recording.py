@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from bioscara.errors import NotSupportedError
+from bioscara.extras import pip_install
 from bioscara.kinematics import Joints
 from bioscara.report.cycles import CycleRecord, JointRecord, Phase, SampleQuality
 from bioscara.report.samples import header
@@ -125,7 +126,7 @@ class Recording:
         """
         if find_spec("pandas") is None:
             raise NotSupportedError(
-                "to_pandas() needs pandas, which is not installed: pip install pandas"
+                f"to_pandas() needs pandas, which is not installed: {pip_install('pandas')}"
             )
         import pandas  # noqa: PLC0415  takes a second, and is optional
 
