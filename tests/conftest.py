@@ -18,6 +18,8 @@ settings.load_profile("bioscara")
 
 # A run in the background of a shell ignores Ctrl-C, and so would each program that a test starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
+# Likewise one that outlives its terminal, by nohup.
+signal.signal(signal.SIGHUP, signal.SIG_DFL)
 
 
 @pytest.fixture

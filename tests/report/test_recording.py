@@ -103,7 +103,7 @@ def test_without_pandas_the_message_says_how_to_install_it(
     monkeypatch.setattr(sys, "path", [])
     monkeypatch.setattr(sys, "path_importer_cache", {})
     monkeypatch.delitem(sys.modules, "pandas", raising=False)
-    with pytest.raises(NotSupportedError, match=r"not installed: pip install pandas$"):
+    with pytest.raises(NotSupportedError, match=r"not installed: .* -m pip install pandas$"):
         Recording().to_pandas()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Collection
 from itertools import takewhile
 from pathlib import Path
@@ -11,6 +12,9 @@ from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import FaultedError
 from bioscara.model import ArmParameters
 from bioscara.robot import FAULTS, Robot
+
+_BUS_SHARE = 0.8
+"""Share of each cycle that the bus may take without a note."""
 
 
 def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULTS) -> Robot:
@@ -39,6 +43,24 @@ def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULT
         pace_homing=getattr(options, "realtime", False),
         pace_motion=options.paced,
     )
+
+
+def introduce(robot: Robot, options: Options, report: Callable[[str], None]) -> None:
+    """Report which arm it is, and how much of each cycle its bus leaves if that is little.
+
+    Args:
+        robot: A connected robot.
+        options: Parsed options.
+        report: Receives each line.
+    """
+    report(f"arm: {robot.description}")
+    share = robot.bus_share
+    if options.bus != "sim" and share > _BUS_SHARE:
+        slower = math.floor(_BUS_SHARE / share / robot.period)
+        report(
+            f"note: at {1.0 / robot.period:.0f} Hz the bus leaves {1.0 - share:.0%} of each cycle "
+            f"free; on a busy computer, --rate {slower} leaves a fifth"
+        )
 
 
 def require_acknowledgement(robot: Robot, options: Options) -> None:

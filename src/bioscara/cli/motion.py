@@ -9,6 +9,7 @@ from contextlib import contextmanager, nullcontext
 from bioscara.cli.arm import (
     NewWarnings,
     acknowledge_faults,
+    introduce,
     open_arm,
     remedy,
     require_acknowledgement,
@@ -90,7 +91,7 @@ def opened_arm(
     """
     priority = nullcontext() if options.priority is None else realtime(options.priority)
     with StopRequest() as cancelled, priority, open_arm(options, parameters) as robot:
-        output.line(f"arm: {robot.description}")
+        introduce(robot, options, output.line)
         require_acknowledgement(robot, options)
         acknowledge_faults(robot, output.line)
         yield robot, cancelled

@@ -368,6 +368,14 @@ class Robot:
         return self._arm.stack.loop.period
 
     @property
+    def bus_share(self) -> float:
+        """Share of each control cycle that the exchanges take on the bus, 0 to 1.
+
+        Above 0.8 a late computer has little time to make up for; a lower ``rate`` leaves more.
+        """
+        return self._arm.stack.loop.bus_share
+
+    @property
     def plan(self) -> Planner:
         """Plans motions in the present workspace from where the arm is, without moving it."""
         return Planner(self._arm.workspace, self._arm.positions)

@@ -9,7 +9,13 @@ from importlib.resources import as_file, files
 from pathlib import Path
 from typing import NamedTuple
 
-from bioscara.cli.arm import acknowledge_faults, open_arm, remedy, require_acknowledgement
+from bioscara.cli.arm import (
+    acknowledge_faults,
+    introduce,
+    open_arm,
+    remedy,
+    require_acknowledgement,
+)
 from bioscara.cli.motion import Progress, tool_line
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import angle_unit
@@ -165,7 +171,7 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
     priority = nullcontext() if options.priority is None else realtime(options.priority)
     with StopRequest() as cancelled, priority, open_arm(options, parameters, path) as robot:
         robot.scene = job.scene
-        output.line(f"arm: {robot.description}")
+        introduce(robot, options, output.line)
         require_acknowledgement(robot, options)
         output.line(f"trajectory: {job.source}, {job.trajectory.duration:.2f} s")
         for note in job.notes:

@@ -116,6 +116,11 @@ class Loop:
         self._woke_late = self._delayed = 0.0
         self._misses: deque[_Miss] = deque(maxlen=rate)
 
+    @property
+    def bus_share(self) -> float:
+        """Share of each cycle that the exchanges take on the bus, 0 to 1."""
+        return self._bus_time / self.period
+
     def restart(self) -> None:
         """Start again after a pause without cycles, which is no overrun."""
         self._deadline = self._last = math.nan
