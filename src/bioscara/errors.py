@@ -3,7 +3,7 @@
     BioscaraError
     ├── InvalidArgumentError          a caller's value (also a ValueError)
     │   ├── LimitError                ... outside a limit
-    │   │   └── HomingSpeedError      ... a homing speed outside those of the motor
+    │   │   └── HomingSpeedError      ... a homing speed outside the range of the motor
     │   ├── UnreachableError          ... a pose that the arm cannot take
     │   │   └── PathError             ... within a path of the tool
     │   ├── ZoneError                 ... a path too close to an obstacle

@@ -1,4 +1,4 @@
-"""Commands that install what a user misses, to be pasted into a shell."""
+"""Commands that install missing packages, to be pasted into a shell."""
 
 from __future__ import annotations
 

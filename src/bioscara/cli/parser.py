@@ -1,4 +1,4 @@
-"""A parser of arguments whose refusals are one sentence: the word, what is wrong, what to give."""
+"""Parser of arguments that refuses wrong usage in one sentence, with the remedy."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class Parser(argparse.ArgumentParser):
         self.commands: dict[str, Parser] = {}
 
     def take_commands(self, dest: str, metavar: str) -> None:
-        """Let the first word be a command, of those that :meth:`add_command` adds.
+        """Let the first word be a command that :meth:`add_command` adds.
 
         Args:
             dest: Attribute of the options for the name of the command.
@@ -77,7 +77,7 @@ class Parser(argparse.ArgumentParser):
         ):
             if message.startswith(prefix):
                 message = explain(message.removeprefix(prefix))
-        # After a suggestion, the page of help is not what is needed.
+        # After a suggestion, the page of help is not needed.
         complain(message if message.endswith("?") else f"{message}; see {self.prog} --help")
         raise SystemExit(int(ExitStatus.REFUSED))
 

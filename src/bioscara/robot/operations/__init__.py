@@ -1,4 +1,4 @@
-"""What the arm can do, each as an object that the control loop steps from cycle to cycle.
+"""Operations of the arm, each an object that the control loop steps from cycle to cycle.
 
 Begin with ``operation``: an ``Operation`` is begun, stepped, paused, resumed and cancelled, and has
 a status, a progress and a result or an error. ``execution`` moves the arm within an operation and

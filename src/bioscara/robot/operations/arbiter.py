@@ -1,4 +1,4 @@
-"""Mutual exclusion of whatever uses the arm or its gripper, across all threads."""
+"""Mutual exclusion of the operations that use the arm or its gripper, across all threads."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ def _per_joint(what: str, given: PerJoint, check: Callable[[str, int], int]) -> 
 
 
 class Home(Operation[None]):
-    """Homes the joints that are not homed, and those that must be homed again before them.
+    """Homes the joints that are not homed, and homed ones that must be homed again before them.
 
     Args:
         sensitivity: Position error that counts as a touch, 1 to 255 [microsteps of the motor]: one

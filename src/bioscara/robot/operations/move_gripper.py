@@ -73,7 +73,8 @@ class MoveGripper(Operation[GripperResult]):
             planner = Planner(arm.workspace, arm.positions)
             kinematics, scene = planner.kinematics, planner.workspace.surroundings
             for path in self._arm_motion.paths:
-                # At the start, the check of a path permits what the jaws do not cause.
+                # The check of a path tolerates too little clearance at its start: there the jaws
+                # are checked by themselves.
                 start = start_of(path, planner)
                 scene.check_standing(kinematics, start, before)
                 scene.check(kinematics, path, start)

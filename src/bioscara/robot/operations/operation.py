@@ -1,4 +1,4 @@
-"""An operation: what an arm does from a request to its end, one control cycle at a time."""
+"""Operations of an arm: begun on request, then stepped once a control cycle until they end."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ class Operation(ABC, Generic[T]):
         self._callbacks: list[Callable[[], object]] = []
 
     def prepare(self, arm: Arm) -> None:
-        """Do what may take longer than a cycle, such as planning; nothing moves.
+        """Plan, and do other work that may take longer than a cycle; nothing moves.
 
         Called by :meth:`begin`, in the thread of the caller.
         """
@@ -205,7 +205,7 @@ class Operation(ABC, Generic[T]):
 
     @property
     def progress(self) -> float:
-        """Share of it that is done, 0 to 1; NaN where nobody can know."""
+        """Share of it that is done, 0 to 1; NaN if that is unknown."""
         return 1.0 if self.done and self.error is None else math.nan
 
     @property

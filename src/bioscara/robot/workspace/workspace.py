@@ -1,4 +1,4 @@
-"""What the motions of an arm depend on besides the arm: tool, scene, load and speed limit."""
+"""Tool, scene, load and speed limit of an arm, as one value."""
 
 from __future__ import annotations
 
