@@ -32,7 +32,7 @@ def look_at(source: str) -> Callable[[], tuple[float, Sequence[float]]]:
         source: Name of its bus.
 
     Raises:
-        InvalidArgumentError: The arm cannot be looked at.
+        InvalidArgumentError: The arm cannot be shown.
         BusUnavailableError: No arm answers behind the socket.
     """
     path = source.removeprefix(_SIMULATED) if source.startswith(_SIMULATED) else ""

@@ -58,7 +58,7 @@ class Problem(NamedTuple):
     """Reason why a value is refused.
 
     Attributes:
-        text: What follows the value's name in the message.
+        text: The message after the value's name.
         location: The value within its group; empty for the group itself.
         others: Other values of the group that it contradicts.
     """
@@ -198,7 +198,7 @@ class Checked(metaclass=_Refusing):
         return made
 
     def problems(self) -> Iterable[Problem]:
-        """Return what is wrong with several values, each of which is valid alone."""
+        """Yield contradictions between values that are valid alone."""
         return ()
 
     @model_validator(mode="before")

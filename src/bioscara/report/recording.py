@@ -36,7 +36,7 @@ class Recording:
         robot.move_linear(pose, on_cycle=samples)
         error = samples.positions - samples.references
 
-    One recording may take several motions, one after the other. Each array is a copy of what was
+    One recording may take several motions, one after the other. Each array is a copy of the samples
     recorded by then, and may be read in any thread while the motion runs. An hour at 100 Hz takes
     about 120 MB.
     """

@@ -37,8 +37,8 @@ class Arm:
     """Runs the operations of one arm, one at a time on each device, in one control loop.
 
     The loop runs in the thread that executes an operation, from its first cycle to its last; or,
-    with :meth:`watch` or :meth:`run`, in one thread for ever, so that faults are noticed while
-    nothing moves. An operation does not know which.
+    with :meth:`watch` or :meth:`run`, in one thread until the shutdown, so that faults are noticed
+    while nothing moves. An operation does not depend on it.
 
     Args:
         session: Connection to the arm.
@@ -215,7 +215,7 @@ class Arm:
         self._ensure_runner()
 
     def watch(self) -> None:
-        """Run the control loop for ever in a thread of its own, in real time, until the shutdown.
+        """Run the control loop in a thread of its own, in real time, until the shutdown.
 
         Raises:
             NotInitializedError: The arm is not connected.
@@ -295,7 +295,7 @@ class Arm:
         Raises:
             LifecycleError: The arm is connected, or was shut down.
             BioscaraError: A joint cannot be used; the bus is closed again.
-            MotionCancelledError: It was stopped meanwhile; the arm is connected.
+            MotionCancelledError: It was stopped; the arm is connected.
         """
         with self.arbiter.claimed("connecting"):
             self._take_turn()

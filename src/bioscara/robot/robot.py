@@ -45,7 +45,7 @@ from bioscara.robot.workspace.workspace import Workspace
 from bioscara.spelling import did_you_mean
 
 _OWN = frozenset({"bus", "clock", "parameters", "description", "gripper"})
-"""Attributes that a robot has besides its methods and properties."""
+"""Attributes of a robot that are neither methods nor properties."""
 
 
 class Robot:
@@ -67,8 +67,8 @@ class Robot:
       the robot carries it out.
 
     and returns its operation: ``status``, ``progress``, ``pause()``, ``resume()``, ``cancel()`` and
-    ``result()``; ``await`` waits for its end. The gripper may move while the arm moves. Whatever
-    else uses the arm meanwhile raises BusyError, also in the callbacks of the motion; but any
+    ``result()``; ``await`` waits for its end. The gripper may move while the arm moves. All other
+    calls that use the arm then raise BusyError, also in the callbacks of the motion; but any
     thread may read ``state``, ``pose`` and ``faults``, change ``speed_override``, and call
     :meth:`pause`, :meth:`resume`, :meth:`stop` and :meth:`close`.
 
@@ -288,7 +288,7 @@ class Robot:
     def pause(self) -> None:
         """Bring all motion to rest on its path, as fast as :meth:`stop`, until :meth:`resume`.
 
-        A motion that is begun meanwhile waits for it; ``warnings`` say so. Homing that has begun
+        A motion begun during a pause waits for it; ``warnings`` say so. Homing that has begun
         and the jaws are not paused: :meth:`stop` ends them.
         """
         self._arm.paused = True

@@ -1,4 +1,4 @@
-"""Observation of a simulated arm in a separate process, beside the program that uses it."""
+"""Observation of a simulated arm in a separate process, next to the program that uses it."""
 
 from __future__ import annotations
 

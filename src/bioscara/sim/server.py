@@ -71,7 +71,7 @@ def serve(
     for them. It waits neither for a host that is stopped or takes long itself, nor for longer than
     0.2 s at once: the joints then stop by their watchdog, as without a host.
 
-    Programs that only look at the arm get its true positions, beside the host and without the bus.
+    Programs that only look at the arm get its true positions, without the host and the bus.
 
     Args:
         arm: The arm.

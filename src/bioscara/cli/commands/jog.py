@@ -46,7 +46,7 @@ def run(options: Options) -> int:
         def motion(progress: Progress) -> None:
             progress.phase("homing the joints that are not homed")
             robot.home(on_cycle=progress.cycle)
-            keyboard.read()  # Keys that were pressed meanwhile do not count.
+            keyboard.read()  # Keys that were pressed during homing do not count.
             _jog(robot, keyboard, keys, progress)
 
         status = carry_out(robot, cancelled, options, output, motion, caption)

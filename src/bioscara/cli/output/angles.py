@@ -31,7 +31,7 @@ class AngleUnit(NamedTuple):
         Args:
             value: The value [rad or m, or per second].
             unit: ``"rad"`` or ``"m"``.
-            per: What follows the unit, such as ``"/s"``.
+            per: Suffix of the unit, such as ``"/s"``.
             sign: ``"+"`` for the sign of positive values too.
         """
         if unit != "rad":

@@ -30,7 +30,7 @@ _replaced: dict[int, Any] = {}
 _closing: list[float] = []
 """Times at which the main thread began to close a robot, while it does [s]."""
 _postponed: list[int] = []
-"""Signals that arrived meanwhile."""
+"""Signals that arrived during the closing."""
 
 
 def guard(robot: Closeable) -> None:

@@ -14,7 +14,7 @@ class ChangeWorkspace(Operation[None]):
     """Replaces the workspace between two motions.
 
     Args:
-        name: What is changed, for messages, such as ``"setting scene"``.
+        name: Name of the change in messages, such as ``"setting scene"``.
         change: Returns the new workspace for the present one.
     """
 

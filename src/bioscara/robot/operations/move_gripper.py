@@ -67,7 +67,7 @@ class MoveGripper(Operation[GripperResult]):
             return
         arm.stack.gripper.check(GripperGoal((self._width,)))
         before = arm.workspace.surroundings
-        # First, so that a motion which is planned meanwhile already keeps clear of the travel.
+        # First, so that a motion planned from now on keeps clear of the travel.
         arm.jaws.begin_travel(self._width)
         try:
             planner = Planner(arm.workspace, arm.positions)

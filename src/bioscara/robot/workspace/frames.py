@@ -99,7 +99,7 @@ def level(what: str, origin: Pose, points: Mapping[str, Pose]) -> tuple[float, f
     """Return the direction from a taught point to the first of two others.
 
     Args:
-        what: What is taught, for messages.
+        what: Name of the frame or grid in messages.
         origin: The taught point.
         points: The two others, by their names in messages.
 

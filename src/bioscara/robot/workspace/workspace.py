@@ -109,7 +109,7 @@ class Workspace:
         """Return the workspace in which the tool carries a load.
 
         Raises:
-            InvalidArgumentError: It is no load, or may touch what is not in the scene.
+            InvalidArgumentError: It is no load, or may touch a zone that is not in the scene.
             LifecycleError: The tool carries a load already.
         """
         if not isinstance(load, Load):
