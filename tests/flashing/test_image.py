@@ -13,6 +13,7 @@ import pytest
 import bioscara
 from bioscara.errors import ImageError
 from bioscara.flashing import JOINTS, Image, prebuilt, read_image
+from bioscara.flashing import image as image_file
 from bioscara.flashing.image import FLASH_SIZE
 from flashing.images import image, sealed
 
@@ -114,7 +115,7 @@ def test_a_release_has_the_images_under_the_expected_names(
         r"dist/(bioscara-\S+\.bin)", (FIRMWARE.parents[1] / "Makefile").read_text()
     )
     name = named.replace("$$version", bioscara.__version__).replace("$$joint", "3")
-    monkeypatch.setattr(bioscara, "__file__", str(tmp_path / "src/bioscara/__init__.py"))
+    monkeypatch.setattr(image_file, "__file__", str(tmp_path / "src/bioscara/flashing/image.py"))
     monkeypatch.chdir(tmp_path)
     Path(name).write_bytes(image(3))
     assert prebuilt(3) == Path(name)
