@@ -20,6 +20,9 @@ _PATIENCE = 15.0
 class Closeable(Protocol):
     """Something that releases the joints."""
 
+    def stop(self) -> None:
+        """Request the end of all motion; must not block."""
+
     def close(self) -> None:
         """Stop all motion and disable all joints."""
 
@@ -95,6 +98,9 @@ def _exit(number: int, frame: FrameType | None) -> None:  # noqa: ARG001  the fo
     if _closing and time.monotonic() - _closing[0] < _PATIENCE:
         _postponed.append(number)
         return
+    # Python drops an exception that is raised within a finalizer: the motion ends nevertheless.
+    for robot in [*_guarded]:
+        robot.stop()
     # The status of a process that such a signal ended, for shells and supervisors.
     raise SystemExit(128 + number)
 
