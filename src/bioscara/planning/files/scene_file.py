@@ -29,7 +29,7 @@ from bioscara.model.validation import (
 )
 from bioscara.model.yaml_file import YamlFile
 from bioscara.planning.collision.margins import MARGINS
-from bioscara.planning.collision.scene import FAR, Box, Cylinder, Scene, Zone
+from bioscara.planning.collision.scene import FAR, Box, Cylinder, Scene
 
 VERSION = 1
 """Version of the format that is read."""
@@ -43,10 +43,6 @@ class _Zone(Checked):
     keep: Literal["in", "out"]
     shape: Text
     links: Listed[Text] = ()
-
-    def made(self) -> Zone:
-        """Return the zone; may raise :class:`ConfigurationError`."""
-        raise NotImplementedError
 
 
 class _Box(_Zone):
@@ -74,12 +70,14 @@ class _Shape(Checked):
     shape: Literal["box", "cylinder"]
 
 
-def _zone(values: object) -> _Zone:
+def _zone(values: object) -> _Box | _Cylinder:
     """Return the zone by its shape."""
     shape = values
     if isinstance(values, Mapping):
         shape = {key: value for key, value in values.items() if key == "shape"}
-    return (_Box if _Shape.parsed(shape).shape == "box" else _Cylinder).parsed(values)
+    if _Shape.parsed(shape).shape == "box":
+        return _Box.parsed(values)
+    return _Cylinder.parsed(values)
 
 
 class _Scene(Checked):
@@ -88,7 +86,7 @@ class _Scene(Checked):
     version: Annotated[int, Within(1, 10**6)]
     table_height: Annotated[float, Within(-FAR, FAR, "m")] | None
     margin: Annotated[float, Within(*MARGINS, "m")]
-    zones: Listed[Annotated[_Zone, BeforeValidator(_zone)]]
+    zones: Listed[Annotated[_Box | _Cylinder, BeforeValidator(_zone)]]
 
     def problems(self) -> Iterator[Problem]:
         """Yield names that are there twice."""

@@ -1,4 +1,4 @@
-"""Named poses, tools and frames: the taught ones, and those that every arm has."""
+"""Named poses, tools and frames: taught ones and built-in ones."""
 
 from __future__ import annotations
 

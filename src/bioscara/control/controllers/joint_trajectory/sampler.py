@@ -192,7 +192,7 @@ class TrajectorySampler:
     def _braked(self) -> Braked:
         """Return the ramp to rest on the course from the last command."""
         course, at = self._commanded_at
-        # What is not collision-checked is averaged behind the controller: it need not bend here.
+        # Unchecked commands are averaged after the controller: the ramp need not be rounded here.
         least = self._least if self.collision_checked else 0.0
         return Braked(course, at, self.commanded_pace, self._decelerations, self._period, least)
 
