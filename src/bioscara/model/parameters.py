@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Annotated
 
-from pydantic import BeforeValidator, Field, Strict
-
 from bioscara.arguments import shown
 from bioscara.model.validation import (
+    NOT_EMPTY,
     NOT_ZERO,
+    Before,
     Checked,
     Flag,
     Listed,
@@ -18,6 +18,7 @@ from bioscara.model.validation import (
     Name,
     Number,
     Problem,
+    Strict,
     Text,
     Within,
     described,
@@ -97,7 +98,7 @@ class JointParameters(Checked):
         belt_period: Period of the load's oscillation on its belt [s]; 0 for a rigid drive.
     """
 
-    name: Annotated[str, Field(strict=True, pattern="^j[1-4]$")]
+    name: Annotated[str, Strict(pattern="^j[1-4]$")]
     address: Annotated[int, Within(0x08, 0x77)]
     unit: Text
     reduction: Annotated[float, Within(-1e5, 1e5), NOT_ZERO]
@@ -199,7 +200,7 @@ class GripperParameters(Checked):
     pulse_per_deg: Annotated[float, Within(-1e-3, 1e-3, "s/deg"), NOT_ZERO]
     pulse_lower: Annotated[float, Within(1e-4, 1e-2, "s")]
     pulse_upper: Annotated[float, Within(1e-4, 1e-2, "s")]
-    outputs: Annotated[Listed[PwmOutput], Field(min_length=1)]
+    outputs: Annotated[Listed[PwmOutput], NOT_EMPTY]
 
     def problems(self) -> Iterator[Problem]:
         """Yield values that do not suit each other."""
@@ -394,9 +395,9 @@ class ControllerSettings(Checked):
     gripper_controller: GripperSettings
 
 
-def _named(name: str) -> BeforeValidator:
+def _named(name: str) -> Before:
     """Return the annotation of a joint whose name is the one of its values in the file."""
-    return BeforeValidator(
+    return Before(
         lambda values: {"name": name, **values} if isinstance(values, Mapping) else values
     )
 
@@ -426,6 +427,10 @@ class JointTable(Checked):
                 yield Problem(text, (key, "address"))
 
 
+def _joints(given: object) -> tuple[object, ...]:
+    return given if isinstance(given, tuple) else JointTable.parsed(given).joints
+
+
 class ArmParameters(Checked):
     """The whole arm.
 
@@ -437,13 +442,7 @@ class ArmParameters(Checked):
         controllers: Parameters of the controllers.
     """
 
-    joints: Annotated[
-        tuple[JointParameters, ...],
-        Strict(),
-        BeforeValidator(
-            lambda given: given if isinstance(given, tuple) else JointTable.parsed(given).joints
-        ),
-    ]
+    joints: Annotated[tuple[JointParameters, ...], Strict(), Before(_joints)]
     geometry: GeometryParameters
     gripper: GripperParameters
     homing_order: Listed[Text]

@@ -1,19 +1,18 @@
-"""Checks of values from files, descriptions and programs, by pydantic.
+"""Groups of values from files, descriptions and programs, checked by pydantic.
 
 A group of values is a subclass of :class:`Checked`. Its annotations are the checks of single
-values, ``problems`` those of several. Every refusal is one :class:`ConfigurationError`.
+values, ``problems`` those of several. Every refusal is one :class:`ConfigurationError`. pydantic,
+which loads slowly, is imported by the first check (:mod:`bioscara.model.schemas`).
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import field, fields
+from dataclasses import dataclass, field
 from typing import (
     TYPE_CHECKING,
     Annotated,
     Any,
-    ClassVar,
-    LiteralString,
     NamedTuple,
     Self,
     TypeGuard,
@@ -21,37 +20,18 @@ from typing import (
     dataclass_transform,
 )
 
-from pydantic import (
-    BeforeValidator,
-    Field,
-    GetCoreSchemaHandler,
-    Strict,
-    ValidationError,
-    model_validator,
-)
-from pydantic.dataclasses import dataclass
-from pydantic_core import (
-    ArgsKwargs,
-    CoreSchema,
-    ErrorDetails,
-    InitErrorDetails,
-    PydanticCustomError,
-    SchemaValidator,
-    core_schema,
-)
-
 from bioscara.arguments import shown
-from bioscara.errors import ConfigurationError
-from bioscara.spelling import did_you_mean
+
+if TYPE_CHECKING:
+    from types import ModuleType
+
+    from pydantic import GetCoreSchemaHandler
+    from pydantic_core import CoreSchema
 
 Location = tuple[str | int, ...]
 """Names and indices that lead to a value."""
 KNOWN_AS = "known_as"
 """Key of a field's metadata: what a list of the known names has instead of its name."""
-_MOST = 5
-"""Errors that one message names."""
-_OTHERS, _DEPTH = "others", "depth"
-"""Keys of an error's context: fields of its :class:`Problem`, the length of its location."""
 
 
 class Problem(NamedTuple):
@@ -90,6 +70,35 @@ def not_above(
         yield Problem(f"{value:g} must be above {lower:g}", location, others)
 
 
+class Strict:
+    """Annotation of a type: only its values are accepted, nothing is converted to it.
+
+    Args:
+        bounds: Further bounds of the values, by their names in the schemas of pydantic.
+    """
+
+    def __init__(self, **bounds: object) -> None:
+        self._bounds = bounds
+
+    def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        return _with(handler(kind), strict=True, **self._bounds)
+
+
+class Before:
+    """Annotation of a value that a function checks or changes before the type is checked.
+
+    Args:
+        function: Returns the value; raises a ``ValueError`` with the text of a :class:`Problem`.
+    """
+
+    def __init__(self, function: Callable[[Any], object]) -> None:
+        self._function = function
+
+    def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        made: CoreSchema = _schemas().before(self._function, handler(kind))
+        return made
+
+
 class Within(NamedTuple):
     """Annotation of a ``float`` or ``int``: its range, and its unit for messages."""
 
@@ -97,69 +106,69 @@ class Within(NamedTuple):
     upper: float
     unit: str = ""
 
-    def __get_pydantic_core_schema__(self, kind: Any, _: GetCoreSchemaHandler) -> CoreSchema:
+    def __get_pydantic_core_schema__(self, kind: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
         whole = kind is int
-        plain = core_schema.int_schema if whole else core_schema.float_schema
 
         def check(value: object) -> object:
-            if not _is_number(value):
+            if not is_number(value):
                 return value
             # Before the conversion, which refuses integers beyond any float.
             for problem in outside(value, *self):
-                raise PydanticCustomError("refused", "{text}", {"text": problem.text})
+                raise ValueError(problem.text)
             return int(value) if whole and value == int(value) else value
 
-        return core_schema.no_info_before_validator_function(check, plain(strict=True))
+        made: CoreSchema = _schemas().before(check, _with(handler(kind), strict=True))
+        return made
 
 
 def _not_zero(value: object) -> object:
-    if _is_number(value) and value == 0:
-        raise PydanticCustomError("refused", "it must not be zero")
+    if is_number(value) and value == 0:
+        raise ValueError("it must not be zero")
+    return value
+
+
+def _not_empty(value: object) -> object:
+    if isinstance(value, list | tuple) and not value:
+        raise ValueError("Value should have at least 1 item after validation, not 0")
     return value
 
 
 _T = TypeVar("_T")
 
-AS_TUPLE = BeforeValidator(lambda value: tuple(value) if isinstance(value, list) else value)
+AS_TUPLE = Before(lambda value: tuple(value) if isinstance(value, list) else value)
 """Annotation of a strict tuple: a list is one too, nothing else."""
-NOT_ZERO = BeforeValidator(_not_zero)
+NOT_ZERO = Before(_not_zero)
 """Annotation of a number that is not zero."""
+NOT_EMPTY = Before(_not_empty)
+"""Annotation of a list that has a value."""
 Number = Annotated[float, Strict()]
 """A number, also infinity and NaN: ``problems`` checks its range."""
-Finite = Annotated[float, Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0.0)]
-NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.0)]
+Finite = Annotated[float, Strict(allow_inf_nan=False)]
+Positive = Annotated[float, Strict(allow_inf_nan=False, gt=0.0)]
+NotNegative = Annotated[float, Strict(allow_inf_nan=False, ge=0.0)]
 Flag = Annotated[bool, Strict()]
 Text = Annotated[str, Strict()]
-Name = Annotated[str, Field(strict=True, min_length=1)]
+Name = Annotated[str, Strict(min_length=1)]
 Listed = Annotated[tuple[_T, ...], Strict(), AS_TUPLE]
 
 
-class _Refusing(type):
-    """Type of the groups: making one by a call raises our error, not pydantic's."""
+class _Checking(type):
+    """Type of the groups: making one by a call checks its values."""
 
-    def __call__(cls, *args: Any, **values: Any) -> Any:
-        try:
-            return super().__call__(*args, **values)
-        except ValidationError as error:
-            raise _refusal(error, lambda _: f"{cls.__name__}: ", dotted) from error
+    def __call__(cls, **values: Any) -> Any:
+        return _schemas().called(cls, values)
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(field,))
-@dataclass(frozen=True, kw_only=True)
-class Checked(metaclass=_Refusing):
+class Checked(metaclass=_Checking):
     """Base of groups of values: frozen dataclasses that are checked whenever they are made.
 
     Raises:
         ConfigurationError: A name is unknown, a value is missing or cannot be used.
     """
 
-    if TYPE_CHECKING:
-        __pydantic_validator__: ClassVar[SchemaValidator]
-
     def __init_subclass__(cls) -> None:
-        # Built when first used: importing builds none of the groups that others contain.
-        dataclass(frozen=True, kw_only=True, config={"defer_build": True})(cls)
+        dataclass(frozen=True, kw_only=True)(cls)
 
     @classmethod
     def checked(
@@ -182,73 +191,62 @@ class Checked(metaclass=_Refusing):
         Raises:
             ConfigurationError: As above; the message has the first errors.
         """
-        try:
-            return cls.parsed(values)
-        except ValidationError as error:
-            raise _refusal(error, place, name or dotted, contradicted=contradicted) from error
+        made: Self = _schemas().checked(
+            cls, values, place, name or dotted, contradicted=contradicted
+        )
+        return made
+
+    @classmethod
+    def unchecked(cls, **values: Any) -> Self:
+        """Return the group of values that were checked when a program was generated from them."""
+        made: Self = type.__call__(cls, **values)
+        return made
 
     @classmethod
     def parsed(cls, values: object) -> Self:
-        """Return the group of these values, for validators of another group.
+        """Return the group of these values, for the functions of :class:`Before`.
 
         Raises:
-            ValidationError: As above; pydantic adds the location of the other group.
+            ValidationError: As above, of pydantic, which adds the location of the outer group.
         """
-        made: Self = cls.__pydantic_validator__.validate_python(values)
+        made: Self = _schemas().parsed(cls, values)
         return made
+
+    @classmethod
+    def parsed_by_name(cls, values: Mapping[str, object]) -> dict[str, Self]:
+        """Return groups of these values by their names; errors as :meth:`parsed`."""
+        made: dict[str, Self] = _schemas().parsed(dict[str, cls], values)  # type: ignore[valid-type]
+        return made
+
+    @classmethod
+    def arranged(cls, values: Mapping[Any, object]) -> Mapping[Any, object]:
+        """Return the values by field, if a file has them in another arrangement."""
+        return values
 
     def problems(self) -> Iterable[Problem]:
         """Yield contradictions between values that are valid alone."""
         return ()
 
-    @model_validator(mode="before")
     @classmethod
-    def _refuse_unknown(cls, values: object) -> object:
-        """Refuse unknown names before all else: a misspelt value would be missing, too."""
-        if isinstance(values, Mapping):
-            values = given = dict(values)
-        elif isinstance(values, ArgsKwargs):
-            given = values.kwargs or {}
-        else:
-            return values
-        known = {each.name: each.metadata.get(KNOWN_AS, each.name) for each in fields(cls)}
-        unknown = [key for key in given if key not in known][:_MOST]
-        listed = f"known here: {', '.join(known.values())}"
-        _refuse(
-            "unknown",
-            [
-                Problem(
-                    f"is not a known parameter; {did_you_mean(str(key), known, listed)}",
-                    (key if isinstance(key, str | int) else str(key),),
-                )
-                for key in unknown
-            ],
-        )
-        return values
-
-    @model_validator(mode="after")
-    def _check_several(self) -> Self:
-        _refuse("refused", self.problems())
-        return self
+    def __get_pydantic_core_schema__(cls, _: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        made: CoreSchema = _schemas().group(cls, handler)
+        return made
 
 
-def _refuse(kind: LiteralString, problems: Iterable[Problem]) -> None:
-    """Raise unless there are no problems; pydantic adds the location of the group."""
-    errors = [
-        InitErrorDetails(
-            type=PydanticCustomError(
-                kind, "{text}", {"text": text, _OTHERS: others, _DEPTH: len(location)}
-            ),
-            loc=location,
-            input=None,
-        )
-        for text, location, others in problems
-    ]
-    if errors:
-        raise ValidationError.from_exception_data("", errors)
+def _schemas() -> ModuleType:
+    # Imported by the first check: pydantic loads slowly, and many programs check nothing.
+    from bioscara.model import schemas  # noqa: PLC0415
+
+    return schemas
 
 
-def _is_number(value: object) -> TypeGuard[float]:
+def _with(schema: CoreSchema, **entries: object) -> CoreSchema:
+    made: Any = {**schema, **entries}
+    return made
+
+
+def is_number(value: object) -> TypeGuard[float]:
+    """Return whether a value is a number; truth values are none."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
@@ -267,60 +265,3 @@ def dotted(location: Location) -> str:
     """Return the path of a value, as ``zones[0].radius``."""
     names = (f"[{key}]" if isinstance(key, int) else f".{key}" for key in location)
     return "".join(names).removeprefix(".")
-
-
-def _refusal(
-    error: ValidationError,
-    place: Callable[[Location], str],
-    name: Callable[[Location], str],
-    *,
-    contradicted: bool = False,
-) -> ConfigurationError:
-    texts = []
-    for each in error.errors(include_url=False)[:_MOST]:
-        text = place(each["loc"]) + _text(each, name(each["loc"]))
-        others = [
-            f"{name(other)}: {place(other).removesuffix(': ')}"
-            for other in (_contradicted(each) if contradicted else ())
-        ]
-        texts.append(f"{text} ({'; '.join(others)})" if others else text)
-    return ConfigurationError("; also ".join(texts))
-
-
-def _contradicted(error: ErrorDetails) -> list[Location]:
-    """Return the locations of the other values of a contradiction."""
-    context = error.get("ctx", {})
-    group = error["loc"][: len(error["loc"]) - context.get(_DEPTH, 0)]
-    return [(*group, *other) for other in context.get(_OTHERS, ())]
-
-
-_TEXTS = {
-    "unknown": "{name} {text}",
-    "missing": "{name} is missing",
-    "greater_than": "{name}: {value} must be above {gt:g}",
-    "greater_than_equal": "{name}: {value} must be at least {ge:g}",
-    "finite_number": "{name}: {value} is not a finite number",
-    "float_type": "{name}: {value} is not a number",
-    "too_large": "{name}: {value} is too large",
-    "int_type": "{name}: {value} is not a whole number",
-    "bool_type": "{name}: {value} is neither true nor false",
-    "tuple_type": "{name}: {value} is not a list",
-    "too_long": "{name}: {value} has more than {max_length} values",
-    "string_type": "{name}: {value} is not a valid name",
-    "string_too_short": "{name}: {value} is not a valid name",
-    "literal_error": "{name}: {value} is not a valid name; it must be {expected}",
-    "dataclass_type": "{name} must be a mapping of names to values",
-    "dict_type": "{name} must be a mapping of names to values",
-}
-"""Messages for the types of pydantic's errors; others are shown as pydantic's."""
-
-
-def _text(error: ErrorDetails, name: str) -> str:
-    if error["loc"][-1:] == ("[key]",):
-        return f"{described(error['input'])} is not a name; quote it if it is meant as one"
-    kind = error["type"]
-    if kind == "float_type" and _is_number(error["input"]):
-        kind = "too_large"
-    template = _TEXTS.get(kind, "{name}: {text}")
-    values = {"text": error["msg"], "value": described(error["input"])} | error.get("ctx", {})
-    return template.format(name=name or "the content", **values).removeprefix("the content: ")

@@ -5,8 +5,6 @@ from __future__ import annotations
 import math
 from typing import Annotated
 
-from pydantic import Strict
-
 from bioscara.arguments import numbers, shown
 from bioscara.control.controllers.controller import Controller, interfaces
 from bioscara.control.controllers.goals import GoalStatus
@@ -19,7 +17,7 @@ from bioscara.control.controllers.gripper_messages import (
 from bioscara.control.controllers.parameters import Parameters
 from bioscara.errors import ConfigurationError, ControllerError, GoalRejectedError
 from bioscara.hardware import POSITION, VELOCITY, LifecycleState
-from bioscara.model.validation import AS_TUPLE, Finite, Flag, Name, Positive, Text
+from bioscara.model.validation import AS_TUPLE, Finite, Flag, Name, Positive, Strict, Text
 
 
 class GripperActionParameters(Parameters):

@@ -14,16 +14,16 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Strict
-
 from bioscara.errors import ConfigurationError
 from bioscara.model.validation import (
     AS_TUPLE,
+    Before,
     Checked,
     Listed,
     Name,
     Number,
     Problem,
+    Strict,
     Text,
     Within,
 )
@@ -86,7 +86,7 @@ class _Scene(Checked):
     version: Annotated[int, Within(1, 10**6)]
     table_height: Annotated[float, Within(-FAR, FAR, "m")] | None
     margin: Annotated[float, Within(*MARGINS, "m")]
-    zones: Listed[Annotated[_Box | _Cylinder, BeforeValidator(_zone)]]
+    zones: Listed[Annotated[_Box | _Cylinder, Before(_zone)]]
 
     def problems(self) -> Iterator[Problem]:
         """Yield names that are there twice."""

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import field
-from typing import Literal
-
-from pydantic import TypeAdapter, model_validator
+from typing import Any, Literal
 
 from bioscara.control.controllers.joint_trajectory.pid import Gains
 from bioscara.control.controllers.parameters import Parameters
@@ -39,9 +37,6 @@ class JointConstraints(Checked):
     max_deceleration_on_cancel: NotNegative = 0.0
 
 
-_BY_JOINT = TypeAdapter(dict[Text, JointConstraints])
-
-
 class Constraints(Checked):
     """Failure conditions of goals; every other key is the name of a joint, with its constraints.
 
@@ -62,19 +57,16 @@ class Constraints(Checked):
         default_factory=dict, metadata={KNOWN_AS: "a group for each joint"}
     )
 
-    @model_validator(mode="before")
     @classmethod
-    def _collect_joints(cls, values: object) -> object:
+    def arranged(cls, values: Mapping[Any, object]) -> Mapping[Any, object]:
         """Move the groups of the joints, which files have under the joints' names."""
-        if not isinstance(values, Mapping):
-            return values
         joints = {
             name: group
             for name, group in values.items()
             if isinstance(name, str) and isinstance(group, Mapping | JointConstraints)
         }
         others = {name: value for name, value in values.items() if name not in joints}
-        return others | {"joints": _BY_JOINT.validate_python(joints)}
+        return others | {"joints": JointConstraints.parsed_by_name(joints)}
 
     def of(self, joint: str) -> JointConstraints:
         """Return the constraints of one joint, by default none."""
@@ -145,10 +137,10 @@ class JointTrajectoryParameters(Parameters):
     interpolate_from_desired_state: Flag = False
     set_last_command_interface_value_as_state_on_activation: Flag = True
     cmd_timeout: NotNegative = 0.0
-    speed_scaling: SpeedScaling = SpeedScaling()
-    positions_upsampling: PositionsUpsampling = PositionsUpsampling()
+    speed_scaling: SpeedScaling = field(default_factory=SpeedScaling)
+    positions_upsampling: PositionsUpsampling = field(default_factory=PositionsUpsampling)
     gains: dict[Text, Gains] = field(default_factory=dict)
-    constraints: Constraints = Constraints()
+    constraints: Constraints = field(default_factory=Constraints)
 
     @property
     def decelerations(self) -> tuple[float, ...]:
