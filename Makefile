@@ -75,10 +75,12 @@ layers: $(VENV)/.dev
 
 fresh: $(VENV)/.dev
 	@$(BIN)/python -m bioscara.protocol.generate --check .
+	@$(BIN)/python -m tools.existing_arms --check
 	@$(BIN)/python -m tools.description --check
 
 generate: $(VENV)/.dev
 	@$(BIN)/python -m bioscara.protocol.generate .
+	@$(BIN)/python -m tools.existing_arms
 	@$(BIN)/python -m tools.description
 
 firmware:

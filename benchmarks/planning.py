@@ -257,7 +257,7 @@ def _cold() -> list[Row]:
         rounds=9,
     )
     whose = "Python that imports numpy"
-    return [at_most("`bioscara plan`, the whole process", plan, 6, numpy, whose)]
+    return [at_most("`bioscara plan`, the whole process", plan, 4, numpy, whose)]
 
 
 def rows() -> list[Row]:

@@ -13,6 +13,7 @@ from typing import Any
 
 from bioscara.errors import ConfigurationError
 from bioscara.model import load_parameters
+from bioscara.model.loading import EXISTING_ARMS
 from bioscara.model.urdf import DESCRIPTION, SRDF, URDF
 from tools.meshes import files
 
@@ -74,7 +75,7 @@ def write(folder: Path, *, check: bool = False) -> list[str]:
     Returns:
         Names of the files that were outdated, or that are no longer generated.
     """
-    wanted = files(load_parameters().geometry)
+    wanted = files(load_parameters(EXISTING_ARMS).geometry)
     stale = _update(folder, wanted, check=check)
     for target in (URDF, SRDF):
         text = render(folder / f"{target.name}.xacro")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import errno
 import os
-import secrets
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -32,7 +31,7 @@ def replacing(path: Path) -> Iterator[Path]:
     if goal.exists() and not goal.is_file():
         yield goal
         return
-    partial = goal.with_name(f".{goal.name}.{secrets.token_hex(8)}.new")
+    partial = goal.with_name(f".{goal.name}.{os.urandom(8).hex()}.new")
     try:
         yield partial
         with partial.open("rb") as file:

@@ -16,10 +16,10 @@ import bioscara.planning.files.scene_file
 import bioscara.robot.workspace.teach_file  # noqa: F401
 from bioscara.errors import ConfigurationError
 from bioscara.model import load_parameters
-from bioscara.model.loading import _EXISTING_ARMS
+from bioscara.model.loading import EXISTING_ARMS
 from bioscara.model.validation import Checked
 
-TEXT = _EXISTING_ARMS.read_text()
+TEXT = EXISTING_ARMS.read_text()
 JOINT = load_parameters().joints[0]
 
 

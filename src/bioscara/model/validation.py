@@ -17,6 +17,7 @@ from typing import (
     Self,
     TypeGuard,
     TypeVar,
+    cast,
     dataclass_transform,
 )
 
@@ -160,6 +161,7 @@ class _Checking(type):
 
 
 @dataclass_transform(kw_only_default=True, frozen_default=True, field_specifiers=(field,))
+@dataclass(frozen=True, kw_only=True)
 class Checked(metaclass=_Checking):
     """Base of groups of values: frozen dataclasses that are checked whenever they are made.
 
@@ -241,8 +243,7 @@ def _schemas() -> ModuleType:
 
 
 def _with(schema: CoreSchema, **entries: object) -> CoreSchema:
-    made: Any = {**schema, **entries}
-    return made
+    return cast("CoreSchema", {**schema, **entries})
 
 
 def is_number(value: object) -> TypeGuard[float]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, fields
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 from bioscara.arguments import number
 from bioscara.errors import InvalidArgumentError
@@ -52,6 +52,31 @@ class JointLimits(PositionLimits, Protocol):
     def max_jerk(self) -> float:
         """Highest jerk [unit/s^3]."""
         ...
+
+
+class MotionLimits(NamedTuple):
+    """Limits of one joint in a motion, as :class:`JointLimits`; need not be those of the joint."""
+
+    name: str
+    unit: str
+    lower: float
+    upper: float
+    max_velocity: float
+    max_acceleration: float
+    max_jerk: float
+
+    @classmethod
+    def of(cls, limits: JointLimits, acceleration_scaling: float = 1.0) -> MotionLimits:
+        """Return the limits of a joint, with a share of its acceleration and jerk."""
+        return cls(
+            limits.name,
+            limits.unit,
+            limits.lower,
+            limits.upper,
+            limits.max_velocity,
+            acceleration_scaling * limits.max_acceleration,
+            acceleration_scaling * limits.max_jerk,
+        )
 
 
 LEAST = 1e-6

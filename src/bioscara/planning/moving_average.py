@@ -133,7 +133,7 @@ def averaged(trajectory: Trajectory, window: float) -> Trajectory:
     end = trajectory.duration + window
     corners = np.concatenate((trajectory.times, trajectory.times + window))
     even = np.linspace(0.0, end, int(np.ceil(end / _STEP)) + 1)
-    times = np.unique(np.concatenate((corners, even)))
+    times = np.sort(np.concatenate((corners, even)))
     times = times[np.concatenate(([True], np.diff(times) > _APART))]
     times[-1] = end
     (here, area), (before, less) = motion.at(times), motion.at(times - window)

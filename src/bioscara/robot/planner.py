@@ -13,7 +13,7 @@ from bioscara.arguments import flag, items, number, numbers, shown
 from bioscara.errors import InvalidArgumentError, TrajectoryError, ZoneError
 from bioscara.kinematics import Joints, Pose, Scara
 from bioscara.kinematics.pose import require_near, require_near_place, wrapped
-from bioscara.model import ArmParameters, JointParameters
+from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check
 from bioscara.planning.collision.unfolding import by_open_elbow, joined
 from bioscara.planning.limits import (
@@ -21,6 +21,7 @@ from bioscara.planning.limits import (
     REDUCED_SPEED,
     SLOWEST,
     JointLimits,
+    MotionLimits,
     ToolLimits,
     check_share,
 )
@@ -45,11 +46,8 @@ oscillation [1/s]."""
 
 
 @lru_cache(maxsize=4)
-def _planned_limits(parameters: ArmParameters) -> tuple[JointParameters, ...]:
-    return tuple(
-        replace(limit, max_acceleration=ACCELERATION_SHARE * limit.max_acceleration)
-        for limit in parameters.joints
-    )
+def _planned_limits(parameters: ArmParameters) -> tuple[JointLimits, ...]:
+    return tuple(MotionLimits.of(limit, ACCELERATION_SHARE) for limit in parameters.joints)
 
 
 class Plan(NamedTuple):
@@ -433,7 +431,7 @@ class Planner:
         elsewhere = self._joint_positions("the other joints", elsewhere)
         limits = [
             # A joint beyond a limit can only have been pushed there: it may only move back.
-            replace(limit, lower=min(limit.lower, at), upper=max(limit.upper, at))
+            MotionLimits.of(limit)._replace(lower=min(limit.lower, at), upper=max(limit.upper, at))
             for limit, at in zip(self._limits, self.here(), strict=True)
         ]
         notes = check(trajectory, limits)
@@ -522,10 +520,7 @@ class Planner:
         share = check_share(acceleration_scaling, "acceleration_scaling")
         if share == 1.0:
             return self._planned_limits
-        return [
-            replace(limit, max_acceleration=share * limit.max_acceleration)
-            for limit in self._planned_limits
-        ]
+        return [MotionLimits.of(limit, share) for limit in self._planned_limits]
 
     def _tool_limits(self, acceleration_scaling: float) -> ToolLimits:
         """Return the limits of the tool on a path, with a share of its accelerations."""

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
+from types import ModuleType
 
 from bioscara.cli.options import Options
 from bioscara.errors import InvalidArgumentError
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, write_csv
-from bioscara.report.plan_png import require_matplotlib, write_plan
 from bioscara.robot.planner import Plan, Planner
 
 
@@ -33,7 +33,7 @@ def require_drawing(plot: Path | None) -> None:
     """
     if plot is None:
         return
-    require_matplotlib()
+    _plan_png().require_matplotlib()
     _require_writable(plot)
     if plot.suffix.lower() != ".png":
         raise InvalidArgumentError(
@@ -85,10 +85,19 @@ def write_picture(
     """
     arm, scene = planner.kinematics, planner.workspace.scene
     try:
-        write_plan(path, plan.trajectory, arm, parameters.joints, plan.tool, title, scene)
+        _plan_png().write_plan(
+            path, plan.trajectory, arm, parameters.joints, plan.tool, title, scene
+        )
     except OSError as error:
         raise _unwritable(path, error) from error
     return f"wrote {path}"
+
+
+def _plan_png() -> ModuleType:
+    # Imported only for a picture, since it loads all of bioscara.report.
+    from bioscara.report import plan_png  # noqa: PLC0415
+
+    return plan_png
 
 
 def _unwritable(path: Path, error: OSError) -> InvalidArgumentError:

@@ -230,7 +230,7 @@ class Layout:
         result = np.empty(len(row))
         counts = np.diff(self._ends, prepend=0)[row]
         cuts = np.searchsorted(np.cumsum(counts), np.arange(0, counts.sum(), _PARTS_AT_ONCE)[1:])
-        for start, end in _between(np.unique(cuts), len(row)):
+        for start, end in _between(cuts, len(row)):
             rows, instants = row[start:end], instant[start:end]
             owners, parts = self._parts_of(rows)
             values = self._of_parts(at, rows[owners], parts, instants[owners])
@@ -259,7 +259,7 @@ class Layout:
 
 def _between(cuts: Index, end: int) -> Iterator[tuple[int, int]]:
     """Yield start and end of the intervals between cuts."""
-    edges = [0, *(cut for cut in cuts.tolist() if 0 < cut < end), end]
+    edges = [0, *sorted({cut for cut in cuts.tolist() if 0 < cut < end}), end]
     return pairwise(edges)
 
 
@@ -285,7 +285,7 @@ class _Rows:
 
     def hull(self, parts: Index) -> int:
         """Return the number of the hull around some parts of a body."""
-        key = tuple(parts.tolist())
+        key = tuple(sorted({*parts.tolist()}))
         if key not in self.hulls:
             self.hulls[key] = len(self.around)
             self.around.append(hull(tuple(self.shapes[part] for part in key)))
@@ -294,7 +294,7 @@ class _Rows:
 
     def add(self, one: Index, other: Index) -> None:
         """Add a row of pairs of parts."""
-        self.whole.append((self.hull(np.unique(one)), self.hull(np.unique(other))))
+        self.whole.append((self.hull(one), self.hull(other)))
         self.parts.append((one, other))
 
 
