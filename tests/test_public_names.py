@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -13,6 +14,7 @@ import pytest
 
 import bioscara
 import bioscara.robot
+from bioscara.arguments import OVERLAY_VARIABLE
 
 PACKAGES = pytest.mark.parametrize(
     "package", [bioscara, bioscara.robot], ids=lambda package: package.__name__
@@ -69,3 +71,26 @@ def test_a_program_without_a_robot_does_not_import_the_controllers() -> None:
         [sys.executable, "-c", program], capture_output=True, text=True, check=True
     )
     assert done.stdout.split() == []
+
+
+@pytest.mark.parametrize(
+    "program",
+    [
+        "from bioscara import Robot, read_scene, load_table",
+        "from bioscara import load_parameters; load_parameters()",
+        "from bioscara.cli import main; main(['plan', '--pose', '0.4', '0.2', '0.25', '0'])",
+    ],
+)
+def test_a_program_with_the_committed_parameters_imports_nothing_to_check_others(
+    program: str,
+) -> None:
+    heavy = "'pydantic', 'pydantic_core', 'ruamel', 'ruamel.yaml', 'matplotlib'"
+    look = f"import sys; print(*{{{heavy}}} & set(sys.modules), file=sys.stderr)"
+    done = subprocess.run(
+        [sys.executable, "-c", f"{program}\n{look}"],
+        capture_output=True,
+        text=True,
+        check=True,
+        env={name: value for name, value in os.environ.items() if name != OVERLAY_VARIABLE},
+    )
+    assert done.stderr.split() == []

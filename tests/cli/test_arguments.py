@@ -104,7 +104,7 @@ def test_help_imports_nothing_heavy() -> None:
         "from bioscara.cli.arguments import parse\n"
         "try: parse(['run', '--help'])\n"
         "except SystemExit: pass\n"
-        "heavy = {'numpy', 'rich', 'ruamel', 'matplotlib', 'yaml', 'asyncio'}\n"
+        "heavy = {'numpy', 'rich', 'ruamel', 'matplotlib', 'yaml', 'asyncio', 'pydantic'}\n"
         "print(*(heavy & set(sys.modules)), file=sys.stderr)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

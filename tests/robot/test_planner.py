@@ -12,7 +12,7 @@ from bioscara.errors import BioscaraError, InvalidArgumentError, ZoneError
 from bioscara.kinematics import Joints
 from bioscara.model import load_parameters
 from bioscara.planning import check
-from bioscara.planning.limits import FULL, ToolLimits
+from bioscara.planning.limits import FULL, SLOWEST, MotionLimits, ToolLimits
 from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
 from bioscara.planning.trajectory.trajectory import Trajectory
 from bioscara.robot.planner import Planner
@@ -60,6 +60,16 @@ def test_plans_keep_every_limit(reduced_speed: bool) -> None:
                 check(trajectory, ARM.joints)
                 planned += 1
     assert planned > 120
+
+
+@pytest.mark.parametrize("share", [SLOWEST, 0.005, 0.3])
+def test_plans_keep_to_any_share_of_the_acceleration(share: float) -> None:
+    planner = Planner(ROOM, lambda: HERE)
+    goal = HERE._replace(j1=0.2, j4=0.3)
+    plan = planner.move_joints(goal, acceleration_scaling=share)
+    assert plan.trajectory.positions[-1] == pytest.approx(goal)
+    slowed = [MotionLimits.of(limit, share) for limit in ARM.joints]
+    check(plan.trajectory, slowed)
 
 
 @pytest.mark.parametrize(
