@@ -24,6 +24,7 @@ TOPICS = {
     "planning": "Planning",
     "linear": "Lines of the tool",
     "point_to_point": "Point to point",
+    "files": "Reading files",
     "startup": "Start-up",
 }
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"
@@ -71,8 +72,8 @@ def _heading() -> list[str]:
         "# Benchmarks",
         "",
         "Written by `make bench`. Times are this run's and differ between computers. No limit is a",
-        "time: each is a ratio to a reference that was measured in turns with it, or concerns the",
-        "simulated arm, where time is virtual.",
+        "time: each is a ratio to a reference that was measured in turns with it or at once, or",
+        "concerns the simulated arm, where time is virtual.",
         "",
         f"Python {platform.python_version()}, {platform.machine()}, {os.cpu_count()} cores.",
     ]

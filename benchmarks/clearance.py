@@ -1,4 +1,4 @@
-"""Keeping the arm clear of its surroundings: cost of the last stages in each cycle."""
+"""Keeping the arm clear of its surroundings: cost in each cycle, and of clearances at once."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import math
 import statistics
 from collections.abc import Sequence
 from time import perf_counter
+
+import numpy as np
 
 from benchmarks.control import homed_stack
 from benchmarks.floors import cycle as bare_cycle
@@ -22,6 +24,9 @@ from bioscara.robot.workspace.workspace import Workspace
 CYCLES = 3000
 _PROVEN, _FREE, _NEAR = 0.2, 10, 40
 """Limits of the median, in bare cycles."""
+SAMPLES, _SAMPLED = 1000, 200
+"""Positions of the arm whose clearance is computed together, and the limit, in distances of as many
+points from the zones."""
 _START = (0.3, 0.2, 0.8, -0.5)
 _ZONES = tuple(
     Box(f"zone_{i}", (-0.5 + 0.2 * i, 0.66, 0.0), (-0.35 + 0.2 * i, 0.9, 0.4)) for i in range(6)
@@ -76,6 +81,31 @@ def _streamed(stack: Stack, swing: Sequence[float]) -> tuple[list[float], float]
     return sorted(costs), statistics.median(bare)
 
 
+def _sampled(workspace: Workspace) -> Row:
+    """Measure the clearance of many positions of the arm next to zones, computed together."""
+    rng = np.random.default_rng(1)
+    lower, upper = np.array([(each.lower, each.upper) for each in workspace.kinematics.limits]).T
+    joints = rng.uniform(lower, upper, (SAMPLES, len(lower)))
+    points = rng.uniform(-1.0, 1.0, (SAMPLES, 1, 3))
+    corners = np.array([(zone.lower, zone.upper) for zone in _ZONES])
+    scene = Scene(_ZONES, 0.0)
+
+    def distances() -> np.ndarray:
+        outside = np.maximum(np.maximum(corners[:, 0] - points, points - corners[:, 1]), 0.0)
+        return np.linalg.norm(outside, axis=2).min(axis=1)
+
+    own, bare = medians(
+        lambda: scene.clearance(workspace.kinematics, joints), distances, rounds=15, number=(1, 50)
+    )
+    return at_most(
+        f"clearance of {SAMPLES} positions of the arm from six zones",
+        own,
+        _SAMPLED,
+        bare,
+        f"numpy, distance of {SAMPLES} points from the zones",
+    )
+
+
 def rows() -> list[Row]:
     """Measure a collision-checked trajectory, and a raw stream in free space and next to zones."""
     workspace = Workspace.of(load_parameters())
@@ -108,6 +138,7 @@ def rows() -> list[Row]:
             _NEAR,
             f"braked in {braked} of {CYCLES} cycles",
         ),
+        _sampled(workspace),
     ]
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import replace
 from pathlib import Path
 
@@ -269,24 +268,6 @@ def test_joints_that_are_not_finite_are_refused() -> None:
     far = Trajectory(NAMES, (0.0, 1.0), (REST, REST._replace(j4=1e9)))
     with pytest.raises(TrajectoryError, match="check the limits"):
         scene.check(ARM, far)
-
-
-@pytest.mark.realtime
-def test_a_thousand_samples_of_six_zones_are_quick() -> None:
-    rng = np.random.default_rng(1)
-    zones = tuple(
-        Box(f"b{i}", (0.3 + 0.1 * i, 0.1, 0.0), (0.35 + 0.1 * i, 0.4, 0.3), yaw=0.3 * i)
-        for i in range(6)
-    )
-    scene, joints = Scene(zones, 0.0), np.array([random_joints(rng) for _ in range(1000)])
-    scene.clearance(ARM, joints)
-
-    def seconds() -> float:
-        start = time.process_time()
-        scene.clearance(ARM, joints)
-        return time.process_time() - start
-
-    assert min(seconds() for _ in range(10)) < 0.02
 
 
 GOOD = """\

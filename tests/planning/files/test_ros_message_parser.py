@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 from pathlib import Path
-from time import process_time
 from typing import Any
 
 import pytest
@@ -115,15 +114,13 @@ def test_a_real_message_is_read_alike(text: str) -> None:
 
 
 @pytest.mark.parametrize("mark", ["[", "{a: ", "- ", "- a:\n"])
-def test_deep_nesting_is_refused_at_once(mark: str) -> None:
-    begin = process_time()
+def test_deep_nesting_is_refused(mark: str) -> None:
     with pytest.raises(TrajectoryError, match=f"line [0-9]+: .*more than {DEPTH_MAX} deep"):
         first_document(
             mark * 16_000
             if "\n" not in mark
             else "".join("  " * level + mark for level in range(100))
         )
-    assert process_time() - begin < 0.5
 
 
 def test_a_bracket_may_go_over_several_lines() -> None:
