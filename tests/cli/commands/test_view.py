@@ -78,9 +78,11 @@ def look(
     pages = []
 
     class Seen(module.Page):
-        def __init__(self, *arguments: object) -> None:
-            super().__init__(*arguments)
+        @property
+        def url(self) -> str:
+            # Read once the command has taken the positions where the motion begins.
             pages.append((self, dict(self.positions)))
+            return super().url
 
     monkeypatch.setattr(module, "Page", Seen)
 
