@@ -18,12 +18,14 @@ if TYPE_CHECKING:
     from bioscara.errors import HardwareError as HardwareError
     from bioscara.errors import HomingError as HomingError
     from bioscara.errors import InvalidArgumentError as InvalidArgumentError
+    from bioscara.errors import LeaseError as LeaseError
     from bioscara.errors import LifecycleError as LifecycleError
     from bioscara.errors import MotionCancelledError as MotionCancelledError
     from bioscara.errors import MotionTimeoutError as MotionTimeoutError
     from bioscara.errors import NotHomedError as NotHomedError
     from bioscara.errors import NotInitializedError as NotInitializedError
     from bioscara.errors import NotSupportedError as NotSupportedError
+    from bioscara.errors import OwnerLostError as OwnerLostError
     from bioscara.errors import TrajectoryError as TrajectoryError
     from bioscara.errors import UnreachableError as UnreachableError
     from bioscara.errors import ZoneError as ZoneError
@@ -43,6 +45,7 @@ if TYPE_CHECKING:
     from bioscara.planning.files.scene_file import read_scene as read_scene
     from bioscara.planning.motions.jog import JointVelocity as JointVelocity
     from bioscara.planning.motions.jog import ToolVelocity as ToolVelocity
+    from bioscara.remote import RemoteRobot as RemoteRobot
     from bioscara.report.recording import Recording as Recording
     from bioscara.robot.operations.operation import Operation as Operation
     from bioscara.robot.operations.operation import Status as Status
@@ -71,12 +74,14 @@ _MODULES = {
         "HardwareError",
         "HomingError",
         "InvalidArgumentError",
+        "LeaseError",
         "LifecycleError",
         "MotionCancelledError",
         "MotionTimeoutError",
         "NotHomedError",
         "NotInitializedError",
         "NotSupportedError",
+        "OwnerLostError",
         "TrajectoryError",
         "UnreachableError",
         "ZoneError",
@@ -107,6 +112,7 @@ _MODULES = {
         "JointVelocity",
         "ToolVelocity",
     ),
+    "bioscara.remote": ("RemoteRobot",),
     "bioscara.report.recording": ("Recording",),
     "bioscara.robot.operations.operation": (
         "Operation",
@@ -151,6 +157,7 @@ __all__ = [
     "InvalidArgumentError",
     "JointVelocity",
     "Joints",
+    "LeaseError",
     "LifecycleError",
     "Load",
     "Motion",
@@ -161,11 +168,13 @@ __all__ = [
     "NotInitializedError",
     "NotSupportedError",
     "Operation",
+    "OwnerLostError",
     "Plan",
     "Planner",
     "Pose",
     "Prism",
     "Recording",
+    "RemoteRobot",
     "Robot",
     "Scene",
     "Status",

@@ -42,7 +42,14 @@
     ├── FaultedError                  the arm is stopped by an unacknowledged fault
     ├── BusyError                     another call is using the arm
     ├── MotionTimeoutError            a motion took longer than it may
-    └── MotionCancelledError          a motion was cancelled
+    ├── MotionCancelledError          a motion was cancelled
+    └── OwnerError                    the process that owns the arm, or the way to it
+        ├── OwnerLostError            ... it does not run, or does not answer
+        ├── BusyOwnerError            ... another one runs, or it has too much to do
+        ├── LeaseError                ... another client commands the arm, or none does
+        ├── ConflictError             ... another client has changed the value since
+        ├── ProtocolError             ... a message cannot be understood
+        └── AccessError               ... this user or client may not do that
 
 Messages are one printable line: unprintable characters in external names are escaped.
 
@@ -502,3 +509,61 @@ class FaultedError(BioscaraError):
     """A fault is latched: acknowledge and recover it before the arm moves again."""
 
     code = -270
+
+
+class OwnerError(BioscaraError):
+    """The process that owns an arm failed, or cannot be used."""
+
+    code = -280
+
+
+class OwnerLostError(OwnerError):
+    """The owner of an arm does not run or does not answer; its joints stop by themselves."""
+
+    code = -281
+
+
+class BusyOwnerError(OwnerError):
+    """Another owner has the arm, or the owner has too many requests; nothing was done."""
+
+    code = -282
+
+
+class LeaseError(OwnerError):
+    """Another client commands the arm, or the lease of this one has lapsed; nothing was done.
+
+    Attributes:
+        holder: Name of the client that commands the arm; empty if none does.
+    """
+
+    code = -283
+
+    def __init__(self, message: str, holder: str = "") -> None:
+        self.holder = holder
+        super().__init__(message)
+
+
+class ConflictError(OwnerError):
+    """Another client has changed a value since it was read; nothing was changed.
+
+    Attributes:
+        revision: Number that the value has now.
+    """
+
+    code = -284
+
+    def __init__(self, message: str, revision: int = 0) -> None:
+        self.revision = revision
+        super().__init__(message)
+
+
+class ProtocolError(OwnerError):
+    """A message between a client and an owner cannot be understood."""
+
+    code = -285
+
+
+class AccessError(OwnerError):
+    """This user or client may not do that."""
+
+    code = -286

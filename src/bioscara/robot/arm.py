@@ -7,10 +7,13 @@ import sys
 import threading
 import time
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Any, TypeVar
 
 from bioscara.arguments import flag, number
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
+from bioscara.control.loop.loop import CycleReport
+from bioscara.control.loop.realtime import realtime
 from bioscara.errors import BioscaraError, HardwareError, InvalidArgumentError, NotHomedError
 from bioscara.kinematics import Joints
 from bioscara.robot.connection.arm_session import ArmSession
@@ -29,6 +32,8 @@ _SWITCH_INTERVAL = 0.0005
 
 _PATIENCE = 15.0
 """Time after which a stopped operation is at rest, or in a callback that may never return [s]."""
+_FASTEST = 1000.0
+"""Largest factor between simulated and real time that is accepted."""
 _POLL = 0.1
 """Polling period of a thread that waits for its turn, in case it is not notified [s]."""
 
@@ -51,6 +56,8 @@ class Arm:
         arbiter: Admits one operation to each device.
         jaws: The widths that the gripper's jaws may have.
         paused: Whether all motions are paused.
+        observers: Called at the end of each control cycle, in the thread that runs it; must return
+            at once and raise nothing.
     """
 
     def __init__(
@@ -65,6 +72,7 @@ class Arm:
         self.jaws = JawWidths(session.gripper, session.parameters.gripper)
         self.arbiter = Arbiter()
         self.paused = False
+        self.observers: tuple[Callable[[CycleReport], object], ...] = ()
         self._pace_homing = flag("pace_homing", pace_homing)
         self._pace_motion = flag("pace_motion", pace_motion)
         self._speed_override = 1.0
@@ -73,6 +81,8 @@ class Arm:
         self._stepper: threading.Thread | None = None
         self._runner: threading.Thread | None = None
         self._watched = False
+        self._priority: int | None = None
+        self._arranging = threading.Lock()
 
     @property
     def stack(self) -> Stack:
@@ -91,12 +101,15 @@ class Arm:
     @property
     def workspace(self) -> Workspace:
         """Tool, scene, load, speed limit and the widths that the jaws may have now."""
-        self._workspace = self._workspace.with_widths(*self.jaws.range())
-        return self._workspace
+        # Another thread may replace the workspace meanwhile, which must not be undone here.
+        with self._arranging:
+            self._workspace = self._workspace.with_widths(*self.jaws.range())
+            return self._workspace
 
     def use_workspace(self, workspace: Workspace) -> None:
         """Replace the workspace, for plans, jogs and limits; only within an operation."""
-        self._workspace = workspace
+        with self._arranging:
+            self._workspace = workspace
         if self.session.connected:
             self.stack.use_workspace(workspace)
 
@@ -163,8 +176,12 @@ class Arm:
                 raise NotHomedError(f"{name} is not homed: {reason}", name)
         return Joints(*states.positions)
 
-    def begin(self, operation: Operation[Any]) -> None:
+    def begin(self, operation: Operation[Any], admit: Callable[[], object] | None = None) -> None:
         """Claim the devices of an operation and prepare it; :meth:`step` then advances it.
+
+        Args:
+            operation: The operation.
+            admit: Called once its devices are claimed; raises to refuse it.
 
         Raises:
             BusyError: Another operation uses one of the devices, or this is called from a callback
@@ -176,7 +193,7 @@ class Arm:
         with self._beginning:
             self._operations = (*self._operations, operation)
         try:
-            operation.begin(self)
+            operation.begin(self, admit)
         except BaseException:
             self._forget_ended()
             raise
@@ -214,14 +231,35 @@ class Arm:
         self.begin(operation)
         self._ensure_runner()
 
-    def watch(self) -> None:
+    @property
+    def watched(self) -> bool:
+        """Whether the control loop runs, and goes on until the shutdown."""
+        return self._watched
+
+    def watch(self, *, priority: int | None = None, speed: float = 1.0) -> None:
         """Run the control loop in a thread of its own, in real time, until the shutdown.
+
+        Args:
+            priority: Real-time priority of the thread, 1 to 99; None for none.
+            speed: Factor by which simulated time is faster than real time.
 
         Raises:
             NotInitializedError: The arm is not connected.
+            InvalidArgumentError: The speed is not above zero, or the time is not simulated.
         """
         _ = self.stack
+        speed, clock = number("speed", speed), self.session.clock
+        if not 0.0 < speed <= _FASTEST:
+            raise InvalidArgumentError(f"speed {speed:g} is outside 0 .. {_FASTEST:g}")
+        if isinstance(clock, PacedClock):
+            clock.speed = speed
+        elif speed != 1.0:
+            raise InvalidArgumentError(
+                f"speed {speed:g}: only the arm simulated in this process can be faster than real "
+                "time"
+            )
         self._pace_homing = self._pace_motion = self._watched = True
+        self._priority = priority
         self.pace(homing=False)
         self._ensure_runner()
 
@@ -265,6 +303,8 @@ class Arm:
             cycle = self.stack.loop.step()
             for operation in self._operations:
                 operation.observe(cycle)
+            for observer in self.observers:
+                observer(cycle)
 
     def restart_loop(self) -> None:
         """Begin the cycles anew after a time without them, unless another operation needs them."""
@@ -389,7 +429,10 @@ class Arm:
         sys.setswitchinterval(min(sys.getswitchinterval(), _SWITCH_INTERVAL))
         while True:
             try:
-                self.run(lambda: not self._watched)
+                with ExitStack() as conditions:
+                    if self._priority is not None:
+                        conditions.enter_context(realtime(self._priority))
+                    self.run(lambda: not self._watched)
             except BaseException:
                 if not self._operations:
                     # The next operation needs another thread.

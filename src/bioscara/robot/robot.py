@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import math
 from collections.abc import AsyncIterator, Callable, Collection, Sequence
+from importlib import import_module
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -181,11 +182,13 @@ class Robot:
         evidence: Path = FAULTS,
         reduced_speed: bool = True,
     ) -> Self:
-        """Return the arm on the bus of this name.
+        """Return the arm on the bus of this name, or the one that another process owns.
 
         Args:
             name: ``linux:1``, ``linux:/dev/i2c-1``, or ``sim:/path.sock`` for an arm that
-                ``bioscara simulate`` runs.
+                ``bioscara simulate`` runs; or ``arm:NAME`` for one that ``bioscara serve`` owns,
+                whose owner decides all the following. That is a ``bioscara.RemoteRobot``, with the
+                interface of this class.
             parameters: Parameters of the arm; by default the committed ones, with the overlay that
                 the environment variable ``BIOSCARA_PARAMETERS`` names, if any.
             rate: Control cycles per second [Hz]; None for the rate that suits the joints.
@@ -193,9 +196,18 @@ class Robot:
             reduced_speed: Whether the tool keeps to 250 mm/s.
 
         Raises:
-            InvalidArgumentError: There is no bus of that name.
+            InvalidArgumentError: There is no bus of that name, or an argument is the owner's.
             ConfigurationError: The overlay cannot be used.
         """
+        if isinstance(name, str) and name.startswith("arm:"):
+            if (parameters, rate, evidence, reduced_speed) != (None, None, FAULTS, True):
+                raise InvalidArgumentError(
+                    f"{name}: its owner has the parameters, the rate, the folder of evidence and "
+                    "the speed limit; leave them out, and set robot.reduced_speed when connected"
+                )
+            # By name: clients are above robots, and most programs have none.
+            remote: Self = import_module("bioscara.remote").RemoteRobot(name.removeprefix("arm:"))
+            return remote
         parameters = own_parameters() if parameters is None else _require_parameters(parameters)
         devices = devices_on(name, parameters)
         return cls(
@@ -266,16 +278,26 @@ class Robot:
         """
         return self._arm.shutdown()
 
-    def watch(self) -> None:
+    @property
+    def arm(self) -> Arm:
+        """What runs the operations of this robot, for programs that have their own ones."""
+        return self._arm
+
+    def watch(self, *, priority: int | None = None, speed: float = 1.0) -> None:
         """Run the control loop in a thread of its own from now on, also while nothing moves.
 
         Faults of a standing arm are then noticed, and systemd is notified. The simulated arm then
         moves in real time.
 
+        Args:
+            priority: Real-time priority of the thread, 1 to 99; None for none.
+            speed: Factor by which an arm simulated in this process is faster than real time.
+
         Raises:
             NotInitializedError: The robot is not connected.
+            InvalidArgumentError: The speed is not possible.
         """
-        self._arm.watch()
+        self._arm.watch(priority=priority, speed=speed)
 
     def stop(self) -> None:
         """Stop all motion on its path and end a pause, from any thread; returns at once.

@@ -19,12 +19,14 @@ class PacedClock:
 
     Attributes:
         paced: Whether time is held back; may be changed at any time.
+        speed: Simulated time that may pass in a second of real time [s/s]; set while not paced.
     """
 
     def __init__(self, clock: Clock, wall: Clock | None = None) -> None:
         self._clock = clock
         self._wall: Clock = MonotonicClock() if wall is None else wall
         self._paced = False
+        self.speed = 1.0
         self._lead = 0.0
 
     @property
@@ -35,7 +37,7 @@ class PacedClock:
     @paced.setter
     def paced(self, paced: bool) -> None:
         self._paced = paced
-        self._lead = self._wall.now() - self._clock.now()
+        self._lead = self._wall.now() - self._clock.now() / self.speed
 
     def now(self) -> float:
         """Return the simulated time [s]."""
@@ -45,7 +47,7 @@ class PacedClock:
         """Let the simulation run until ``deadline`` [s]; if paced, return no earlier than due."""
         self._clock.sleep_until(deadline)
         if self._paced:
-            due = self._clock.now() + self._lead
+            due = self._clock.now() / self.speed + self._lead
             behind = self._wall.now() - due
             if behind > _LOST:
                 self._lead += behind

@@ -44,3 +44,5 @@ class Recover(Operation[None]):
         now = arm.session.clock.now()
         stack.supervisor.recover(now)
         stack.broadcast(now)
+        # Recovery takes longer than a cycle.
+        arm.restart_loop()

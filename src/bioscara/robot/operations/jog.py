@@ -27,6 +27,9 @@ class Jog(Operation[None]):
         timeout: Longest duration [s]; None for no limit.
         on_cycle: Receives the record of each cycle.
 
+    Attributes:
+        velocities: As given.
+
     Raises:
         InvalidArgumentError: ``velocities`` cannot be called.
     """
@@ -46,7 +49,7 @@ class Jog(Operation[None]):
                 f"jog() is given {shown(velocities)}; give a function that returns the velocity, "
                 "or None to end"
             )
-        self._velocities = velocities
+        self.velocities = velocities
 
     def prepare(self, arm: Arm) -> None:
         """Check that the arm may be jogged from where it is."""
@@ -65,7 +68,7 @@ class Jog(Operation[None]):
 
         def done() -> bool:
             nonlocal ended, since
-            now, velocity = clock.now(), None if ended else self._velocities()
+            now, velocity = clock.now(), None if ended else self.velocities()
             ended = velocity is None
             if velocity is not None:
                 stack.jog.command(velocity, now, arm.speed_of(self))

@@ -118,8 +118,13 @@ class Operation(ABC, Generic[T]):
     def cycles(self, arm: Arm) -> Cycles[T]:
         """Run the operation up to each control cycle that it needs; return its result."""
 
-    def begin(self, arm: Arm) -> None:
+    def begin(self, arm: Arm, admit: Callable[[], object] | None = None) -> None:
         """Claim the devices and prepare the operation; nothing moves yet.
+
+        Args:
+            arm: The arm.
+            admit: Called once the devices are claimed, when no stop can be missed any more; raises
+                to refuse the operation.
 
         Raises:
             BusyError: Another operation uses one of the devices.
@@ -132,6 +137,8 @@ class Operation(ABC, Generic[T]):
         self.claim = Claim(self.name, self.devices)
         try:
             arm.arbiter.take(self.claim)
+            if admit is not None:
+                admit()
             self.prepare(arm)
             if self._on_cycle is not None:
                 self._recorder = CycleRecorder(arm.stack, arm.session.begin)

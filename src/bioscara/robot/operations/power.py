@@ -31,6 +31,8 @@ class Disable(Operation[None]):
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Disable the joints, without a control cycle."""
         arm.session.disable()
+        # Disabling takes longer than a cycle.
+        arm.restart_loop()
         yield from ()
 
 

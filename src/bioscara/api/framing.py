@@ -1,0 +1,68 @@
+"""Messages as bytes: a length, then msgpack, or JSON where the first message is JSON."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from typing import Any
+
+import msgspec
+
+from bioscara.api.messages import FromClient, FromOwner
+from bioscara.errors import ProtocolError
+
+REQUEST_MAX = 4 << 20
+"""Longest message of a client [byte]: a trajectory of 20 minutes at 100 Hz."""
+ANSWER_MAX = 64 << 20
+"""Longest message of an owner [byte]."""
+_LENGTH = struct.Struct(">I")
+
+encode_packed = msgspec.msgpack.Encoder().encode
+encode_json = msgspec.json.Encoder().encode
+from_client: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(FromClient)
+from_owner: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(FromOwner)
+json_from_client: msgspec.json.Decoder[Any] = msgspec.json.Decoder(FromClient)
+
+
+def framed(payload: bytes) -> bytes:
+    """Return a message with its length before it."""
+    return _LENGTH.pack(len(payload)) + payload
+
+
+def packed(message: object) -> bytes:
+    """Return a message as msgpack with its length before it."""
+    return framed(encode_packed(message))
+
+
+class Frames:
+    """Splits a stream of bytes into messages.
+
+    Args:
+        longest: Longest message that is accepted [byte].
+    """
+
+    def __init__(self, longest: int) -> None:
+        self._longest = longest
+        self._buffer = bytearray()
+
+    def feed(self, data: bytes) -> Iterator[bytes]:
+        """Take received bytes; yield the messages that are complete.
+
+        Raises:
+            ProtocolError: A message is announced that is too long.
+        """
+        buffer = self._buffer
+        buffer += data
+        while len(buffer) >= _LENGTH.size:
+            (length,) = _LENGTH.unpack_from(buffer)
+            if length > self._longest:
+                raise ProtocolError(
+                    f"a message of {length} bytes is announced, and at most {self._longest} are "
+                    "accepted"
+                )
+            end = _LENGTH.size + length
+            if len(buffer) < end:
+                return
+            message = bytes(memoryview(buffer)[_LENGTH.size : end])
+            del buffer[:end]
+            yield message

@@ -1,0 +1,1244 @@
+"""Every message between an owner and its clients, as structs.
+
+A connection begins with :class:`ClientHello` and its answer :class:`Welcome`. Then the client sends
+:class:`ClientRequest`, each answered by one :class:`Response` or :class:`RequestFailed` of the same
+number, and the owner sends :class:`StateSample`, :class:`Event` and :class:`GoalCycle` to those who
+subscribed.
+
+Lengths are in m, angles in rad, times in s. A number that is unknown is NaN, and null in JSON;
+a speed without a limit is infinite, and null in JSON. A pose is ``[x, y, z, yaw]``.
+"""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar, Literal
+
+import msgspec
+
+from bioscara.kinematics import Pose
+from bioscara.model import ArmParameters
+from bioscara.planning.collision.arm_bodies import Body
+from bioscara.planning.collision.scene import Box, Cylinder
+from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
+from bioscara.planning.motions.waypoints import Waypoint
+from bioscara.report import CycleRecord
+from bioscara.robot.workspace.load import Load
+from bioscara.robot.workspace.poses import TeachTable
+from bioscara.robot.workspace.tools import Tool
+
+VERSION = 1
+"""Version of the messages; owner and client of different ones do not understand each other."""
+NAME_MAX = 64
+"""Longest name of a client, and of a session [characters]."""
+
+OnLeaseLoss = Literal["stop", "finish"]
+"""What a goal does when the lease of its client lapses."""
+
+
+class ApiMessage(msgspec.Struct, frozen=True, tag_field="kind", tag=True):
+    """Base of the messages: the field ``kind`` tells them apart."""
+
+
+class Value(msgspec.Struct, frozen=True):
+    """Base of the values within messages."""
+
+
+# Values.
+
+
+class TrajectoryValue(Value, frozen=True):
+    """A trajectory, as :class:`bioscara.Trajectory`.
+
+    Attributes:
+        joint_names: The joints.
+        times: Time of each point [s].
+        positions: For each point one for each joint.
+        velocities: Likewise, or null.
+        accelerations: Likewise, or null; need velocities.
+    """
+
+    joint_names: tuple[str, ...]
+    times: tuple[float, ...]
+    positions: tuple[tuple[float, ...], ...]
+    velocities: tuple[tuple[float, ...], ...] | None = None
+    accelerations: tuple[tuple[float, ...], ...] | None = None
+
+
+class BoxZone(Value, frozen=True, tag_field="kind", tag="box"):
+    """A zone that is a box."""
+
+    zone: Box
+
+
+class CylinderZone(Value, frozen=True, tag_field="kind", tag="cylinder"):
+    """A zone that is a cylinder."""
+
+    zone: Cylinder
+
+
+class SceneValue(Value, frozen=True):
+    """The surroundings of the arm, as :class:`bioscara.Scene`.
+
+    Attributes:
+        zones: Spaces to keep in or out of.
+        table_height: Height of the table's top, or null.
+        margin: Distance to keep from everything.
+        mounted: Bodies that the wrist carries; null for the gripper.
+    """
+
+    zones: tuple[BoxZone | CylinderZone, ...] = ()
+    table_height: float | None = None
+    margin: float = 5e-3
+    mounted: tuple[Body, ...] | None = None
+
+
+class FailureValue(Value, frozen=True):
+    """An error, raised as the same class on the other side.
+
+    Attributes:
+        error: Name of its class.
+        code: Its number, as docs/errors.md lists them.
+        text: Its message.
+        data: Its attributes.
+    """
+
+    error: str
+    code: int
+    text: str
+    data: dict[str, Any] = {}
+
+
+class FaultValue(Value, frozen=True):
+    """A fault of the arm.
+
+    Attributes:
+        fault: Its kind, as ``STALL``.
+        source: Joint, component or controller that it concerns.
+        text: What happened, and the action required of a person.
+        cause: The error behind it.
+        time: When it was detected, on the arm's clock.
+        evidence: Name of its flight record, once that is written; else null.
+    """
+
+    fault: str
+    source: str
+    text: str
+    cause: FailureValue
+    time: float
+    evidence: str | None = None
+
+
+class GripperValue(Value, frozen=True):
+    """How a motion of the jaws ended, as control_msgs has it.
+
+    Attributes:
+        position: Width between the jaws.
+        velocity: As measured.
+        reached_goal: Whether the width is the goal's.
+        stalled: Whether the jaws were held up.
+        quality: Reliability: 0 fresh, 1 stale, 2 assumed, 3 unknown.
+    """
+
+    position: float
+    velocity: float
+    reached_goal: bool
+    stalled: bool
+    quality: int
+
+
+class GoalValue(Value, frozen=True):
+    """A goal: something that the arm does, did, or refused to do.
+
+    Attributes:
+        goal: Its number, counted from 1 since the owner began.
+        name: What it does, as ``move_to()``.
+        client: Who sent it.
+        status: ``waiting``, ``running``, ``paused``, ``stopping``, ``succeeded``, ``cancelled`` or
+            ``failed``.
+        progress: Share that is done, 0 to 1; NaN if that is unknown.
+        failure: Why it ended early; null otherwise.
+        gripper: How the jaws ended, for their goals.
+        duration: Planned duration of its trajectory; NaN without one.
+        notes: Notes on its plan for the user.
+    """
+
+    goal: int
+    name: str
+    client: str
+    status: str
+    progress: float
+    failure: FailureValue | None = None
+    gripper: GripperValue | None = None
+    duration: float = float("nan")
+    notes: tuple[str, ...] = ()
+
+    @property
+    def done(self) -> bool:
+        """Whether it has ended."""
+        return self.status in {"succeeded", "cancelled", "failed"}
+
+
+class LeaseValue(Value, frozen=True):
+    """Who may command the arm.
+
+    Attributes:
+        client: Name of the holder; null while nobody holds it.
+        epoch: Number of the lease; every commanding request carries it.
+        remaining: Time until it lapses unless it is renewed.
+    """
+
+    client: str | None
+    epoch: int
+    remaining: float
+
+
+# Tasks: what a goal does.
+
+
+class Task(ApiMessage, frozen=True, forbid_unknown_fields=True):
+    """Base of the tasks of a goal."""
+
+
+class PlannedMotion(Task, frozen=True, kw_only=True):
+    """A motion that is planned, then executed; ``kind`` is its method of ``robot.plan``.
+
+    Attributes:
+        velocity_scaling: Share of the speed limits to use, 0.001 to 1.
+        acceleration_scaling: Share of the acceleration limits to use, 0.001 to 1.
+    """
+
+    velocity_scaling: float = 1.0
+    acceleration_scaling: float = 1.0
+
+
+class MoveJoints(PlannedMotion, frozen=True, kw_only=True, tag="move_joints"):
+    """Move all joints to positions.
+
+    Attributes:
+        goal: One for each joint.
+    """
+
+    goal: tuple[float, ...]
+
+
+class MoveTo(PlannedMotion, frozen=True, kw_only=True, tag="move_to"):
+    """Move to a pose by the closest joint solution."""
+
+    pose: Pose
+
+
+class MoveLinear(PlannedMotion, frozen=True, kw_only=True, tag="move_linear"):
+    """Move to a pose along a line."""
+
+    pose: Pose
+
+
+class MoveRelative(PlannedMotion, frozen=True, kw_only=True, tag="move_relative"):
+    """Move along a line by a displacement along the axes of the base."""
+
+    x: float = 0.0
+    y: float = 0.0
+    z: float = 0.0
+    yaw: float = 0.0
+
+
+class MoveCircular(PlannedMotion, frozen=True, kw_only=True, tag="move_circular"):
+    """Move to a pose along an arc through another one."""
+
+    via: Pose
+    pose: Pose
+
+
+class MoveNamed(PlannedMotion, frozen=True, kw_only=True, tag="move_named"):
+    """Move to a pose of the teach table."""
+
+    name: str
+
+
+class MoveSequence(PlannedMotion, frozen=True, kw_only=True, tag="move_sequence"):
+    """Move along waypoints with rounded corners."""
+
+    waypoints: tuple[Waypoint, ...]
+
+
+class Unfold(PlannedMotion, frozen=True, kw_only=True, tag="unfold"):
+    """Open the elbow alone."""
+
+
+Motion = (
+    MoveJoints
+    | MoveTo
+    | MoveLinear
+    | MoveRelative
+    | MoveCircular
+    | MoveNamed
+    | MoveSequence
+    | Unfold
+)
+"""The motions that can be planned."""
+
+
+class HomeTask(Task, frozen=True, tag="home"):
+    """Home the joints that are not homed.
+
+    Attributes:
+        sensitivity: Position error that counts as a touch: one for all joints, by their names, or
+            null for the configured ones.
+        current: Drive current [%], likewise.
+    """
+
+    sensitivity: int | dict[str, int] | None = None
+    current: int | dict[str, int] | None = None
+
+
+class Follow(Task, frozen=True, tag="follow"):
+    """Follow a trajectory.
+
+    Attributes:
+        trajectory: The trajectory.
+        approach: Whether to move to its start from anywhere.
+        planned: Whether it was planned by this software: it is then smooth already.
+    """
+
+    trajectory: TrajectoryValue
+    approach: bool = False
+    planned: bool = False
+
+
+class Execute(Task, frozen=True, tag="execute"):
+    """Execute a plan that was made before.
+
+    Attributes:
+        plan: Its number.
+    """
+
+    plan: int
+
+
+class JogTask(Task, frozen=True, tag="jog"):
+    """Move by streamed velocities, until :class:`EndJog`."""
+
+
+class MoveGripperTask(Task, frozen=True, tag="move_gripper"):
+    """Move the jaws to a width."""
+
+    width: float
+
+
+class OpenGripperTask(Task, frozen=True, tag="open_gripper"):
+    """Move the jaws to their largest width."""
+
+
+class CloseGripperTask(Task, frozen=True, tag="close_gripper"):
+    """Move the jaws to their smallest width."""
+
+
+class GraspTask(Task, frozen=True, tag="grasp"):
+    """Close the jaws on a load, then attach it.
+
+    Attributes:
+        load: The load.
+        width: Its width between the jaws; null for that of its shape.
+        squeeze: By how much the commanded width is smaller; null for the usual one.
+    """
+
+    load: Load
+    width: float | None = None
+    squeeze: float | None = None
+
+
+class ReleaseLoad(Task, frozen=True, tag="release_load"):
+    """Open the jaws, then detach the load.
+
+    Attributes:
+        opening: By how much they open; null for the usual one.
+    """
+
+    opening: float | None = None
+
+
+class EnableTask(Task, frozen=True, tag="enable"):
+    """Enable all joints at their positions."""
+
+
+class DisableTask(Task, frozen=True, tag="disable"):
+    """Bring all joints to rest and disable them."""
+
+
+class EnableGripperTask(Task, frozen=True, tag="enable_gripper"):
+    """Drive the servo of the gripper."""
+
+
+class DisableGripperTask(Task, frozen=True, tag="disable_gripper"):
+    """Release the servo of the gripper."""
+
+
+class AcknowledgeTask(Task, frozen=True, tag="acknowledge"):
+    """Acknowledge the faults and write their evidence."""
+
+
+class RecoverTask(Task, frozen=True, tag="recover"):
+    """Clear acknowledged faults."""
+
+
+class WorkspaceChange(Task, frozen=True, kw_only=True):
+    """A change of the workspace.
+
+    Attributes:
+        revision: Number of the workspace that it applies to; null for any. Refused with a
+            ConflictError if another client has changed the workspace since.
+    """
+
+    revision: int | None = None
+
+
+class SetScene(WorkspaceChange, frozen=True, kw_only=True, tag="set_scene"):
+    """Replace the scene."""
+
+    scene: SceneValue
+
+
+class SetTable(WorkspaceChange, frozen=True, kw_only=True, tag="set_table"):
+    """Replace the tools, poses and frames that have names."""
+
+    table: TeachTable
+
+
+class SetTool(WorkspaceChange, frozen=True, kw_only=True, tag="set_tool"):
+    """Mount another tool of the table.
+
+    Attributes:
+        name: Its name.
+    """
+
+    name: str
+
+
+class SetReducedSpeed(WorkspaceChange, frozen=True, kw_only=True, tag="set_reduced_speed"):
+    """Let the tool keep to 250 mm/s, or not."""
+
+    reduced: bool
+
+
+class AttachTask(WorkspaceChange, frozen=True, kw_only=True, tag="attach"):
+    """Declare that the tool carries a load."""
+
+    load: Load
+
+
+class DetachTask(WorkspaceChange, frozen=True, kw_only=True, tag="detach"):
+    """Declare that the tool carries nothing."""
+
+
+class LoadController(Task, frozen=True, tag="load_controller"):
+    """Create a controller, as ros2_control does.
+
+    Attributes:
+        name: Its name.
+        type: Its type, as ``forward_command_controller/ForwardCommandController``.
+        parameters: Its parameters.
+    """
+
+    name: str
+    type: str
+    parameters: dict[str, Any] = {}
+
+
+class ConfigureController(Task, frozen=True, tag="configure_controller"):
+    """Make a controller inactive."""
+
+    name: str
+
+
+class CleanupController(Task, frozen=True, tag="cleanup_controller"):
+    """Make an inactive controller unconfigured."""
+
+    name: str
+
+
+class UnloadController(Task, frozen=True, tag="unload_controller"):
+    """Remove a controller."""
+
+    name: str
+
+
+class SwitchControllers(Task, frozen=True, tag="switch_controllers"):
+    """Change which controllers are active.
+
+    Attributes:
+        activate: Names of controllers to activate.
+        deactivate: Names of controllers to deactivate.
+        strict: Whether one that cannot be switched refuses all.
+    """
+
+    activate: tuple[str, ...] = ()
+    deactivate: tuple[str, ...] = ()
+    strict: bool = True
+
+
+class SetHardwareState(Task, frozen=True, tag="set_hardware_state"):
+    """Bring a hardware component to a lifecycle state.
+
+    Attributes:
+        component: Its name.
+        state: ``unconfigured``, ``inactive``, ``active`` or ``finalized``.
+    """
+
+    component: str
+    state: str
+
+
+class SimulateFault(Task, frozen=True, tag="simulate_fault"):
+    """Let a simulated arm fail; refused on a real one.
+
+    Attributes:
+        fault: ``reset``, ``power``, ``motor_power``, ``hang``, ``overheat``, ``freeze_encoder``,
+            ``obstacle``, ``clear_obstacles`` or ``push``.
+        joint: The joint; not used by ``motor_power``.
+        value: Whether it is on, 1 or 0; the position of an obstacle; the force of a push.
+    """
+
+    fault: str
+    joint: str = ""
+    value: float = 1.0
+
+
+AnyTask = (
+    Motion
+    | HomeTask
+    | Follow
+    | Execute
+    | JogTask
+    | MoveGripperTask
+    | OpenGripperTask
+    | CloseGripperTask
+    | GraspTask
+    | ReleaseLoad
+    | EnableTask
+    | DisableTask
+    | EnableGripperTask
+    | DisableGripperTask
+    | AcknowledgeTask
+    | RecoverTask
+    | SetScene
+    | SetTable
+    | SetTool
+    | SetReducedSpeed
+    | AttachTask
+    | DetachTask
+    | LoadController
+    | ConfigureController
+    | CleanupController
+    | UnloadController
+    | SwitchControllers
+    | SetHardwareState
+    | SimulateFault
+)
+
+
+# Commands: the bodies of requests.
+
+
+class Command(ApiMessage, frozen=True, forbid_unknown_fields=True):
+    """Base of the commands.
+
+    Attributes:
+        needs_lease: Whether the request has to carry the epoch of a lease.
+    """
+
+    needs_lease: ClassVar[bool] = False
+
+
+class Start(Command, frozen=True, kw_only=True, tag="start"):
+    """Begin a goal; answered by :class:`Accepted`. Its end is an event, and :class:`GetGoal`.
+
+    Attributes:
+        task: What it does.
+        timeout: Longest duration; null for no limit.
+        on_lease_loss: Whether it is stopped or finishes when the lease of its client lapses.
+        records: Whether the client gets a :class:`GoalCycle` at the end of each control cycle.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    task: AnyTask
+    timeout: float | None = None
+    on_lease_loss: OnLeaseLoss = "stop"
+    records: bool = False
+
+
+class SetJogVelocity(Command, frozen=True, kw_only=True, tag="set_jog_velocity"):
+    """Set the velocity of a jog; without another one within 0.15 s the arm comes to rest.
+
+    Attributes:
+        goal: Number of the jog.
+        joints: Velocities of the joints, or null.
+        tool: Velocity of the tool, or null; one of the two is given.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    goal: int
+    joints: JointVelocity | None = None
+    tool: ToolVelocity | None = None
+
+
+class EndJog(Command, frozen=True, tag="end_jog"):
+    """End a jog; it succeeds once the arm is at rest."""
+
+    needs_lease: ClassVar[bool] = True
+
+    goal: int
+
+
+class Cancel(Command, frozen=True, tag="cancel"):
+    """Bring a goal to rest and end it."""
+
+    needs_lease: ClassVar[bool] = True
+
+    goal: int
+
+
+class PauseGoal(Command, frozen=True, tag="pause_goal"):
+    """Pause a goal on its path."""
+
+    needs_lease: ClassVar[bool] = True
+
+    goal: int
+
+
+class ResumeGoal(Command, frozen=True, tag="resume_goal"):
+    """Continue a paused goal."""
+
+    needs_lease: ClassVar[bool] = True
+
+    goal: int
+
+
+class Pause(Command, frozen=True, tag="pause"):
+    """Bring all motion to rest on its path, until :class:`Resume`; needs no lease."""
+
+
+class Resume(Command, frozen=True, tag="resume"):
+    """Continue the motion that was paused."""
+
+    needs_lease: ClassVar[bool] = True
+
+
+class SetSpeedOverride(Command, frozen=True, tag="set_speed_override"):
+    """Set the share of the planned speed at which the arm moves, 0 to 1."""
+
+    needs_lease: ClassVar[bool] = True
+
+    share: float
+
+
+class StopAll(Command, frozen=True, tag="stop"):
+    """Stop all motion on its path; needs no lease, and revokes that of another client."""
+
+
+class MakePlan(Command, frozen=True, tag="make_plan"):
+    """Plan a motion without moving; answered by :class:`PlanMade`. Needs no lease.
+
+    Attributes:
+        motion: The motion.
+    """
+
+    motion: Motion
+
+
+class AcquireLease(Command, frozen=True, kw_only=True, tag="acquire_lease"):
+    """Become the one who commands; answered by :class:`LeaseState`.
+
+    Attributes:
+        time_to_live: Time after which it lapses unless it is renewed, 0.2 to 60 s.
+        force: Whether to take it from another client; an event tells all.
+    """
+
+    time_to_live: float = 2.0
+    force: bool = False
+
+
+class RenewLease(Command, frozen=True, tag="renew_lease"):
+    """Let the lease lapse later; answered by :class:`LeaseState`."""
+
+    needs_lease: ClassVar[bool] = True
+
+
+class ReleaseLease(Command, frozen=True, tag="release_lease"):
+    """Give the lease back; goals that would be stopped by its lapse are stopped."""
+
+    needs_lease: ClassVar[bool] = True
+
+
+class GetState(Command, frozen=True, tag="get_state"):
+    """Ask for the newest :class:`StateSample`."""
+
+
+class GetDescription(Command, frozen=True, tag="get_description"):
+    """Ask for the :class:`Description` of the arm."""
+
+
+class GetWorkspace(Command, frozen=True, tag="get_workspace"):
+    """Ask for the :class:`WorkspaceState`."""
+
+
+class GetFaults(Command, frozen=True, tag="get_faults"):
+    """Ask for the :class:`FaultList`."""
+
+
+class GetGoal(Command, frozen=True, tag="get_goal"):
+    """Ask for the :class:`GoalState` of a goal.
+
+    Attributes:
+        goal: Its number.
+    """
+
+    goal: int
+
+
+class GetLease(Command, frozen=True, tag="get_lease"):
+    """Ask for the :class:`LeaseState`."""
+
+
+class GetStatistics(Command, frozen=True, tag="get_statistics"):
+    """Ask for the :class:`Statistics`."""
+
+
+class GetParameters(Command, frozen=True, tag="get_parameters"):
+    """Ask for the :class:`ParametersState`: the overlay of this arm."""
+
+
+class SetParameters(Command, frozen=True, kw_only=True, tag="set_parameters"):
+    """Write the overlay of this arm, checked; it applies from the owner's next start on.
+
+    Attributes:
+        overlay: The text of the file.
+        revision: Number of the overlay that it replaces.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    overlay: str
+    revision: int
+
+
+class ListControllers(Command, frozen=True, tag="list_controllers"):
+    """Ask for the :class:`ControllerList`."""
+
+
+class ListFlightRecords(Command, frozen=True, tag="list_flight_records"):
+    """Ask for the :class:`FlightRecordList`."""
+
+
+class GetFlightRecord(Command, frozen=True, tag="get_flight_record"):
+    """Ask for a :class:`FlightRecordText`.
+
+    Attributes:
+        name: One of the list.
+    """
+
+    name: str
+
+
+class ListGoals(Command, frozen=True, tag="list_goals"):
+    """Ask for the :class:`GoalList`."""
+
+
+class Subscribe(Command, frozen=True, kw_only=True, tag="subscribe"):
+    """Choose what the owner sends without being asked; answered by :class:`Done`.
+
+    Attributes:
+        states: Whether to send state samples; a slow reader gets the latest, never a queue.
+        period: Least time between two of them.
+        events_after: Number after which to send events, 0 for all that are kept; null for none.
+    """
+
+    states: bool = False
+    period: float = 0.0
+    events_after: int | None = None
+
+
+class Recall(Command, frozen=True, tag="recall"):
+    """Ask for the answer to an earlier request of this session, once there is one.
+
+    Answered by that answer; or by an InvalidArgumentError if the request never arrived.
+
+    Attributes:
+        request: Its number.
+    """
+
+    request: int
+
+
+AnyCommand = (
+    Start
+    | SetJogVelocity
+    | EndJog
+    | Cancel
+    | PauseGoal
+    | ResumeGoal
+    | Pause
+    | Resume
+    | SetSpeedOverride
+    | StopAll
+    | MakePlan
+    | AcquireLease
+    | RenewLease
+    | ReleaseLease
+    | GetState
+    | GetDescription
+    | GetWorkspace
+    | GetFaults
+    | GetGoal
+    | GetLease
+    | GetStatistics
+    | GetParameters
+    | SetParameters
+    | ListControllers
+    | ListFlightRecords
+    | GetFlightRecord
+    | ListGoals
+    | Subscribe
+    | Recall
+)
+
+
+# From the client.
+
+
+class ClientHello(ApiMessage, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="hello"):
+    """First message of a client.
+
+    Attributes:
+        version: :data:`VERSION` of the client.
+        client: Its name, for messages to people.
+        session: A random name that it keeps when it connects again, so that it can ask for answers
+            that it missed.
+    """
+
+    version: int
+    client: str
+    session: str
+
+
+class ClientRequest(
+    ApiMessage, frozen=True, kw_only=True, forbid_unknown_fields=True, tag="request"
+):
+    """A request.
+
+    Attributes:
+        id: Its number, unique in the session and increasing. A request whose number was seen
+            before is not carried out again: its answer is repeated.
+        command: What is requested.
+        epoch: Epoch of the client's lease, for commands that need one.
+    """
+
+    id: int
+    command: AnyCommand
+    epoch: int | None = None
+
+
+FromClient = ClientHello | ClientRequest
+
+
+# From the owner: results.
+
+
+class Result(ApiMessage, frozen=True):
+    """Base of the results."""
+
+
+class Done(Result, frozen=True, tag="done"):
+    """It was done."""
+
+
+class Accepted(Result, frozen=True, tag="accepted"):
+    """The goal was accepted, and has begun.
+
+    Attributes:
+        goal: The goal as it begins.
+    """
+
+    goal: GoalValue
+
+
+class PlanMade(Result, frozen=True, tag="plan_made"):
+    """A plan, kept for :class:`Execute` until 32 others were made.
+
+    Attributes:
+        plan: Its number.
+        trajectory: Its trajectory.
+        notes: Notes on it for the user.
+    """
+
+    plan: int
+    trajectory: TrajectoryValue
+    notes: tuple[str, ...]
+
+
+class LeaseState(Result, frozen=True, tag="lease_state"):
+    """The lease now."""
+
+    lease: LeaseValue
+
+
+class Description(Result, frozen=True, kw_only=True, tag="description"):
+    """Which arm it is.
+
+    Attributes:
+        name: Name of the owner.
+        arm: Which arm on which bus, in words.
+        simulated: Whether it is simulated.
+        parameters: Parameters of the arm.
+        rate: Control cycles per second [Hz].
+        bus_share: Share of each cycle that the exchanges take on the bus.
+        software: Version of the owner's software.
+    """
+
+    name: str
+    arm: str
+    simulated: bool
+    parameters: ArmParameters
+    rate: int
+    bus_share: float
+    software: str
+
+
+class WorkspaceState(Result, frozen=True, kw_only=True, tag="workspace_state"):
+    """Tool, scene, load and speed limit.
+
+    Attributes:
+        revision: Number of the workspace, one higher with each change.
+        scene: The scene.
+        table: The tools, poses and frames.
+        tool: The mounted tool.
+        reduced_speed: Whether the tool keeps to 250 mm/s.
+        load: What it carries, or null.
+        widths: Smallest and largest width that the jaws may have.
+    """
+
+    revision: int
+    scene: SceneValue
+    table: TeachTable
+    tool: Tool
+    reduced_speed: bool
+    load: Load | None
+    widths: tuple[float, float]
+
+
+class FaultList(Result, frozen=True, tag="fault_list"):
+    """The faults that are not recovered from.
+
+    Attributes:
+        state: ``clear``, ``stopping``, ``latched`` or ``acknowledged``.
+        faults: First cause first.
+        warnings: The latest events that stopped nothing.
+    """
+
+    state: str
+    faults: tuple[FaultValue, ...]
+    warnings: tuple[str, ...]
+
+
+class GoalState(Result, frozen=True, tag="goal_state"):
+    """A goal now."""
+
+    goal: GoalValue
+
+
+class GoalList(Result, frozen=True, tag="goal_list"):
+    """The latest goals, oldest first."""
+
+    goals: tuple[GoalValue, ...]
+
+
+class Statistics(Result, frozen=True, kw_only=True, tag="statistics"):
+    """Statistics of the control loop and of the owner.
+
+    Attributes:
+        cycles: Control cycles since the owner began.
+        overruns: Cycles that had not ended when the next was due.
+        late: 50th and 99th percentile and maximum of the delay at their begin.
+        read: Likewise, of the time that reading the joints took.
+        update: Likewise, of controllers and limits.
+        write: Likewise, of writing.
+        clients: Open connections.
+        memory: Resident memory of the owner [byte].
+        uptime: Time since the owner began.
+    """
+
+    cycles: int
+    overruns: int
+    late: tuple[float, float, float]
+    read: tuple[float, float, float]
+    update: tuple[float, float, float]
+    write: tuple[float, float, float]
+    clients: int
+    memory: int
+    uptime: float
+
+
+class ParametersState(Result, frozen=True, tag="parameters_state"):
+    """The overlay of this arm.
+
+    Attributes:
+        revision: Its number, one higher with each change.
+        overlay: Its text; empty if there is none.
+        restart: Whether it was changed since the owner began, which applies it when it starts.
+    """
+
+    revision: int
+    overlay: str
+    restart: bool
+
+
+class InterfaceValue(Value, frozen=True):
+    """One interface of a hardware component.
+
+    Attributes:
+        name: As ``j1/position``.
+        available: Whether it can be used.
+        claimed: Whether a controller commands it.
+    """
+
+    name: str
+    available: bool
+    claimed: bool
+
+
+class ControllerValue(Value, frozen=True):
+    """One controller.
+
+    Attributes:
+        name: Its name.
+        type: Its type.
+        state: Its lifecycle state.
+        update_rate: Updates per second [Hz].
+        claimed: Command interfaces that it has.
+        commands: Command interfaces that it needs.
+        states: State interfaces that it reads.
+    """
+
+    name: str
+    type: str
+    state: str
+    update_rate: float
+    claimed: tuple[str, ...]
+    commands: tuple[str, ...]
+    states: tuple[str, ...]
+
+
+class ComponentValue(Value, frozen=True):
+    """One hardware component.
+
+    Attributes:
+        name: Its name.
+        type: ``system``, ``actuator`` or ``sensor``.
+        plugin: The class behind it.
+        state: Its lifecycle state.
+        rate: How often it is read and written [Hz].
+        commands: Its command interfaces.
+        states: Its state interfaces.
+    """
+
+    name: str
+    type: str
+    plugin: str
+    state: str
+    rate: int
+    commands: tuple[InterfaceValue, ...]
+    states: tuple[InterfaceValue, ...]
+
+
+class ControllerList(Result, frozen=True, tag="controller_list"):
+    """All controllers and hardware components.
+
+    Attributes:
+        controllers: In the order of updates.
+        components: In the order in which they are read.
+        types: Names of the controller types that can be loaded.
+    """
+
+    controllers: tuple[ControllerValue, ...]
+    components: tuple[ComponentValue, ...]
+    types: tuple[str, ...]
+
+
+class FlightRecordList(Result, frozen=True, tag="flight_record_list"):
+    """The flight records of faults.
+
+    Attributes:
+        names: Oldest first.
+    """
+
+    names: tuple[str, ...]
+
+
+class FlightRecordText(Result, frozen=True, tag="flight_record_text"):
+    """A flight record.
+
+    Attributes:
+        name: Its name.
+        text: Its text: comments with the faults, then a table.
+    """
+
+    name: str
+    text: str
+
+
+class StateSample(Result, frozen=True, kw_only=True, tag="state"):
+    """The arm at the end of a control cycle.
+
+    Attributes:
+        cycle: Number of the cycle.
+        time: Its begin, on the arm's clock.
+        names: The joints.
+        positions: Of the joints.
+        velocities: Of the joints.
+        qualities: Reliability of the positions: 0 fresh, 1 stale, 2 assumed, 3 unknown.
+        stamps: When they were measured.
+        flags: Flags that the joints reported.
+        commands: Commanded positions.
+        pose: Pose of the tool in the base; null unless all joints are homed.
+        width: Last commanded width of the jaws; NaN while the servo is not driven.
+        enabled: Whether the motors are energised.
+        fault: ``clear``, ``stopping``, ``latched`` or ``acknowledged``.
+        paused: Whether all motion is paused.
+        speed_override: Share of the planned speed.
+        moving: Names of the operations that use the arm or the gripper.
+        late: How much later than due the cycle began.
+        bus_time: Duration of its exchanges.
+        stale: Whether the joints are not read now, as after a loss of the bus: then positions are
+            unknown.
+    """
+
+    cycle: int
+    time: float
+    names: tuple[str, ...]
+    positions: tuple[float, ...]
+    velocities: tuple[float, ...]
+    qualities: tuple[int, ...]
+    stamps: tuple[float, ...]
+    flags: tuple[int, ...]
+    commands: tuple[float, ...]
+    pose: Pose | None
+    width: float
+    enabled: bool
+    fault: str
+    paused: bool
+    speed_override: float
+    moving: tuple[str, ...]
+    late: float
+    bus_time: float
+    stale: bool = False
+
+
+AnyResult = (
+    Done
+    | Accepted
+    | PlanMade
+    | LeaseState
+    | Description
+    | WorkspaceState
+    | FaultList
+    | GoalState
+    | GoalList
+    | Statistics
+    | ParametersState
+    | ControllerList
+    | FlightRecordList
+    | FlightRecordText
+    | StateSample
+)
+
+
+# From the owner: messages.
+
+
+class Welcome(ApiMessage, frozen=True, kw_only=True, tag="welcome"):
+    """Answer to :class:`ClientHello`.
+
+    Attributes:
+        version: :data:`VERSION` of the owner.
+        owner: Name of the owner.
+        instance: A random name of this run of the owner: it differs after a restart.
+        arm: Which arm on which bus, in words.
+        last_event: Number of the newest event; 0 if there is none.
+        resumed: Whether the session was known.
+    """
+
+    version: int
+    owner: str
+    instance: str
+    arm: str
+    last_event: int
+    resumed: bool
+
+
+class Response(ApiMessage, frozen=True, tag="response"):
+    """Answer to a request that was carried out.
+
+    Attributes:
+        id: Number of the request.
+        result: Its result.
+    """
+
+    id: int
+    result: AnyResult
+
+
+class RequestFailed(ApiMessage, frozen=True, tag="refusal"):
+    """Answer to a request that was refused, or that failed.
+
+    Attributes:
+        id: Number of the request; null if it could not be read, and the connection ends.
+        failure: Why.
+    """
+
+    id: int | None
+    failure: FailureValue
+
+
+class Event(ApiMessage, frozen=True, kw_only=True, tag="event"):
+    """Something that happened, numbered.
+
+    Attributes:
+        number: Counted from 1 since the owner began.
+        time: When, on the arm's clock.
+        wall: When, in seconds since 1970.
+        what: ``goal_accepted``, ``goal_ended``, ``fault``, ``faults_cleared``, ``warning``,
+            ``lease``, ``stop``, ``pause``, ``resume``, ``workspace``, ``parameters``,
+            ``controllers``, ``gateway``, ``client``, ``speed_override`` or ``owner``; or ``gap``
+            for events that are not kept any more, in number up to its own.
+        text: A sentence for people.
+        client: The client that caused it; empty if none did.
+        goal: The goal that it concerns, as it is then; else null.
+        fault: The fault that it concerns; else null.
+        lease: The lease that it concerns; else null.
+    """
+
+    number: int
+    time: float
+    wall: float
+    what: str
+    text: str
+    client: str = ""
+    goal: GoalValue | None = None
+    fault: FaultValue | None = None
+    lease: LeaseValue | None = None
+
+
+class GoalCycle(ApiMessage, frozen=True, tag="cycle"):
+    """Record of a control cycle of a goal, for its client.
+
+    Attributes:
+        goal: Number of the goal.
+        record: The record; left out if the client reads too slowly.
+    """
+
+    goal: int
+    record: CycleRecord
+
+
+FromOwner = Welcome | Response | RequestFailed | StateSample | Event | GoalCycle

@@ -1,0 +1,209 @@
+"""Sockets of running owners, by the names of their arms.
+
+Each owner holds a lock on a file beside its socket for as long as it lives. Whether an owner runs
+is decided by that lock alone: the kernel releases it when the process ends, however it ends.
+Imports the standard library and errors only, as ``bioscara stop`` must be fast.
+"""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import re
+import struct
+from contextlib import suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from bioscara.errors import AccessError, BusyOwnerError, InvalidArgumentError, OwnerLostError
+
+VARIABLE = "BIOSCARA_RUNTIME"
+"""Environment variable that names another folder for the sockets."""
+DEFAULT = "arm"
+"""Name of an owner unless another one is given."""
+_NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,63}")
+_FLOCK = "hhqqi"
+"""Layout of Linux's ``struct flock`` with 64-bit offsets."""
+_WRITE_LOCK = struct.pack(_FLOCK, fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
+"""A lock of the whole file, of this opening of it: a closed copy of it does not end the lock."""
+_LONGEST_PATH = 107
+"""Longest path of a Unix socket on Linux [byte]."""
+
+
+class OwnerEntry(NamedTuple):
+    """A running owner.
+
+    Attributes:
+        name: Name of its arm.
+        bus: Name of its bus.
+        pid: Its process.
+        socket: Its socket.
+    """
+
+    name: str
+    bus: str
+    pid: int
+    socket: Path
+
+
+def folder() -> Path:
+    """Return the folder of the sockets: of this user, or of the system's services."""
+    if given := os.environ.get(VARIABLE):
+        return Path(given)
+    if runtime := os.environ.get("XDG_RUNTIME_DIR"):
+        return Path(runtime) / "bioscara"
+    if os.getuid() == 0:
+        return Path("/run/bioscara")
+    return Path(f"/tmp/bioscara-{os.getuid()}")  # noqa: S108  its owner and mode are checked
+
+
+def require_name(name: str) -> str:
+    """Return the name of an arm.
+
+    Raises:
+        InvalidArgumentError: It is none.
+    """
+    if not isinstance(name, str) or not _NAME.fullmatch(name):
+        raise InvalidArgumentError(
+            f"{name!r} is no name of an arm: it begins with a letter and has up to 64 letters, "
+            "digits, '_' or '-'"
+        )
+    return name
+
+
+def socket_of(name: str) -> Path:
+    """Return the path of an owner's socket.
+
+    Raises:
+        InvalidArgumentError: The name or the path cannot be used.
+    """
+    path = folder() / f"{require_name(name)}.sock"
+    if len(os.fsencode(path)) > _LONGEST_PATH:
+        raise InvalidArgumentError(
+            f"{path}: a socket's path has at most {_LONGEST_PATH} bytes; set {VARIABLE} to a "
+            "shorter folder"
+        )
+    return path
+
+
+def owners() -> list[OwnerEntry]:
+    """Return the running owners, by name."""
+    found = []
+    with suppress(OSError):
+        for path in sorted(folder().glob("*.lock")):
+            if _NAME.fullmatch(path.stem) and (entry := _entry(path)) is not None:
+                found.append(entry)
+    return found
+
+
+def find(name: str) -> OwnerEntry:
+    """Return the running owner of an arm.
+
+    Raises:
+        InvalidArgumentError: The name cannot be used.
+        OwnerLostError: No owner of that name runs.
+    """
+    entry = _entry(socket_of(name).with_suffix(".lock"))
+    if entry is not None:
+        return entry
+    running = [each.name for each in owners()]
+    hint = f"there are {', '.join(running)}" if running else "bioscara serve starts one"
+    raise OwnerLostError(f"no owner of arm {name} runs; {hint}")
+
+
+class OwnerClaim:
+    """The right to be the owner of an arm, until :meth:`close`.
+
+    Args:
+        name: Name of the arm.
+        bus: Name of its bus, for others to see.
+
+    Attributes:
+        socket: Path of the socket to listen on.
+
+    Raises:
+        InvalidArgumentError: The name cannot be used.
+        AccessError: The folder belongs to another user.
+        BusyOwnerError: An owner of that name runs.
+        OSError: The folder cannot be written.
+    """
+
+    def __init__(self, name: str, bus: str) -> None:
+        self._name, self._bus = name, bus
+        self.socket = socket_of(name)
+        self._path = self.socket.with_suffix(".lock")
+        self._lock = self._take()
+
+    def restore(self) -> bool:
+        """Make the files again if they were removed; return whether they were.
+
+        Raises:
+            AccessError, BusyOwnerError, OSError: As at the beginning.
+        """
+        with suppress(OSError):
+            if self.socket.is_socket() and self._path.stat().st_ino == os.fstat(self._lock).st_ino:
+                return False
+        if self._removed():
+            former, self._lock = self._lock, self._take()
+            os.close(former)
+        return True
+
+    def close(self) -> None:
+        """Give the name free."""
+        self.socket.unlink(missing_ok=True)
+        with suppress(OSError):
+            os.ftruncate(self._lock, 0)
+        os.close(self._lock)
+
+    def _removed(self) -> bool:
+        try:
+            return self._path.stat().st_ino != os.fstat(self._lock).st_ino
+        except OSError:
+            return True
+
+    def _take(self) -> int:
+        _make_folder(self._path.parent)
+        lock = os.open(self._path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        try:
+            fcntl.fcntl(lock, fcntl.F_OFD_SETLK, _WRITE_LOCK)
+        except (BlockingIOError, PermissionError):
+            os.close(lock)
+            entry = _entry(self._path)
+            other = f"process {entry.pid} on {entry.bus}" if entry else "another process"
+            raise BusyOwnerError(
+                f"arm {self._name} has an owner, {other}; give another --name, or end that one"
+            ) from None
+        os.ftruncate(lock, 0)
+        os.pwrite(lock, json.dumps({"pid": os.getpid(), "bus": self._bus}).encode(), 0)
+        return lock
+
+
+def _make_folder(path: Path) -> None:
+    path.mkdir(mode=0o700, parents=True, exist_ok=True)
+    status = path.stat()
+    if status.st_uid != os.getuid():
+        raise AccessError(
+            f"{path} belongs to user {status.st_uid}; set {VARIABLE} to an own folder"
+        )
+
+
+def _entry(lock: Path) -> OwnerEntry | None:
+    """Return the owner that holds a lock; None if none does."""
+    try:
+        file = os.open(lock, os.O_RDONLY | os.O_CLOEXEC)
+    except OSError:
+        return None
+    try:
+        # Asked for, not taken: a lock taken for a moment would refuse an owner that begins then.
+        (kind, *_) = struct.unpack(_FLOCK, fcntl.fcntl(file, fcntl.F_OFD_GETLK, _WRITE_LOCK))
+        if kind == fcntl.F_UNLCK:
+            return None
+        with suppress(ValueError, KeyError, TypeError):
+            text = json.loads(os.pread(file, 4096, 0))
+            return OwnerEntry(
+                lock.stem, str(text["bus"]), int(text["pid"]), lock.with_suffix(".sock")
+            )
+        return None
+    finally:
+        os.close(file)

@@ -1,0 +1,108 @@
+"""Values of a robot as values of messages, and back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bioscara.api.failures import error_of, failure_of
+from bioscara.api.messages import (
+    BoxZone,
+    CylinderZone,
+    FaultValue,
+    GripperValue,
+    SceneValue,
+    TrajectoryValue,
+)
+from bioscara.control.controllers.gripper_messages import GripperResult
+from bioscara.control.faults.kinds import ArmFault, FaultKind
+from bioscara.hardware.interfaces import Quality
+from bioscara.planning import Trajectory
+from bioscara.planning.collision.arm_bodies import GRIPPER
+from bioscara.planning.collision.scene import Box, Scene
+
+QUALITIES = tuple(Quality)
+"""Qualities in the order of their numbers in messages."""
+
+
+def trajectory_value(trajectory: Trajectory) -> TrajectoryValue:
+    """Return a trajectory as a value."""
+    rows = [
+        None if column is None else tuple(map(tuple, column.tolist()))
+        for column in (trajectory.positions, trajectory.velocities, trajectory.accelerations)
+    ]
+    return TrajectoryValue(
+        trajectory.joint_names,
+        tuple(trajectory.times.tolist()),
+        rows[0] or (),
+        rows[1],
+        rows[2],
+    )
+
+
+def trajectory_of(value: TrajectoryValue) -> Trajectory:
+    """Return the trajectory of a value.
+
+    Raises:
+        TrajectoryError: A size does not fit, a value is not finite, or times do not increase.
+    """
+    return Trajectory(
+        value.joint_names, value.times, value.positions, value.velocities, value.accelerations
+    )
+
+
+def scene_value(scene: Scene) -> SceneValue:
+    """Return a scene as a value; its widths are the owner's to know."""
+    zones = [BoxZone(each) if isinstance(each, Box) else CylinderZone(each) for each in scene.zones]
+    mounted = None if scene.mounted == GRIPPER else scene.mounted
+    return SceneValue(tuple(zones), scene.table_height, scene.margin, mounted)
+
+
+def scene_of(value: SceneValue) -> Scene:
+    """Return the scene of a value.
+
+    Raises:
+        ConfigurationError: Two zones have the same name, or a value is invalid.
+    """
+    mounted = GRIPPER if value.mounted is None else value.mounted
+    zones = tuple(each.zone for each in value.zones)
+    return Scene(zones, value.table_height, value.margin, mounted)
+
+
+def fault_value(fault: ArmFault) -> FaultValue:
+    """Return a fault as a value."""
+    return FaultValue(
+        fault.kind.name,
+        fault.source,
+        str(fault),
+        failure_of(fault.cause),
+        fault.time,
+        None if fault.evidence is None else fault.evidence.name,
+    )
+
+
+def fault_of(value: FaultValue) -> ArmFault:
+    """Return the fault of a value; its evidence is a name at the owner."""
+    return ArmFault(
+        FaultKind[value.fault],
+        value.source,
+        error_of(value.cause),
+        value.time,
+        None if value.evidence is None else Path(value.evidence),
+    )
+
+
+def gripper_value(result: GripperResult) -> GripperValue:
+    """Return how a motion of the jaws ended as a value."""
+    position, velocity, reached, stalled, quality = result
+    return GripperValue(position, velocity, reached, stalled, QUALITIES.index(quality))
+
+
+def gripper_of(value: GripperValue) -> GripperResult:
+    """Return how a motion of the jaws ended."""
+    return GripperResult(
+        value.position,
+        value.velocity,
+        value.reached_goal,
+        value.stalled,
+        QUALITIES[value.quality],
+    )

@@ -1,0 +1,8 @@
+"""An arm that another process owns, with the interface of ``Robot``.
+
+Begin with ``remote_robot``, which ``Robot.connect("arm:NAME")`` returns. ``link`` is its
+connection, ``lease_keeper`` renews the lease, ``remote_operation`` is the handle of a motion and
+``remote_gripper`` the gripper. Nothing here knows a bus or a joint.
+"""
+
+from bioscara.remote.remote_robot import RemoteRobot as RemoteRobot

@@ -1,0 +1,218 @@
+"""The handle of a motion that an owner carries out."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import queue
+import threading
+from collections.abc import Callable, Generator
+from contextlib import suppress
+from typing import Any, Generic, TypeVar
+
+from bioscara.api import messages as m
+from bioscara.api.failures import error_of
+from bioscara.api.values import gripper_of
+from bioscara.errors import BioscaraError, LeaseError, MotionTimeoutError, OwnerLostError
+from bioscara.remote.lease_keeper import LeaseKeeper
+from bioscara.remote.link import OwnerLink
+from bioscara.report import CycleRecord
+from bioscara.robot.operations.operation import OnCycle, Status
+
+T = TypeVar("T")
+
+_POLL = 0.1
+"""Period in which a wait looks for Ctrl-C [s]."""
+
+
+class RemoteOperation(Generic[T]):
+    """A goal of an owner, with the interface of :class:`bioscara.Operation`.
+
+    Args:
+        link: The connection.
+        lease: The lease.
+        value: The goal as it began.
+        on_cycle: Receives the record of each cycle; None for no records.
+
+    Attributes:
+        name: Name for messages, such as ``"home()"``.
+        goal: Its number at the owner.
+        error: Why it ended early; None otherwise.
+    """
+
+    def __init__(
+        self, link: OwnerLink, lease: LeaseKeeper, value: m.GoalValue, on_cycle: OnCycle | None
+    ) -> None:
+        self.name, self.goal = value.name, value.goal
+        self.error: BaseException | None = None
+        self._link, self._lease, self._value = link, lease, value
+        self._on_cycle = on_cycle
+        self._records: queue.SimpleQueue[CycleRecord | None] = queue.SimpleQueue()
+        self._finished = threading.Event()
+        self._callbacks: list[Callable[[], object]] = []
+        self._raised: BaseException | None = None
+
+    def take(self, value: m.GoalValue) -> None:
+        """Take the goal as it ended."""
+        self._value = value
+        if value.failure is not None:
+            self.error = error_of(value.failure)
+        self._end()
+
+    def lose(self, error: OwnerLostError) -> None:
+        """End, as the owner was lost."""
+        if not self.done:
+            self.error = OwnerLostError(str(error))
+            self._end()
+
+    def record(self, record: CycleRecord) -> None:
+        """Take the record of a cycle."""
+        self._records.put(record)
+
+    def raised(self, error: Exception) -> None:
+        """End the goal, as a callback of it has raised; :meth:`result` raises that."""
+        self._raised = self._raised or error
+        self.cancel()
+
+    def _end(self) -> None:
+        self._finished.set()
+        self._records.put(None)
+        # Two threads may get here at once.
+        with suppress(IndexError):
+            while True:
+                self._callbacks.pop()()
+
+    def observe(self) -> None:
+        """Pass the records to ``on_cycle`` until the end, in this thread.
+
+        If it raises, the goal is cancelled, and :meth:`result` raises that.
+        """
+        while self._on_cycle is not None:
+            try:
+                record = self._records.get(timeout=_POLL)
+            except queue.Empty:
+                continue
+            if record is None:
+                return
+            try:
+                self._on_cycle(record)
+            except Exception as error:  # noqa: BLE001  raised by result()
+                self._on_cycle = None
+                self.raised(error)
+
+    @property
+    def done(self) -> bool:
+        """Whether it has ended."""
+        return self._finished.is_set()
+
+    @property
+    def status(self) -> Status:
+        """Stage of the operation."""
+        if self.done and isinstance(self.error, OwnerLostError):
+            return Status.FAILED
+        return Status(self._now().status)
+
+    @property
+    def progress(self) -> float:
+        """Share of it that is done, 0 to 1; NaN if that is unknown."""
+        return self._now().progress
+
+    @property
+    def paused(self) -> bool:
+        """Whether it was paused, and not resumed or ended since."""
+        return self.status is Status.PAUSED
+
+    def _now(self) -> m.GoalValue:
+        if not self.done:
+            result = self._link.request(m.GetGoal(self.goal))
+            if isinstance(result, m.GoalState) and not self.done:
+                self._value = result.goal
+        return self._value
+
+    def pause(self) -> None:
+        """Pause the motion on its path; errors as ``Operation.pause``."""
+        self._link.request(m.PauseGoal(self.goal), self._lease.epoch())
+
+    def resume(self) -> None:
+        """Continue a paused motion; errors as ``Operation.resume``."""
+        self._link.request(m.ResumeGoal(self.goal), self._lease.epoch())
+
+    def cancel(self) -> None:
+        """Bring the devices to rest and end the operation; does nothing if it has ended."""
+        # Without the lease it is being stopped already.
+        if not self.done:
+            with suppress(LeaseError, OwnerLostError):
+                self._link.request(m.Cancel(self.goal), self._lease.epoch())
+
+    def wait(self, timeout: float | None = None) -> bool:
+        """Wait for the end, and return whether it has ended; Ctrl-C cancels it.
+
+        Args:
+            timeout: Longest time to wait [s]; None for no limit.
+        """
+        try:
+            return self._finished.wait(timeout)
+        except KeyboardInterrupt:
+            self.cancel()
+            raise
+
+    def result(self, timeout: float | None = None) -> T:
+        """Wait for the end and return the result.
+
+        Args:
+            timeout: Longest time to wait [s]; None for no limit. The operation goes on.
+
+        Raises:
+            MotionTimeoutError: It has not ended by then.
+            OwnerLostError: The owner was lost.
+            BioscaraError: The error that ended it.
+        """
+        if not self.wait(timeout):
+            raise MotionTimeoutError(f"{self.name} has not ended within {timeout:g} s; it goes on")
+        if self._raised is not None:
+            raise self._raised
+        if self.error is not None:
+            raise self.error
+        gripper = self._value.gripper
+        result: Any = None if gripper is None else gripper_of(gripper)
+        return result  # type: ignore[no-any-return]  # a motion of the jaws has one, others none
+
+    def when_done(self, callback: Callable[[], object]) -> None:
+        """Call a function at the end, in the thread of the connection; at once if it has ended."""
+        self._callbacks.append(callback)
+        if self.done:
+            with suppress(IndexError):
+                while True:
+                    self._callbacks.pop()()
+
+    def __await__(self) -> Generator[Any, None, T]:
+        return self._awaited().__await__()
+
+    async def _awaited(self) -> T:
+        """Return the result; cancelling the awaiting task stops the operation."""
+        loop, ended = asyncio.get_running_loop(), asyncio.Event()
+
+        def wake() -> None:
+            # The loop may have been closed since.
+            with suppress(RuntimeError):
+                loop.call_soon_threadsafe(ended.set)
+
+        self.when_done(wake)
+        try:
+            await ended.wait()
+        except asyncio.CancelledError:
+            await asyncio.to_thread(self.cancel)
+            while not self.done:
+                with suppress(asyncio.CancelledError):
+                    await asyncio.sleep(0.01)
+            raise
+        return self.result()
+
+    def __repr__(self) -> str:
+        try:
+            value = self._now()
+        except BioscaraError:
+            value = self._value
+        progress = "" if math.isnan(value.progress) else f", {value.progress:.0%}"
+        reason = f": {self.error}" if self.error is not None else ""
+        return f"<{self.name} {value.status}{progress}{reason}>"

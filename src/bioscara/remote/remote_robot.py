@@ -1,0 +1,815 @@
+"""A robot that another process owns."""
+
+from __future__ import annotations
+
+import asyncio
+import math
+import threading
+from collections import OrderedDict
+from collections.abc import AsyncIterator, Callable, Sequence
+from dataclasses import replace
+from types import TracebackType
+from typing import Any, Self, TypeVar
+
+from bioscara.api import messages as m
+from bioscara.api.values import (
+    QUALITIES,
+    fault_of,
+    scene_of,
+    scene_value,
+    trajectory_value,
+)
+from bioscara.arguments import flag, function, number, shown
+from bioscara.control.controllers.joint_state_broadcaster import JointStates
+from bioscara.control.faults.kinds import ArmFault
+from bioscara.control.faults.supervisor import FaultState
+from bioscara.errors import (
+    BioscaraError,
+    FaultedError,
+    InvalidArgumentError,
+    LifecycleError,
+    NotHomedError,
+    NotInitializedError,
+    NotSupportedError,
+    OwnerError,
+    OwnerLostError,
+)
+from bioscara.kinematics import Joints, Pose, Scara
+from bioscara.model import ArmParameters
+from bioscara.planning import Trajectory
+from bioscara.planning.collision.scene import Scene
+from bioscara.planning.motions.jog import JointVelocity
+from bioscara.planning.motions.waypoints import Waypoint
+from bioscara.remote.lease_keeper import LeaseKeeper
+from bioscara.remote.link import OwnerLink
+from bioscara.remote.remote_gripper import RemoteGripper
+from bioscara.remote.remote_operation import RemoteOperation
+from bioscara.robot.operations.home import PerJoint
+from bioscara.robot.operations.jog import Velocity
+from bioscara.robot.operations.operation import OnCycle
+from bioscara.robot.planner import Plan, Planner
+from bioscara.robot.workspace.frames import Frame
+from bioscara.robot.workspace.load import Load
+from bioscara.robot.workspace.poses import TeachTable
+from bioscara.robot.workspace.tools import Tool
+from bioscara.robot.workspace.workspace import Workspace
+
+R = TypeVar("R", bound=m.Result)
+
+_JOG_PERIOD = 0.02
+"""Time between two velocities of a jog [s]."""
+_EARLY = 64
+"""Goals whose messages are kept until their handle exists."""
+
+
+class RemoteRobot:
+    """An arm that another process owns, with the interface of :class:`bioscara.Robot`.
+
+    Created by ``Robot.connect("arm:NAME")``. :meth:`open` connects to the owner, and nothing moves;
+    :meth:`close` stops what this program began and leaves the arm as it is. The first command takes
+    the lease: only one program commands the arm at a time, any may look and :meth:`stop`. Errors
+    are those of a robot; also OwnerLostError, and LeaseError where another program commands the
+    arm or has stopped it.
+
+    Callbacks are called in the thread that waits for the motion, or in one of their own. While a
+    connection is broken, calls wait for it up to 5 s.
+
+    Args:
+        name: Name of the arm's owner.
+    """
+
+    def __init__(self, name: str) -> None:
+        self._name = name
+        self._link = OwnerLink(name, self._receive, self._owner_lost)
+        self._lease = LeaseKeeper(self._link)
+        self._operations: dict[int, RemoteOperation[Any]] = {}
+        self._early: OrderedDict[int, list[m.Event | m.GoalCycle]] = OrderedDict()
+        self._registering = threading.Lock()
+        self._opened = self._closed = False
+        self._workspace: tuple[m.WorkspaceState, Workspace] | None = None
+        self._description: m.Description | None = None
+        self.gripper = RemoteGripper(self._begin, self._sample, lambda: self.workspace.widths)
+
+    def open(self) -> Self:
+        """Connect to the owner; nothing moves. Return the robot.
+
+        Raises:
+            LifecycleError: It is open already, or was closed.
+            OwnerLostError: No owner of that name runs.
+        """
+        if self._closed:
+            raise LifecycleError("the robot was closed; make another one to connect again")
+        if self._opened:
+            raise LifecycleError("the robot is connected already; use the one there is")
+        self._link.open()
+        self._opened = True
+        self._description = self._ask(m.GetDescription(), m.Description)
+        return self
+
+    def close(self) -> None:
+        """Stop what this program began, give the lease back and disconnect."""
+        if not self._opened or self._closed:
+            self._closed = True
+            return
+        try:
+            self._lease.release()
+            for operation in list(self._operations.values()):
+                operation.wait(timeout=15.0)
+        finally:
+            self._closed = True
+            self._link.close()
+
+    def __enter__(self) -> Self:
+        return self if self._opened and not self._closed else self.open()
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def shutdown(self) -> list[str]:
+        """Stop what this program began; the joints stay as the owner has them. Return nothing."""
+        for operation in list(self._operations.values()):
+            operation.cancel()
+            operation.wait()
+        return []
+
+    def watch(self, *, priority: int | None = None, speed: float = 1.0) -> None:
+        """Do nothing: the owner watches its arm.
+
+        Raises:
+            NotSupportedError: A priority or a speed is given, which are the owner's.
+        """
+        if priority is not None or speed != 1.0:
+            raise NotSupportedError(
+                "priority and speed are the owner's: bioscara serve --priority, --speed"
+            )
+
+    def acquire_lease(self, *, force: bool = False) -> None:
+        """Take the lease of the arm.
+
+        Needed after another program has stopped the arm; otherwise the first command takes it.
+
+        Args:
+            force: Whether to take it from another program, whose motion is stopped.
+
+        Raises:
+            LeaseError: Another program commands the arm.
+        """
+        self._require_open()
+        self._lease.acquire(force=flag("force", force))
+
+    def release_lease(self) -> None:
+        """Let other programs command the arm; what this one began is stopped."""
+        self._require_open()
+        self._lease.release()
+
+    @property
+    def parameters(self) -> ArmParameters:
+        """Parameters of the arm."""
+        return self._described().parameters
+
+    @property
+    def description(self) -> str:
+        """Which arm of which owner, in words."""
+        return f"arm {self._name}: {self._described().arm}"
+
+    @property
+    def period(self) -> float:
+        """Time between two setpoints [s]."""
+        return 1.0 / self._described().rate
+
+    @property
+    def bus_share(self) -> float:
+        """Share of each control cycle that the exchanges take on the bus, 0 to 1."""
+        return self._described().bus_share
+
+    @property
+    def state(self) -> JointStates:
+        """Joint states of the last cycle.
+
+        Raises:
+            FaultedError: The joints were released because of a fault, and are not recovered.
+            BioscaraError: They were released without a fault: ``enable()`` them.
+        """
+        sample = self._sample()
+        if sample.stale:
+            faults = self._ask(m.GetFaults(), m.FaultList)
+            if faults.faults:
+                raise FaultedError(
+                    f"the arm is stopped by a fault ({faults.state}): {faults.faults[0].text}; "
+                    "then acknowledge() and recover()"
+                )
+            raise BioscaraError("the joints are released and report no state; enable() them")
+        return _states(sample)
+
+    async def states(self, period: float = 0.1) -> AsyncIterator[JointStates]:
+        """Iterate over the joint states without blocking the event loop, until it is closed.
+
+        Args:
+            period: Time between two of them [s].
+
+        Raises:
+            InvalidArgumentError: The period is not above zero.
+            BioscaraError: As ``state``.
+        """
+        if not (period := number("period", period)) > 0.0:
+            raise InvalidArgumentError(f"period {period:g} s must be above zero")
+        while self._opened and not self._closed:
+            yield await asyncio.to_thread(lambda: self.state)
+            await asyncio.sleep(period)
+
+    @property
+    def pose(self) -> Pose:
+        """Pose of the tool in the base.
+
+        Raises:
+            NotHomedError: The position of a joint is unknown.
+        """
+        sample = self._sample()
+        if sample.pose is None:
+            self._positions("the pose of the tool is unknown")
+            raise BioscaraError("the pose of the tool is unknown")
+        return sample.pose
+
+    @property
+    def is_homed(self) -> bool:
+        """Whether all joints are homed; errors as ``state``."""
+        return not any(map(math.isnan, self.state.positions))
+
+    @property
+    def is_enabled(self) -> bool:
+        """Whether the motors of the joints are energised."""
+        return self._sample().enabled
+
+    @property
+    def is_moving(self) -> bool:
+        """Whether an operation uses the arm or the gripper, of any program."""
+        return bool(self._sample().moving)
+
+    @property
+    def kinematics(self) -> Scara:
+        """Kinematics of the arm with its tool."""
+        return self.workspace.kinematics
+
+    @property
+    def plan(self) -> Planner:
+        """Plans motions in the present workspace from where the arm is, without moving it.
+
+        The plans are made in this program.
+        """
+        return Planner(self.workspace, self._positions)
+
+    @property
+    def faults(self) -> tuple[ArmFault, ...]:
+        """Faults that are not recovered from, first cause first."""
+        return tuple(map(fault_of, self._ask(m.GetFaults(), m.FaultList).faults))
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """The latest warnings: events that stopped nothing."""
+        return self._ask(m.GetFaults(), m.FaultList).warnings
+
+    @property
+    def workspace(self) -> Workspace:
+        """Tool, scene, load and speed limit, as the owner has them now."""
+        state = self._ask(m.GetWorkspace(), m.WorkspaceState)
+        if self._workspace is not None:
+            known, workspace = self._workspace
+            if (known.revision, known.widths) == (state.revision, state.widths):
+                return workspace
+        workspace = Workspace.of(self.parameters, reduced_speed=state.reduced_speed)
+        scene = replace(scene_of(state.scene), widths=workspace.scene.widths)
+        workspace = workspace.with_table(state.table).with_scene(scene)
+        workspace = workspace.with_tool(state.tool.name)
+        if state.load is not None:
+            workspace = workspace.with_load(state.load)
+        workspace = workspace.with_widths(*state.widths)
+        self._workspace = state, workspace
+        return workspace
+
+    @property
+    def speed_override(self) -> float:
+        """Share of the planned or jog speed, 0 to 1; 0 pauses."""
+        return self._sample().speed_override
+
+    @speed_override.setter
+    def speed_override(self, share: float) -> None:
+        self._command(m.SetSpeedOverride(number("speed_override", share)))
+
+    @property
+    def reduced_speed(self) -> bool:
+        """Whether the tool keeps to 250 mm/s; cannot be changed while the arm moves."""
+        return self.workspace.reduced_speed
+
+    @reduced_speed.setter
+    def reduced_speed(self, reduced_speed: bool) -> None:
+        flag("reduced_speed", reduced_speed)
+        self._do(m.SetReducedSpeed(reduced=reduced_speed))
+
+    @property
+    def scene(self) -> Scene:
+        """Surroundings to keep clear of; cannot be changed while the arm moves."""
+        return self.workspace.scene
+
+    @scene.setter
+    def scene(self, scene: Scene) -> None:
+        if not isinstance(scene, Scene):
+            raise InvalidArgumentError(f"the scene is {shown(scene)}; give Scene(...)")
+        self._do(m.SetScene(scene=scene_value(scene)))
+
+    @property
+    def table(self) -> TeachTable:
+        """The tools, poses and frames that have names; cannot be changed while the arm moves."""
+        return self.workspace.table
+
+    @table.setter
+    def table(self, table: TeachTable) -> None:
+        if not isinstance(table, TeachTable):
+            raise InvalidArgumentError(f"the table is {shown(table)}; give a TeachTable")
+        self._do(m.SetTable(table=table))
+
+    @property
+    def tool(self) -> Tool:
+        """The mounted tool; set to the name of another one of ``table`` once that is mounted."""
+        return self.workspace.tool
+
+    @tool.setter
+    def tool(self, tool: str | Tool) -> None:
+        name = tool.name if isinstance(tool, Tool) else tool
+        # With the errors of a robot for what is no name.
+        self.workspace.table.tool(name)
+        self._do(m.SetTool(name=name))
+
+    @property
+    def frames(self) -> tuple[Frame, ...]:
+        """The work frames of ``table``."""
+        return self.table.frames
+
+    def frame(self, name: str) -> Frame:
+        """Return the work frame of this name; errors as ``Robot.frame``."""
+        return self.table.frame(name)
+
+    @property
+    def load(self) -> Load | None:
+        """What the tool carries, or None."""
+        return self.workspace.load
+
+    def attach(self, load: Load) -> None:
+        """Declare that the tool carries a load; errors as ``Robot.attach``."""
+        if not isinstance(load, Load):
+            raise InvalidArgumentError(f"the load is {shown(load)}; give Load(name, shape)")
+        self._do(m.AttachTask(load=load))
+
+    def detach(self) -> None:
+        """Declare that the tool carries nothing; errors as ``Robot.detach``."""
+        self._do(m.DetachTask())
+
+    def stop(self) -> None:
+        """Stop all motion of all programs on its path, and end a pause; needs no lease."""
+        self._ask(m.StopAll(), m.Done)
+
+    def pause(self) -> None:
+        """Bring all motion to rest on its path until :meth:`resume`; needs no lease."""
+        self._ask(m.Pause(), m.Done)
+
+    def resume(self) -> None:
+        """Continue the motion that was paused; does nothing if none was."""
+        self._command(m.Resume())
+
+    def enable(self) -> None:
+        """Enable all joints at their positions; errors as ``Robot.enable``."""
+        self._do(m.EnableTask())
+
+    def disable(self) -> None:
+        """Bring all joints to rest and disable them; errors as ``Robot.disable``."""
+        self._do(m.DisableTask())
+
+    def acknowledge(self) -> tuple[ArmFault, ...]:
+        """Acknowledge the faults and write their evidence; errors as ``Robot.acknowledge``."""
+        self._do(m.AcknowledgeTask())
+        return self.faults
+
+    def recover(self) -> None:
+        """Clear acknowledged faults; errors as ``Robot.recover``."""
+        self._do(m.RecoverTask())
+
+    def home(
+        self,
+        *,
+        sensitivity: PerJoint = None,
+        current: PerJoint = None,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> RemoteOperation[None]:
+        """Home the joints that are not homed; arguments and errors as ``Robot.home``."""
+        given = [
+            None if value is None else value if isinstance(value, int) else dict(value)
+            for value in (sensitivity, current)
+        ]
+        return self._begin(m.HomeTask(given[0], given[1]), timeout, on_cycle, wait)
+
+    def move_joints(
+        self,
+        positions: Sequence[float],
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> RemoteOperation[None]:
+        """Move all joints to given positions; arguments and errors as ``Robot.move_joints``."""
+        if isinstance(positions, Pose):
+            # Refused as by a robot: the planner names the remedy.
+            self.plan.move_joints(positions)
+        return self._move(
+            m.MoveJoints(
+                goal=tuple(positions),
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
+
+    def move_to(
+        self,
+        pose: Pose,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> RemoteOperation[None]:
+        """Move to a pose by the closest joint solution; as ``Robot.move_to``."""
+        return self._move(
+            m.MoveTo(
+                pose=pose,
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
+
+    def move_linear(
+        self,
+        pose: Pose,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> RemoteOperation[None]:
+        """Move to a pose along a line; as ``Robot.move_linear``."""
+        return self._move(
+            m.MoveLinear(
+                pose=pose,
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
+
+    def move_relative(
+        self,
+        x: float = 0.0,
+        y: float = 0.0,
+        z: float = 0.0,
+        yaw: float = 0.0,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> RemoteOperation[None]:
+        """Move along a line by a displacement; as ``Robot.move_relative``."""
+        return self._move(
+            m.MoveRelative(
+                x=x,
+                y=y,
+                z=z,
+                yaw=yaw,
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
+
+    def move_circular(
+        self,
+        via: Pose,
+        pose: Pose,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> RemoteOperation[None]:
+        """Move to a pose along an arc through ``via``; as ``Robot.move_circular``."""
+        return self._move(
+            m.MoveCircular(
+                via=via,
+                pose=pose,
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
+
+    def move_named(
+        self,
+        name: str,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> RemoteOperation[None]:
+        """Move to a pose of ``table`` by its name; as ``Robot.move_named``."""
+        return self._move(
+            m.MoveNamed(
+                name=name,
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
+
+    def unfold(
+        self,
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> RemoteOperation[None]:
+        """Open the elbow alone, j3 to 0; as ``Robot.unfold``."""
+        return self._move(
+            m.Unfold(velocity_scaling=velocity_scaling, acceleration_scaling=acceleration_scaling),
+            timeout,
+            on_cycle,
+            wait,
+        )
+
+    def move_sequence(
+        self,
+        waypoints: Sequence[Waypoint],
+        *,
+        velocity_scaling: float = 1.0,
+        acceleration_scaling: float = 1.0,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> RemoteOperation[None]:
+        """Move along waypoints with rounded corners; as ``Robot.move_sequence``."""
+        return self._move(
+            m.MoveSequence(
+                waypoints=tuple(waypoints),
+                velocity_scaling=velocity_scaling,
+                acceleration_scaling=acceleration_scaling,
+            ),
+            timeout,
+            on_cycle,
+            wait,
+        )
+
+    def execute(
+        self,
+        plan: Plan | Trajectory,
+        *,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> RemoteOperation[None]:
+        """Execute a plan, or follow a trajectory; as ``Robot.execute``."""
+        if isinstance(plan, Trajectory):
+            return self.follow(plan, timeout=timeout, on_cycle=on_cycle, wait=wait)
+        if not isinstance(plan, Plan):
+            raise InvalidArgumentError(
+                f"execute() takes a Plan or a Trajectory, not {shown(plan)}; robot.plan makes plans"
+            )
+        task = m.Follow(trajectory_value(plan.trajectory), planned=True)
+        return self._move(task, timeout, on_cycle, wait)
+
+    def follow(
+        self,
+        trajectory: Trajectory,
+        *,
+        approach: bool = False,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> RemoteOperation[None]:
+        """Follow a trajectory; as ``Robot.follow``."""
+        if not isinstance(trajectory, Trajectory):
+            raise InvalidArgumentError(
+                f"follow() takes a Trajectory, not a {type(trajectory).__name__}; execute() takes "
+                "a Plan or a Trajectory"
+            )
+        task = m.Follow(trajectory_value(trajectory), flag("approach", approach))
+        return self._move(task, timeout, on_cycle, wait)
+
+    def jog(
+        self,
+        velocities: Callable[[], Velocity | None],
+        *,
+        timeout: float | None = None,
+        on_cycle: OnCycle | None = None,
+        wait: bool = True,
+    ) -> RemoteOperation[None]:
+        """Move by streamed velocities until the stream ends; as ``Robot.jog``.
+
+        ``velocities`` is called 50 times per second.
+        """
+        function("jog()", velocities)
+        operation: RemoteOperation[None] = self._begin(m.JogTask(), timeout, on_cycle, wait=False)
+        streaming = threading.Thread(
+            target=self._stream, args=(operation, velocities), name="bioscara-jog", daemon=True
+        )
+        streaming.start()
+        if flag("wait", wait):
+            operation.result()
+        return operation
+
+    def _stream(
+        self, operation: RemoteOperation[None], velocities: Callable[[], Velocity | None]
+    ) -> None:
+        pause = threading.Event()
+        try:
+            while not operation.done:
+                velocity = velocities()
+                if velocity is None:
+                    self._command(m.EndJog(operation.goal))
+                    return
+                if isinstance(velocity, JointVelocity):
+                    self._command(m.SetJogVelocity(goal=operation.goal, joints=velocity))
+                else:
+                    self._command(m.SetJogVelocity(goal=operation.goal, tool=velocity))
+                pause.wait(_JOG_PERIOD)
+        except Exception as error:  # noqa: BLE001  raised by result()
+            if not operation.done:
+                operation.raised(error)
+
+    def _move(
+        self,
+        task: m.AnyTask,
+        timeout: float | None,
+        on_cycle: OnCycle | None,
+        wait: bool,
+    ) -> RemoteOperation[None]:
+        return self._begin(task, timeout, on_cycle, wait)
+
+    def _do(self, task: m.AnyTask) -> None:
+        self._begin(task, None, None, wait=True)
+
+    def _begin(
+        self, task: m.AnyTask, timeout: float | None, on_cycle: OnCycle | None, wait: bool
+    ) -> RemoteOperation[Any]:
+        if on_cycle is not None:
+            function("on_cycle", on_cycle)
+        flag("wait", wait)
+        command = m.Start(task=task, timeout=timeout, records=on_cycle is not None)
+        self._require_open()
+        answer = self._link.request(command, self._lease.epoch())
+        if not isinstance(answer, m.Accepted):
+            raise OwnerError(f"the owner answered {type(answer).__name__} to a goal")
+        operation: RemoteOperation[Any] = RemoteOperation(
+            self._link, self._lease, answer.goal, on_cycle
+        )
+        with self._registering:
+            self._operations[operation.goal] = operation
+            early = self._early.pop(operation.goal, [])
+        for message in early:
+            self._deliver(operation, message)
+        if wait:
+            try:
+                operation.observe()
+            except BaseException:
+                operation.cancel()
+                raise
+            operation.result()
+        elif on_cycle is not None:
+            threading.Thread(target=operation.observe, name="bioscara-records", daemon=True).start()
+        return operation
+
+    def _receive(self, message: m.FromOwner) -> None:
+        """Take what the owner sends without being asked; called in the link's thread."""
+        if isinstance(message, m.Event):
+            self._lease.note(message)
+            if message.what != "goal_ended" or message.goal is None:
+                return
+            number = message.goal.goal
+        elif isinstance(message, m.GoalCycle):
+            number = message.goal
+        else:
+            return
+        with self._registering:
+            operation = self._operations.get(number)
+            if operation is None:
+                # Its handle is made when the answer to the request has been read.
+                self._early.setdefault(number, []).append(message)
+                while len(self._early) > _EARLY:
+                    self._early.popitem(last=False)
+                return
+        self._deliver(operation, message)
+
+    def _deliver(self, operation: RemoteOperation[Any], message: m.Event | m.GoalCycle) -> None:
+        if isinstance(message, m.GoalCycle):
+            operation.record(message.record)
+        elif message.goal is not None:
+            operation.take(message.goal)
+            self._operations.pop(operation.goal, None)
+
+    def _owner_lost(self, error: OwnerLostError) -> None:
+        self._lease.lose(str(error))
+        with self._registering:
+            lost = list(self._operations.values())
+            self._operations.clear()
+        for operation in lost:
+            operation.lose(error)
+
+    def _require_open(self) -> None:
+        if self._closed:
+            raise NotInitializedError("the robot was closed; make another one to connect again")
+        if not self._opened:
+            raise NotInitializedError(
+                "the robot is not connected: open() it, or use it in a with statement"
+            )
+
+    def _described(self) -> m.Description:
+        if self._description is None:
+            self._require_open()
+            self._description = self._ask(m.GetDescription(), m.Description)
+        return self._description
+
+    def _ask(self, command: m.AnyCommand, kind: type[R]) -> R:
+        self._require_open()
+        result = self._link.request(command)
+        if not isinstance(result, kind):
+            raise OwnerError(f"the owner answered {type(result).__name__}, not {kind.__name__}")
+        return result
+
+    def _command(self, command: m.AnyCommand) -> None:
+        self._require_open()
+        self._link.request(command, self._lease.epoch())
+
+    def _sample(self) -> m.StateSample:
+        return self._ask(m.GetState(), m.StateSample)
+
+    def _positions(self, reason: str = "its position is unknown; home() first") -> Joints:
+        states = self.state
+        for name, position in zip(states.names, states.positions, strict=True):
+            if math.isnan(position):
+                raise NotHomedError(f"{name} is not homed: {reason}", name)
+        return Joints(*states.positions)
+
+    def __repr__(self) -> str:
+        if not self._opened or self._closed:
+            return f"<RemoteRobot {self._name}, closed>"
+        try:
+            sample = self._sample()
+        except BioscaraError as error:
+            return f"<RemoteRobot {self._name}, {error}>"
+        if sample.fault != FaultState.CLEAR.value:
+            return f"<RemoteRobot {self._name}, stopped by a fault: {self.faults[0]}>"
+        if sample.moving:
+            return f"<RemoteRobot {self._name}, busy: {', '.join(sample.moving)}>"
+        power = "enabled" if sample.enabled else "disabled"
+        if sample.pose is None:
+            return f"<RemoteRobot {self._name}, {power}, not homed>"
+        x, y, z, yaw = sample.pose
+        where = f"at x={x:z.3f} y={y:z.3f} z={z:z.3f} yaw={yaw:z.2f}"
+        return f"<RemoteRobot {self._name}, {power}, homed, {where}>"
+
+
+def _states(sample: m.StateSample) -> JointStates:
+    return JointStates(
+        sample.time,
+        sample.names,
+        sample.positions,
+        sample.velocities,
+        tuple(QUALITIES[quality] for quality in sample.qualities),
+        sample.stamps,
+    )

@@ -1,0 +1,169 @@
+"""The socket on which an owner listens."""
+
+from __future__ import annotations
+
+import asyncio
+import grp
+import logging
+import os
+import pwd
+import secrets
+import socket
+import struct
+from concurrent.futures import ThreadPoolExecutor
+
+from bioscara.api import framing
+from bioscara.api.runtime import OwnerClaim
+from bioscara.errors import ConfigurationError
+from bioscara.server.connection import Connection, Sessions
+from bioscara.server.owner import Owner
+
+CLIENTS = 200
+"""Largest number of connections."""
+_WORKERS = 4
+"""Threads for requests that take longer, as planning."""
+_TICK = 0.5
+"""Time between two looks at the socket and the lease [s]."""
+_CREDENTIALS = struct.Struct("3i")
+
+_log = logging.getLogger(__name__)
+
+
+class ApiServer:
+    """Accepts the clients of an owner, in the running event loop.
+
+    Args:
+        owner: Carries out the requests.
+        claim: The claim to the arm's name.
+        group: Name of the group whose members may be clients; empty for this user alone.
+
+    Raises:
+        ConfigurationError: There is no such group.
+    """
+
+    def __init__(self, owner: Owner, claim: OwnerClaim, group: str = "") -> None:
+        self._owner, self._claim = owner, claim
+        self._group = _group_number(group)
+        self._sessions, self._instance = Sessions(), secrets.token_hex(16)
+        self._workers = ThreadPoolExecutor(_WORKERS, "bioscara-request")
+        self._connections: set[Connection] = set()
+        self._server: asyncio.Server | None = None
+        self._ticking: asyncio.Task[None] | None = None
+
+    async def start(self) -> None:
+        """Begin to listen.
+
+        Raises:
+            OSError: The socket cannot be made.
+        """
+        self._owner.changed = self._changed
+        await self._listen()
+        self._ticking = asyncio.get_running_loop().create_task(self._tick())
+
+    async def close(self) -> None:
+        """End all connections."""
+        if self._ticking is not None:
+            self._ticking.cancel()
+        if self._server is not None:
+            self._server.close()
+        for connection in list(self._connections):
+            connection.hang_up()
+        self._workers.shutdown(wait=False, cancel_futures=True)
+
+    async def _listen(self) -> None:
+        path = self._claim.socket
+        path.unlink(missing_ok=True)
+        listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_CLOEXEC)
+        before = os.umask(0o177)
+        try:
+            listener.bind(os.fspath(path))
+        finally:
+            os.umask(before)
+        if self._group is not None:
+            os.chown(path, -1, self._group)
+            path.chmod(0o660)
+            os.chown(path.parent, -1, self._group)
+            path.parent.chmod(0o710)
+        self._server = await asyncio.get_running_loop().create_unix_server(
+            self._connection, sock=listener, backlog=128
+        )
+
+    def _connection(self) -> asyncio.Protocol:
+        return _Admission(self)
+
+    def admit(self, transport: asyncio.Transport) -> Connection | None:
+        """Return the connection of a client; None if it is refused."""
+        peer = transport.get_extra_info("socket")
+        credentials = peer.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
+        pid, uid, gid = _CREDENTIALS.unpack(credentials)
+        if not self._may(uid, gid):
+            _log.warning("process %d of user %d is refused", pid, uid)
+            return None
+        if len(self._connections) >= CLIENTS:
+            _log.warning("process %d is refused: there are %d clients", pid, CLIENTS)
+            return None
+        return Connection(
+            self._owner, self._sessions, self._instance, self._workers, self._connections
+        )
+
+    def _may(self, uid: int, gid: int) -> bool:
+        if uid in {0, os.getuid()}:
+            return True
+        if self._group is None:
+            return False
+        try:
+            name = pwd.getpwuid(uid).pw_name
+        except KeyError:
+            return gid == self._group
+        return self._group in os.getgrouplist(name, gid)
+
+    def _changed(self, has_events: bool) -> None:
+        sample = self._owner.sample
+        packed: bytes | None = None
+        for connection in tuple(self._connections):
+            if connection.wants_states:
+                packed = packed or framing.packed(sample)
+                connection.offer(packed, sample.time)
+            if has_events:
+                connection.pump()
+
+    async def _tick(self) -> None:
+        """Let a lease lapse in time, and listen again if the socket was removed."""
+        while True:
+            await asyncio.sleep(_TICK)
+            self._owner.expire()
+            try:
+                if not self._claim.restore():
+                    continue
+                if self._server is not None:
+                    self._server.close()
+                await self._listen()
+                self._owner.announce("owner", f"{self._claim.socket} was removed, and made again")
+            except Exception as error:  # noqa: BLE001  tried again; the arm goes on
+                _log.error("%s cannot be made again: %s", self._claim.socket, error)
+
+
+class _Admission(asyncio.Protocol):
+    """A connection whose peer is not known yet."""
+
+    def __init__(self, server: ApiServer) -> None:
+        self._server = server
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Admit the peer, or end the connection."""
+        assert isinstance(transport, asyncio.Transport)  # noqa: S101  of a stream server
+        connection = self._server.admit(transport)
+        if connection is None:
+            transport.abort()
+            return
+        transport.set_protocol(connection)
+        connection.connection_made(transport)
+
+
+def _group_number(name: str) -> int | None:
+    if not name:
+        return None
+    try:
+        return grp.getgrnam(name).gr_gid
+    except KeyError:
+        raise ConfigurationError(f"there is no group {name!r}; groupadd makes one") from None

@@ -1,0 +1,360 @@
+"""One client on the socket: its messages in, answers, samples, records and events out."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+from collections import OrderedDict
+from collections.abc import Callable
+from concurrent.futures import Executor
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+
+from bioscara.api import framing
+from bioscara.api import messages as m
+from bioscara.api.failures import failure_of
+from bioscara.errors import BioscaraError, BusyOwnerError, InvalidArgumentError, ProtocolError
+from bioscara.printing import printable
+from bioscara.report import CycleRecord
+from bioscara.server.owner import Later, Owner
+
+HELLO_TIMEOUT = 5.0
+"""Time in which a client has to introduce itself [s]."""
+PENDING = 64
+"""Number of requests of one connection that may be in work."""
+WAITING = 8 << 20
+"""Answers that wait for a client to read them, above which it is cut off [byte]."""
+_RECORDS = 256 << 10
+"""Waiting bytes above which records of cycles are left out [byte]."""
+ANSWERS = 256
+"""Number of answers that are kept for each session."""
+SESSIONS = 256
+"""Number of sessions that are kept."""
+
+Answer = m.Response | m.RequestFailed
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(slots=True)
+class ClientSession:
+    """A client across its connections.
+
+    Attributes:
+        name: Its random name.
+        answers: The latest answers, by the numbers of their requests; None while in work.
+        waiting: Connections that wait for an answer, by the number of its request.
+    """
+
+    name: str
+    answers: OrderedDict[int, Answer | None] = field(default_factory=OrderedDict)
+    waiting: dict[int, list[Callable[[Answer], None]]] = field(default_factory=dict)
+
+    def answer(self, number: int, message: Answer) -> None:
+        """Keep an answer, and give it to those that wait for it."""
+        self.answers[number] = message
+        while len(self.answers) > ANSWERS and next(iter(self.answers.values())) is not None:
+            self.answers.popitem(last=False)
+        for waiting in self.waiting.pop(number, ()):
+            waiting(message)
+
+
+class Sessions:
+    """The latest sessions, by name."""
+
+    def __init__(self) -> None:
+        self._kept: OrderedDict[str, ClientSession] = OrderedDict()
+
+    def take(self, name: str) -> tuple[ClientSession, bool]:
+        """Return the session of a name, and whether it was known."""
+        known = name in self._kept
+        session = self._kept.setdefault(name, ClientSession(name))
+        self._kept.move_to_end(name)
+        while len(self._kept) > SESSIONS:
+            self._kept.popitem(last=False)
+        return session, known
+
+
+class Connection(asyncio.Protocol):
+    """A connection of a client, as a protocol of asyncio.
+
+    Args:
+        owner: Carries out the requests.
+        sessions: The sessions.
+        instance: Random name of this run of the owner.
+        workers: Runs what takes longer.
+        connections: All connections; this one adds and removes itself.
+
+    Attributes:
+        session: Name of its session.
+        name: Name of the client.
+    """
+
+    def __init__(
+        self,
+        owner: Owner,
+        sessions: Sessions,
+        instance: str,
+        workers: Executor,
+        connections: set[Connection],
+    ) -> None:
+        self._owner, self._sessions, self._instance = owner, sessions, instance
+        self._workers, self._connections = workers, connections
+        self._frames = framing.Frames(framing.REQUEST_MAX)
+        self._decode: Callable[[bytes], Any] = framing.from_client.decode
+        self._encode: Callable[[Any], bytes] = framing.encode_packed
+        self._transport: asyncio.Transport | None = None
+        self._session: ClientSession | None = None
+        self.session, self.name = "", ""
+        self._pending = 0
+        self._full = False
+        self._states, self._period, self._due = False, 0.0, 0.0
+        self._behind = False
+        self._cursor: int | None = None
+        self._patience: asyncio.TimerHandle | None = None
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Begin: the client has to introduce itself soon."""
+        assert isinstance(transport, asyncio.Transport)  # noqa: S101  of a stream server
+        self._transport = transport
+        # Zero: a sample is sent only if the client has read everything before it.
+        transport.set_write_buffer_limits(high=0)
+        self._connections.add(self)
+        self._patience = asyncio.get_running_loop().call_later(
+            HELLO_TIMEOUT, self._cut_off, "it did not introduce itself"
+        )
+
+    def connection_lost(self, exc: Exception | None) -> None:  # noqa: ARG002  asyncio's form
+        """End: the lease stays until it lapses, as the client may connect again."""
+        self._connections.discard(self)
+        self._transport = None
+        if self._patience is not None:
+            self._patience.cancel()
+        if self.name:
+            self._owner.announce("client", f"{self.name} has left", self.name)
+
+    def data_received(self, data: bytes) -> None:
+        """Take bytes of the client."""
+        try:
+            for payload in self._frames.feed(data):
+                self._receive(payload)
+                if self._transport is None:
+                    return
+        except ProtocolError as error:
+            self._reject(None, error)
+
+    def pause_writing(self) -> None:
+        """The client does not read as fast as it is sent."""
+        self._full = True
+
+    def resume_writing(self) -> None:
+        """The client has read everything: send what is newest."""
+        self._full = False
+        if self._behind:
+            self._behind = False
+            self._send(self._owner.sample)
+        self._pump()
+
+    def _receive(self, payload: bytes) -> None:
+        if self._session is None and payload[:1] == b"{":
+            self._decode, self._encode = framing.json_from_client.decode, framing.encode_json
+        try:
+            message = self._decode(payload)
+        except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
+            number = self._readable_number(payload)
+            refused: BioscaraError
+            if isinstance(error, msgspec.ValidationError):
+                refused = InvalidArgumentError(f"the request cannot be used: {error}")
+            else:
+                refused = ProtocolError(f"the message cannot be read: {error}")
+            self._reject(number, refused)
+            return
+        if isinstance(message, m.ClientHello):
+            self._greet(message)
+        elif self._session is None:
+            self._reject(None, ProtocolError("a request came before hello"))
+        else:
+            self._request(self._session, message)
+
+    def _readable_number(self, payload: bytes) -> int | None:
+        """Return the number of a request that is otherwise wrong; None if it has none."""
+        if self._session is None:
+            return None
+        decode = msgspec.json.decode if payload[:1] == b"{" else msgspec.msgpack.decode
+        try:
+            message = decode(payload)
+        except (msgspec.DecodeError, RecursionError, UnicodeError):
+            return None
+        number = message.get("id") if isinstance(message, dict) else None
+        return number if isinstance(number, int) else None
+
+    def _greet(self, hello: m.ClientHello) -> None:
+        owner = self._owner
+        if self._session is not None:
+            self._reject(None, ProtocolError("hello came twice"))
+            return
+        if hello.version != m.VERSION:
+            text = f"the owner speaks version {m.VERSION} of its messages, not {hello.version}"
+            self._reject(None, ProtocolError(f"{text}; install the same version of bioscara"))
+            return
+        if not 0 < len(hello.client) <= m.NAME_MAX or not 0 < len(hello.session) <= m.NAME_MAX:
+            text = f"a client and its session have names of 1 to {m.NAME_MAX} characters"
+            self._reject(None, ProtocolError(text))
+            return
+        if self._patience is not None:
+            self._patience.cancel()
+        self.session, self.name = hello.session, printable(hello.client)
+        self._session, resumed = self._sessions.take(hello.session)
+        welcome = m.Welcome(
+            version=m.VERSION,
+            owner=owner.name,
+            instance=self._instance,
+            arm=owner.robot.description,
+            last_event=owner.events.last,
+            resumed=resumed,
+        )
+        self._send(welcome)
+        owner.announce("client", f"{self.name} has connected", self.name)
+
+    def _request(self, session: ClientSession, request: m.ClientRequest) -> None:
+        number, command = request.id, request.command
+        match command:
+            case m.Recall():
+                self._recall(session, number, command.request)
+                return
+            case m.Subscribe():
+                self._subscribe(number, command)
+                return
+        if number in session.answers:
+            self._recall(session, number, number)
+            return
+        session.answers[number] = None
+        answer = self._answerer(session, number)
+        if self._pending >= PENDING and not isinstance(command, m.StopAll):
+            text = f"{PENDING} requests of this client are in work; wait for their answers"
+            answer(m.RequestFailed(number, failure_of(BusyOwnerError(text))))
+            return
+        try:
+            result = self._owner.handle(self, command, request.epoch, len(self._connections))
+        except Exception as error:  # noqa: BLE001  answered to the client
+            answer(self._refusal(number, error))
+            return
+        if isinstance(result, Later):
+            self._pending += 1
+            asyncio.get_running_loop().create_task(self._finish(number, result, answer))
+        else:
+            answer(m.Response(number, result))
+
+    async def _finish(self, number: int, later: Later, answer: Callable[[Answer], None]) -> None:
+        loop = asyncio.get_running_loop()
+        try:
+            done = await loop.run_in_executor(self._workers, later.work)
+            message: Answer = m.Response(number, later.finish(done))
+        except Exception as error:  # noqa: BLE001  answered to the client
+            message = self._refusal(number, error)
+        finally:
+            self._pending -= 1
+        answer(message)
+
+    def _answerer(self, session: ClientSession, number: int) -> Callable[[Answer], None]:
+        def answer(message: Answer) -> None:
+            session.answer(number, message)
+            self._send(message)
+
+        return answer
+
+    def _recall(self, session: ClientSession, number: int, wanted: int) -> None:
+        if wanted not in session.answers:
+            error = InvalidArgumentError(f"request {wanted} has not arrived, or was long ago")
+            self._send(m.RequestFailed(number, failure_of(error)))
+            return
+        kept = session.answers[wanted]
+        if kept is None:
+            waiting = session.waiting.setdefault(wanted, [])
+            waiting.append(lambda message: self._send(msgspec.structs.replace(message, id=number)))
+        else:
+            self._send(msgspec.structs.replace(kept, id=number))
+
+    def _refusal(self, number: int, error: Exception) -> m.RequestFailed:
+        if not isinstance(error, BioscaraError | OSError):
+            _log.error("request %d of %s failed", number, self.name, exc_info=error)
+        return m.RequestFailed(number, failure_of(error))
+
+    def _reject(self, number: int | None, error: BioscaraError) -> None:
+        """Refuse a message that cannot be read; without its number the connection ends."""
+        self._send(m.RequestFailed(number, failure_of(error)))
+        if number is None:
+            _log.warning("client %s is cut off: %s", self.name or "without a name", error)
+            if self._transport is not None:
+                self._transport.close()
+
+    def _cut_off(self, reason: str) -> None:
+        _log.warning("client %s is cut off: %s", self.name or "without a name", reason)
+        if self._transport is not None:
+            self._transport.abort()
+
+    def _subscribe(self, number: int, command: m.Subscribe) -> None:
+        if not command.period >= 0.0:
+            error = InvalidArgumentError(f"period {command.period:g} s must not be below zero")
+            self._send(m.RequestFailed(number, failure_of(error)))
+            return
+        self._send(m.Response(number, m.Done()))
+        self._states, self._period, self._due = command.states, command.period, 0.0
+        self._behind = False
+        self._cursor = command.events_after
+        asyncio.get_running_loop().call_soon(self._pump)
+
+    @property
+    def wants_states(self) -> bool:
+        """Whether it has subscribed to samples."""
+        return self._states
+
+    def hang_up(self) -> None:
+        """End the connection once everything is sent."""
+        if self._transport is not None:
+            self._transport.close()
+
+    def offer(self, sample: bytes, time: float) -> None:
+        """Send a sample, unless the client still reads; then it gets the newest afterwards.
+
+        Args:
+            sample: The framed sample as msgpack.
+            time: Its time on the arm's clock [s].
+        """
+        if self._transport is None or time < self._due:
+            return
+        self._due = time + 0.999 * self._period
+        if self._full:
+            self._behind = True
+        elif self._encode is framing.encode_json:
+            self._send(self._owner.sample)
+        else:
+            self._transport.write(sample)
+
+    def pump(self) -> None:
+        """Send the events that are due."""
+        if self._cursor is not None:
+            self._pump()
+
+    def _pump(self) -> None:
+        while self._cursor is not None and not self._full and self._transport is not None:
+            event = self._owner.events.after(self._cursor)
+            if event is None:
+                return
+            self._cursor = event.number
+            self._send(event)
+
+    def send_record(self, goal: int, record: CycleRecord) -> None:
+        """Send the record of a cycle, unless the client reads too slowly."""
+        if self._transport is not None and self._transport.get_write_buffer_size() < _RECORDS:
+            self._send(m.GoalCycle(goal, record))
+
+    def _send(self, message: m.ApiMessage) -> None:
+        if self._transport is None:
+            return
+        if self._transport.get_write_buffer_size() > WAITING:
+            self._cut_off("it does not read its answers")
+            return
+        self._transport.write(framing.framed(self._encode(message)))

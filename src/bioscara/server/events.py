@@ -1,0 +1,74 @@
+"""Numbered events, of which the latest are kept for clients that connect again."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable
+
+from bioscara.api.messages import Event, FaultValue, GoalValue, LeaseValue
+
+KEPT = 10_000
+"""Number of events that are kept."""
+
+
+class Events:
+    """The events of an owner.
+
+    Args:
+        clock: Returns the time on the arm's clock [s].
+        wall: Returns the time since 1970 [s].
+
+    Attributes:
+        last: Number of the newest event; 0 before the first.
+    """
+
+    def __init__(self, clock: Callable[[], float], wall: Callable[[], float] = time.time) -> None:
+        self._clock, self._wall = clock, wall
+        self._kept: deque[Event] = deque(maxlen=KEPT)
+        self.last = 0
+
+    def add(
+        self,
+        what: str,
+        text: str,
+        client: str = "",
+        *,
+        goal: GoalValue | None = None,
+        fault: FaultValue | None = None,
+        lease: LeaseValue | None = None,
+    ) -> Event:
+        """Add an event; arguments as its fields."""
+        self.last += 1
+        event = Event(
+            number=self.last,
+            time=self._clock(),
+            wall=self._wall(),
+            what=what,
+            text=text,
+            client=client,
+            goal=goal,
+            fault=fault,
+            lease=lease,
+        )
+        self._kept.append(event)
+        return event
+
+    def after(self, number: int) -> Event | None:
+        """Return the event that follows a number; None if there is none yet.
+
+        If it is not kept any more, this is a ``gap`` whose number is the last that is missing.
+        """
+        if number >= self.last:
+            return None
+        first = self._kept[0].number
+        if number + 1 < first:
+            missing = first - 1 - max(number, 0)
+            return Event(
+                number=first - 1,
+                time=self._clock(),
+                wall=self._wall(),
+                what="gap",
+                text=f"{missing} events are not kept any more, up to number {first - 1}",
+            )
+        return self._kept[number + 1 - first]

@@ -1,0 +1,445 @@
+"""The owner of an arm: carries out the requests of all clients."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections import OrderedDict
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+from bioscara.api import messages as m
+from bioscara.api.values import fault_value, trajectory_value
+from bioscara.control.faults.kinds import ArmFault
+from bioscara.control.loop.loop import CycleReport
+from bioscara.errors import ConflictError, InvalidArgumentError, LeaseError, MotionCancelledError
+from bioscara.report import CycleRecord
+from bioscara.robot import Robot
+from bioscara.robot.operations.jog import Jog, Velocity
+from bioscara.robot.planner import Plan
+from bioscara.robot.workspace.workspace import Workspace
+from bioscara.server.events import Events
+from bioscara.server.goals import ClientGoal, Goals
+from bioscara.server.lease import Lease
+from bioscara.server.overlay_file import OverlayFile
+from bioscara.server.queries import (
+    controller_list,
+    fault_list,
+    flight_record,
+    flight_records,
+    statistics,
+    workspace_state,
+)
+from bioscara.server.sampling import Sampler
+from bioscara.server.tasks import JogStream, Tasks, make_plan
+from bioscara.version import __version__
+
+PLANS = 32
+"""Number of plans that are kept."""
+
+
+class Client(Protocol):
+    """A client as the owner knows it.
+
+    Attributes:
+        session: Random name of its session.
+        name: Its name, for messages to people.
+    """
+
+    session: str
+    name: str
+
+    def send_record(self, goal: int, record: CycleRecord) -> None:
+        """Send the record of a control cycle of its goal, unless it reads too slowly."""
+
+
+class Later(NamedTuple):
+    """A request that takes longer than a thread of requests may be occupied.
+
+    Attributes:
+        work: Called in another thread.
+        finish: Called with its result in the thread of the requests; returns the result.
+    """
+
+    work: Callable[[], Any]
+    finish: Callable[[Any], m.AnyResult]
+
+
+class Owner:
+    """Carries out requests, one at a time; all methods are called in one thread.
+
+    Only :meth:`observe` is called in the control loop's thread.
+
+    Args:
+        robot: The arm, connected; to be watched from now on.
+        name: Name of the owner.
+        post: Calls a function soon, in the thread of the requests.
+        simulated: Whether the arm is simulated.
+        overlay: The file with the values in which this arm differs; None if there is none.
+        evidence: Folder of the flight records.
+        clock: Returns the time [s].
+
+    Attributes:
+        robot: As given.
+        name: As given.
+        events: The events.
+        lease: The lease.
+        goals: The goals.
+        sample: The state at the end of the last cycle.
+        changed: Called when there is a new sample, or a new event.
+    """
+
+    def __init__(
+        self,
+        robot: Robot,
+        name: str,
+        post: Callable[[Callable[[], object]], object],
+        *,
+        simulated: bool,
+        overlay: Path | None,
+        evidence: Path,
+        clock: Callable[[], float] = time.monotonic,
+    ) -> None:
+        self.robot, self.name, self._arm, self._post = robot, name, robot.arm, post
+        self._simulated, self._evidence, self._clock = simulated, evidence, clock
+        self._overlay = OverlayFile(overlay)
+        self.events = Events(robot.clock.now)
+        self.lease = Lease(clock)
+        self.goals = Goals()
+        self.changed: Callable[[bool], object] = lambda _: None
+        self._plans: OrderedDict[int, Plan] = OrderedDict()
+        self._last_plan = 0
+        self._workspace, self._revision = self._content(), 1
+        self._revising = threading.Lock()
+        self._tasks = Tasks(self._arm, self._plans, self._current_revision, self._conflict)
+        self._stops = 0
+        self._begin = clock()
+        self._sampler = Sampler(self._arm)
+        self._faults: tuple[ArmFault, ...] = ()
+        self._warnings: tuple[str, ...] = ()
+        self._activity = self._arm.stack.manager.activity
+        self._posted = False
+        self._handlers: dict[type[m.Command], Callable[[Client, Any, int], Any]] = {
+            m.Start: self._start,
+            m.SetJogVelocity: self._set_jog_velocity,
+            m.EndJog: self._end_jog,
+            m.Cancel: self._cancel,
+            m.PauseGoal: self._pause_goal,
+            m.ResumeGoal: self._resume_goal,
+            m.Pause: self._pause,
+            m.Resume: self._resume,
+            m.SetSpeedOverride: self._set_speed_override,
+            m.StopAll: self._stop,
+            m.MakePlan: self._make_plan,
+            m.AcquireLease: self._acquire,
+            m.RenewLease: self._renew,
+            m.ReleaseLease: self._release,
+            m.GetState: lambda *_: self.sample,
+            m.GetDescription: self._describe,
+            m.GetWorkspace: lambda *_: workspace_state(self._arm, self._current_revision()),
+            m.GetFaults: lambda *_: fault_list(self._arm),
+            m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
+            m.ListGoals: lambda *_: m.GoalList(tuple(goal.value() for goal in self.goals.all)),
+            m.GetLease: lambda *_: m.LeaseState(self.lease.value()),
+            m.GetParameters: lambda *_: self._overlay.state(),
+            m.SetParameters: self._set_parameters,
+            m.ListControllers: lambda *_: controller_list(self._arm),
+            m.ListFlightRecords: lambda *_: m.FlightRecordList(tuple(flight_records(evidence))),
+            m.GetFlightRecord: lambda _, command, __: Later(
+                lambda: flight_record(evidence, command.name), lambda record: record
+            ),
+        }
+        stack = self._arm.stack
+        stack.loop.restart()
+        self.sample = self._sampler.sample(stack.loop.step())
+        self._arm.observers = (*self._arm.observers, self.observe)
+        self.events.add("owner", f"{name} serves {robot.description}")
+
+    def handle(
+        self, client: Client, command: m.AnyCommand, epoch: int | None, clients: int = 1
+    ) -> m.AnyResult | Later:
+        """Carry out a command.
+
+        Args:
+            client: Who sent it.
+            command: The command.
+            epoch: Epoch of its lease, if it carries one.
+            clients: Number of connections.
+
+        Raises:
+            LeaseError: It needs a lease, and the client does not hold it.
+            BioscaraError: It is refused, or failed.
+        """
+        if isinstance(command, m.GetStatistics):
+            return statistics(self._arm, clients, self._clock() - self._begin)
+        if command.needs_lease:
+            self.expire()
+            self.lease.require(client.session, epoch)
+        result: m.AnyResult | Later = self._handlers[type(command)](client, command, epoch or 0)
+        return result
+
+    def observe(self, cycle: CycleReport) -> None:
+        """Take a sample at the end of a cycle."""
+        try:
+            self.sample = self._sampler.sample(cycle)
+        except Exception as error:  # noqa: BLE001  the loop must go on, and what is wrong is shown
+            self._post(partial(self._warn, f"the state cannot be sampled: {error!r}"))
+            return
+        if not self._posted:
+            self._posted = True
+            self._post(self._after_cycle)
+
+    def expire(self) -> None:
+        """Let the lease lapse if it is due: goals that depend on it are stopped."""
+        client = self.lease.client
+        if self.lease.lapsed():
+            self._lose_lease(f"the lease of {client} has lapsed", client)
+
+    def _after_cycle(self) -> None:
+        self._posted = False
+        events = self.events.last
+        self.expire()
+        self._report_faults()
+        self._report_warnings()
+        if (activity := self._arm.stack.manager.activity) != self._activity:
+            self._activity = activity
+            self._event("controllers", "controllers or hardware components changed their state")
+        self._current_revision()
+        self.changed(self.events.last != events)
+
+    def _report_faults(self) -> None:
+        if not self.robot.arm.session.connected:
+            return
+        faults = self.robot.faults
+        if faults == self._faults:
+            return
+        known = {(fault.kind, fault.source, fault.time) for fault in self._faults}
+        for fault in faults:
+            if (fault.kind, fault.source, fault.time) not in known:
+                self._event("fault", str(fault), fault=fault_value(fault))
+        if not faults:
+            self._event("faults_cleared", "the faults are cleared")
+        self._faults = faults
+
+    def _report_warnings(self) -> None:
+        if not self.robot.arm.session.connected:
+            return
+        warnings = self.robot.warnings
+        if warnings == self._warnings:
+            return
+        # The latest are kept; those that are new follow the longest common part.
+        for shift in range(len(self._warnings) + 1):
+            if self._warnings[shift:] == warnings[: len(self._warnings) - shift]:
+                break
+        for warning in warnings[len(self._warnings) - shift :]:
+            self._warn(warning)
+        self._warnings = warnings
+
+    def _warn(self, text: str) -> None:
+        self._event("warning", text)
+
+    def _event(self, what: str, text: str, client: str = "", **details: Any) -> None:
+        self.events.add(what, text, client, **details)
+        self.changed(True)
+
+    def announce(self, what: str, text: str, client: str = "") -> None:
+        """Add an event of the server itself."""
+        self._event(what, text, client)
+
+    def _acquire(self, client: Client, command: m.AcquireLease, _: int) -> m.LeaseState:
+        self.expire()
+        lease = self.lease
+        former, name = lease.holder, lease.client
+        lease.acquire(client.session, client.name, command.time_to_live, force=command.force)
+        if former and former != client.session:
+            self._stop_dependent(former)
+            text = f"{client.name} took the lease over from {name}"
+        else:
+            text = f"{client.name} commands the arm"
+        if former != client.session:
+            self._event("lease", text, client.name, lease=lease.value())
+        return m.LeaseState(lease.value())
+
+    def _renew(self, *_: object) -> m.LeaseState:
+        self.lease.renew()
+        return m.LeaseState(self.lease.value())
+
+    def _release(self, client: Client, *_: object) -> m.Done:
+        self.lease.end()
+        self._lose_lease(f"{client.name} released the lease", client.name, client.session)
+        return m.Done()
+
+    def _lose_lease(self, text: str, client: str, session: str = "") -> None:
+        self._stop_dependent(session)
+        self._event("lease", text, client, lease=self.lease.value())
+
+    def _stop_dependent(self, session: str) -> None:
+        """Stop the goals that may not go on without the lease, of a session or of all."""
+        for goal in self.goals.running:
+            if session and goal.session != session:
+                continue
+            if goal.on_lease_loss == "stop" or isinstance(goal.operation, Jog):
+                goal.operation.cancel()
+
+    def _start(self, client: Client, command: m.Start, epoch: int) -> Later:
+        stops, goals = self._stops, self.goals
+
+        def observe(record: CycleRecord) -> None:
+            self._post(lambda: client.send_record(goal.number, record))
+
+        on_cycle = observe if command.records else None
+        operation = self._tasks.operation(command.task, command.timeout, on_cycle)
+        goal = goals.new(operation, client.session, client.name, epoch, command.on_lease_loss)
+
+        def admit() -> None:
+            # The devices are claimed: a stop from now on reaches the operation itself.
+            if self._stops != stops:
+                raise MotionCancelledError(f"{operation.name} was stopped before anything moved")
+            if (self.lease.epoch, self.lease.holder) != (epoch, client.session):
+                raise LeaseError(f"{operation.name}: the lease ended before anything moved")
+
+        def finish(_: object) -> m.Accepted:
+            value = goal.value()
+            goals.keep(goal)
+            self._event(
+                "goal_accepted", f"{operation.name} by {client.name}", client.name, goal=value
+            )
+            # The lease may have ended while the motion was planned.
+            self.expire()
+            if (
+                self.lease.epoch,
+                self.lease.holder,
+            ) != (epoch, client.session) and command.on_lease_loss == "stop":
+                operation.cancel()
+            operation.when_done(lambda: self._post(lambda: self._ended(goal)))
+            return m.Accepted(value)
+
+        return Later(lambda: self._arm.begin(operation, admit), finish)
+
+    def _ended(self, goal: ClientGoal) -> None:
+        value = goal.value()
+        reason = "" if value.failure is None else f": {value.failure.text}"
+        text = f"{value.name} by {value.client} {value.status}{reason}"
+        self._event("goal_ended", text, value.client, goal=value)
+
+    def _set_jog_velocity(self, _: Client, command: m.SetJogVelocity, __: int) -> m.Done:
+        given: list[Velocity] = [
+            each for each in (command.joints, command.tool) if each is not None
+        ]
+        if len(given) != 1:
+            raise InvalidArgumentError("give the velocity of the joints or that of the tool")
+        self._stream(command.goal).set(given[0])
+        return m.Done()
+
+    def _end_jog(self, _: Client, command: m.EndJog, __: int) -> m.Done:
+        self._stream(command.goal).end()
+        return m.Done()
+
+    def _stream(self, number: int) -> JogStream:
+        operation = self.goals.get(number).operation
+        if not isinstance(operation, Jog) or not isinstance(operation.velocities, JogStream):
+            raise InvalidArgumentError(f"goal {number} is {operation.name}, not a jog")
+        if operation.done:
+            operation.result()
+            raise InvalidArgumentError(f"the jog {number} has ended; begin another one")
+        return operation.velocities
+
+    def _cancel(self, _: Client, command: m.Cancel, __: int) -> m.Done:
+        self.goals.get(command.goal).operation.cancel()
+        return m.Done()
+
+    def _pause_goal(self, _: Client, command: m.PauseGoal, __: int) -> m.Done:
+        self.goals.get(command.goal).operation.pause()
+        return m.Done()
+
+    def _resume_goal(self, _: Client, command: m.ResumeGoal, __: int) -> m.Done:
+        self.goals.get(command.goal).operation.resume()
+        return m.Done()
+
+    def _pause(self, client: Client, *_: object) -> m.Done:
+        self.robot.pause()
+        self._event("pause", f"{client.name} paused all motion", client.name)
+        return m.Done()
+
+    def _resume(self, client: Client, *_: object) -> m.Done:
+        self.robot.resume()
+        self._event("resume", f"{client.name} resumed the motion", client.name)
+        return m.Done()
+
+    def _set_speed_override(self, client: Client, command: m.SetSpeedOverride, _: int) -> m.Done:
+        self.robot.speed_override = command.share
+        text = f"{client.name} set the speed to {command.share:.0%}"
+        self._event("speed_override", text, client.name)
+        return m.Done()
+
+    def _stop(self, client: Client, *_: object) -> m.Done:
+        # First the arm, then all else.
+        self._stops += 1
+        self.robot.stop()
+        holder = self.lease.holder
+        text = f"{client.name} stopped all motion"
+        if holder and holder != client.session:
+            # Commands that were sent before their client saw the stop must not move the arm again.
+            text += f", and ended the lease of {self.lease.client}"
+            self.lease.end()
+        self._event("stop", text, client.name, lease=self.lease.value())
+        return m.Done()
+
+    def _make_plan(self, _: Client, command: m.MakePlan, __: int) -> Later:
+        def finish(plan: Plan) -> m.PlanMade:
+            self._last_plan += 1
+            self._plans[self._last_plan] = plan
+            while len(self._plans) > PLANS:
+                self._plans.popitem(last=False)
+            return m.PlanMade(self._last_plan, trajectory_value(plan.trajectory), plan.notes)
+
+        return Later(lambda: make_plan(self._arm, command.motion), finish)
+
+    def _describe(self, *_: object) -> m.Description:
+        loop = self._arm.stack.loop
+        return m.Description(
+            name=self.name,
+            arm=self.robot.description,
+            simulated=self._simulated,
+            parameters=self.robot.parameters,
+            rate=loop.rate,
+            bus_share=loop.bus_share,
+            software=__version__,
+        )
+
+    def _set_parameters(self, client: Client, command: m.SetParameters, _: int) -> Later:
+        def finish(state: m.ParametersState) -> m.ParametersState:
+            self._event("parameters", f"{client.name} changed the overlay", client.name)
+            return state
+
+        return Later(lambda: self._overlay.write(command.overlay, command.revision), finish)
+
+    def _content(self) -> tuple[object, ...]:
+        space: Workspace = self._arm.workspace
+        return space.scene, space.table, space.tool, space.reduced_speed, space.load
+
+    def _current_revision(self) -> int:
+        """Return the number of the present workspace; called by any thread."""
+        with self._revising:
+            content = self._content()
+            if any(a is not b for a, b in zip(content, self._workspace, strict=True)):
+                self._workspace = content
+                self._revision += 1
+                text = f"the workspace is number {self._revision} now"
+                self._post(lambda: self._event("workspace", text))
+            return self._revision
+
+    @staticmethod
+    def _conflict(revision: int) -> ConflictError:
+        return ConflictError(
+            f"another client has changed the workspace, which is number {revision} now; read it "
+            "again and repeat the change",
+            revision,
+        )
+
+
+def run(result: m.AnyResult | Later) -> m.AnyResult:
+    """Finish a request in this thread."""
+    return result.finish(result.work()) if isinstance(result, Later) else result

@@ -1,0 +1,67 @@
+"""Samples of the arm's state, taken in the control loop."""
+
+from __future__ import annotations
+
+import math
+
+from bioscara.api.messages import StateSample
+from bioscara.api.values import QUALITIES
+from bioscara.control.loop.loop import CycleReport
+from bioscara.hardware import LifecycleState
+from bioscara.kinematics.pose import wrapped
+from bioscara.robot.arm import Arm
+
+_NUMBER = {quality: number for number, quality in enumerate(QUALITIES)}
+_UNKNOWN = len(QUALITIES) - 1
+
+
+class Sampler:
+    """Makes a sample of the arm's state at the end of each cycle.
+
+    Args:
+        arm: The arm, connected.
+    """
+
+    def __init__(self, arm: Arm) -> None:
+        self._arm = arm
+        self._names = tuple(axis.name for axis in arm.stack.arm.axes)
+        self._cycle = 0
+
+    def sample(self, cycle: CycleReport) -> StateSample:
+        """Return the state at the end of a cycle."""
+        arm = self._arm
+        stack = arm.stack
+        self._cycle += 1
+        axes, states = stack.arm.axes, stack.broadcaster.states
+        count = len(axes)
+        pose = None
+        if states is None:
+            positions = velocities = (math.nan,) * count
+            qualities, stamps = (_UNKNOWN,) * count, (math.nan,) * count
+        else:
+            positions, velocities, stamps = states.positions, states.velocities, states.stamps
+            qualities = tuple([_NUMBER[quality] for quality in states.qualities])
+            if not math.isnan(sum(positions)):
+                pose = arm.workspace.kinematics.forward(positions)
+                pose = pose._replace(yaw=wrapped(pose.yaw))
+        return StateSample(
+            cycle=self._cycle,
+            time=cycle.time,
+            names=self._names,
+            positions=positions,
+            velocities=velocities,
+            qualities=qualities,
+            stamps=stamps,
+            flags=tuple([int(axis.sample.flags) for axis in axes]),
+            commands=tuple([axis.position_command.value for axis in axes]),
+            pose=pose,
+            width=arm.jaws.commanded,
+            enabled=stack.arm.state is LifecycleState.ACTIVE,
+            fault=stack.supervisor.state.value,
+            paused=arm.paused,
+            speed_override=arm.speed_override,
+            moving=tuple([operation.name for operation in arm.operations]),
+            late=max(cycle.timing.late, 0.0),
+            bus_time=stack.arm.bus_time,
+            stale=states is None,
+        )

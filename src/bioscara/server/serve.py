@@ -1,0 +1,179 @@
+"""Serving an arm: the owner's loop, its socket and its gateways, until a request to end."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+from bioscara.api.runtime import OwnerClaim
+from bioscara.robot import FAULTS, Robot
+from bioscara.server.api_server import ApiServer
+from bioscara.server.gateways import Gateways
+from bioscara.server.owner import Owner
+
+_log = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class ServeSettings:
+    """How an arm is served.
+
+    Attributes:
+        name: Name of the owner.
+        bus: Name of the bus.
+        overlay: File with the values in which this arm differs; None if there is none.
+        evidence: Folder of the flight records.
+        group: Group whose members may be clients; empty for this user alone.
+        gateways: Programs to run beside it.
+        priority: Real-time priority of the control loop; None for none.
+        speed: Factor by which simulated time is faster than real time.
+    """
+
+    name: str
+    bus: str
+    overlay: Path | None = None
+    evidence: Path = FAULTS
+    group: str = ""
+    gateways: Sequence[str] = ()
+    priority: int | None = None
+    speed: float = 1.0
+
+    @property
+    def simulated(self) -> bool:
+        """Whether the arm is simulated."""
+        return self.bus.partition(":")[0] == "sim"
+
+
+async def serve(
+    robot: Robot,
+    settings: ServeSettings,
+    claim: OwnerClaim,
+    ended: asyncio.Event,
+    ready: Callable[[Owner], object],
+) -> None:
+    """Serve an arm until ``ended``, then bring it to rest and release it.
+
+    Args:
+        robot: The arm, connected.
+        settings: How it is served.
+        claim: The claim to its name.
+        ended: Set to end.
+        ready: Called when clients can connect.
+
+    Raises:
+        BioscaraError: The arm cannot be watched, or a joint could not be released.
+        OSError: The socket cannot be made.
+    """
+    loop = asyncio.get_running_loop()
+
+    def post(function: Callable[[], object]) -> None:
+        # The loop may have ended since: then nobody is there for it.
+        if not loop.is_closed():
+            loop.call_soon_threadsafe(function)
+
+    owner = Owner(
+        robot,
+        settings.name,
+        post,
+        simulated=settings.simulated,
+        overlay=settings.overlay,
+        evidence=settings.evidence,
+    )
+    robot.watch(priority=settings.priority, speed=settings.speed)
+    server = ApiServer(owner, claim, settings.group)
+    gateways = Gateways(settings.gateways, settings.name, owner.announce)
+    try:
+        await server.start()
+        gateways.start()
+        ready(owner)
+        await ended.wait()
+        owner.announce("owner", f"{settings.name} ends: the arm comes to rest and is released")
+        robot.stop()
+        await gateways.close()
+    finally:
+        try:
+            await asyncio.to_thread(robot.close)
+        finally:
+            # The results of goals that ended just now are posted already.
+            await asyncio.sleep(0.0)
+            await server.close()
+
+
+class Served:
+    """An arm that is served by a thread of this process.
+
+    Attributes:
+        owner: The owner.
+        robot: The arm.
+    """
+
+    def __init__(self, robot: Robot, settings: ServeSettings) -> None:
+        self.robot, self._settings = robot, settings
+        self._claim = OwnerClaim(settings.name, settings.bus)
+        self._ready = threading.Event()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._ended: asyncio.Event | None = None
+        self._error: BaseException | None = None
+        self._thread = threading.Thread(target=self._run, name="bioscara-served")
+        self.owner: Owner
+
+    def start(self) -> None:
+        """Return when clients can connect.
+
+        Raises:
+            BioscaraError, OSError: It cannot be served.
+        """
+        self._thread.start()
+        self._ready.wait()
+        if self._error is not None:
+            raise self._error
+
+    def close(self) -> None:
+        """End the service and release the arm."""
+        if self._loop is not None and self._ended is not None and not self._loop.is_closed():
+            self._loop.call_soon_threadsafe(self._ended.set)
+        self._thread.join()
+        self._claim.close()
+        if self._error is not None:
+            raise self._error
+
+    def _run(self) -> None:
+        async def run() -> None:
+            self._loop, self._ended = asyncio.get_running_loop(), asyncio.Event()
+            await serve(self.robot, self._settings, self._claim, self._ended, self._begun)
+
+        try:
+            asyncio.run(run())
+        except BaseException as error:  # noqa: BLE001  raised by start() or close()
+            self._error = error
+        finally:
+            self._ready.set()
+
+    def _begun(self, owner: Owner) -> None:
+        self.owner = owner
+        self._ready.set()
+
+
+@contextmanager
+def serving(robot: Robot, settings: ServeSettings) -> Iterator[Served]:
+    """Serve an arm for a block of code, in a thread of this process.
+
+    Args:
+        robot: The arm; opened unless it is, and closed at the end.
+        settings: How it is served.
+
+    Raises:
+        BioscaraError, OSError: It cannot be opened or served.
+    """
+    with robot:
+        served = Served(robot, settings)
+        served.start()
+        try:
+            yield served
+        finally:
+            served.close()

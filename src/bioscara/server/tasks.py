@@ -1,0 +1,290 @@
+"""The operation of each task that a client can begin."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+from bioscara.api import messages as m
+from bioscara.api.values import scene_of, trajectory_of
+from bioscara.control.manager.switch_request import Strictness
+from bioscara.errors import InvalidArgumentError, NotSupportedError
+from bioscara.hardware import LifecycleState
+from bioscara.planning.motions.jog import JointVelocity
+from bioscara.robot.arm import Arm
+from bioscara.robot.operations.between_cycles import BetweenCycles
+from bioscara.robot.operations.change_workspace import ChangeWorkspace
+from bioscara.robot.operations.fault_handling import Acknowledge, Recover
+from bioscara.robot.operations.follow_trajectory import FollowTrajectory, MakePlan, checked
+from bioscara.robot.operations.grasp import OPENING, SQUEEZE, Attach, Grasp, Release
+from bioscara.robot.operations.home import Home
+from bioscara.robot.operations.jog import Jog, Velocity
+from bioscara.robot.operations.move_gripper import MoveGripper
+from bioscara.robot.operations.operation import OnCycle, Operation
+from bioscara.robot.operations.power import Disable, DisableGripper, Enable, EnableGripper
+from bioscara.robot.planner import Plan, Planner
+from bioscara.robot.workspace.workspace import Workspace
+from bioscara.sim import FirmwareBus, SimulatedArm
+from bioscara.spelling import did_you_mean
+
+_Limits = dict[str, Any]
+"""Arguments that the operations of motions have in common."""
+_JOG_TIMEOUT = 0.15
+"""Time for which a velocity of a jog applies without another one [s], as in ``Robot.jog``."""
+
+
+class JogStream:
+    """The velocities that a client streams to a jog.
+
+    Args:
+        clock: Returns the time [s].
+    """
+
+    def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
+        self._clock = clock
+        self._lock = threading.Lock()
+        self._velocity: Velocity = JointVelocity()
+        self._at = -math.inf
+        self._ended = False
+
+    def set(self, velocity: Velocity) -> None:
+        """Set the velocity from now on."""
+        with self._lock:
+            self._velocity, self._at = velocity, self._clock()
+
+    def end(self) -> None:
+        """Bring the arm to rest and end the jog."""
+        self._ended = True
+
+    def __call__(self) -> Velocity | None:
+        """Return the velocity now, zero if the last one is too old; None at the end."""
+        if self._ended:
+            return None
+        with self._lock:
+            if self._clock() - self._at > _JOG_TIMEOUT:
+                return type(self._velocity)()
+            return self._velocity
+
+
+class Tasks:
+    """Makes the operations of one arm.
+
+    Args:
+        arm: The arm.
+        plans: Plans that can be executed, by their numbers.
+        revision: Returns the number of the present workspace.
+        conflict: Returns the error for a change of another workspace than the present one.
+    """
+
+    def __init__(
+        self,
+        arm: Arm,
+        plans: Mapping[int, Plan],
+        revision: Callable[[], int],
+        conflict: Callable[[int], Exception],
+    ) -> None:
+        self._arm, self._plans = arm, plans
+        self._revision, self._conflict = revision, conflict
+        self._makers: dict[type[m.Task], Callable[[Any, _Limits], Operation[Any]]] = {
+            m.HomeTask: lambda task, limits: Home(
+                sensitivity=task.sensitivity, current=task.current, **limits
+            ),
+            m.Follow: self._follow,
+            m.Execute: self._execute,
+            m.JogTask: lambda _, limits: Jog(JogStream(), **limits),
+            m.MoveGripperTask: self._move_gripper,
+            m.OpenGripperTask: self._move_gripper,
+            m.CloseGripperTask: self._move_gripper,
+            m.GraspTask: self._move_gripper,
+            m.ReleaseLoad: self._move_gripper,
+            m.SimulateFault: lambda task, _: BetweenCycles(
+                "simulate_fault()", lambda arm: simulate(arm, task), frozenset()
+            ),
+        }
+
+    def operation(
+        self, task: m.AnyTask, timeout: float | None, on_cycle: OnCycle | None
+    ) -> Operation[Any]:
+        """Return the operation of a task, which is not begun.
+
+        Args:
+            task: The task.
+            timeout: Longest duration [s]; None for no limit.
+            on_cycle: Receives the record of each cycle.
+
+        Raises:
+            InvalidArgumentError: A value cannot be used.
+            NotSupportedError: A simulated fault of a real arm.
+        """
+        limits: _Limits = {"timeout": timeout, "on_cycle": on_cycle}
+        if isinstance(task, m.PlannedMotion):
+            return FollowTrajectory(f"{name_of(task)}()", planned(task), **limits)
+        if isinstance(task, m.WorkspaceChange):
+            return self._change(task)
+        if (simple := _SIMPLE.get(type(task))) is not None:
+            return simple()
+        if (maker := self._makers.get(type(task))) is not None:
+            return maker(task, limits)
+        return BetweenCycles(f"{name_of(task)}()", lambda arm: _manage(arm, task))
+
+    def _execute(self, task: m.Execute, limits: _Limits) -> FollowTrajectory:
+        if task.plan not in self._plans:
+            raise InvalidArgumentError(
+                f"there is no plan {task.plan}, or it was dropped for newer ones; plan it again"
+            )
+        plan = self._plans[task.plan]
+        return FollowTrajectory(
+            "execute()", lambda planner: checked(plan.trajectory, planner, planned=True), **limits
+        )
+
+    def _move_gripper(self, task: m.Task, limits: _Limits) -> MoveGripper:
+        jaws = self._arm.session.parameters.gripper
+        match task:
+            case m.OpenGripperTask():
+                return MoveGripper(jaws.upper, name="gripper.open()", **limits)
+            case m.CloseGripperTask():
+                return MoveGripper(jaws.lower, name="gripper.close()", **limits)
+            case m.MoveGripperTask():
+                return MoveGripper(task.width, **limits)
+            case m.GraspTask():
+                squeeze = SQUEEZE if task.squeeze is None else task.squeeze
+                return Grasp(task.load, task.width, squeeze, **limits)
+            case m.ReleaseLoad():
+                return Release(OPENING if task.opening is None else task.opening, **limits)
+        raise NotSupportedError(f"{name_of(task)} is no task of the gripper")
+
+    def _follow(self, task: m.Follow, limits: _Limits) -> FollowTrajectory:
+        trajectory = trajectory_of(task.trajectory)
+        return FollowTrajectory(
+            "execute()" if task.planned else "follow()",
+            lambda planner: checked(trajectory, planner, planned=task.planned),
+            approach=task.approach,
+            **limits,
+        )
+
+    def _change(self, task: m.WorkspaceChange) -> Operation[None]:
+        change = _changed(task)
+
+        def apply(workspace: Workspace) -> Workspace:
+            # All devices are claimed: nothing else changes the workspace meanwhile.
+            if task.revision is not None and task.revision != self._revision():
+                raise self._conflict(self._revision())
+            return change(workspace)
+
+        if isinstance(task, m.AttachTask):
+            return _CheckedAttach(task, apply)
+        name = "detach()" if isinstance(task, m.DetachTask) else name_of(task).replace("set_", "")
+        return ChangeWorkspace(name if name.endswith(")") else f"setting {name}", apply)
+
+
+class _CheckedAttach(Attach):
+    """Attaches a load to the workspace of a given revision."""
+
+    def __init__(self, task: m.AttachTask, change: Callable[[Workspace], Workspace]) -> None:
+        super().__init__(task.load)
+        self._change = change
+
+
+def name_of(message: m.ApiMessage) -> str:
+    """Return the kind of a message."""
+    return str(message.__struct_config__.tag)
+
+
+def planned(motion: m.PlannedMotion) -> MakePlan:
+    """Return the function that plans a motion: the method of the planner with its name."""
+    values = {field: getattr(motion, field) for field in motion.__struct_fields__}
+    return lambda planner: getattr(planner, name_of(motion))(**values)
+
+
+def make_plan(arm: Arm, motion: m.PlannedMotion) -> Plan:
+    """Return the plan of a motion from where the arm is; nothing moves."""
+    return planned(motion)(Planner(arm.workspace, arm.positions))
+
+
+_SIMPLE: dict[type[m.Task], Callable[[], Operation[Any]]] = {
+    m.EnableTask: Enable,
+    m.DisableTask: Disable,
+    m.EnableGripperTask: EnableGripper,
+    m.DisableGripperTask: DisableGripper,
+    m.AcknowledgeTask: Acknowledge,
+    m.RecoverTask: Recover,
+}
+
+
+def _changed(task: m.WorkspaceChange) -> Callable[[Workspace], Workspace]:
+    match task:
+        case m.SetScene():
+            scene = scene_of(task.scene)
+            return lambda space: space.with_scene(replace(scene, widths=space.scene.widths))
+        case m.SetTable():
+            return lambda space: space.with_table(task.table)
+        case m.SetTool():
+            return lambda space: space.with_tool(task.name)
+        case m.SetReducedSpeed():
+            return lambda space: space.with_reduced_speed(task.reduced)
+        case m.AttachTask():
+            return lambda space: space.with_load(task.load)
+    return Workspace.without_load
+
+
+def _manage(arm: Arm, task: m.Task) -> None:
+    """Carry out a task of the controller manager, as ros2_control does."""
+    manager, now = arm.stack.manager, arm.session.clock.now()
+    match task:
+        case m.LoadController():
+            manager.load(task.name, task.type, task.parameters)
+        case m.ConfigureController():
+            manager.configure(task.name)
+        case m.CleanupController():
+            manager.cleanup(task.name)
+        case m.UnloadController():
+            manager.unload(task.name)
+        case m.SwitchControllers():
+            strictness = Strictness.STRICT if task.strict else Strictness.BEST_EFFORT
+            manager.switch(now, task.activate, task.deactivate, strictness)
+        case m.SetHardwareState():
+            states = {state.label: state for state in LifecycleState}
+            if task.state not in states:
+                hint = did_you_mean(task.state, states, f"there are {', '.join(states)}")
+                raise InvalidArgumentError(f"there is no lifecycle state {task.state!r}; {hint}")
+            manager.set_hardware_state(task.component, states[task.state], now)
+        case _:
+            raise NotSupportedError(f"{name_of(task)} is no task of the controller manager")
+
+
+_FAULTS: dict[str, Callable[[SimulatedArm, str, float], object]] = {
+    "reset": lambda arm, joint, _: arm.reset(joint),
+    "power": lambda arm, joint, value: arm.set_power(joint, on=bool(value)),
+    "motor_power": lambda arm, _, value: arm.set_motor_power(on=bool(value)),
+    "hang": lambda arm, joint, value: arm.hang(joint, on=bool(value)),
+    "overheat": lambda arm, joint, value: arm.overheat(joint, on=bool(value)),
+    "freeze_encoder": lambda arm, joint, value: arm.freeze_encoder(joint, on=bool(value)),
+    "obstacle": lambda arm, joint, value: arm.add_obstacle(joint, value),
+    "clear_obstacles": lambda arm, joint, _: arm.clear_obstacles(joint),
+    "push": lambda arm, joint, value: arm.push(joint, value),
+}
+
+
+def simulate(arm: Arm, task: m.SimulateFault) -> None:
+    """Let a simulated arm fail.
+
+    Raises:
+        NotSupportedError: It is not simulated in this process.
+        InvalidArgumentError: There is no such fault or joint, or the value is not possible.
+    """
+    bus = arm.session.bus
+    if not isinstance(bus, FirmwareBus):
+        raise NotSupportedError("faults can be simulated on an arm of bioscara serve --bus sim")
+    if task.fault not in _FAULTS:
+        hint = did_you_mean(task.fault, _FAULTS, f"there are {', '.join(_FAULTS)}")
+        raise InvalidArgumentError(f"there is no simulated fault {task.fault!r}; {hint}")
+    names = [axis.name for axis in arm.stack.arm.axes]
+    if task.fault != "motor_power" and task.joint not in names:
+        raise InvalidArgumentError(
+            f"there is no joint {task.joint!r}; there are {', '.join(names)}"
+        )
+    _FAULTS[task.fault](bus.arm, task.joint, task.value)
