@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from bioscara.api.runtime import DEFAULT as ARM
 from bioscara.arguments import OVERLAY_VARIABLE
 from bioscara.cli.options import FINGERS, START, TABLE, Options
 from bioscara.cli.parser import Parser, number, whole_number
@@ -23,7 +24,7 @@ _EPILOG = (
     "Exit status: 0 done; 1 something failed after the arm began to move or a board was written; "
     "2 wrong usage, or refused before that; 130 interrupted."
 )
-_WITHOUT_PARAMETERS = {"simulate", "poses", "tools"}
+_WITHOUT_PARAMETERS = {"simulate", "poses", "tools", "web"}
 """Commands that load no parameters, or leave it to their actions."""
 _LASTING = frozenset({"enable", "disable", "monitor", "faults", "acknowledge", "recover"})
 """Commands whose effect, or object, is an arm that exists before and after them."""
@@ -57,6 +58,7 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     _add_view_command(parser)
     _add_simulate_command(parser)
     _add_flash_command(parser)
+    _add_web_command(parser)
     options = Options()
     parser.read(words, options)
     options.words = words
@@ -87,6 +89,8 @@ def _check(parser: Parser, options: Options) -> None:
                 )
     if options.command == "view":
         _check_view(parser, options)
+    if options.command == "web":
+        _check_web(parser, options)
 
 
 def _convert_degrees(options: Options) -> None:
@@ -124,6 +128,16 @@ def _check_view(parser: Parser, options: Options) -> None:
     for word, is_given in given.items():
         if is_given and not planned:
             parser.error(f"{word} applies to a planned motion; add --pose, --joints or --name")
+
+
+def _check_web(parser: Parser, options: Options) -> None:
+    """Refuse options of ``web`` that exclude or need one another."""
+    certificate, key = options.tls_cert is not None, options.tls_key is not None
+    if certificate != key:
+        given, other = ("--tls-cert", "--tls-key") if certificate else ("--tls-key", "--tls-cert")
+        parser.error(f"{given} needs {other} with the other half; give both")
+    if certificate and options.tls_self_signed:
+        parser.error("--tls-cert and --tls-self-signed exclude one another; leave out one of them")
 
 
 def _add_command(commands: Parser, name: str, help_text: str, module: str | None = None) -> Parser:
@@ -423,6 +437,51 @@ def _add_flash_command(commands: Parser) -> None:
         "version afterwards; 'linux:1' is I2C bus 1",
     )
     flash.set_defaults(swd=False, v1=False)
+
+
+def _add_web_command(commands: Parser) -> None:
+    web = _add_command(
+        commands,
+        "web",
+        "Let browsers and programs reach an arm that an owner serves, until Ctrl-C.",
+    )
+    web.add_argument(
+        "--arm", metavar="NAME", default=ARM, help=f"name of the owner (default: {ARM})"
+    )
+    web.add_argument(
+        "--host",
+        metavar="ADDRESS",
+        default="127.0.0.1",
+        help="address to listen on (default: 127.0.0.1, for this computer only); another one needs "
+        "TLS",
+    )
+    web.add_argument(
+        "--port",
+        metavar="N",
+        type=_port,
+        default=8080,
+        help="TCP port to listen on (default 8080); 0 for a free one",
+    )
+    web.add_argument(
+        "--allowed-host",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="a further name by which browsers call this computer; may be given several times",
+    )
+    web.add_argument("--tls-cert", metavar="FILE", type=Path, help="certificate for TLS, as PEM")
+    web.add_argument("--tls-key", metavar="FILE", type=Path, help="its key, as PEM")
+    web.add_argument(
+        "--tls-self-signed",
+        action="store_true",
+        help="make a certificate for TLS; the browser asks whether to trust it",
+    )
+    web.add_argument(
+        "--token-file",
+        metavar="FILE",
+        type=Path,
+        help="file with the tokens, made if it does not exist (default: beside the owner's socket)",
+    )
 
 
 def _add_bus(parser: Parser) -> None:
