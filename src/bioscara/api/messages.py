@@ -745,6 +745,16 @@ class ListGoals(Command, frozen=True, tag="list_goals"):
     """Ask for the :class:`GoalList`."""
 
 
+class GetLog(Command, frozen=True, tag="get_log"):
+    """Ask for :class:`LogLines`.
+
+    Attributes:
+        after: Number of the line after which to begin.
+    """
+
+    after: int = 0
+
+
 class Subscribe(Command, frozen=True, kw_only=True, tag="subscribe"):
     """Choose what the owner sends without being asked; answered by :class:`Done`.
 
@@ -799,6 +809,7 @@ AnyCommand = (
     | ListFlightRecords
     | GetFlightRecord
     | ListGoals
+    | GetLog
     | Subscribe
     | Recall
 )
@@ -893,6 +904,7 @@ class Description(Result, frozen=True, kw_only=True, tag="description"):
         parameters: Parameters of the arm.
         rate: Control cycles per second [Hz].
         bus_share: Share of each cycle that the exchanges take on the bus.
+        firmware: Protocol and firmware versions of each joint, in words.
         software: Version of the owner's software.
     """
 
@@ -902,6 +914,7 @@ class Description(Result, frozen=True, kw_only=True, tag="description"):
     parameters: ArmParameters
     rate: int
     bus_share: float
+    firmware: tuple[str, ...]
     software: str
 
 
@@ -1087,6 +1100,18 @@ class FlightRecordText(Result, frozen=True, tag="flight_record_text"):
     text: str
 
 
+class LogLines(Result, frozen=True, tag="log_lines"):
+    """The latest lines of the owner's log.
+
+    Attributes:
+        last: Number of the last line.
+        lines: The lines.
+    """
+
+    last: int
+    lines: tuple[str, ...]
+
+
 class StateSample(Result, frozen=True, kw_only=True, tag="state"):
     """The arm at the end of a control cycle.
 
@@ -1149,6 +1174,7 @@ AnyResult = (
     | ControllerList
     | FlightRecordList
     | FlightRecordText
+    | LogLines
     | StateSample
 )
 

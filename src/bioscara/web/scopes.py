@@ -34,6 +34,7 @@ _VIEW = frozenset(
         m.ListFlightRecords,
         m.GetFlightRecord,
         m.ListGoals,
+        m.GetLog,
         m.MakePlan,
         m.StopAll,
         m.Pause,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 from importlib.util import find_spec
 
+from bioscara.cli.commands.owners import owner_name
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.signals import StopRequest
@@ -32,9 +33,9 @@ def run(options: Options) -> int:
     from bioscara.web.gateway import Gateway, GatewaySettings  # noqa: PLC0415
     from bioscara.web.scopes import Scope  # noqa: PLC0415
 
-    output = Output()
+    output, arm = Output(), owner_name(options)
     settings = GatewaySettings(
-        options.arm,
+        arm,
         options.host,
         options.port,
         options.allowed_host,
@@ -46,7 +47,7 @@ def run(options: Options) -> int:
     log.set_up(as_json=False)
     with StopRequest() as cancelled:
         gateway = Gateway(settings)
-        output.line(f"arm {options.arm} on the web: {gateway.url} (Ctrl-C ends it)")
+        output.line(f"arm {arm} on the web: {gateway.url} (Ctrl-C ends it)")
         if sys.stdout.isatty():
             for scope in Scope:
                 output.line(f"  to {scope.name.lower():8}{gateway.url_with_token(scope)}")
