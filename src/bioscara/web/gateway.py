@@ -30,8 +30,8 @@ from bioscara.web.tokens import Tokens, default_path, load_tokens
 
 CONNECTIONS = 256
 """Connections at once, above which others are told to wait."""
-SENT_AHEAD = 64 << 10
-"""Bytes that the system keeps for a client that does not read: about 50 samples."""
+SENT_AHEAD = 16 << 10
+"""Bytes that the system keeps for a client that does not read; Linux doubles it."""
 _REQUEST_TIMEOUT = 10.0
 """Time in which a connection has to send its first request [s]."""
 _DEAD = 30_000
@@ -115,6 +115,11 @@ class Gateway:
         shown = f"[{name}]" if ":" in name else name
         self.url = f"{'https' if settings.tls else 'http'}://{shown}:{port}/"
 
+    @property
+    def started(self) -> bool:
+        """Whether it answers."""
+        return self._server.started
+
     def url_with_token(self, scope: Scope) -> str:
         """Return the address of the page with a token in the fragment, which is never sent."""
         return f"{self.url}#token={self.tokens.of(scope)}"
@@ -126,6 +131,10 @@ class Gateway:
             ConfigurationError: The server cannot begin.
         """
         asyncio.run(self._serve(ended))
+
+    def close(self) -> None:
+        """Give the port free without having served."""
+        self._listener.close()
 
     async def _serve(self, ended: Callable[[], bool]) -> None:
         async def watch() -> None:
@@ -158,6 +167,9 @@ class _TimedHttp(H11Protocol):
     def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
         """Begin, with a limited time."""
         super().connection_made(transport)
+        # Also of the WebSocket that it may become: what waits can still be replaced before this.
+        # Not 0, with which asyncio's TLS pauses for an empty buffer, too.
+        transport.set_write_buffer_limits(high=1)
         self._first = self.loop.call_later(_REQUEST_TIMEOUT, self._give_up)
 
     def connection_lost(self, exc: Exception | None) -> None:

@@ -129,12 +129,6 @@ class Guard:
             raise _RefusedError(HTTPStatus.FORBIDDEN, "the request comes from another site")
         address = scope["client"][0] if scope.get("client") else ""
         credential = self._credential(headers, address)
-        by_program = credential is not None and credential.session is None
-        if not (origins or by_program or safe):
-            raise _RefusedError(
-                HTTPStatus.FORBIDDEN,
-                "the request has no Origin; a browser sends one, a program a token as Bearer",
-            )
         if not self._requests.take(_requester(credential, address)):
             raise _RefusedError(
                 HTTPStatus.TOO_MANY_REQUESTS, f"more than {REQUESTS} requests in a second"
@@ -143,6 +137,12 @@ class Guard:
             raise _RefusedError(
                 HTTPStatus.UNAUTHORIZED,
                 "this needs a token; open the address that 'bioscara web' printed",
+            )
+        by_program = credential is not None and credential.session is None
+        if not (origins or by_program or safe):
+            raise _RefusedError(
+                HTTPStatus.FORBIDDEN,
+                "the request has no Origin; a browser sends one, a program a token as Bearer",
             )
         return credential
 

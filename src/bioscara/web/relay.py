@@ -1,14 +1,15 @@
 """One WebSocket of a browser or program, joined to a connection of its own to the owner.
 
 The relay is a filter: it lets through what the scope of the client allows, and tells the owner who
-the client is. It keeps nothing: lease, session, answers and the newest sample are the owner's, who
-leaves samples out while the relay waits for a slow client.
+the client is. Lease, session and answers are the owner's. A slow client gets the newest sample; of
+other messages few wait here, then the owner's own limits apply.
 """
 
 from __future__ import annotations
 
 import asyncio
 import hashlib
+import logging
 from typing import NamedTuple
 
 import msgspec
@@ -25,6 +26,7 @@ from bioscara.errors import (
     ProtocolError,
 )
 from bioscara.printing import printable
+from bioscara.web.outbox import Outbox
 from bioscara.web.owner_stream import OwnerStream
 from bioscara.web.rate_limit import RateLimit
 from bioscara.web.scopes import Scope, required_scope
@@ -35,8 +37,10 @@ _UNIT = 64 << 10
 """A longer message counts as several: one for each so many bytes."""
 SEND_TIMEOUT = 20.0
 """Time for which a client may read nothing until it is cut off [s]."""
-_NORMAL, _UNSUPPORTED, _INVALID, _REFUSED, _RESTART, _LATER = 1000, 1003, 1007, 1008, 1012, 1013
+_UNSUPPORTED, _INVALID, _REFUSED, _RESTART, _LATER = 1003, 1007, 1008, 1012, 1013
 """Codes with which a WebSocket is closed, of RFC 6455 and its registry."""
+
+_log = logging.getLogger(__name__)
 
 
 class WebClient(NamedTuple):
@@ -80,6 +84,7 @@ class Relay:
     def __init__(self, websocket: WebSocket, arm: str, client: WebClient) -> None:
         self._websocket, self._arm, self._client = websocket, arm, client
         self._rate = RateLimit(MESSAGES, MESSAGES)
+        self._outbox = Outbox()
         self._greeted = False
 
     async def run(self, ended: asyncio.Event | None, lifetime: float | None) -> None:
@@ -106,30 +111,44 @@ class Relay:
         self, owner: OwnerStream, ended: asyncio.Event | None, lifetime: float | None
     ) -> Closing | None:
         loop = asyncio.get_running_loop()
-        tasks = [loop.create_task(self._up(owner)), loop.create_task(self._down(owner))]
+        tasks = [loop.create_task(self._up(owner)), loop.create_task(self._down())]
         if ended is not None:
             tasks.append(loop.create_task(_expiry(ended, lifetime)))
+        taking = loop.create_task(self._take(owner))
         try:
             done, _ = await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
             # In the order of the tasks: what the client did wrong says more than its consequence.
             return next(task for task in tasks if task in done).result()
         finally:
-            for task in tasks:
+            for task in (*tasks, taking):
                 task.cancel()
-            await asyncio.gather(*tasks, return_exceptions=True)
+            await asyncio.gather(*tasks, taking, return_exceptions=True)
 
-    async def _down(self, owner: OwnerStream) -> Closing | None:
-        """Pass the messages of the owner on, each as it is."""
+    async def _take(self, owner: OwnerStream) -> None:
+        """Take the messages of the owner, until it ends."""
         try:
             async for message in owner.messages():
+                await self._outbox.put(message)
+        except (OSError, ProtocolError) as error:
+            _log.warning("the connection to the owner of arm %s broke: %s", self._arm, error)
+        self._outbox.end()
+        # The other task tells the client, after the messages that still wait for it.
+        await asyncio.Event().wait()
+
+    async def _down(self) -> Closing | None:
+        """Pass the messages of the owner on, each as it is."""
+        try:
+            while (message := await self._outbox.take()) is not None:
                 await self._send(message)
         except TimeoutError:
-            return Closing(_REFUSED, f"nothing was read for {SEND_TIMEOUT:g} s")
+            # It would not read a reason either.
+            _log.warning(
+                "client %s is cut off: it read nothing for %g s", self._client.address, SEND_TIMEOUT
+            )
+            return None
         except WebSocketDisconnect:
             return None
-        except (OSError, ProtocolError):
-            pass
-        return Closing(_RESTART, f"the owner of arm {self._arm} has ended the connection")
+        return Closing(_RESTART, f"the owner of arm {self._arm} has ended")
 
     async def _up(self, owner: OwnerStream) -> Closing | None:
         """Pass the messages of the client on that it may send."""
@@ -142,13 +161,18 @@ class Relay:
                 return Closing(_UNSUPPORTED, "a message is JSON, as text")
             payload = text.encode()
             if not self._rate.take(1.0 + len(payload) / _UNIT):
+                _log.warning(
+                    "client %s is cut off: it sent more than %d messages in a second",
+                    self._client.address,
+                    MESSAGES,
+                )
                 return Closing(_REFUSED, f"more than {MESSAGES} messages in a second")
             try:
                 closing = await self._pass(owner, payload)
             except (TimeoutError, WebSocketDisconnect):
                 return None
             except OSError:
-                return Closing(_RESTART, f"the owner of arm {self._arm} has ended the connection")
+                return Closing(_RESTART, f"the owner of arm {self._arm} has ended")
             if closing is not None:
                 return closing
 

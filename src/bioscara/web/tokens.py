@@ -39,9 +39,9 @@ class Tokens:
 
     def scope_of(self, given: str) -> Scope | None:
         """Return the scope of a token; None if it is none. All are compared, in constant time."""
-        found = None
+        found, wanted = None, given.encode(errors="surrogatepass")
         for scope, token in self._tokens.items():
-            if secrets.compare_digest(given.encode(), token.encode()):
+            if secrets.compare_digest(wanted, token.encode()):
                 found = scope
         return found
 
