@@ -98,7 +98,7 @@ class Gateway:
         names = _names(settings)
         self.token_file = settings.token_file or default_path(settings.arm)
         self.tokens: Tokens = load_tokens(self.token_file)
-        certificate, key = _certificate(settings, names)
+        certificate, key = _certificate(settings, self.token_file.parent, names)
         self.fingerprint = "" if certificate is None else fingerprint(certificate)
         self.sessions = BrowserSessions()
         self._listener = _listening(settings)
@@ -240,12 +240,11 @@ def _names(settings: GatewaySettings) -> tuple[str, ...]:
 
 
 def _certificate(
-    settings: GatewaySettings, names: Sequence[str]
+    settings: GatewaySettings, folder: Path, names: Sequence[str]
 ) -> tuple[Path | None, Path | None]:
     if not settings.self_signed:
         return settings.certificate, settings.key
-    base = runtime.socket_of(settings.arm)
-    certificate, key = base.with_suffix(".crt"), base.with_suffix(".key")
+    certificate, key = folder / f"{settings.arm}.crt", folder / f"{settings.arm}.key"
     self_signed(certificate, key, names)
     return certificate, key
 
