@@ -15,6 +15,7 @@ from websockets.sync.client import connect
 
 from bioscara.api import runtime
 from bioscara.errors import AccessError, ConfigurationError, OwnerLostError
+from bioscara.web import gateway as gateway_module
 from bioscara.web.certificates import fingerprint, self_signed
 from bioscara.web.gateway import Gateway, GatewaySettings
 from bioscara.web.scopes import Scope
@@ -83,6 +84,30 @@ def test_a_port_in_use_is_refused(served: str) -> None:
         port = other.getsockname()[1]
         with pytest.raises(ConfigurationError, match=f"port {port} cannot be listened on"):
             Gateway(GatewaySettings(served, port=port))
+
+
+@pytest.mark.usefixtures("local")
+def test_a_connection_that_asks_for_nothing_is_ended(
+    served: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(gateway_module, "_REQUEST_TIMEOUT", 0.2)
+    gateway = Gateway(GatewaySettings(served, port=0))
+    headers = {"Authorization": f"Bearer {gateway.tokens.of(Scope.VIEW)}"}
+    with running_gateway(gateway):
+        made = Site(gateway, None, runtime.folder())
+        address = "127.0.0.1", int(made.host.rpartition(":")[2])
+        with (
+            made.websocket(headers) as connection,
+            socket.create_connection(address, timeout=5.0) as silent,
+            socket.create_connection(address, timeout=5.0) as slow,
+        ):
+            client = WebClientOfTest(connection)
+            client.greet()
+            slow.sendall(b"GET / HTTP/1.1\r\nHost: ")
+            assert silent.recv(1) == b""
+            assert slow.recv(1) == b""
+            # One that has become a WebSocket stays.
+            assert client.request("get_lease")["kind"] == "lease_state"
 
 
 @pytest.mark.usefixtures("local")
