@@ -44,6 +44,7 @@ _PAGE = {
     "/": ("index.html", "text/html; charset=utf-8"),
     "/page.js": ("page.js", "text/javascript; charset=utf-8"),
     "/page.css": ("page.css", "text/css; charset=utf-8"),
+    "/icon.svg": ("icon.svg", "image/svg+xml"),
 }
 """Files of the page by their paths: no other path is ever looked up."""
 PUBLIC = frozenset({*_PAGE, "/healthz", "/session"})

@@ -111,8 +111,7 @@ class Gateway:
         except BaseException:
             self._listener.close()
             raise
-        name = next(name for name in names if name not in LOCAL_NAMES or name == settings.host)
-        shown = f"[{name}]" if ":" in name else name
+        shown = f"[{names[0]}]" if ":" in names[0] else names[0]
         self.url = f"{'https' if settings.tls else 'http'}://{shown}:{port}/"
 
     @property
@@ -215,7 +214,7 @@ def _config(app: object, certificate: Path | None, key: Path | None) -> uvicorn.
 
 
 def _names(settings: GatewaySettings) -> tuple[str, ...]:
-    """Return the names of the gateway.
+    """Return the names of the gateway, first the one to be shown.
 
     Raises:
         ConfigurationError: Others would reach it without TLS, or by no name.
