@@ -94,6 +94,11 @@ def test_names_are_shown_with_what_does_not_print_as_its_code(text: str, shown: 
 def test_numbers_are_shown_in_degrees_and_millimetres() -> None:
     calls = "[shown(Math.PI, false, ''), shown(0.1234, true, '/s'), shown(null, true, '')]"
     assert evaluate(calls) == ["180.00 °", "123.40 mm/s", "unknown"]
+    assert evaluate("[-1e-9, -0.1, 0].map((value) => number(value, 1, 1, 'm'))") == [
+        "0.0 m",
+        "-0.1 m",
+        "0.0 m",
+    ]
 
 
 def test_the_token_leaves_the_address_before_it_is_sent_once() -> None:
@@ -151,7 +156,7 @@ def test_it_shows_the_newest_sample() -> None:
         "elements.joints.children.map((row) => row.children.map((cell) => cell.text)),"
         "elements.stop.disabled, elements.link.text]",
     )
-    assert sent == ["hello", "get_description", "subscribe"]
+    assert sent == ["hello", "get_description", "get_lease", "subscribe"]
     assert rows == [
         ["j1", "57.30 °", "0.00 °/s", "57.30 °", "fresh"],
         ["j\\u{1b}2", "500.00 mm", "unknown", "unknown", "unknown"],
@@ -187,6 +192,17 @@ def test_after_a_restart_of_the_owner_it_asks_for_the_latest_events() -> None:
 
 def test_after_a_sign_out_it_does_not_connect_again() -> None:
     assert page(receive(WELCOME) + close("signed out"), "sockets.length") == 1
+
+
+def test_it_shows_who_commands() -> None:
+    lease = {"client": "hand\n", "epoch": 1, "remaining": 1.0}
+    answer = {"kind": "response", "id": 2, "result": {"kind": "lease_state", "lease": lease}}
+    ended = {"kind": "event", "number": 41, "wall": 0.0, "text": "a"}
+    program = receive(WELCOME, answer, STATE)
+    holder = "elements.facts.children[7].text"
+    assert page(program, holder) == "hand\\u{a}"
+    program += receive({**ended, "lease": {**lease, "client": None}}, STATE)
+    assert page(program, holder) == "nobody"
 
 
 def test_silence_is_said_until_a_sample_arrives() -> None:

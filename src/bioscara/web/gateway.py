@@ -182,10 +182,16 @@ class _TimedHttp(H11Protocol):
             self.transport.close()
 
 
+def _is_error(record: logging.LogRecord) -> bool:
+    """Leave out what uvicorn takes for an error: a WebSocket that was answered with a refusal."""
+    return record.msg != "ASGI callable returned without completing handshake."
+
+
 def _config(app: object, certificate: Path | None, key: Path | None) -> uvicorn.Config:
     for name in ("uvicorn", "uvicorn.error", "websockets"):
         # At lower levels they write headers, and so secrets, and a line for each bad request.
         logging.getLogger(name).setLevel(logging.ERROR)
+    logging.getLogger("uvicorn.error").addFilter(_is_error)
     try:
         config = uvicorn.Config(
             app,  # type: ignore[arg-type]

@@ -18,7 +18,8 @@ function printable(text) {
 
 // A number that is unknown is null.
 function number(value, factor, digits, unit) {
-  return value === null || value === undefined ? "unknown" : (value * factor).toFixed(digits) + " " + unit;
+  if (value === null || value === undefined) return "unknown";
+  return (value * factor).toFixed(digits).replace(/^-(?=[0.]*$)/, "") + " " + unit;
 }
 
 // A position, or with a suffix a velocity, of a joint.
@@ -40,7 +41,7 @@ if (typeof module !== "undefined") {
 function start() {
   const at = (id) => document.getElementById(id);
   const session = crypto.getRandomValues(new Uint8Array(16)).reduce((text, byte) => text + byte.toString(16).padStart(2, "0"), "");
-  let socket = null, attempt = 0, last = 0, request = 0, instance = "", linear = new Set(), cells = [], drawn = null, heard = 0;
+  let socket = null, attempt = 0, last = 0, request = 0, instance = "", linear = new Set(), cells = [], drawn = null, heard = 0, holder = null;
 
   function say(text) {
     at("message").textContent = printable(text);
@@ -105,12 +106,14 @@ function start() {
         at("title").textContent = printable(message.owner + ": " + message.arm);
         document.title = printable(message.owner) + " - Bioscara";
         send({ kind: "get_description" });
+        send({ kind: "get_lease" });
         send({ kind: "subscribe", states: true, period: PERIOD, events_after: last });
         break;
       case "response":
         if (message.result.kind === "description") {
           linear = new Set(message.result.parameters.joints.filter((joint) => joint.unit === "m").map((joint) => joint.name));
         }
+        if (message.result.kind === "lease_state") holder = message.result.lease.client;
         break;
       case "refusal":
         say(message.failure.text);
@@ -124,6 +127,7 @@ function start() {
         break;
       case "event":
         last = message.number;
+        if (message.lease) holder = message.lease.client;
         note(message);
         break;
     }
@@ -160,6 +164,7 @@ function start() {
       motors: state.enabled ? "enabled" : "disabled",
       faults: state.fault,
       motion: state.paused ? "paused" : state.moving.join(", ") || "at rest",
+      "commanded by": holder ?? "nobody",
       tool: state.pose ? state.pose.slice(0, 3).map((value) => number(value, 1e3, 1, "mm")).join(", ") + ", yaw " + shown(state.pose[3], false, "") : "unknown until all joints are homed",
       jaws: number(state.width, 1e3, 1, "mm"),
       speed: number(state.speed_override, 100, 0, "%"),
