@@ -307,6 +307,10 @@ class Connection(asyncio.Protocol):
         asyncio.get_running_loop().call_soon(self._pump)
 
     @property
+    def _ending(self) -> bool:
+        return self._transport is None or self._transport.is_closing()
+
+    @property
     def wants_states(self) -> bool:
         """Whether it has subscribed to samples."""
         return self._states
@@ -323,7 +327,7 @@ class Connection(asyncio.Protocol):
             sample: The framed sample as msgpack.
             time: Its time on the arm's clock [s].
         """
-        if self._transport is None or time < self._due:
+        if self._ending or time < self._due:
             return
         self._due = time + 0.999 * self._period
         if self._full:
@@ -331,7 +335,7 @@ class Connection(asyncio.Protocol):
         elif self._encode is framing.encode_json:
             self._send(self._owner.sample)
         else:
-            self._transport.write(sample)
+            self._write(sample)
 
     def pump(self) -> None:
         """Send the events that are due."""
@@ -339,12 +343,15 @@ class Connection(asyncio.Protocol):
             self._pump()
 
     def _pump(self) -> None:
-        while self._cursor is not None and not self._full and self._transport is not None:
+        while self._cursor is not None and not self._full and not self._ending:
             event = self._owner.events.after(self._cursor)
             if event is None:
                 return
             self._cursor = event.number
-            self._send(event)
+            if self._encode is framing.encode_packed:
+                self._write(self._owner.events.framed(event))
+            else:
+                self._send(event)
 
     def send_record(self, goal: int, record: CycleRecord) -> None:
         """Send the record of a cycle, unless the client reads too slowly."""
@@ -352,9 +359,13 @@ class Connection(asyncio.Protocol):
             self._send(m.GoalCycle(goal, record))
 
     def _send(self, message: m.ApiMessage) -> None:
-        if self._transport is None:
+        self._write(framing.framed(self._encode(message)))
+
+    def _write(self, data: bytes) -> None:
+        # A transport that is closing takes no bytes, and its end has not been called yet.
+        if self._transport is None or self._ending:
             return
         if self._transport.get_write_buffer_size() > WAITING:
             self._cut_off("it does not read its answers")
             return
-        self._transport.write(framing.framed(self._encode(message)))
+        self._transport.write(data)
