@@ -33,9 +33,9 @@ class LeaseKeeper:
         self._lock = threading.Lock()
 
     @property
-    def held(self) -> bool:
-        """Whether this client commands the arm, as far as it knows."""
-        return self._epoch is not None
+    def held(self) -> int | None:
+        """The epoch of the lease, as far as this client knows; None unless it holds it."""
+        return self._epoch
 
     def epoch(self) -> int:
         """Return the epoch of the lease, which is taken now unless it is held.
