@@ -105,6 +105,7 @@ class RawClient:
         name: Name of the client.
         session: Name of its session.
         greet: Whether to say hello.
+        path: The owner's socket; None for the usual one.
 
     Attributes:
         events: The events that have come.
@@ -113,7 +114,14 @@ class RawClient:
         welcome: The owner's greeting.
     """
 
-    def __init__(self, name: str = "raw", session: str = "", *, greet: bool = True) -> None:
+    def __init__(
+        self,
+        name: str = "raw",
+        session: str = "",
+        *,
+        greet: bool = True,
+        path: Path | None = None,
+    ) -> None:
         self.session = session or os.urandom(8).hex()
         self.name = name
         self.events: list[m.Event] = []
@@ -124,7 +132,7 @@ class RawClient:
         self._frames = framing.Frames(framing.ANSWER_MAX)
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self.socket.settimeout(LIMIT)
-        self.socket.connect(os.fspath(find(NAME).socket))
+        self.socket.connect(os.fspath(path or find(NAME).socket))
         if greet:
             self.hello()
 

@@ -173,13 +173,16 @@ class OwnerClaim:
             path.chmod(mode)
 
     def close(self) -> None:
-        """Give the name free."""
+        """Give the name free; may be called again."""
+        if self._lock < 0:
+            return
         with suppress(OSError):
             # The files may have been removed, and be those of another owner now.
             if not self._removed():
                 self.socket.unlink(missing_ok=True)
             os.ftruncate(self._lock, 0)
         os.close(self._lock)
+        self._lock = -1
 
     def _removed(self) -> bool:
         try:

@@ -42,11 +42,13 @@ class LeaseKeeper:
 
         Raises:
             LeaseError: Another client commands the arm, or has ended the lease of this one.
+            OwnerLostError: The owner does not run.
         """
         with self._lock:
             if self._epoch is not None:
                 return self._epoch
             if self._lost:
+                self._link.require()
                 raise LeaseError(
                     f"{self._lost}; acquire_lease() once the arm is safe to move again"
                 )

@@ -230,14 +230,23 @@ class OwnerLink:
             raise OwnerLostError(f"the owner of arm {self.name} gave no answer")
         return answer
 
-    def _register(self, pending: _Pending) -> None:
+    def require(self) -> None:
+        """Connect again if the owner was lost.
+
+        Raises:
+            OwnerLostError: It does not run or does not answer, or the connection was closed.
+        """
+        self._register(None)
+
+    def _register(self, pending: _Pending | None) -> None:
         """Expect the answer to a request, on a connection that is made again if it was lost."""
         while True:
             with self._lock:
                 if self._closed:
                     raise OwnerLostError(f"the connection to arm {self.name} was closed")
                 if self._failure is None:
-                    self._pending[pending.request.id] = pending
+                    if pending is not None:
+                        self._pending[pending.request.id] = pending
                     return
             with self._opening:
                 if self._failure is not None and not self._closed:
