@@ -1,8 +1,8 @@
 """An arm that is served in a process of its own, for the benchmarks of the owner.
 
-Each line of its input is a word: ``mark`` begins a new list of cycles, ``cycles`` prints the list as
-JSON, ``end`` ends the process. A cycle is the time at its end on the machine's monotonic clock [s],
-and the commanded speed of j1 [rad/s].
+Each line of its input is a word: ``mark`` begins a new list of cycles, ``cycles`` prints the list
+as JSON, ``zenoh`` publishes messages for comparison, ``end`` ends the process. A cycle is the time
+at its end on the machine's monotonic clock [s], and the commanded speed of j1 [rad/s].
 """
 
 from __future__ import annotations

@@ -344,6 +344,8 @@ class Arm:
             MotionCancelledError: It was stopped; the arm is connected.
         """
         with self.arbiter.claimed("connecting"):
+            # First: the turn of an arm that is watched never ends.
+            self.session.require_unconnected()
             self._take_turn()
             try:
                 self.session.connect(self.workspace)

@@ -67,11 +67,12 @@ class Events:
 
         If it is not kept any more, this is a ``gap`` whose number is the last that is missing.
         """
+        number = max(number, 0)
         if number >= self.last:
             return None
         first = self._kept[0].number
         if number + 1 < first:
-            missing = first - 1 - max(number, 0)
+            missing = first - 1 - number
             return Event(
                 number=first - 1,
                 time=self._clock(),
