@@ -48,7 +48,7 @@ class Options(argparse.Namespace):
         plot: File for the plot of the motion; None for no plot.
         socket: Unix socket on which the simulated arm listens.
         seed: Seed of the simulation.
-        port: TCP port of the 3D view.
+        port: TCP port of the 3D view, or of the web gateway.
         source: What the 3D view shows: a run folder, a trajectory file or a running simulated arm;
             None for sliders, or with a target.
         action: Action on poses or tools.
@@ -72,6 +72,12 @@ class Options(argparse.Namespace):
         swd: Whether to flash through an ST-Link instead of the USB bootloader.
         image: The firmware image; None for the available one of this version.
         serial: Serial number of the board in its bootloader, or of the ST-Link, if given.
+        host: Address on which the web gateway listens.
+        allowed_host: Further names of its computer.
+        tls_cert: Its certificate, if given.
+        tls_key: The key of the certificate.
+        tls_self_signed: Whether it makes a certificate.
+        token_file: File of its tokens; None for the one beside the owner's socket.
     """
 
     command: str
@@ -125,6 +131,12 @@ class Options(argparse.Namespace):
     swd: bool
     image: Path | None
     serial: str | None
+    host: str
+    allowed_host: list[str]
+    tls_cert: Path | None
+    tls_key: Path | None
+    tls_self_signed: bool
+    token_file: Path | None
 
     def has_target(self) -> bool:
         """Return whether a target of a motion is given."""
