@@ -113,7 +113,7 @@ def test_a_client_does_not_get_the_session_of_one_with_a_better_token(left: Site
         for client in (operator, viewer, again):
             client.greet(session="known")
         epoch = operator.request("acquire_lease")["lease"]["epoch"]
-        assert viewer.request("recall", request=1)["error"] == "InvalidArgumentError"
+        assert viewer.request("recall", request=1)["kind"] == "not_arrived"
         again.send({"kind": "request", "id": 9, "command": {"kind": "recall", "request": 1}})
         answer = again.receive(lambda message: message.get("id") == 9)
         assert answer["result"]["lease"]["epoch"] == epoch
