@@ -198,6 +198,9 @@ def test_openapi_describes_each_route_and_the_messages(left: Site) -> None:
     assert described == set(EXPECTED) - page - {"GET /openapi.json", "WEBSOCKET /ws"}
     schemas = document["components"]["schemas"]
     assert {"StateSample", "FromClient", "FromOwner", "SignIn"} <= set(schemas)
+    unknown = {"type": ["number", "null"]}
+    assert schemas["StateSample"]["properties"]["positions"]["items"] == unknown
+    assert schemas["AcquireLease"]["properties"]["time_to_live"]["type"] == "number"
     for reference in _references(document):
         assert reference.removeprefix("#/components/schemas/") in schemas, reference
 

@@ -357,6 +357,12 @@ def _document(app: FastAPI) -> dict[str, Any]:
     template = "#/components/schemas/{name}"
     types = [m.FromClient, m.FromOwner, SignIn, *(result for _, result, _ in _QUESTIONS.values())]
     (sent, received, *_), schemas = msgspec.json.schema_components(types, ref_template=template)
+    _, sendable = msgspec.json.schema_components([m.FromClient], ref_template=template)
+    # What the owner alone sends may have unknown numbers; from a client they are refused.
+    schemas = {
+        name: schema if name in sendable else _with_unknown_numbers(schema)
+        for name, schema in schemas.items()
+    }
     document: dict[str, Any] = dict(app.openapi())
     components = document.setdefault("components", {})
     components.setdefault("schemas", {}).update(schemas, FromClient=sent, FromOwner=received)
@@ -366,6 +372,18 @@ def _document(app: FastAPI) -> dict[str, Any]:
         "The WebSocket /ws takes FromClient and sends FromOwner, each as a text message."
     )
     return document
+
+
+def _with_unknown_numbers(schema: Any) -> Any:
+    """Return a schema in which a number may be null."""
+    match schema:
+        case {"type": "number"}:
+            return {**schema, "type": ["number", "null"]}
+        case dict():
+            return {key: _with_unknown_numbers(value) for key, value in schema.items()}
+        case list():
+            return [_with_unknown_numbers(value) for value in schema]
+    return schema
 
 
 def _schema(result: type[m.Result]) -> dict[str, Any]:
