@@ -114,8 +114,14 @@ def test_browsers_expire_and_the_oldest_is_signed_out() -> None:
     assert sessions.find(value) is session
     for _ in range(MOST):
         sessions.begin(Scope.ADMIN)
+    assert sessions.find(value) is session  # Others of another scope do not matter.
+    for _ in range(MOST - 1):
+        sessions.begin(Scope.VIEW)
+    assert not session.ended.is_set()
+    sessions.begin(Scope.VIEW)
     assert session.ended.is_set()
     assert sessions.find(value) is None
+    assert len(sessions._sessions) == 2 * MOST
     latest = sessions.begin(Scope.ADMIN)
     now += LIFETIME
     assert sessions.find(latest) is None

@@ -38,8 +38,8 @@ from bioscara.web.relay import Relay, WebClient
 from bioscara.web.scopes import Scope
 from bioscara.web.tokens import Tokens
 
-WEBSOCKETS = 64
-"""Largest number of WebSockets at once."""
+WEBSOCKETS, VIEWERS = 64, 48
+"""Largest number of WebSockets at once, and of those above which only operators may connect."""
 _PAGE = {
     "/": ("index.html", "text/html; charset=utf-8"),
     "/page.js": ("page.js", "text/javascript; charset=utf-8"),
@@ -327,8 +327,9 @@ def _add_websocket(app: FastAPI, settings: WebSettings) -> None:
     @app.websocket("/ws")
     async def websocket(websocket: WebSocket, credential: Viewer) -> None:
         await websocket.accept()
-        if len(running) >= WEBSOCKETS:
-            await websocket.close(_LATER, f"there are {WEBSOCKETS} clients; try again later")
+        most = VIEWERS if credential.scope == Scope.VIEW else WEBSOCKETS
+        if len(running) >= most:
+            await websocket.close(_LATER, f"there are {most} clients; try again later")
             return
         relay = Relay(websocket, settings.arm, WebClient(credential.scope, credential.address))
         running.add(relay)
