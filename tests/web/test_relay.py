@@ -141,6 +141,26 @@ def test_what_is_no_message_ends_the_connection(sent: str | bytes, code: int, le
     assert (found, bool(reason)) == (code, True)
 
 
+@pytest.mark.parametrize(
+    "command",
+    [
+        '{"kind":"stop","kind":"acquire_lease"}',
+        '{"kind":"acquire_lease","kind":"stop"}',
+        r'{"\u006bind":"acquire_lease"}',
+        r'{"kind":"acquire\u005flease"}',
+        '{"kind":"acquire_lease"},"command":{"kind":"get_lease"}',
+        '{"kind":"get_lease"},"command":{"kind":"acquire_lease"}',
+        '{"kind":"get_lease"},"kind":"request","command":{"kind":"acquire_lease"}',
+    ],
+)
+def test_no_spelling_of_a_command_passes_the_filter(command: str, left: Site) -> None:
+    with left.client(Scope.VIEW) as viewer, left.client(Scope.VIEW) as other:
+        viewer.socket.send(f' {{"kind":"request","id":5,"command":{command}}}')
+        answer = viewer.receive(lambda message: message.get("id") == 5)
+        assert "failure" in answer or answer["result"]["kind"] in {"done", "lease_state"}
+        assert other.request("get_lease")["lease"]["client"] is None
+
+
 def test_a_wrong_request_is_refused_and_the_next_one_carried_out(left: Site) -> None:
     with left.client(Scope.VIEW) as client:
         refused = client.request("get_state", surplus=1)
