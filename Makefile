@@ -27,7 +27,7 @@ NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test check lint types layers fresh firmware firmware-check dist bench docs laws mutants generate clean
+.PHONY: demo test check lint types layers fresh firmware firmware-check dist bench docs laws soak mutants generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -119,6 +119,9 @@ laws: $(VENV)/.dev firmware
 	    tests/robot/test_planner_beside_itself.py \
 	    tests/system/test_random_faults.py tests/system/test_load_speed.py tests/robot/test_robot_fuzz.py \
 	    tests/drivers/link/test_handshake.py tests/sim/test_socket_bus.py tests/oracle tests/firmware
+
+soak: $(VENV)/.dev
+	@$(BIN)/python -m tests.soak
 
 mutants: $(VENV)/.dev
 	@$(BIN)/python tests/mutants.py

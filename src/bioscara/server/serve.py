@@ -11,10 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from bioscara.api.runtime import OwnerClaim
+from bioscara.errors import HardwareError
 from bioscara.robot import FAULTS, Robot
 from bioscara.server.api_server import ApiServer
 from bioscara.server.gateways import Gateways
 from bioscara.server.owner import Owner
+
+_LOOP_CHECK = 0.2
+"""Time between two looks at whether the control loop runs [s]."""
 
 _log = logging.getLogger(__name__)
 
@@ -91,7 +95,7 @@ async def serve(
         await server.start()
         gateways.start()
         ready(owner)
-        await ended.wait()
+        crashed = await _ended(robot, ended)
         owner.announce("owner", f"{settings.name} ends: the arm comes to rest and is released")
         robot.stop()
         await gateways.close()
@@ -103,6 +107,21 @@ async def serve(
             await asyncio.sleep(0.0)
             owner.report_ended()
             await server.close()
+    if crashed:
+        raise HardwareError(
+            f"the control loop of {settings.name} has ended, which is a defect of this software; "
+            "the joints are released, and the log has the cause"
+        )
+
+
+async def _ended(robot: Robot, ended: asyncio.Event) -> bool:
+    """Return when the service has to end, and whether that is because the loop has ended."""
+    while not ended.is_set():
+        if not robot.arm.watched:
+            return True
+        with suppress(TimeoutError):
+            await asyncio.wait_for(ended.wait(), _LOOP_CHECK)
+    return False
 
 
 class Served:

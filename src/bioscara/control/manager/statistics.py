@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -22,11 +23,15 @@ READ, UPDATE, WRITE = range(3)
 
 
 class Histogram:
-    """Durations, counted in bins of equal ratio: a percentile is exact to 1/16."""
+    """Durations, counted in bins of equal ratio: a percentile is exact to 1/16.
 
-    __slots__ = ("_bins", "_maximum", "_new")
+    One thread adds, any may ask.
+    """
+
+    __slots__ = ("_bins", "_maximum", "_new", "_settling")
 
     def __init__(self) -> None:
+        self._settling = threading.Lock()
         self._new: list[float] = []
         self._bins = np.zeros(_LAST + 1, np.int64)
         self._maximum = 0.0
@@ -56,15 +61,16 @@ class Histogram:
         return min(_UNIT * 2.0**octave * (1.0 + (step + 1) / _PER_OCTAVE), self._maximum)
 
     def _settle(self) -> None:
-        new = self._new
-        if not new:
-            return
-        share, octave = np.frexp(np.array(new) / _UNIT)
-        # The share is 0.5 .. 1, the octave of 1 us is number 1.
-        bins = (octave - 2) * _PER_OCTAVE + (share * 2 * _PER_OCTAVE).astype(np.int64)
-        self._bins += np.bincount(bins.clip(0, _LAST), minlength=_LAST + 1)
-        self._maximum = max(*new, self._maximum)
-        new.clear()
+        with self._settling:
+            new, self._new = self._new, []
+            if not new:
+                return
+            share, octave = np.frexp(np.array(new) / _UNIT)
+            # The share is 0.5 .. 1, the octave of 1 us is number 1.
+            bins = (octave - 2) * _PER_OCTAVE + (share * 2 * _PER_OCTAVE).astype(np.int64)
+            # Another array: a percentile may be computed from the former one.
+            self._bins = self._bins + np.bincount(bins.clip(0, _LAST), minlength=_LAST + 1)
+            self._maximum = max(*new, self._maximum)
 
     def __str__(self) -> str:
         shares = (f"{1e6 * self.percentile(percent):.0f}" for percent in (50.0, 99.0, 99.9))
@@ -92,11 +98,24 @@ class SpreadSummary(NamedTuple):
 
 
 class Spread:
-    """Running statistics of a quantity without its values: as much as ROS reports."""
+    """Running statistics of a quantity without its values: as much as ROS reports.
 
-    __slots__ = ("_average", "_count", "_last", "_maximum", "_minimum", "_new", "_squares")
+    One thread adds, any may ask.
+    """
+
+    __slots__ = (
+        "_average",
+        "_count",
+        "_last",
+        "_maximum",
+        "_minimum",
+        "_new",
+        "_settling",
+        "_squares",
+    )
 
     def __init__(self) -> None:
+        self._settling = threading.Lock()
         self._new: list[float] = []
         self._count = 0
         self._average = self._squares = 0.0
@@ -112,8 +131,7 @@ class Spread:
 
     def summary(self) -> SpreadSummary:
         """Return a summary of the values; its statistics are NaN without any."""
-        if self._new:
-            self._settle()
+        self._settle()
         deviation = math.sqrt(self._squares / self._count) if self._count else math.nan
         average = self._average if self._count else math.nan
         return SpreadSummary(
@@ -121,18 +139,20 @@ class Spread:
         )
 
     def _settle(self) -> None:
-        new = self._new
-        number, average = len(new), math.fsum(new) / len(new)
-        # Sums of squares about two averages, joined: about zero small deviations would be lost.
-        apart, count = average - self._average, self._count + number
-        self._squares += math.dist(new, (average,) * number) ** 2
-        self._squares += apart * apart * self._count * number / count
-        self._average += apart * number / count
-        self._count, self._last = count, new[-1]
-        # NaN, as long as there is none yet, loses against any number that comes first.
-        self._minimum = min(*new, self._minimum)
-        self._maximum = max(*new, self._maximum)
-        new.clear()
+        with self._settling:
+            new, self._new = self._new, []
+            if not new:
+                return
+            number, average = len(new), math.fsum(new) / len(new)
+            # Sums of squares about two averages, joined: about zero small deviations would be lost.
+            apart, count = average - self._average, self._count + number
+            self._squares += math.dist(new, (average,) * number) ** 2
+            self._squares += apart * apart * self._count * number / count
+            self._average += apart * number / count
+            self._count, self._last = count, new[-1]
+            # NaN, as long as there is none yet, loses against any number that comes first.
+            self._minimum = min(*new, self._minimum)
+            self._maximum = max(*new, self._maximum)
 
 
 class UpdateStatistics:

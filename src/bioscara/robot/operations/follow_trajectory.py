@@ -97,6 +97,11 @@ class FollowTrajectory(Operation[None]):
         self._execution = execution
         yield from execution.follow(self._goal, Phase.TRAJECTORY)
 
+    def _end(self, error: BaseException | None) -> None:
+        super()._end(error)
+        # A thousand operations may be kept, with a thousand points each.
+        self._goal = self._ramp_goal = Goal(JointTrajectory((), ()))
+
     def _ramp_to(self, trajectory: Trajectory, planner: Planner) -> Trajectory | None:
         """Return a ramp from the arm to the start; None if the arm is there."""
         here, start = planner.here(), start_of(trajectory, planner)
