@@ -6,7 +6,7 @@ import shlex
 import sys
 from typing import Literal
 
-Extra = Literal["plot", "view"]
+Extra = Literal["plot", "view", "web"]
 """The extras of ``pyproject.toml`` that users need."""
 
 

@@ -134,7 +134,7 @@ def parameters(function: Any) -> list[tuple[str, Any, Any]]:
             Operation,
             RemoteOperation,
             {"begin", "cycles", "devices", "interrupt", "observe", "pausable", "prepare", "step"}
-            | {"stopping"},
+            | {"stopping", "stop_unseen"},
         ),
     ],
 )

@@ -23,6 +23,7 @@ class Options(argparse.Namespace):
         command: Name of the command.
         module: Name of the module that implements it.
         bus: Name of the bus.
+        arm: Name of the owner whose arm is used; None for an arm of this process.
         v1: Whether the simulated joints have their original firmware.
         parameters: File with the values in which the arm differs from the committed ones, if any.
         words: All arguments after ``bioscara``, as typed.
@@ -47,13 +48,21 @@ class Options(argparse.Namespace):
         plot: File for the plot of the motion; None for no plot.
         socket: Unix socket on which the simulated arm listens.
         seed: Seed of the simulation.
-        port: TCP port of the 3D view.
+        port: TCP port of the 3D view, or of the web gateway.
         source: What the 3D view shows: a run folder, a trajectory file or a running simulated arm;
             None for sliders, or with a target.
         action: Action on poses or tools.
         force: Whether to replace a pose or tool of the same name.
         offset: Pose of the tool in the flange: x, y, z [m] and yaw [rad].
         mass: Mass of the tool [kg].
+        gateways: Names of the programs to run beside an owner, separated by commas.
+        group: Group whose members may be clients of an owner; empty for this user alone.
+        evidence: Folder for the flight records of a served arm.
+        json: Whether to write JSON.
+        follow: Whether to wait for more.
+        after: Number of the last event that is not listed.
+        end: Whether to end the lease of the client that has it.
+        owned: Whether the command may use the arm of a running owner.
         width: Width between the jaws [m], ``"open"`` or ``"close"``.
         table: The file with taught poses; None for :data:`TABLE`.
         name: Name of a pose.
@@ -63,11 +72,18 @@ class Options(argparse.Namespace):
         swd: Whether to flash through an ST-Link instead of the USB bootloader.
         image: The firmware image; None for the available one of this version.
         serial: Serial number of the board in its bootloader, or of the ST-Link, if given.
+        host: Address on which the web gateway listens.
+        allowed_host: Further names of its computer.
+        tls_cert: Its certificate, if given.
+        tls_key: The key of the certificate.
+        tls_self_signed: Whether it makes a certificate.
+        token_file: File of its tokens; None for the one beside the owner's socket.
     """
 
     command: str
     module: str
     bus: str
+    arm: str | None
     v1: bool
     parameters: Path | None
     words: Sequence[str]
@@ -99,6 +115,14 @@ class Options(argparse.Namespace):
     offset: list[float]
     mass: float
     width: float | str
+    gateways: str
+    group: str
+    evidence: Path
+    json: bool
+    follow: bool
+    after: int
+    end: bool
+    owned: bool
     table: Path | None
     name: str
     tool: str
@@ -107,6 +131,12 @@ class Options(argparse.Namespace):
     swd: bool
     image: Path | None
     serial: str | None
+    host: str
+    allowed_host: list[str]
+    tls_cert: Path | None
+    tls_key: Path | None
+    tls_self_signed: bool
+    token_file: Path | None
 
     def has_target(self) -> bool:
         """Return whether a target of a motion is given."""

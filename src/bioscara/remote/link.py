@@ -100,6 +100,7 @@ class OwnerLink:
         receive: Called in the link's thread with each event, sample and record; must return at
             once.
         lost: Called there when the owner has ended or was restarted: what it did is over.
+        events_after: Number after which events are received; None for new ones only.
 
     Attributes:
         name: As given.
@@ -114,6 +115,8 @@ class OwnerLink:
         name: str,
         receive: Callable[[m.FromOwner], object],
         lost: Callable[[OwnerLostError], object],
+        *,
+        events_after: int | None = None,
     ) -> None:
         self.name = require_name(name)
         self._receive, self._lost = receive, lost
@@ -127,7 +130,7 @@ class OwnerLink:
         self._opening = threading.RLock()
         self._socket: socket.socket | None = None
         self._subscription = m.Subscribe(events_after=0)
-        self._last_event = 0
+        self._events_after, self._last_event = events_after, 0
         self._closed = False
         self._failure: OwnerLostError | None = None
         self._reproach: Exception | None = None
@@ -142,7 +145,8 @@ class OwnerLink:
             ProtocolError: It speaks another version.
         """
         frames, waiting = self._connect()
-        self._last_event = self.welcome.last_event
+        newest = self.welcome.last_event
+        self._last_event = newest if self._events_after is None else self._events_after
         self._subscribe()
         self._start_reading(frames, waiting)
 

@@ -376,6 +376,10 @@ class Connection(asyncio.Protocol):
         asyncio.get_running_loop().call_soon(self._pump)
 
     @property
+    def _ending(self) -> bool:
+        return self._transport is None or self._transport.is_closing()
+
+    @property
     def wants_states(self) -> bool:
         """Whether it has subscribed to samples."""
         return self._states
@@ -392,7 +396,7 @@ class Connection(asyncio.Protocol):
             sample: The framed sample as msgpack.
             time: Its time on the arm's clock [s].
         """
-        if self._transport is None or self._transport.is_closing() or time < self._due:
+        if self._ending or time < self._due:
             return
         self._due = time + 0.999 * self._period
         if self._full:
@@ -400,7 +404,7 @@ class Connection(asyncio.Protocol):
         elif self._encode is framing.encode_json:
             self._send(self._owner.sample)
         else:
-            self._transport.write(sample)
+            self._write(sample)
 
     def pump(self) -> None:
         """Send the events that are due."""
@@ -408,12 +412,15 @@ class Connection(asyncio.Protocol):
             self._pump()
 
     def _pump(self) -> None:
-        while self._cursor is not None and not self._full and self._transport is not None:
+        while self._cursor is not None and not self._full and not self._ending:
             event = self._owner.events.after(self._cursor)
             if event is None:
                 return
             self._cursor = event.number
-            self._send(event)
+            if self._encode is framing.encode_packed:
+                self._write(self._owner.events.framed(event))
+            else:
+                self._send(event)
 
     def send_record(self, goal: int, record: CycleRecord) -> None:
         """Send the record of a cycle, unless the client reads too slowly."""
@@ -427,12 +434,6 @@ class Connection(asyncio.Protocol):
             self._send(m.GoalCycle(goal, record))
 
     def _send(self, message: m.ApiMessage) -> None:
-        transport = self._transport
-        if transport is None or transport.is_closing():
-            return
-        if transport.get_write_buffer_size() > WAITING:
-            self._cut_off("it does not read its answers")
-            return
         try:
             data = self._encode(message)
         except Exception as error:  # noqa: BLE001  one answer, not the connection
@@ -441,4 +442,14 @@ class Connection(asyncio.Protocol):
                 return
             failure = failure_of(OwnerError(f"the answer cannot be sent: {error}"))
             data = self._encode(m.RequestFailed(message.id, failure))
-        transport.write(framing.framed(data))
+        self._write(framing.framed(data))
+
+    def _write(self, data: bytes) -> None:
+        # A transport that is closing takes no bytes, and its end has not been called yet.
+        transport = self._transport
+        if transport is None or transport.is_closing():
+            return
+        if transport.get_write_buffer_size() > WAITING:
+            self._cut_off("it does not read its answers")
+            return
+        transport.write(data)
