@@ -34,7 +34,7 @@ from processes import LIMIT
 from served import NAME, RawClient, arm_served, eventually, good_client_works, memory_of
 
 LATE = 0.1
-"""Delay of a control cycle that no client may cause [s]; joints stop by themselves later."""
+"""Delay of a control cycle that no client may cause [s]; joints count on setpoints for longer."""
 OTHER_USER = 65534
 pytestmark = pytest.mark.realtime
 
@@ -328,7 +328,7 @@ def test_a_subscriber_that_never_reads_takes_little_memory(served: Served) -> No
             noisy.request(m.Pause())
         noisy.request(m.StopAll())
         assert memory_of(look) - before < 16 << 20
-        # It gets what is newest once it reads, and the events without a gap.
+        # It gets the newest sample once it reads, and the events without a gap.
         last = served.owner.events.last
         while not deaf.events or deaf.events[-1].number < last:
             deaf.read(m.Event)
@@ -524,7 +524,7 @@ def as_user(uid: int, gid: int, path: Path | None = None) -> str:
                     os.write(writer, message.failure.error.encode())
                 else:
                     os.write(writer, str(message.__struct_config__.tag).encode())
-        except BaseException as error:  # noqa: BLE001  of the child, told to the test
+        except BaseException as error:  # noqa: BLE001  of the child, passed to the test
             os.write(writer, type(error).__name__.encode())
         finally:
             os._exit(0)
@@ -557,5 +557,5 @@ def test_random_changes_of_real_requests_end_nothing_but_their_connection(served
                 client.read(m.RequestFailed | m.Response)
             except EOFError:
                 ended += 1
-    # Each is answered, or told why its connection ends.
+    # Each gets an answer, or the reason for the end of its connection.
     assert ended == 0
