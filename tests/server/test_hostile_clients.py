@@ -141,6 +141,22 @@ def test_the_announcement_of_a_huge_message_takes_no_memory(served: Served, size
 
 
 @pytest.mark.usefixtures("served")
+def test_only_the_client_that_commands_may_send_what_takes_long_to_read() -> None:
+    start = struct.pack(">I", framing.QUERY_MAX + 1)
+    with RawClient() as client:
+        client.send_bytes(start)
+        assert "is announced" in str(refusal(client))
+    text = "x" * framing.QUERY_MAX
+    with RawClient() as client:
+        epoch = client.acquire()
+        with pytest.raises(InvalidArgumentError):
+            client.request(m.Start(task=m.MoveNamed(name=text)), epoch)
+        client.request(m.ReleaseLease(), epoch)
+        client.begin(m.GetFlightRecord(text))
+        assert "is announced" in str(refusal(client))
+
+
+@pytest.mark.usefixtures("served")
 def test_before_hello_only_little_is_accepted() -> None:
     with RawClient(greet=False) as client:
         client.send_bytes(struct.pack(">I", framing.HELLO_MAX + 1))
