@@ -65,6 +65,9 @@ FLASH = (
     "tests/cli/commands/test_flash.py",
     "tests/cli/commands/test_flash_on_bus.py",
 )
+INTERLEAVINGS = ("tests/server/test_interleavings.py",)
+HOSTILE = "tests/server/test_hostile_clients.py"
+LINK = "tests/remote/test_link.py"
 WEB_ROUTES = ("tests/web/test_every_route.py",)
 WEB_SIGN_IN = ("tests/web/test_sign_in.py",)
 WEB_RELAY = ("tests/web/test_relay.py",)
@@ -1359,6 +1362,111 @@ MUTANTS = (
         "workspace.windows,",
         "",
         ("tests/system/test_load_speed.py",),
+    ),
+    Mutant(
+        "owner: a command carries the epoch of its lease",
+        "Lease.require",
+        "and epoch == self.epoch",
+        "",
+        INTERLEAVINGS,
+    ),
+    Mutant(
+        "owner: a stop ends the lease of another client",
+        "Owner._stop",
+        "self.lease.end()",
+        "pass",
+        INTERLEAVINGS,
+    ),
+    Mutant(
+        "owner: a goal from before a stop does not begin",
+        "Owner._start",
+        "if self._stops != stops:",
+        "if False:",
+        INTERLEAVINGS,
+    ),
+    Mutant(
+        "owner: a goal whose lease has ended does not begin",
+        "Owner._start",
+        "if (self.lease.epoch, self.lease.holder) != (epoch, client.session):",
+        "if False:",
+        INTERLEAVINGS,
+    ),
+    Mutant(
+        "owner: a goal whose lease ended during its planning is stopped",
+        "Owner._start",
+        "if (lease.epoch, lease.holder) != (epoch, client.session) and goal.needs_lease:",
+        "if False:",
+        INTERLEAVINGS,
+    ),
+    Mutant(
+        "owner: the goals of a lease end with it",
+        "Owner._stop_dependent",
+        "if goal.needs_lease:",
+        "if False:",
+        INTERLEAVINGS,
+    ),
+    Mutant(
+        "owner: a request is carried out once",
+        "Connection._request",
+        "if number in session.answers or number <= session.forgotten:",
+        "if False:",
+        (f"{HOSTILE}::test_a_request_that_came_before_is_not_carried_out_again",),
+    ),
+    Mutant(
+        "owner: a request of long ago is not carried out again",
+        "Connection._request",
+        "or number <= session.forgotten",
+        "",
+        (f"{HOSTILE}::test_a_request_that_came_before_is_not_carried_out_again",),
+    ),
+    Mutant(
+        "owner: a session with a connection is kept",
+        "Sessions.take",
+        "and not oldest.connections",
+        "",
+        (f"{HOSTILE}::test_a_session_with_a_connection_is_not_forgotten",),
+    ),
+    Mutant(
+        "owner: nothing is carried out for a client that was cut off",
+        "Connection.data_received",
+        "if transport.is_closing():",
+        "if False:",
+        (f"{HOSTILE}::test_nothing_after_the_message_that_cut_a_client_off_is_carried_out",),
+    ),
+    Mutant(
+        "owner: the first message of a client is short",
+        "Connection.__init__",
+        "framing.HELLO_MAX",
+        "framing.REQUEST_MAX",
+        (f"{HOSTILE}::test_before_hello_only_little_is_accepted",),
+    ),
+    Mutant(
+        "owner: other users are refused",
+        "ApiServer._may",
+        "if self._group is None: return False",
+        "if self._group is None: return True",
+        (f"{HOSTILE}::test_another_user_is_refused",),
+    ),
+    Mutant(
+        "client: a missed answer is recalled",
+        "OwnerLink._resume",
+        "command=m.Recall(request=pending.request.id)",
+        "command=pending.request.command, epoch=pending.request.epoch",
+        (LINK,),
+    ),
+    Mutant(
+        "client: nothing is repeated at an owner that has forgotten it",
+        "OwnerLink._resume",
+        "not self.welcome.resumed and",
+        "False and",
+        (f"{LINK}::test_a_program_that_the_owner_has_forgotten_repeats_nothing",),
+    ),
+    Mutant(
+        "client: the ends of goals are asked for after a gap",
+        "RemoteRobot._receive",
+        'if message.what == "gap":',
+        "if False:",
+        (f"{LINK}::test_a_client_that_missed_the_end_of_its_motion_asks_for_it",),
     ),
     Mutant(
         "web: the Host is checked",

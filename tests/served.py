@@ -132,9 +132,13 @@ class RawClient:
         self._frames = framing.Frames(framing.ANSWER_MAX)
         self.socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self.socket.settimeout(LIMIT)
-        self.socket.connect(os.fspath(path or find(NAME).socket))
-        if greet:
-            self.hello()
+        try:
+            self.socket.connect(os.fspath(path or find(NAME).socket))
+            if greet:
+                self.hello()
+        except BaseException:
+            self.socket.close()
+            raise
 
     def __enter__(self) -> Self:
         return self

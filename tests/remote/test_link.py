@@ -166,7 +166,7 @@ def test_a_goal_is_carried_out_once_wherever_the_connection_breaks(
 ) -> None:
     size = size_of_a_motion(proxy, robot)[direction]
     assert size > 50
-    # Not beyond the end: what is not cut during this motion would be cut during the next one.
+    # Not beyond the end: a cut that is left over would happen during the next motion.
     points = range(0, size, max(size // 25, 1))
     sign = 1.0
     for count in points:

@@ -34,7 +34,7 @@ from processes import LIMIT
 from served import NAME, RawClient, arm_served, eventually, good_client_works, memory_of
 
 LATE = 0.1
-"""Delay of a control cycle that no client may cause [s]; joints stop by themselves later."""
+"""Delay of a control cycle that no client may cause [s]; joints count on setpoints for longer."""
 OTHER_USER = 65534
 pytestmark = pytest.mark.realtime
 
@@ -138,6 +138,22 @@ def test_the_announcement_of_a_huge_message_takes_no_memory(served: Served, size
                 assert "is announced" in str(refusal(client))
         assert memory_of(look) - before < 4 << 20
     assert served.robot.is_homed
+
+
+@pytest.mark.usefixtures("served")
+def test_only_the_client_that_commands_may_send_what_takes_long_to_read() -> None:
+    start = struct.pack(">I", framing.QUERY_MAX + 1)
+    with RawClient() as client:
+        client.send_bytes(start)
+        assert "is announced" in str(refusal(client))
+    text = "x" * framing.QUERY_MAX
+    with RawClient() as client:
+        epoch = client.acquire()
+        with pytest.raises(InvalidArgumentError):
+            client.request(m.Start(task=m.MoveNamed(name=text)), epoch)
+        client.request(m.ReleaseLease(), epoch)
+        client.begin(m.GetFlightRecord(text))
+        assert "is announced" in str(refusal(client))
 
 
 @pytest.mark.usefixtures("served")
@@ -328,7 +344,7 @@ def test_a_subscriber_that_never_reads_takes_little_memory(served: Served) -> No
             noisy.request(m.Pause())
         noisy.request(m.StopAll())
         assert memory_of(look) - before < 16 << 20
-        # It gets what is newest once it reads, and the events without a gap.
+        # It gets the newest sample once it reads, and the events without a gap.
         last = served.owner.events.last
         while not deaf.events or deaf.events[-1].number < last:
             deaf.read(m.Event)
@@ -524,7 +540,7 @@ def as_user(uid: int, gid: int, path: Path | None = None) -> str:
                     os.write(writer, message.failure.error.encode())
                 else:
                     os.write(writer, str(message.__struct_config__.tag).encode())
-        except BaseException as error:  # noqa: BLE001  of the child, told to the test
+        except BaseException as error:  # noqa: BLE001  of the child, passed to the test
             os.write(writer, type(error).__name__.encode())
         finally:
             os._exit(0)
@@ -557,5 +573,5 @@ def test_random_changes_of_real_requests_end_nothing_but_their_connection(served
                 client.read(m.RequestFailed | m.Response)
             except EOFError:
                 ended += 1
-    # Each is answered, or told why its connection ends.
+    # Each gets an answer, or the reason for the end of its connection.
     assert ended == 0

@@ -6,7 +6,8 @@ number, and the owner sends :class:`StateSample`, :class:`Event` and :class:`Goa
 subscribed.
 
 Lengths are in m, angles in rad, times in s. A number that is unknown is NaN, and null in JSON;
-a speed without a limit is infinite, and null in JSON. A pose is ``[x, y, z, yaw]``.
+a speed without a limit is infinite, and null in JSON, where a client leaves it out. A pose is
+``[x, y, z, yaw]``.
 """
 
 from __future__ import annotations

@@ -175,11 +175,15 @@ class Connection(asyncio.Protocol):
         if transport is None or transport.is_closing():
             return
         end = loop.time() + _TURN
+        if self._session is not None:
+            commands = self._owner.lease.holder == self.session
+            self._frames.longest = framing.REQUEST_MAX if commands else framing.QUERY_MAX
         try:
             for payload in self._frames.feed(data):
                 self._receive(payload)
                 if transport.is_closing():
                     return
+                self._frames.longest = max(self._frames.longest, framing.QUERY_MAX)
                 if loop.time() >= end:
                     transport.pause_reading()
                     loop.call_soon(self._go_on)
@@ -258,7 +262,6 @@ class Connection(asyncio.Protocol):
         self.session, self.name = hello.session, printable(hello.client)
         self._session, resumed = self._sessions.take(hello.session)
         self._session.connections.append(self)
-        self._frames.longest = framing.REQUEST_MAX
         welcome = m.Welcome(
             version=m.VERSION,
             owner=owner.name,

@@ -1,0 +1,159 @@
+"""Names, locks and sockets of running owners."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from bioscara.api import runtime
+from bioscara.api.runtime import OwnerClaim, find, owners, require_name, socket_of
+from bioscara.errors import AccessError, BusyOwnerError, InvalidArgumentError, OwnerLostError
+from processes import environment, wait_for_line
+from served import runtime_folder
+
+HOLDER = """
+import os, sys, time
+from bioscara.api.runtime import OwnerClaim
+claim = OwnerClaim(sys.argv[1], "sim")
+print("claimed", flush=True)
+time.sleep(60)
+"""
+
+
+@pytest.fixture
+def folder() -> Iterator[Path]:
+    with runtime_folder() as made:
+        yield made
+
+
+@pytest.mark.parametrize("name", ["a", "arm", "Left-2_b", "x" * 64])
+def test_names_of_arms(name: str) -> None:
+    assert require_name(name) == name
+
+
+@pytest.mark.parametrize(
+    "name", ["", "1a", "-a", "a b", "a/b", "..", "a\n", "ä", "x" * 65, "a.sock", None, 3]
+)
+def test_what_is_no_name_of_an_arm(name: str) -> None:
+    with pytest.raises(InvalidArgumentError, match="no name of an arm"):
+        require_name(name)
+
+
+def test_a_path_that_is_too_long_for_a_socket_is_refused(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    monkeypatch.setenv(runtime.VARIABLE, str(tmp_path / ("x" * 100)))
+    with pytest.raises(InvalidArgumentError, match="at most 107 bytes"):
+        socket_of("left")
+
+
+def test_the_folder_is_chosen_by_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv(runtime.VARIABLE, "/a")
+    assert runtime.folder() == Path("/a")
+    monkeypatch.delenv(runtime.VARIABLE)
+    monkeypatch.setenv("XDG_RUNTIME_DIR", "/run/user/5")
+    assert runtime.folder() == Path("/run/user/5/bioscara")
+    monkeypatch.delenv("XDG_RUNTIME_DIR")
+    monkeypatch.setattr(os, "getuid", lambda: 0)
+    assert runtime.folder() == Path("/run/bioscara")
+    monkeypatch.setattr(os, "getuid", lambda: 987_654)
+    assert runtime.folder() == Path("/tmp/bioscara-987654")
+
+
+def test_a_folder_that_another_user_made_is_not_used(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(os, "getuid", lambda: 987_654)
+    with pytest.raises(AccessError, match="belongs to user"):
+        OwnerClaim("left", "sim")
+    made = folder / "made"
+    made.mkdir()
+    monkeypatch.setattr(runtime, "Path", lambda _: made)
+    monkeypatch.delenv(runtime.VARIABLE)
+    monkeypatch.delenv("XDG_RUNTIME_DIR", raising=False)
+    with pytest.raises(AccessError, match="belongs to another user"):
+        runtime.folder()
+
+
+def test_a_folder_that_all_users_can_write_is_not_used(folder: Path) -> None:
+    folder.chmod(0o777)
+    with pytest.raises(AccessError, match="written by every user"):
+        OwnerClaim("left", "sim")
+    folder.chmod(0o1777)
+    OwnerClaim("left", "sim").close()
+
+
+def test_an_owner_is_found_while_it_holds_its_claim(folder: Path) -> None:
+    claim = OwnerClaim("left", "linux:1")
+    assert find("left") == (("left", "linux:1", os.getpid(), folder / "left.sock"))
+    assert owners() == [find("left")]
+    with pytest.raises(OwnerLostError, match="there are left"):
+        find("right")
+    with pytest.raises(BusyOwnerError, match=f"process {os.getpid()} on linux:1"):
+        OwnerClaim("left", "sim")
+    claim.close()
+    claim.close()
+    assert owners() == []
+    with pytest.raises(OwnerLostError, match="bioscara serve starts one"):
+        find("left")
+    OwnerClaim("left", "sim").close()
+
+
+def test_a_killed_owner_holds_nothing(folder: Path) -> None:
+    with subprocess.Popen(
+        [sys.executable, "-c", HOLDER, "left"],
+        env=environment(),
+        stdout=subprocess.PIPE,
+        text=True,
+    ) as process:
+        wait_for_line(process, "claimed")
+        assert find("left").pid == process.pid
+        with pytest.raises(BusyOwnerError, match=f"process {process.pid}"):
+            OwnerClaim("left", "sim")
+        process.kill()
+    assert (folder / "left.lock").exists()
+    assert owners() == []
+    OwnerClaim("left", "sim").close()
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["", "{", "[]", "{}", '{"pid": "x", "bus": 1}', '{"pid": 1e400, "bus": "b"}', "[" * 4000],
+)
+def test_a_lock_with_any_content_is_no_owner_that_can_be_used(folder: Path, text: str) -> None:
+    claim = OwnerClaim("left", "sim")
+    (folder / "left.lock").write_text(text)
+    with pytest.raises(OwnerLostError):
+        find("left")
+    with pytest.raises(BusyOwnerError, match="another process"):
+        OwnerClaim("left", "sim")
+    claim.close()
+
+
+def test_files_of_other_names_are_no_owners(folder: Path) -> None:
+    for name in ("1.lock", "a b.lock", "x.txt", ".lock"):
+        (folder / name).write_text(json.dumps({"pid": 1, "bus": "sim"}))
+    assert owners() == []
+
+
+def test_removed_files_are_made_again_unless_another_owner_has_begun(folder: Path) -> None:
+    claim = OwnerClaim("left", "sim")
+    (folder / "left.lock").unlink()
+    # As its server does.
+    claim.listener.close()
+    assert claim.restore()
+    assert find("left").pid == os.getpid()
+    (folder / "left.lock").unlink()
+    other = OwnerClaim("left", "linux:1")
+    with pytest.raises(BusyOwnerError):
+        claim.restore()
+    claim.close()
+    assert other.socket.is_socket()
+    assert find("left").bus == "linux:1"
+    other.close()
