@@ -6,7 +6,7 @@ import shlex
 import sys
 from typing import Literal
 
-Extra = Literal["plot", "view"]
+Extra = Literal["plot", "view", "record", "export"]
 """The extras of ``pyproject.toml`` that users need."""
 
 

@@ -697,6 +697,16 @@ class GetGoal(Command, frozen=True, tag="get_goal"):
     goal: int
 
 
+class GetTrajectories(Command, frozen=True, tag="get_trajectories"):
+    """Ask for the :class:`GoalTrajectories` of a goal.
+
+    Attributes:
+        goal: Its number.
+    """
+
+    goal: int
+
+
 class GetLease(Command, frozen=True, tag="get_lease"):
     """Ask for the :class:`LeaseState`."""
 
@@ -745,6 +755,16 @@ class ListGoals(Command, frozen=True, tag="list_goals"):
     """Ask for the :class:`GoalList`."""
 
 
+class Report(Command, frozen=True, tag="report"):
+    """Tell all clients something, as an event ``report``; needs no lease.
+
+    Attributes:
+        text: A sentence of up to 500 characters.
+    """
+
+    text: str
+
+
 class Subscribe(Command, frozen=True, kw_only=True, tag="subscribe"):
     """Choose what the owner sends without being asked; answered by :class:`Done`.
 
@@ -791,6 +811,7 @@ AnyCommand = (
     | GetWorkspace
     | GetFaults
     | GetGoal
+    | GetTrajectories
     | GetLease
     | GetStatistics
     | GetParameters
@@ -799,6 +820,7 @@ AnyCommand = (
     | ListFlightRecords
     | GetFlightRecord
     | ListGoals
+    | Report
     | Subscribe
     | Recall
 )
@@ -951,6 +973,19 @@ class GoalList(Result, frozen=True, tag="goal_list"):
     """The latest goals, oldest first."""
 
     goals: tuple[GoalValue, ...]
+
+
+class GoalTrajectories(Result, frozen=True, tag="goal_trajectories"):
+    """The trajectories that a goal follows, one after another.
+
+    Attributes:
+        goal: Number of the goal.
+        trajectories: A ramp to the start, if there is one, and the planned one; empty for goals
+            that follow none.
+    """
+
+    goal: int
+    trajectories: tuple[TrajectoryValue, ...]
 
 
 class Statistics(Result, frozen=True, kw_only=True, tag="statistics"):
@@ -1144,6 +1179,7 @@ AnyResult = (
     | FaultList
     | GoalState
     | GoalList
+    | GoalTrajectories
     | Statistics
     | ParametersState
     | ControllerList
@@ -1209,8 +1245,8 @@ class Event(ApiMessage, frozen=True, kw_only=True, tag="event"):
         wall: When, in seconds since 1970.
         what: ``goal_accepted``, ``goal_ended``, ``fault``, ``faults_cleared``, ``warning``,
             ``lease``, ``stop``, ``pause``, ``resume``, ``workspace``, ``parameters``,
-            ``controllers``, ``gateway``, ``client``, ``speed_override`` or ``owner``; or ``gap``
-            for events that are not kept any more, in number up to its own.
+            ``controllers``, ``gateway``, ``client``, ``speed_override``, ``report`` or ``owner``;
+            or ``gap`` for events that are not kept any more, in number up to its own.
         text: A sentence for people.
         client: The client that caused it; empty if none did.
         goal: The goal that it concerns, as it is then; else null.

@@ -83,15 +83,19 @@ class OwnerLink:
         self.welcome: m.Welcome
         self._reader: threading.Thread | None = None
 
-    def open(self) -> None:
+    def open(self, events_after: int | None = None) -> None:
         """Connect.
+
+        Args:
+            events_after: Number after which events are received, 0 for all that the owner keeps;
+                None for those from now on.
 
         Raises:
             OwnerLostError: No owner of that name runs, or it does not answer.
             ProtocolError: It speaks another version.
         """
         frames, waiting = self._connect()
-        self._last_event = self.welcome.last_event
+        self._last_event = self.welcome.last_event if events_after is None else events_after
         self._subscribe()
         self._start_reading(frames, waiting)
 

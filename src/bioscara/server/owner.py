@@ -15,6 +15,7 @@ from bioscara.api.values import fault_value, trajectory_value
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.control.loop.loop import CycleReport
 from bioscara.errors import ConflictError, InvalidArgumentError, LeaseError, MotionCancelledError
+from bioscara.printing import printable
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 from bioscara.robot.operations.jog import Jog, Velocity
@@ -29,6 +30,7 @@ from bioscara.server.queries import (
     fault_list,
     flight_record,
     flight_records,
+    goal_trajectories,
     statistics,
     workspace_state,
 )
@@ -38,6 +40,8 @@ from bioscara.version import __version__
 
 PLANS = 32
 """Number of plans that are kept."""
+_REPORT_MAX = 500
+"""Longest text that a client reports to all [characters]."""
 
 
 class Client(Protocol):
@@ -141,6 +145,8 @@ class Owner:
             m.GetWorkspace: lambda *_: workspace_state(self._arm, self._current_revision()),
             m.GetFaults: lambda *_: fault_list(self._arm),
             m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
+            m.GetTrajectories: self._trajectories,
+            m.Report: self._report,
             m.ListGoals: lambda *_: m.GoalList(tuple(goal.value() for goal in self.goals.all)),
             m.GetLease: lambda *_: m.LeaseState(self.lease.value()),
             m.GetParameters: lambda *_: self._overlay.state(),
@@ -415,6 +421,19 @@ class Owner:
             return state
 
         return Later(lambda: self._overlay.write(command.overlay, command.revision), finish)
+
+    def _trajectories(self, _: Client, command: m.GetTrajectories, __: int) -> Later:
+        goal = self.goals.get(command.goal)
+        return Later(lambda: goal_trajectories(goal), lambda result: result)
+
+    def _report(self, client: Client, command: m.Report, _: int) -> m.Done:
+        text = command.text
+        if not 0 < len(text) <= _REPORT_MAX:
+            raise InvalidArgumentError(
+                f"a report has 1 to {_REPORT_MAX} characters, not {len(text)}; shorten it"
+            )
+        self._event("report", f"{client.name}: {printable(text)}", client.name)
+        return m.Done()
 
     def _content(self) -> tuple[object, ...]:
         space: Workspace = self._arm.workspace
