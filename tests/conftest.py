@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
+import os
+import shutil
 import signal
 import subprocess
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
 
@@ -20,6 +24,13 @@ settings.load_profile("bioscara")
 signal.signal(signal.SIGINT, signal.default_int_handler)
 # Likewise one that outlives its terminal, by nohup.
 signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+# Arms that this computer serves must not be taken for those of the tests. A short path: that of a
+# socket has at most 107 bytes.
+os.environ["BIOSCARA_RUNTIME"] = tempfile.mkdtemp(prefix="b")
+atexit.register(shutil.rmtree, os.environ["BIOSCARA_RUNTIME"], ignore_errors=True)
+os.environ.pop("BIOSCARA_ARM", None)
 
 
 @pytest.fixture

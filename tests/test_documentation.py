@@ -5,13 +5,15 @@ from __future__ import annotations
 import re
 import shlex
 import shutil
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 from typing import NamedTuple
 
 import pytest
 
+from bioscara import Robot
 from bioscara.cli import main
+from bioscara.server.serve import ServeSettings, serving
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -64,7 +66,11 @@ def test_a_program_in_the_documentation_runs(
     program: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    exec(compile(program, "documentation", "exec"), {"__name__": "__main__"})
+    with ExitStack() as served:
+        for name in re.findall(r'"arm:(\w+)"', program):
+            settings = ServeSettings(name, "sim", speed=100.0)
+            served.enter_context(serving(Robot.simulated(), settings))
+        exec(compile(program, "documentation", "exec"), {"__name__": "__main__"})
 
 
 def test_commands_say_what_the_documentation_shows(

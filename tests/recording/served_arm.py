@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from threading import Event as Flag
@@ -78,9 +78,7 @@ class Recording:
 
 
 @contextmanager
-def recording(
-    folder: Path, limits: FileLimits = PLENTY, keep: int = 10**9
-) -> Iterator[Recording]:
+def recording(folder: Path, limits: FileLimits = PLENTY, keep: int = 10**9) -> Iterator[Recording]:
     """Record the arm; the block begins when the first file has."""
     made = Recording(folder, limits, keep)
     try:

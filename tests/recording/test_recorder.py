@@ -180,7 +180,7 @@ def test_it_waits_for_the_owner_and_begins_another_file_after_its_restart(tmp_pa
         assert recorder.heard("no owner of arm left runs")
         for count in (1, 2):
             with served(tmp_path):
-                wait_until(lambda: len(recorder.folder.files()) == count, f"file {count}")
+                wait_until(lambda n=count: len(recorder.folder.files()) == n, f"file {count}")
         files = recorder.end()
     assert recorder.error is None
     instances = set()

@@ -65,13 +65,21 @@ class TrajectoryValue(Value, frozen=True):
 
 
 class BoxZone(Value, frozen=True, tag_field="kind", tag="box"):
-    """A zone that is a box."""
+    """A zone that is a box.
+
+    Attributes:
+        zone: The box.
+    """
 
     zone: Box
 
 
 class CylinderZone(Value, frozen=True, tag_field="kind", tag="cylinder"):
-    """A zone that is a cylinder."""
+    """A zone that is a cylinder.
+
+    Attributes:
+        zone: The cylinder.
+    """
 
     zone: Cylinder
 
@@ -222,19 +230,34 @@ class MoveJoints(PlannedMotion, frozen=True, kw_only=True, tag="move_joints"):
 
 
 class MoveTo(PlannedMotion, frozen=True, kw_only=True, tag="move_to"):
-    """Move to a pose by the closest joint solution."""
+    """Move to a pose by the closest joint solution.
+
+    Attributes:
+        pose: Goal pose of the tool.
+    """
 
     pose: Pose
 
 
 class MoveLinear(PlannedMotion, frozen=True, kw_only=True, tag="move_linear"):
-    """Move to a pose along a line."""
+    """Move to a pose along a line.
+
+    Attributes:
+        pose: Goal pose of the tool.
+    """
 
     pose: Pose
 
 
 class MoveRelative(PlannedMotion, frozen=True, kw_only=True, tag="move_relative"):
-    """Move along a line by a displacement along the axes of the base."""
+    """Move along a line by a displacement along the axes of the base.
+
+    Attributes:
+        x: Along x.
+        y: Along y.
+        z: Along z.
+        yaw: Rotation about the vertical.
+    """
 
     x: float = 0.0
     y: float = 0.0
@@ -243,20 +266,33 @@ class MoveRelative(PlannedMotion, frozen=True, kw_only=True, tag="move_relative"
 
 
 class MoveCircular(PlannedMotion, frozen=True, kw_only=True, tag="move_circular"):
-    """Move to a pose along an arc through another one."""
+    """Move to a pose along an arc through another one.
+
+    Attributes:
+        via: Pose on the arc; its yaw is not used.
+        pose: Goal pose of the tool.
+    """
 
     via: Pose
     pose: Pose
 
 
 class MoveNamed(PlannedMotion, frozen=True, kw_only=True, tag="move_named"):
-    """Move to a pose of the teach table."""
+    """Move to a pose of the teach table.
+
+    Attributes:
+        name: Name of the pose.
+    """
 
     name: str
 
 
 class MoveSequence(PlannedMotion, frozen=True, kw_only=True, tag="move_sequence"):
-    """Move along waypoints with rounded corners."""
+    """Move along waypoints with rounded corners.
+
+    Attributes:
+        waypoints: The waypoints.
+    """
 
     waypoints: tuple[Waypoint, ...]
 
@@ -320,7 +356,11 @@ class JogTask(Task, frozen=True, tag="jog"):
 
 
 class MoveGripperTask(Task, frozen=True, tag="move_gripper"):
-    """Move the jaws to a width."""
+    """Move the jaws to a width.
+
+    Attributes:
+        width: Width between the jaws.
+    """
 
     width: float
 
@@ -393,13 +433,21 @@ class WorkspaceChange(Task, frozen=True, kw_only=True):
 
 
 class SetScene(WorkspaceChange, frozen=True, kw_only=True, tag="set_scene"):
-    """Replace the scene."""
+    """Replace the scene.
+
+    Attributes:
+        scene: The new one.
+    """
 
     scene: SceneValue
 
 
 class SetTable(WorkspaceChange, frozen=True, kw_only=True, tag="set_table"):
-    """Replace the tools, poses and frames that have names."""
+    """Replace the tools, poses and frames that have names.
+
+    Attributes:
+        table: The new one.
+    """
 
     table: TeachTable
 
@@ -415,13 +463,21 @@ class SetTool(WorkspaceChange, frozen=True, kw_only=True, tag="set_tool"):
 
 
 class SetReducedSpeed(WorkspaceChange, frozen=True, kw_only=True, tag="set_reduced_speed"):
-    """Let the tool keep to 250 mm/s, or not."""
+    """Let the tool keep to 250 mm/s, or not.
+
+    Attributes:
+        reduced: Whether it does.
+    """
 
     reduced: bool
 
 
 class AttachTask(WorkspaceChange, frozen=True, kw_only=True, tag="attach"):
-    """Declare that the tool carries a load."""
+    """Declare that the tool carries a load.
+
+    Attributes:
+        load: The load.
+    """
 
     load: Load
 
@@ -445,19 +501,31 @@ class LoadController(Task, frozen=True, tag="load_controller"):
 
 
 class ConfigureController(Task, frozen=True, tag="configure_controller"):
-    """Make a controller inactive."""
+    """Make a controller inactive.
+
+    Attributes:
+        name: Its name.
+    """
 
     name: str
 
 
 class CleanupController(Task, frozen=True, tag="cleanup_controller"):
-    """Make an inactive controller unconfigured."""
+    """Make an inactive controller unconfigured.
+
+    Attributes:
+        name: Its name.
+    """
 
     name: str
 
 
 class UnloadController(Task, frozen=True, tag="unload_controller"):
-    """Remove a controller."""
+    """Remove a controller.
+
+    Attributes:
+        name: Its name.
+    """
 
     name: str
 
@@ -584,7 +652,11 @@ class SetJogVelocity(Command, frozen=True, kw_only=True, tag="set_jog_velocity")
 
 
 class EndJog(Command, frozen=True, tag="end_jog"):
-    """End a jog; it succeeds once the arm is at rest."""
+    """End a jog; it succeeds once the arm is at rest.
+
+    Attributes:
+        goal: Its number.
+    """
 
     needs_lease: ClassVar[bool] = True
 
@@ -592,7 +664,11 @@ class EndJog(Command, frozen=True, tag="end_jog"):
 
 
 class Cancel(Command, frozen=True, tag="cancel"):
-    """Bring a goal to rest and end it."""
+    """Bring a goal to rest and end it.
+
+    Attributes:
+        goal: Its number.
+    """
 
     needs_lease: ClassVar[bool] = True
 
@@ -600,7 +676,11 @@ class Cancel(Command, frozen=True, tag="cancel"):
 
 
 class PauseGoal(Command, frozen=True, tag="pause_goal"):
-    """Pause a goal on its path."""
+    """Pause a goal on its path.
+
+    Attributes:
+        goal: Its number.
+    """
 
     needs_lease: ClassVar[bool] = True
 
@@ -608,7 +688,11 @@ class PauseGoal(Command, frozen=True, tag="pause_goal"):
 
 
 class ResumeGoal(Command, frozen=True, tag="resume_goal"):
-    """Continue a paused goal."""
+    """Continue a paused goal.
+
+    Attributes:
+        goal: Its number.
+    """
 
     needs_lease: ClassVar[bool] = True
 
@@ -626,7 +710,11 @@ class Resume(Command, frozen=True, tag="resume"):
 
 
 class SetSpeedOverride(Command, frozen=True, tag="set_speed_override"):
-    """Set the share of the planned speed at which the arm moves, 0 to 1."""
+    """Set the share of the planned speed at which the arm moves, 0 to 1.
+
+    Attributes:
+        share: The share.
+    """
 
     needs_lease: ClassVar[bool] = True
 
@@ -765,6 +853,16 @@ class Report(Command, frozen=True, tag="report"):
     text: str
 
 
+class GetLog(Command, frozen=True, tag="get_log"):
+    """Ask for :class:`LogLines`.
+
+    Attributes:
+        after: Number of the line after which to begin.
+    """
+
+    after: int = 0
+
+
 class Subscribe(Command, frozen=True, kw_only=True, tag="subscribe"):
     """Choose what the owner sends without being asked; answered by :class:`Done`.
 
@@ -821,6 +919,7 @@ AnyCommand = (
     | GetFlightRecord
     | ListGoals
     | Report
+    | GetLog
     | Subscribe
     | Recall
 )
@@ -900,7 +999,11 @@ class PlanMade(Result, frozen=True, tag="plan_made"):
 
 
 class LeaseState(Result, frozen=True, tag="lease_state"):
-    """The lease now."""
+    """The lease now.
+
+    Attributes:
+        lease: The lease.
+    """
 
     lease: LeaseValue
 
@@ -915,6 +1018,7 @@ class Description(Result, frozen=True, kw_only=True, tag="description"):
         parameters: Parameters of the arm.
         rate: Control cycles per second [Hz].
         bus_share: Share of each cycle that the exchanges take on the bus.
+        firmware: Protocol and firmware versions of each joint, in words.
         software: Version of the owner's software.
     """
 
@@ -924,6 +1028,7 @@ class Description(Result, frozen=True, kw_only=True, tag="description"):
     parameters: ArmParameters
     rate: int
     bus_share: float
+    firmware: tuple[str, ...]
     software: str
 
 
@@ -964,13 +1069,21 @@ class FaultList(Result, frozen=True, tag="fault_list"):
 
 
 class GoalState(Result, frozen=True, tag="goal_state"):
-    """A goal now."""
+    """A goal now.
+
+    Attributes:
+        goal: The goal.
+    """
 
     goal: GoalValue
 
 
 class GoalList(Result, frozen=True, tag="goal_list"):
-    """The latest goals, oldest first."""
+    """The latest goals, oldest first.
+
+    Attributes:
+        goals: The goals.
+    """
 
     goals: tuple[GoalValue, ...]
 
@@ -1122,6 +1235,18 @@ class FlightRecordText(Result, frozen=True, tag="flight_record_text"):
     text: str
 
 
+class LogLines(Result, frozen=True, tag="log_lines"):
+    """The latest lines of the owner's log.
+
+    Attributes:
+        last: Number of the last line.
+        lines: The lines.
+    """
+
+    last: int
+    lines: tuple[str, ...]
+
+
 class StateSample(Result, frozen=True, kw_only=True, tag="state"):
     """The arm at the end of a control cycle.
 
@@ -1185,6 +1310,7 @@ AnyResult = (
     | ControllerList
     | FlightRecordList
     | FlightRecordText
+    | LogLines
     | StateSample
 )
 

@@ -15,6 +15,8 @@ from bioscara.cli.options import FINGERS, START, TABLE, Options
 from bioscara.cli.parser import Parser, number, whole_number
 from bioscara.version import __version__
 
+ARM_VARIABLE = "BIOSCARA_ARM"
+"""Environment variable with the name of the owner whose arm commands use."""
 BUS_HELP = (
     "which arm: 'sim' (simulated in this process, the default), 'sim:/path.sock' (one that "
     "'bioscara simulate' runs) or 'linux:1' (a real one on I2C bus 1)"
@@ -24,7 +26,9 @@ _EPILOG = (
     "Exit status: 0 done; 1 something failed after the arm began to move or a board was written; "
     "2 wrong usage, or refused before that; 130 interrupted."
 )
-_WITHOUT_PARAMETERS = {"simulate", "poses", "tools", "record"}
+_OF_OWNERS = ("arms", "status", "lease", "events", "logs")
+"""Commands about running owners."""
+_WITHOUT_PARAMETERS = {"simulate", "poses", "tools", "stop", "record", *_OF_OWNERS}
 """Commands that load no parameters, or leave it to their actions."""
 _SIZES = {"K": 10**3, "M": 10**6, "G": 10**9}
 _LASTING = frozenset({"enable", "disable", "monitor", "faults", "acknowledge", "recover"})
@@ -60,13 +64,49 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     _add_simulate_command(parser)
     _add_record_command(parser)
     _add_flash_command(parser)
+    _add_serve_command(parser)
+    _add_owner_commands(parser)
     options = Options()
     parser.read(words, options)
     options.words = words
+    options.arm = getattr(options, "arm", None)
+    _choose_owner(parser.commands[options.command], options)
     _check(parser.commands[options.command], options)
     if getattr(options, "degrees", False):
         _convert_degrees(options)
     return options
+
+
+def _choose_owner(parser: Parser, options: Options) -> None:
+    """Choose the owner whose arm the command uses, if there is one."""
+    bus = getattr(options, "bus", None)
+    if not hasattr(options, "owned") or bus is None:
+        return
+    owners_own = {
+        "--v1": getattr(options, "v1", False),
+        "--rate": getattr(options, "rate", None) is not None,
+        "--priority": getattr(options, "priority", None) is not None,
+        "--realtime": getattr(options, "realtime", False),
+    }
+    given = [word for word, value in owners_own.items() if value]
+    if options.arm is not None:
+        if bus != "sim":
+            parser.error("--arm and --bus exclude one another; leave out one of them")
+        if given:
+            parser.error(f"{given[0]} is chosen by the owner of {options.arm}; leave it out")
+        return
+    if given or not options.owned:
+        return
+    # Imported here: most commands have no owner to look for.
+    from bioscara.api import runtime  # noqa: PLC0415
+
+    if name := os.environ.get(ARM_VARIABLE):
+        options.arm = name
+        return
+    running = [owner.name for owner in runtime.owners() if owner.bus == bus]
+    if len(running) > 1:
+        parser.error(f"there are the arms {', '.join(running)}; choose one with --arm NAME")
+    options.arm = running[0] if running else None
 
 
 def _check(parser: Parser, options: Options) -> None:
@@ -74,11 +114,11 @@ def _check(parser: Parser, options: Options) -> None:
     bus = getattr(options, "bus", "sim")
     if getattr(options, "v1", False) and bus != "sim":
         parser.error("--v1 applies only to the arm simulated in this process; leave out --bus")
-    if options.command in _LASTING and bus == "sim":
+    if options.command in _LASTING and bus == "sim" and options.arm is None:
         parser.error(
             f"{options.command} needs an arm that outlasts this command, and the one simulated in "
-            "this process does not: give --bus linux:1, or --bus sim:/path.sock of an arm that "
-            "'bioscara simulate --socket /path.sock' runs"
+            "this process does not: give --bus linux:1, --arm NAME of an arm that 'bioscara serve' "
+            "runs, or --bus sim:/path.sock of one that 'bioscara simulate --socket /path.sock' runs"
         )
     if options.command == "flash" and bus == "sim":
         parser.error("--bus sim has no board to flash; name the bus of the joint, as linux:1")
@@ -88,9 +128,8 @@ def _check(parser: Parser, options: Options) -> None:
                 parser.error(
                     f"{word} applies only to the motion that --plot FILE draws; add --plot"
                 )
-    if options.command == "record" and options.action == "start":
-        if options.keep < options.max_size:
-            parser.error("--keep is smaller than --max-size; give a larger one")
+    if getattr(options, "keep", math.inf) < getattr(options, "max_size", 0):
+        parser.error("--keep is smaller than --max-size; give a larger one")
     if options.command == "view":
         _check_view(parser, options)
 
@@ -153,7 +192,7 @@ def _add_demo_command(commands: Parser) -> None:
         commands, "demo", "Home the arm, run the demonstration trajectory, report.", "run"
     )
     _add_report(demo)
-    _add_motion(demo)
+    _add_motion(demo, owned=False)
 
 
 def _add_run_command(commands: Parser) -> None:
@@ -280,6 +319,80 @@ def _add_simulate_command(commands: Parser) -> None:
     )
 
 
+def _add_serve_command(commands: Parser) -> None:
+    serve = _add_command(
+        commands, "serve", "Own an arm and let other programs use it, until Ctrl-C or SIGTERM."
+    )
+    _add_bus(serve, owned=False)
+    serve.add_argument(
+        "--name", metavar="NAME", default="arm", help="name of the arm for clients (default: arm)"
+    )
+    _add_rate(serve)
+    serve.add_argument(
+        "--speed",
+        metavar="N",
+        type=number,
+        default=1.0,
+        help="let the arm simulated in this process be N times as fast as real time (default 1)",
+    )
+    serve.add_argument(
+        "--with",
+        dest="gateways",
+        metavar="LIST",
+        default="",
+        help="also run these gateways, as web,record, and start them again when they end",
+    )
+    serve.add_argument(
+        "--group",
+        metavar="GROUP",
+        default="",
+        help="let the members of this group be clients, too (default: this user alone)",
+    )
+    serve.add_argument(
+        "--evidence",
+        metavar="DIR",
+        type=Path,
+        default=Path("faults"),
+        help="folder for the flight records of faults (default: faults)",
+    )
+    serve.add_argument("--json", action="store_true", help="write the log as JSON")
+    serve.add_argument(
+        "--seed", metavar="N", type=whole_number, default=0, help="seed of the simulation"
+    )
+
+
+def _add_owner_commands(commands: Parser) -> None:
+    stop = _add_command(commands, "stop", "Stop the motion of an arm, or of all that are served.")
+    stop.add_argument("name", metavar="NAME", nargs="?", help="name of the arm (default: all)")
+    texts = {
+        "arms": "List the arms that are served, their processes and their states.",
+        "status": "Show the state, the motion, the lease and the faults of an arm.",
+        "lease": "Show who commands an arm, or end that.",
+        "events": "List what happened to an arm.",
+        "logs": "List the log of the process that owns an arm.",
+    }
+    added = {name: _add_command(commands, name, text, "owners") for name, text in texts.items()}
+    for name in ("status", "lease", "events", "logs"):
+        added[name].add_argument(
+            "--arm",
+            metavar="NAME",
+            help=f"name of the arm (default: ${ARM_VARIABLE}, else the only one)",
+        )
+    for name in ("events", "logs"):
+        added[name].add_argument(
+            "--follow", action="store_true", help="wait for more, until Ctrl-C"
+        )
+    added["events"].add_argument(
+        "--after", metavar="N", type=whole_number, default=0, help="only those after this number"
+    )
+    added["events"].add_argument("--json", action="store_true", help="as JSON, one a line")
+    added["lease"].add_argument(
+        "--end",
+        action="store_true",
+        help="end the lease: the motion of its client is stopped, and others may command the arm",
+    )
+
+
 def _add_view_command(commands: Parser) -> None:
     view = _add_command(
         commands,
@@ -384,13 +497,10 @@ def _add_record_command(commands: Parser) -> None:
         "info": "List what a recording contains.",
         "recover": "Complete a recording whose recorder was killed or whose disk was full.",
         "export": "Write samples, events and trajectories as tables.",
-        "replay": "Serve a recording as an arm that clients can look at but not command.",
     }
-    start, info, recover, export, replay = (
-        record.add_command(name, text) for name, text in texts.items()
-    )
+    start, info, recover, export = (record.add_command(name, text) for name, text in texts.items())
     _add_record_start(start)
-    for action in (info, recover, export, replay):
+    for action in (info, recover, export):
         action.add_argument("file", metavar="FILE", type=Path, help="the recording")
     recover.add_argument(
         "--out", metavar="FILE", type=Path, help="file to write (default: replace the given one)"
@@ -398,21 +508,14 @@ def _add_record_command(commands: Parser) -> None:
     kind = export.add_mutually_exclusive_group(required=True)
     kind.add_argument("--csv", metavar="DIR", type=Path, help="folder for CSV files")
     kind.add_argument("--parquet", metavar="DIR", type=Path, help="folder for Parquet files")
-    replay.add_argument(
-        "--name", metavar="NAME", default="replay", help="name of the served arm (default replay)"
-    )
-    replay.add_argument(
-        "--speed",
-        metavar="FACTOR",
-        type=number,
-        default=1.0,
-        help="factor to real time, 0.01 to 100 (default 1)",
-    )
 
 
 def _add_record_start(start: Parser) -> None:
     start.add_argument(
-        "--arm", metavar="NAME", default=DEFAULT, help=f"name of its owner (default {DEFAULT})"
+        "--arm",
+        metavar="NAME",
+        default=os.environ.get(ARM_VARIABLE) or DEFAULT,
+        help=f"name of the arm (default: ${ARM_VARIABLE}, else {DEFAULT})",
     )
     start.add_argument(
         "--out",
@@ -517,9 +620,22 @@ def _add_flash_command(commands: Parser) -> None:
     flash.set_defaults(swd=False, v1=False)
 
 
-def _add_bus(parser: Parser) -> None:
-    """Add the arguments that select the arm."""
+def _add_bus(parser: Parser, *, owned: bool = True) -> None:
+    """Add the arguments that select the arm.
+
+    Args:
+        parser: Parser of the command.
+        owned: Whether it may be the arm of a running owner.
+    """
     parser.add_argument("--bus", metavar="BUS", default="sim", help=BUS_HELP)
+    parser.set_defaults(owned=owned)
+    if owned:
+        parser.add_argument(
+            "--arm",
+            metavar="NAME",
+            help=f"the arm of this name, which 'bioscara serve' runs (default: ${ARM_VARIABLE}, "
+            "else the only one on that bus, if any)",
+        )
     parser.add_argument(
         "--v1",
         action="store_true",
@@ -537,21 +653,29 @@ def _add_report(parser: Parser) -> None:
     )
 
 
-def _add_motion(parser: Parser, *, full_speed: bool = True, realtime: bool = True) -> None:
+def _add_motion(
+    parser: Parser, *, full_speed: bool = True, realtime: bool = True, owned: bool = True
+) -> None:
     """Add the arguments of every command that moves an arm.
 
     Args:
         parser: Parser of the command.
         full_speed: Whether its speed can be limited.
         realtime: Whether it homes the arm.
+        owned: As for :func:`_add_bus`.
     """
-    _add_bus(parser)
+    _add_bus(parser, owned=owned)
     _add_acknowledge(parser)
     if realtime:
         _add_realtime(parser)
     if full_speed:
         _add_full_speed(parser)
     _add_degrees(parser)
+    _add_rate(parser)
+
+
+def _add_rate(parser: Parser) -> None:
+    """Add the arguments of the control loop."""
     parser.add_argument(
         "--rate",
         metavar="HZ",

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
+from contextlib import contextmanager
 from itertools import takewhile
 from pathlib import Path
 
-from bioscara.cli.options import Options
+from bioscara.cli.options import FINGERS, Options
 from bioscara.control.faults.kinds import FaultKind
 from bioscara.errors import FaultedError
 from bioscara.model import ArmParameters
+from bioscara.planning.collision.scene import Scene
 from bioscara.robot import FAULTS, Robot
+from bioscara.robot.workspace.poses import TeachTable
 
 _BUS_SHARE = 0.8
 """Share of each cycle that the bus may take without a note."""
 
 
 def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULTS) -> Robot:
-    """Return the arm that ``--bus`` and ``--v1`` name; nothing is opened yet.
+    """Return the arm that ``--arm``, or ``--bus`` and ``--v1`` name; nothing is opened yet.
 
     Args:
         options: Parsed options.
@@ -28,6 +31,8 @@ def open_arm(options: Options, parameters: ArmParameters, evidence: Path = FAULT
     Raises:
         InvalidArgumentError: There is no bus of that name, or ``--rate`` is not possible.
     """
+    if options.arm is not None:
+        return Robot.connect(f"arm:{options.arm}")
     reduced_speed = not getattr(options, "full_speed", False)
     rate = getattr(options, "rate", None)
     if options.bus != "sim":
@@ -61,6 +66,47 @@ def introduce(robot: Robot, options: Options, report: Callable[[str], None]) -> 
             f"note: at {1.0 / robot.period:.0f} Hz the bus leaves {1.0 - share:.0%} of each cycle "
             f"free; on a busy computer, --rate {slower} leaves a fifth"
         )
+
+
+@contextmanager
+def at_full_speed(robot: Robot, options: Options) -> Iterator[None]:
+    """Let the arm of an owner move as fast as ``--full-speed`` wants, within a block of code."""
+    if options.arm is None or not getattr(options, "full_speed", False):
+        yield
+        return
+    before, robot.reduced_speed = robot.reduced_speed, False
+    try:
+        yield
+    finally:
+        robot.reduced_speed = before
+
+
+def arrange(robot: Robot, options: Options, table: TeachTable, scene: Scene, tool: str) -> None:
+    """Give the arm the table, the scene and the tool of the command line.
+
+    Those of an owner's arm stay as they are unless an option names others.
+
+    Args:
+        robot: A connected robot.
+        options: Parsed options.
+        table: The table.
+        scene: The scene.
+        tool: Name of the tool.
+    """
+    own = options.arm is None
+    if own or options.table is not None:
+        robot.table = table
+    if own or options.scene is not None:
+        robot.scene = scene
+    if own or tool != FINGERS:
+        robot.tool = tool
+
+
+def left(options: Options) -> str:
+    """Return in words how a motion that ended early leaves the arm."""
+    if options.arm is not None:
+        return f"the arm came to rest, and {options.arm} holds it"
+    return "all joints were stopped and disabled"
 
 
 def require_acknowledgement(robot: Robot, options: Options) -> None:

@@ -37,7 +37,7 @@ def show_live(robot: Robot, options: Options, output: Output, ended: Callable[[]
         BioscaraError: The joints cannot be read.
     """
     angles, begin = angle_unit(options), robot.state.time
-    units = [(joint.name, joint.parameters.unit) for joint in robot.joints]
+    units = [(joint.name, joint.unit) for joint in robot.parameters.joints]
     view = make_view(output, units, angles, tool_line(robot, angles))
     shown = 0
     try:
@@ -68,12 +68,12 @@ def _record(robot: Robot, begin: float) -> CycleRecord:
                 reference_velocity=math.nan,
                 position=position,
                 velocity=velocity,
-                flags=joint.session.flags,
+                flags=flags,
                 quality=_QUALITY[quality],
                 load=math.nan,
             )
-            for joint, stamp, position, velocity, quality in zip(
-                robot.joints,
+            for flags, stamp, position, velocity, quality in zip(
+                robot.flags,
                 state.stamps,
                 state.positions,
                 state.velocities,

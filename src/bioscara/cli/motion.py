@@ -9,7 +9,9 @@ from contextlib import contextmanager, nullcontext
 from bioscara.cli.arm import (
     NewWarnings,
     acknowledge_faults,
+    at_full_speed,
     introduce,
+    left,
     open_arm,
     remedy,
     require_acknowledgement,
@@ -78,7 +80,9 @@ class Progress:
 def opened_arm(
     options: Options, parameters: ArmParameters, output: Output
 ) -> Iterator[tuple[Robot, StopRequest]]:
-    """Open the arm for motions, with ``--priority``; on leaving, it is disabled and closed.
+    """Open the arm for motions, with ``--priority``; on leaving, it is closed.
+
+    An arm of this process is disabled then; that of an owner stays as it is.
 
     Args:
         options: Parsed options.
@@ -94,7 +98,8 @@ def opened_arm(
         introduce(robot, options, output.line)
         require_acknowledgement(robot, options)
         acknowledge_faults(robot, output.line)
-        yield robot, cancelled
+        with at_full_speed(robot, options):
+            yield robot, cancelled
 
 
 def carry_out(
@@ -118,7 +123,7 @@ def carry_out(
     Raises:
         InvalidArgumentError: The motion was refused before anything moved.
     """
-    units = [(joint.name, joint.parameters.unit) for joint in robot.joints]
+    units = [(joint.name, joint.unit) for joint in robot.parameters.joints]
     angles = angle_unit(options)
     view = make_view(output, units, angles, caption or tool_line(robot, angles))
     progress: Progress | None = None
@@ -130,13 +135,13 @@ def carry_out(
             finally:
                 progress.show_warnings()
     except MotionCancelledError as error:
-        complain(f"{error}; all joints were stopped and disabled")
+        complain(f"{error}; {left(options)}")
         return ExitStatus.INTERRUPTED
     except BioscaraError as error:
         if isinstance(error, InvalidArgumentError) and not (progress and progress.begun):
             raise
         cause = robot.faults[0] if robot.faults else error
-        complain(f"{cause}{remedy(robot)}; all joints were stopped and disabled")
+        complain(f"{cause}{remedy(robot)}; {left(options)}")
         return ExitStatus.FAILED
     return ExitStatus.OK
 

@@ -23,6 +23,7 @@ class Options(argparse.Namespace):
         command: Name of the command.
         module: Name of the module that implements it.
         bus: Name of the bus.
+        arm: Name of the owner whose arm is used or recorded; None for an arm of this process.
         v1: Whether the simulated joints have their original firmware.
         parameters: File with the values in which the arm differs from the committed ones, if any.
         words: All arguments after ``bioscara``, as typed.
@@ -56,6 +57,14 @@ class Options(argparse.Namespace):
         force: Whether to replace a pose or tool of the same name.
         offset: Pose of the tool in the flange: x, y, z [m] and yaw [rad].
         mass: Mass of the tool [kg].
+        gateways: Names of the programs to run beside an owner, separated by commas.
+        group: Group whose members may be clients of an owner; empty for this user alone.
+        evidence: Folder for the flight records of a served arm.
+        json: Whether to write JSON.
+        follow: Whether to wait for more.
+        after: Number of the last event that is not listed.
+        end: Whether to end the lease of the client that has it.
+        owned: Whether the command may use the arm of a running owner.
         width: Width between the jaws [m], ``"open"`` or ``"close"``.
         table: The file with taught poses; None for :data:`TABLE`.
         name: Name of a pose; of a replay, that of the served arm.
@@ -64,7 +73,6 @@ class Options(argparse.Namespace):
         joint: Number of the joint to flash.
         swd: Whether to flash through an ST-Link instead of the USB bootloader.
         image: The firmware image; None for the available one of this version.
-        arm: Name of the owner of a served arm.
         max_size: Size at which the next file of a recording begins [byte].
         max_time: Duration after which it does [s].
         keep: Total size of recordings above which the oldest are deleted [byte].
@@ -74,6 +82,7 @@ class Options(argparse.Namespace):
     command: str
     module: str
     bus: str
+    arm: str | None
     v1: bool
     parameters: Path | None
     words: Sequence[str]
@@ -106,6 +115,14 @@ class Options(argparse.Namespace):
     offset: list[float]
     mass: float
     width: float | str
+    gateways: str
+    group: str
+    evidence: Path
+    json: bool
+    follow: bool
+    after: int
+    end: bool
+    owned: bool
     table: Path | None
     name: str
     tool: str
@@ -114,7 +131,6 @@ class Options(argparse.Namespace):
     swd: bool
     image: Path | None
     serial: str | None
-    arm: str
     max_size: int
     max_time: float
     keep: int

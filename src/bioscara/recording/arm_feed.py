@@ -61,9 +61,9 @@ class ArmFeed:
         self._questions: queue.SimpleQueue[m.AnyCommand | None] = queue.SimpleQueue()
         self._last_event = 0
         self.lost = ""
-        self._link = OwnerLink(arm, self._receive, self._owner_lost)
         # All events that the owner keeps: also those since an earlier recorder was killed.
-        self._link.open(events_after=0)
+        self._link = OwnerLink(arm, self._receive, self._owner_lost, events_after=0)
+        self._link.open()
         try:
             self.welcome = self._link.welcome
             self.description = self._answer(m.GetDescription(), m.Description)

@@ -101,8 +101,9 @@ class OwnerRecorder:
         self._attachments: dict[str, tuple[str, str]] = {}
         self._messages = SampleMessages(first.names, self._describe(first.names))
         self._flushed = self._synced = time.monotonic()
-        for answer in feed.standing:
-            self._write(answer)
+        # No file yet: what holds at the begin is kept for the begin of each file.
+        for item in (first, *feed.standing):
+            self._write(item)
 
     def step(self) -> None:
         """Write what came, and begin the next file if this one is large or long enough.

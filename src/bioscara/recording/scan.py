@@ -27,7 +27,16 @@ _RECORD, _MESSAGE = struct.Struct("<BQ"), struct.Struct("<HIQQ")
 _CHUNK_MAX = 256 << 20
 """Largest chunk, uncompressed, that is read [byte]: others write chunks of some MB."""
 _KNOWN = frozenset(Opcode)
-_UNREADABLE = (McapError, CRCValidationError, ZstdError, struct.error, UnicodeError, ValueError)
+_UNREADABLE = (
+    McapError,
+    CRCValidationError,
+    ZstdError,
+    struct.error,
+    UnicodeError,
+    ValueError,
+    OverflowError,
+    MemoryError,
+)
 """What the library raises for bytes that are no record."""
 
 

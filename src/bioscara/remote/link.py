@@ -56,6 +56,7 @@ class OwnerLink:
         receive: Called in the link's thread with each event, sample and record; must return at
             once.
         lost: Called there when the owner has ended or was restarted: what it did is over.
+        events_after: Number after which events are received; None for new ones only.
 
     Attributes:
         name: As given.
@@ -67,6 +68,8 @@ class OwnerLink:
         name: str,
         receive: Callable[[m.FromOwner], object],
         lost: Callable[[OwnerLostError], object],
+        *,
+        events_after: int | None = None,
     ) -> None:
         self.name, self._receive, self._lost = name, receive, lost
         self._session = secrets.token_hex(16)
@@ -77,25 +80,22 @@ class OwnerLink:
         self._lock, self._sending = threading.Lock(), threading.Lock()
         self._socket: socket.socket | None = None
         self._subscription = m.Subscribe(events_after=0)
-        self._last_event = 0
+        self._events_after, self._last_event = events_after, 0
         self._closed = False
         self._failure: OwnerLostError | None = None
         self.welcome: m.Welcome
         self._reader: threading.Thread | None = None
 
-    def open(self, events_after: int | None = None) -> None:
+    def open(self) -> None:
         """Connect.
-
-        Args:
-            events_after: Number after which events are received, 0 for all that the owner keeps;
-                None for those from now on.
 
         Raises:
             OwnerLostError: No owner of that name runs, or it does not answer.
             ProtocolError: It speaks another version.
         """
         frames, waiting = self._connect()
-        self._last_event = self.welcome.last_event if events_after is None else events_after
+        newest = self.welcome.last_event
+        self._last_event = newest if self._events_after is None else self._events_after
         self._subscribe()
         self._start_reading(frames, waiting)
 

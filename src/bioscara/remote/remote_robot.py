@@ -188,6 +188,16 @@ class RemoteRobot:
         return self._described().bus_share
 
     @property
+    def firmware(self) -> tuple[str, ...]:
+        """Protocol and firmware versions of each joint, in words."""
+        return self._described().firmware
+
+    @property
+    def flags(self) -> tuple[int, ...]:
+        """Flags that each joint reported last."""
+        return self._sample().flags
+
+    @property
     def state(self) -> JointStates:
         """Joint states of the last cycle.
 

@@ -325,6 +325,16 @@ class Robot:
         return self._arm.session.arm.joints
 
     @property
+    def firmware(self) -> tuple[str, ...]:
+        """Protocol and firmware versions of each joint, in words."""
+        return tuple(joint.firmware for joint in self.joints)
+
+    @property
+    def flags(self) -> tuple[int, ...]:
+        """Flags that each joint reported last, see :class:`bioscara.protocol.Flags`."""
+        return tuple(int(joint.session.flags) for joint in self.joints)
+
+    @property
     def state(self) -> JointStates:
         """Joint states: of the last cycle while the arm moves or is watched, else read now.
 

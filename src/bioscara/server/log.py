@@ -6,10 +6,14 @@ import json
 import logging
 import os
 import sys
+from collections import deque
 from datetime import UTC, datetime
 
+from bioscara.api.messages import LogLines
 from bioscara.printing import printable
 
+_KEPT = 2000
+"""Number of lines that are kept for clients."""
 _PRIORITIES = {logging.CRITICAL: 2, logging.ERROR: 3, logging.WARNING: 4, logging.INFO: 6}
 """Priorities of syslog, which systemd's journal reads from the begin of a line."""
 
@@ -17,9 +21,9 @@ _PRIORITIES = {logging.CRITICAL: 2, logging.ERROR: 3, logging.WARNING: 4, loggin
 class _Lines(logging.Formatter):
     """A line for people; within a service with the priority of the journal."""
 
-    def __init__(self) -> None:
+    def __init__(self, *, journal: bool) -> None:
         super().__init__()
-        self._journal = "JOURNAL_STREAM" in os.environ
+        self._journal = journal
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line; what follows it, as a stack, is indented."""
@@ -49,6 +53,30 @@ class _Json(logging.Formatter):
         return json.dumps(entry)
 
 
+class KeptLines(logging.Handler):
+    """Keeps the latest lines for clients."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setFormatter(_Lines(journal=False))
+        self._kept: deque[tuple[int, str]] = deque(maxlen=_KEPT)
+        self._last = 0
+
+    def emit(self, record: logging.LogRecord) -> None:
+        """Keep a line; called by any thread, one at a time."""
+        self._last += 1
+        self._kept.append((self._last, self.format(record)))
+
+    def lines(self, after: int) -> LogLines:
+        """Return the lines after a number."""
+        kept = tuple(self._kept)
+        return LogLines(self._last, tuple(line for number, line in kept if number > after))
+
+
+kept = KeptLines()
+"""The lines of this process."""
+
+
 def set_up(*, as_json: bool) -> None:
     """Let all loggers of this process write to the standard error stream.
 
@@ -56,7 +84,8 @@ def set_up(*, as_json: bool) -> None:
         as_json: Whether to write JSON.
     """
     handler = logging.StreamHandler(sys.stderr)
-    handler.setFormatter(_Json() if as_json else _Lines())
+    journal = "JOURNAL_STREAM" in os.environ
+    handler.setFormatter(_Json() if as_json else _Lines(journal=journal))
     root = logging.getLogger()
-    root.handlers[:] = [handler]
+    root.handlers[:] = [handler, kept]
     root.setLevel(logging.INFO)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import threading
 import time
 from collections import OrderedDict
@@ -21,6 +22,7 @@ from bioscara.robot import Robot
 from bioscara.robot.operations.jog import Jog, Velocity
 from bioscara.robot.planner import Plan
 from bioscara.robot.workspace.workspace import Workspace
+from bioscara.server import log
 from bioscara.server.events import Events
 from bioscara.server.goals import ClientGoal, Goals
 from bioscara.server.lease import Lease
@@ -37,6 +39,8 @@ from bioscara.server.queries import (
 from bioscara.server.sampling import Sampler
 from bioscara.server.tasks import JogStream, Tasks, make_plan
 from bioscara.version import __version__
+
+_log = logging.getLogger(__name__)
 
 PLANS = 32
 """Number of plans that are kept."""
@@ -153,6 +157,7 @@ class Owner:
             m.SetParameters: self._set_parameters,
             m.ListControllers: lambda *_: controller_list(self._arm),
             m.ListFlightRecords: lambda *_: m.FlightRecordList(tuple(flight_records(evidence))),
+            m.GetLog: lambda _, command, __: log.kept.lines(command.after),
             m.GetFlightRecord: lambda _, command, __: Later(
                 lambda: flight_record(evidence, command.name), lambda record: record
             ),
@@ -248,6 +253,8 @@ class Owner:
 
     def _event(self, what: str, text: str, client: str = "", **details: Any) -> None:
         self.events.add(what, text, client, **details)
+        level = logging.WARNING if what in {"fault", "warning"} else logging.INFO
+        _log.log(level, "%s: %s", what, text)
         self.changed(True)
 
     def announce(self, what: str, text: str, client: str = "") -> None:
@@ -412,6 +419,7 @@ class Owner:
             parameters=self.robot.parameters,
             rate=loop.rate,
             bus_share=loop.bus_share,
+            firmware=self.robot.firmware,
             software=__version__,
         )
 

@@ -36,4 +36,5 @@ def run(options: Options) -> int:
 
 
 def _recover(options: Options) -> str:
-    return shlex.join(("bioscara", "recover", "--bus", options.bus))
+    which = ("--bus", options.bus) if options.arm is None else ("--arm", options.arm)
+    return shlex.join(("bioscara", "recover", *which))

@@ -8,7 +8,6 @@ from contextlib import ExitStack, contextmanager
 from bioscara.cli.arm import open_arm
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, complain
-from bioscara.cli.output.firmware import firmware_of
 from bioscara.cli.parameters import parameters_from
 from bioscara.cli.signals import raising_keyboard_interrupt
 from bioscara.clock import Clock, MonotonicClock
@@ -162,7 +161,7 @@ class _JointOnBus:
         except BioscaraError as error:
             self._output.line(f"not asked for its bootloader: {error}")
             return
-        self._output.line(f"{joint.name} has {firmware_of(joint)}")
+        self._output.line(f"{joint.name} has {joint.firmware}")
         if joint.hello is not None:
             self._boot_id = joint.hello.boot_id
         if not joint.session.flags & Flags.NOTENABLED:
@@ -211,9 +210,9 @@ class _JointOnBus:
         hello = joint.hello
         if hello is None or hello.firmware != image.version[:2] or hello.boot_id == self._boot_id:
             complain(
-                f"{joint.name} answers with {firmware_of(joint)}, not restarted with {expected}: "
+                f"{joint.name} answers with {joint.firmware}, not restarted with {expected}: "
                 "another board was flashed; check which board the cable is connected to"
             )
             return ExitStatus.FAILED
-        self._output.line(f"confirmed: {joint.name} answers with {firmware_of(joint)}")
+        self._output.line(f"confirmed: {joint.name} answers with {joint.firmware}")
         return ExitStatus.OK

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from bioscara.cli.arm import arrange
 from bioscara.cli.jog_keys import JogKeys
 from bioscara.cli.keyboard import Keyboard
 from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position, tool_line
@@ -37,7 +38,7 @@ def run(options: Options) -> int:
     tool = lookup(options, table.tool, options.tool)
     keys = JogKeys(parameters.joints)
     with Keyboard() as keyboard, opened_arm(options, parameters, output) as (robot, cancelled):
-        robot.table, robot.scene, robot.tool = table, scene, tool
+        arrange(robot, options, table, scene, tool.name)
         pose = tool_line(robot, angle_unit(options))
 
         def caption(record: CycleRecord) -> Sequence[str]:
@@ -61,7 +62,7 @@ def _jog(robot: Robot, keyboard: Keyboard, keys: JogKeys, progress: Progress) ->
     """Jog until ``q`` or the end of the terminal; steps are planned motions in between."""
 
     def velocity() -> JointVelocity | ToolVelocity | None:
-        now = robot.clock.now()
+        now = robot.state.time
         for key in keyboard.read():
             keys.press(key, now)
         if keys.ended or keyboard.closed or keys.step is not None:

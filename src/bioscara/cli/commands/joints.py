@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, columns, complain
-from bioscara.cli.output.firmware import firmware_of
 from bioscara.cli.parameters import parameters_from
 from bioscara.drivers import Joint, await_power_up
 from bioscara.errors import BioscaraError, BusUnavailableError
@@ -22,6 +21,8 @@ def run(options: Options) -> int:
         BusUnavailableError: The bus cannot be opened, or another program uses it.
         OSError: Standard output cannot be written.
     """
+    if options.arm is not None:
+        return _of_owner(options)
     output = Output()
     parameters = parameters_from(options)
     devices = _devices(options, parameters)
@@ -40,7 +41,7 @@ def run(options: Options) -> int:
             except BioscaraError as error:
                 missing.append(f"{joint.name}: {str(error).removeprefix(f'{joint.name}: ')}")
                 # A joint that answered hello is present, even if it is another one or too new.
-                who = "missing" if joint.hello is None else firmware_of(joint)
+                who = "missing" if joint.hello is None else joint.firmware
                 rows.append((joint.name, f"{joint.parameters.address:#04x}", who, *"-----"))
     for line in columns(rows):
         output.line(line)
@@ -48,6 +49,31 @@ def run(options: Options) -> int:
         complain(sentence)
     output.check()
     return ExitStatus.FAILED if missing else ExitStatus.OK
+
+
+def _of_owner(options: Options) -> int:
+    """List the joints of an arm that another process owns, as that process knows them."""
+    output = Output()
+    # Imported here, as planning and control are.
+    from bioscara.cli.arm import open_arm  # noqa: PLC0415
+
+    with open_arm(options, parameters_from(options)) as robot:
+        output.line(f"arm: {robot.description}")
+        rows: list[tuple[str, ...]] = [_HEADINGS[:5]]
+        for joint, firmware, bits in zip(
+            robot.parameters.joints, robot.firmware, robot.flags, strict=True
+        ):
+            flags = Flags(bits)
+            rows.append((joint.name, f"{joint.address:#04x}", firmware, *_state(flags)))
+    for line in columns(rows):
+        output.line(line)
+    output.check()
+    return ExitStatus.OK
+
+
+def _state(flags: Flags) -> tuple[str, str]:
+    names = " ".join(flag.name or "" for flag in flags) or "none"
+    return names, "no" if flags & Flags.NOTHOMED else "yes"
 
 
 def _devices(options: Options, parameters: ArmParameters) -> Devices:
@@ -70,9 +96,8 @@ def _row(joint: Joint) -> tuple[str, ...]:
     return (
         joint.name,
         f"{joint.parameters.address:#04x}",
-        firmware_of(joint),
-        " ".join(flag.name or "" for flag in flags) or "none",
-        "no" if flags & Flags.NOTHOMED else "yes",
+        joint.firmware,
+        *_state(flags),
         reset,
         fault,
         errors,

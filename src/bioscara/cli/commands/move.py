@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
+from bioscara.cli.arm import arrange
 from bioscara.cli.motion import Progress, carry_out, opened_arm, show_position
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import ExitStatus, Output
 from bioscara.cli.output.plots import require_files, write_picture, write_trajectory
 from bioscara.cli.parameters import parameters_from
-from bioscara.cli.target import describe, plan_target, target_planner
+from bioscara.cli.target import (
+    check_target,
+    describe,
+    plan_target,
+    scene_from,
+    target_planner,
+)
+from bioscara.cli.teach_table import read_table
 from bioscara.robot import Robot
 
 
@@ -21,9 +29,13 @@ def run(options: Options) -> int:
     """
     require_files(options)
     parameters, output = parameters_from(options), Output()
-    wanted = target_planner(options, parameters).workspace
+    wanted = None if options.arm else target_planner(options, parameters).workspace
     with opened_arm(options, parameters, output) as (robot, cancelled):
-        robot.table, robot.scene, robot.tool = wanted.table, wanted.scene, wanted.tool
+        if wanted is None:
+            # The owner's table and scene apply where no option names others.
+            _arrange_owned(robot, options)
+        else:
+            robot.table, robot.scene, robot.tool = wanted.table, wanted.scene, wanted.tool
         status = carry_out(
             robot, cancelled, options, output, lambda progress: _move(robot, options, progress)
         )
@@ -32,6 +44,12 @@ def run(options: Options) -> int:
         show_position(robot, options, output)
     output.check()
     return ExitStatus.OK
+
+
+def _arrange_owned(robot: Robot, options: Options) -> None:
+    table = read_table(options, robot.table.fingers) if options.table else robot.table
+    arrange(robot, options, table, scene_from(options), options.tool)
+    check_target(robot.plan, options)
 
 
 def _move(robot: Robot, options: Options, progress: Progress) -> None:

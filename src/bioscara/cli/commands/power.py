@@ -28,6 +28,10 @@ def _enable(options: Options) -> ExitStatus:
         require_acknowledgement(robot, options)
         acknowledge_faults(robot, output.line)
         robot.enable()
+        if options.arm is not None:
+            output.line(f"enabled; {options.arm} holds the joints until 'bioscara disable'")
+            output.check()
+            return ExitStatus.OK
         robot.watch()
         output.line("enabled; Ctrl-C disables the joints")
         show_live(robot, options, output, lambda: cancelled() or bool(robot.faults))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from bioscara.api.runtime import DEFAULT
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.signals import StopRequest
@@ -38,11 +39,12 @@ def _start(options: Options, output: Output) -> ExitStatus:
     from bioscara.recording.owner_recorder import FileLimits  # noqa: PLC0415
     from bioscara.recording.recorder import record  # noqa: PLC0415
 
-    folder = RecordingFolder(options.out or Path(), options.arm, options.keep)
+    arm = options.arm or DEFAULT
+    folder = RecordingFolder(options.out or Path(), arm, options.keep)
     limits = FileLimits(options.max_size, options.max_time)
     with StopRequest() as ended:
         try:
-            record(options.arm, folder, limits, ended, output.line)
+            record(arm, folder, limits, ended, output.line)
         except RecordingError as error:
             # Not refused: it did record.
             complain(str(error))

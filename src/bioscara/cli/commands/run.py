@@ -11,7 +11,9 @@ from typing import NamedTuple
 
 from bioscara.cli.arm import (
     acknowledge_faults,
+    at_full_speed,
     introduce,
+    left,
     open_arm,
     remedy,
     require_acknowledgement,
@@ -20,14 +22,12 @@ from bioscara.cli.motion import Progress, tool_line
 from bioscara.cli.options import Options
 from bioscara.cli.output.angles import angle_unit
 from bioscara.cli.output.console import ExitStatus, Output, complain
-from bioscara.cli.output.firmware import firmware_of
 from bioscara.cli.output.live_view import make_view
 from bioscara.cli.output.observer import Observer
 from bioscara.cli.parameters import overlay_notes, parameters_from
 from bioscara.cli.signals import StopRequest
 from bioscara.cli.target import scene_from
 from bioscara.control.loop.realtime import realtime
-from bioscara.drivers import Joint
 from bioscara.errors import BioscaraError, InvalidArgumentError, MotionCancelledError
 from bioscara.extras import install
 from bioscara.model import ArmParameters
@@ -170,13 +170,14 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
     path = options.out or default_path(Path("runs"), job.title, started)
     priority = nullcontext() if options.priority is None else realtime(options.priority)
     with StopRequest() as cancelled, priority, open_arm(options, parameters, path) as robot:
-        robot.scene = job.scene
+        if options.arm is None or options.scene is not None:
+            robot.scene = job.scene
         introduce(robot, options, output.line)
         require_acknowledgement(robot, options)
         output.line(f"trajectory: {job.source}, {job.trajectory.duration:.2f} s")
         for note in job.notes:
             output.line(f"note: {note}")
-        names = tuple(joint.name for joint in robot.joints)
+        names = tuple(joint.name for joint in robot.parameters.joints)
         folder = RunFolder.create(
             path,
             names,
@@ -186,10 +187,10 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
         acknowledge_faults(robot, output.line)
         history = History(names)
         angles = angle_unit(options)
-        units = [(joint.name, joint.parameters.unit) for joint in robot.joints]
+        units = [(joint.name, joint.unit) for joint in robot.parameters.joints]
         view = make_view(output, units, angles, tool_line(robot, angles))
-        with Observer(view, folder.samples, history) as observer:
-            result = _move(robot, job, cancelled, observer)
+        with Observer(view, folder.samples, history) as observer, at_full_speed(robot, options):
+            result = _move(robot, job, cancelled, observer, options)
         summary = RunSummary(
             title=job.title,
             arm=robot.description,
@@ -198,7 +199,10 @@ def run_job(job: Job, parameters: ArmParameters, options: Options) -> ExitStatus
             started=started,
             outcome=result.outcome,
             message=result.message,
-            joints=tuple(map(_joint_info, robot.joints)),
+            joints=tuple(
+                JointInfo(joint.name, joint.address, joint.unit, firmware)
+                for joint, firmware in zip(robot.parameters.joints, robot.firmware, strict=True)
+            ),
             planned_duration=job.trajectory.duration,
             notes=(*overlay_notes(options, parameters), *job.notes, *result.warnings),
             faults=result.faults,
@@ -217,14 +221,10 @@ def _keep_trajectory(folder: RunFolder, job: Job) -> None:
         ) from error
 
 
-def _joint_info(joint: Joint) -> JointInfo:
-    return JointInfo(
-        joint.name, joint.parameters.address, joint.parameters.unit, firmware_of(joint)
-    )
-
-
-def _move(robot: Robot, job: Job, cancelled: StopRequest, observer: Observer) -> _Result:
-    """Move the arm, leave it disabled and return the result."""
+def _move(
+    robot: Robot, job: Job, cancelled: StopRequest, observer: Observer, options: Options
+) -> _Result:
+    """Move the arm, leave it at rest and return the result."""
     outcome, message = Outcome.COMPLETED, ""
     faults: tuple[str, ...] = ()
     progress = Progress(robot, cancelled, observer, job.notes)
@@ -234,11 +234,12 @@ def _move(robot: Robot, job: Job, cancelled: StopRequest, observer: Observer) ->
         progress.phase("following the trajectory")
         robot.follow(job.trajectory, approach=True, on_cycle=progress.cycle)
     except MotionCancelledError as error:
-        outcome, message = Outcome.CANCELLED, f"{error}; all joints were stopped and disabled"
+        outcome, message = Outcome.CANCELLED, f"{error}; {left(options)}"
     except BioscaraError as error:
         faults = tuple(map(str, robot.faults)) or (str(error),)
         outcome, message = Outcome.FAILED, faults[0] + remedy(robot)
-    observer.phase("stopping and disabling all joints")
+    if options.arm is None:
+        observer.phase("stopping and disabling all joints")
     problems = robot.shutdown()
     if problems and outcome is not Outcome.FAILED:
         outcome, message = Outcome.FAILED, problems[0]

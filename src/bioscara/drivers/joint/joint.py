@@ -115,6 +115,14 @@ class Joint:
         return self.parameters.name
 
     @property
+    def firmware(self) -> str:
+        """Protocol and firmware versions, in words."""
+        if self.hello is None:
+            return "protocol 1"
+        major, minor = self.hello.firmware
+        return f"protocol {self.hello.protocol}, firmware {major}.{minor}"
+
+    @property
     def hello(self) -> Hello | None:
         """The joint's answer to HELLO; None for a version 1 joint or before ``init``."""
         return self.session.hello

@@ -1,0 +1,74 @@
+"""``bioscara serve``."""
+
+from __future__ import annotations
+
+import asyncio
+import signal
+
+from bioscara.api.runtime import OwnerClaim
+from bioscara.cli.options import Options
+from bioscara.cli.output.console import ExitStatus, Output
+from bioscara.cli.parameters import parameters_from
+from bioscara.errors import InvalidArgumentError
+from bioscara.robot import Robot
+from bioscara.server import log
+from bioscara.server.gateways import require_known
+from bioscara.server.owner import Owner
+from bioscara.server.serve import ServeSettings, serve
+
+
+def run(options: Options) -> int:
+    """Own an arm until Ctrl-C or SIGTERM; it is at rest and released then.
+
+    Raises:
+        InvalidArgumentError: An option cannot be used.
+        BusyOwnerError: An owner of that name runs.
+        BioscaraError: The arm cannot be used, or a joint could not be released.
+        OSError: The socket cannot be made, or standard output cannot be written.
+    """
+    output, parameters = Output(), parameters_from(options)
+    settings = ServeSettings(
+        name=options.name,
+        bus=options.bus,
+        overlay=options.parameters,
+        evidence=options.evidence,
+        group=options.group,
+        gateways=require_known([name for name in options.gateways.split(",") if name]),
+        priority=options.priority,
+        speed=options.speed,
+    )
+    if options.speed != 1.0 and options.bus != "sim":
+        raise InvalidArgumentError("--speed applies only to the arm simulated in this process")
+    log.set_up(as_json=options.json)
+    claim = OwnerClaim(settings.name, settings.bus)
+
+    def ready(owner: Owner) -> None:
+        output.line(f"arm: {owner.robot.description}")
+        output.line(f"{settings.name} is served: bioscara status --arm {settings.name}")
+
+    async def until_signal() -> None:
+        loop, ended = asyncio.get_running_loop(), asyncio.Event()
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            loop.add_signal_handler(number, ended.set)
+        await serve(robot, settings, claim, ended, ready)
+
+    try:
+        if options.bus == "sim":
+            robot = Robot.simulated(
+                parameters,
+                v1=options.v1,
+                seed=options.seed,
+                rate=options.rate,
+                evidence=options.evidence,
+            )
+        else:
+            robot = Robot.connect(
+                options.bus, parameters, rate=options.rate, evidence=options.evidence
+            )
+        with robot:
+            asyncio.run(until_signal())
+    finally:
+        claim.close()
+    output.line(f"{settings.name} is not served any more; its joints are released")
+    output.check()
+    return ExitStatus.OK

@@ -1,0 +1,173 @@
+"""The commands about running owners, and those that use the arm of one."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from bioscara import Robot
+from bioscara.api import runtime
+from bioscara.cli import main
+from bioscara.server.serve import Served, ServeSettings, serving
+
+
+@pytest.fixture(scope="module")
+def arm() -> Iterator[Served]:
+    """An arm named left that is served 50 times as fast as real time."""
+    with serving(Robot.simulated(), ServeSettings("left", "sim", speed=50.0)) as served:
+        yield served
+
+
+def said(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+    status = main(words, paced=False)
+    return status, *capsys.readouterr()
+
+
+def test_arms_are_listed(arm: Served, capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, _ = said(capsys, "arms")
+    assert status == 0
+    assert re.search(rf"^left +sim +{os.getpid()} +disabled, not homed +nobody$", out, re.M)
+
+
+def test_the_status_of_the_only_arm_needs_no_name(
+    arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    status, out, _ = said(capsys, "status")
+    assert status == 0
+    assert out.startswith("arm: left, simulation, in this process, version ")
+    assert "commanded by: nobody" in out
+
+
+def test_without_an_owner_there_is_no_status(capsys: pytest.CaptureFixture[str]) -> None:
+    status, _, err = said(capsys, "status", "--arm", "right")
+    assert status == 2
+    assert "no owner of arm right runs" in err
+
+
+def test_commands_use_the_running_owner_and_say_so(
+    arm: Served, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    status, out, err = said(capsys, "home")
+    assert (status, err) == (0, "")
+    assert "arm: arm left: simulation, in this process" in out
+    assert arm.robot.is_homed
+    # The arm stays enabled: its owner holds it.
+    assert arm.robot.is_enabled
+    monkeypatch.setenv("BIOSCARA_ARM", "left")
+    status, out, err = said(capsys, "move", "--name", "center")
+    assert (status, err) == (0, "")
+    assert "--joints 0.0000 0.2000 0.0000 0.0000" in out
+    status, out, _ = said(capsys, "gripper", "0.06")
+    assert (status, arm.robot.gripper.width) == (0, pytest.approx(0.06))
+    status, out, _ = said(capsys, "joints", "--arm", "left")
+    assert status == 0
+    assert len(re.findall(r"^j\d +0x1\d +protocol 2, firmware \S+ +\S.* yes$", out, re.M)) == 4
+
+
+def test_the_owner_chooses_rate_and_firmware(
+    arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(["home", "--arm", "left", "--rate", "50"])
+    assert "--rate is chosen by the owner of left; leave it out" in capsys.readouterr().err
+    # An option that an owner cannot take is for an arm of this process.
+    status, out, _ = said(capsys, "home", "--v1")
+    assert (status, out.splitlines()[0]) == (
+        0,
+        "arm: simulation, in this process, joints with their original firmware",
+    )
+
+
+def test_two_arms_of_one_bus_have_to_be_told_apart(
+    arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with serving(Robot.simulated(), ServeSettings("right", "sim", speed=50.0)):
+        with pytest.raises(SystemExit):
+            main(["home"])
+        assert "there are the arms left, right; choose one with --arm NAME" in (
+            capsys.readouterr().err
+        )
+        status, _, err = said(capsys, "status")
+        assert status == 2
+        assert "choose one with --arm NAME" in err
+    assert [owner.name for owner in runtime.owners()] == ["left"]
+
+
+def test_enable_and_disable_return_at_once(arm: Served, capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, _ = said(capsys, "enable", "--arm", "left")
+    assert status == 0
+    assert "enabled; left holds the joints until 'bioscara disable'" in out
+    assert arm.robot.is_enabled
+    assert said(capsys, "disable")[0] == 0
+    assert not arm.robot.is_enabled
+
+
+def test_events_and_log_are_listed(arm: Served, capsys: pytest.CaptureFixture[str]) -> None:
+    status, out, _ = said(capsys, "events")
+    assert status == 0
+    numbers = [int(line.split()[0]) for line in out.splitlines()]
+    assert numbers == list(range(1, numbers[-1] + 1))
+    status, out, _ = said(capsys, "events", "--after", str(numbers[-1] - 2), "--json")
+    events = [json.loads(line) for line in out.splitlines()]
+    assert [event["number"] for event in events][:2] == [numbers[-1] - 1, numbers[-1]]
+    assert said(capsys, "logs")[0] == 0
+
+
+def test_a_lease_can_be_seen_and_ended(arm: Served, capsys: pytest.CaptureFixture[str]) -> None:
+    assert "nobody commands left" in said(capsys, "lease")[1]
+    with Robot.connect("arm:left") as robot:
+        robot.acquire_lease()
+        assert re.search(r"commands left, for [\d.]+ s more", said(capsys, "lease")[1])
+        assert "nobody commands left now" in said(capsys, "lease", "--end")[1]
+    assert "nobody commands left" in said(capsys, "lease")[1]
+
+
+def test_stop_is_confirmed_and_names_what_it_could_not_stop(
+    arm: Served, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert said(capsys, "stop", "left")[:2] == (0, "left was stopped\n")
+    assert said(capsys, "stop")[:2] == (0, "left was stopped\n")
+    status, _, err = said(capsys, "stop", "lefd")
+    assert status == 2
+    assert "no owner of arm lefd runs; there are left" in err
+
+
+def test_stop_imports_the_standard_library_only() -> None:
+    # pytest's own modules are not in a new process.
+    program = (
+        "import sys; before = set(sys.modules); import bioscara.stop;"
+        "print(*sorted({name.split('.')[0] for name in set(sys.modules) - before}))"
+    )
+    shown = subprocess.run(
+        [sys.executable, "-c", program], check=True, capture_output=True, text=True
+    )
+    imported = set(shown.stdout.split())
+    assert imported - set(sys.stdlib_module_names) <= {"bioscara"}
+
+
+@pytest.mark.realtime
+def test_a_served_arm_ends_with_a_signal_and_its_name_is_free(
+    start: Callable[..., subprocess.Popen[str]],
+) -> None:
+    program = start("-m", "bioscara", "serve", "--name", "signalled", "--with", "")
+    lines = iter(program.stdout or ())
+    assert "is served" in next(line for line in lines if "served" in line)
+    assert runtime.find("signalled").pid == program.pid
+    program.send_signal(signal.SIGTERM)
+    rest = program.stdout.read() if program.stdout else ""
+    assert program.wait(20) == 0
+    assert "is not served any more; its joints are released" in rest
+    assert "signalled" not in [owner.name for owner in runtime.owners()]
+
+
+def test_a_name_has_one_owner(arm: Served, capsys: pytest.CaptureFixture[str]) -> None:
+    status, _, err = said(capsys, "serve", "--name", "left")
+    assert status == 2
+    assert f"arm left has an owner, process {os.getpid()} on sim" in err

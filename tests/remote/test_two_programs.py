@@ -1,0 +1,60 @@
+"""Two programs at one arm: who commands, and what a stop of the other one means."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+
+from bioscara import LeaseError, MotionCancelledError, Robot
+from bioscara.server.serve import Served, ServeSettings, serving
+
+
+@pytest.fixture(scope="module")
+def arm() -> Iterator[Served]:
+    with serving(Robot.simulated(), ServeSettings("shared", "sim", speed=50.0)) as served:
+        served.robot.home()
+        served.robot.unfold()
+        yield served
+
+
+def test_the_second_program_looks_and_does_not_command(arm: Served) -> None:
+    with Robot.connect("arm:shared") as first, Robot.connect("arm:shared") as second:
+        first.enable()
+        assert second.is_enabled
+        with pytest.raises(LeaseError, match="commands the arm") as refused:
+            second.move_relative(z=-0.01)
+        assert refused.value.holder
+        first.release_lease()
+        second.move_relative(z=-0.01)
+
+
+def test_a_stop_of_another_program_ends_the_motion_and_the_lease(arm: Served) -> None:
+    with Robot.connect("arm:shared") as first, Robot.connect("arm:shared") as second:
+        motion = first.move_relative(z=-0.1, velocity_scaling=0.02, wait=False)
+        second.stop()
+        with pytest.raises(MotionCancelledError):
+            motion.result(timeout=20.0)
+        with pytest.raises(LeaseError, match="stopped all motion"):
+            first.move_relative(z=-0.01)
+        first.acquire_lease()
+        first.move_relative(z=-0.01)
+
+
+def test_a_takeover_stops_the_other_program(arm: Served) -> None:
+    with Robot.connect("arm:shared") as first, Robot.connect("arm:shared") as second:
+        motion = first.move_relative(z=-0.1, velocity_scaling=0.02, wait=False)
+        second.acquire_lease(force=True)
+        with pytest.raises(MotionCancelledError):
+            motion.result(timeout=20.0)
+        with pytest.raises(LeaseError, match="took the lease over"):
+            first.disable()
+        second.disable()
+
+
+def test_leaving_stops_what_the_program_began(arm: Served) -> None:
+    with Robot.connect("arm:shared") as first:
+        motion = first.move_relative(z=-0.1, velocity_scaling=0.02, wait=False)
+    assert motion.done
+    assert not arm.robot.is_moving
+    assert arm.robot.is_enabled
