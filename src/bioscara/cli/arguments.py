@@ -404,9 +404,9 @@ def _add_view_command(commands: Parser) -> None:
         "source",
         metavar="SOURCE",
         nargs="?",
-        help="folder of a run, trajectory file, or sim:/path.sock for the arm that 'bioscara "
-        "simulate' runs, beside the program that uses it (default: sliders, or the plan to the "
-        "target)",
+        help="folder of a run, recording, trajectory file, or sim:/path.sock for the arm that "
+        "'bioscara simulate' runs, beside the program that uses it (default: sliders, or the plan "
+        "to the target)",
     )
     _add_start(view, "joint positions at the start of the plan")
     _add_motion_target(view, required=False)
@@ -497,10 +497,13 @@ def _add_record_command(commands: Parser) -> None:
         "info": "List what a recording contains.",
         "recover": "Complete a recording whose recorder was killed or whose disk was full.",
         "export": "Write samples, events and trajectories as tables.",
+        "replay": "Serve a recording as an arm that clients can look at but not command.",
     }
-    start, info, recover, export = (record.add_command(name, text) for name, text in texts.items())
+    start, info, recover, export, replay = (
+        record.add_command(name, text) for name, text in texts.items()
+    )
     _add_record_start(start)
-    for action in (info, recover, export):
+    for action in (info, recover, export, replay):
         action.add_argument("file", metavar="FILE", type=Path, help="the recording")
     recover.add_argument(
         "--out", metavar="FILE", type=Path, help="file to write (default: replace the given one)"
@@ -508,6 +511,16 @@ def _add_record_command(commands: Parser) -> None:
     kind = export.add_mutually_exclusive_group(required=True)
     kind.add_argument("--csv", metavar="DIR", type=Path, help="folder for CSV files")
     kind.add_argument("--parquet", metavar="DIR", type=Path, help="folder for Parquet files")
+    replay.add_argument(
+        "--name", metavar="NAME", default="replay", help="name of the served arm (default replay)"
+    )
+    replay.add_argument(
+        "--speed",
+        metavar="FACTOR",
+        type=number,
+        default=1.0,
+        help="factor to real time, 0.01 to 100 (default 1)",
+    )
 
 
 def _add_record_start(start: Parser) -> None:

@@ -18,7 +18,8 @@ from bioscara.api.failures import failure_of
 from bioscara.errors import BioscaraError, BusyOwnerError, InvalidArgumentError, ProtocolError
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
-from bioscara.server.owner import Later, Owner
+from bioscara.server.owner import Later
+from bioscara.server.served_arm import ServedArm
 
 HELLO_TIMEOUT = 5.0
 """Time in which a client has to introduce itself [s]."""
@@ -94,7 +95,7 @@ class Connection(asyncio.Protocol):
 
     def __init__(
         self,
-        owner: Owner,
+        owner: ServedArm,
         sessions: Sessions,
         instance: str,
         workers: Executor,
@@ -211,7 +212,7 @@ class Connection(asyncio.Protocol):
             version=m.VERSION,
             owner=owner.name,
             instance=self._instance,
-            arm=owner.robot.description,
+            arm=owner.description,
             last_event=owner.events.last,
             resumed=resumed,
         )

@@ -168,6 +168,11 @@ class Owner:
         self._arm.observers = (*self._arm.observers, self.observe)
         self.events.add("owner", f"{name} serves {robot.description}")
 
+    @property
+    def description(self) -> str:
+        """Which arm on which bus, in words."""
+        return self.robot.description
+
     def handle(
         self, client: Client, command: m.AnyCommand, epoch: int | None, clients: int = 1
     ) -> m.AnyResult | Later:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import asyncio
+import signal
 from pathlib import Path
 
-from bioscara.api.runtime import DEFAULT
+from bioscara.api.runtime import DEFAULT, OwnerClaim
 from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.signals import StopRequest
@@ -22,7 +24,7 @@ def run(options: Options) -> int:
     """
     require_installed("record")
     output = Output()
-    actions = {"info": _info, "recover": _recover, "export": _export}
+    actions = {"info": _info, "recover": _recover, "export": _export, "replay": _replay}
     if options.action == "start":
         status = _start(options, output)
     else:
@@ -72,6 +74,29 @@ def _recover(options: Options, output: Output) -> ExitStatus:
         )
     for what in found.scan.damage:
         output.line(f"warning: {what}")
+    return ExitStatus.OK
+
+
+def _replay(options: Options, output: Output) -> ExitStatus:
+    from bioscara.recording.replay import ReplayedArm, serve_recording  # noqa: PLC0415
+
+    arm = ReplayedArm(options.file, options.name, options.speed)
+    claim = OwnerClaim(options.name, f"recording {options.file.name}")
+
+    def ready() -> None:
+        output.line(f"{arm.description}, which begins when a client connects")
+        output.line(f"{arm.name} is served: bioscara status --arm {arm.name}")
+
+    async def until_signal() -> None:
+        loop, ended = asyncio.get_running_loop(), asyncio.Event()
+        for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+            loop.add_signal_handler(number, ended.set)
+        await serve_recording(arm, claim, ended, ready)
+
+    try:
+        asyncio.run(until_signal())
+    finally:
+        claim.close()
     return ExitStatus.OK
 
 
