@@ -25,6 +25,7 @@ TOPICS = {
     "linear": "Lines of the tool",
     "point_to_point": "Point to point",
     "files": "Reading files",
+    "recording": "Recording",
     "startup": "Start-up",
 }
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"

@@ -1,4 +1,4 @@
-"""What an owner says about its arm, in the order in which it came."""
+"""The samples, events and answers of an owner, in the order of their arrival."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _QUESTIONS: dict[str, m.AnyCommand] = {
     "workspace": m.GetWorkspace(),
     "parameters": m.GetParameters(),
 }
-"""What is asked after events of each kind."""
+"""Questions that follow events of each kind."""
 
 FeedItem = (
     m.StateSample
@@ -39,7 +39,7 @@ FeedItem = (
 
 
 class ArmFeed:
-    """Receives samples and events, and asks for what belongs to them, until :meth:`close`.
+    """Receives samples and events, and asks for the details of events, until :meth:`close`.
 
     Args:
         arm: Name of the owner.
@@ -81,7 +81,7 @@ class ArmFeed:
         self._asking.start()
 
     def take(self) -> list[FeedItem]:
-        """Return what came since the last call."""
+        """Return the items since the last call."""
         items = self._items
         return [items.popleft() for _ in range(len(items))]
 
@@ -90,7 +90,7 @@ class ArmFeed:
         self._questions.put(command)
 
     def report(self, text: str) -> None:
-        """Tell all clients of the owner; nothing happens if that does not answer.
+        """Report to all clients of the owner; nothing happens if that does not answer.
 
         Args:
             text: A sentence.

@@ -14,7 +14,7 @@ M = TypeVar("M")
 
 _NUMBERS = frozenset(("progress", "duration", "position", "velocity", "speed_override"))
 _TRIPLES = frozenset(("late", "read", "update", "write", "widths"))
-"""Names of fields that are numbers, or some of them: JSON has null for what is unknown."""
+"""Names of fields that are numbers, or some of them: JSON has null for an unknown one."""
 
 
 def message_of(data: bytes, kind: type[M]) -> M:

@@ -72,10 +72,10 @@ class ArmStatus(msgspec.Struct, frozen=True):
 
 
 class OwnerRecorder:
-    """Writes what comes from one run of an owner, into one file after another.
+    """Writes the items of one run of an owner, into one file after another.
 
     Args:
-        feed: What comes.
+        feed: Its items.
         folder: Where the files are written.
         limits: When the next file begins.
         announce: Receives a sentence on each file.
@@ -106,7 +106,7 @@ class OwnerRecorder:
             self._write(item)
 
     def step(self) -> None:
-        """Write what came, and begin the next file if this one is large or long enough.
+        """Write the new items, and begin the next file if this one is large or long enough.
 
         Raises:
             RecordingError: The disk is full or cannot be written.

@@ -11,9 +11,9 @@ from bioscara.recording.folder import RecordingFolder
 from bioscara.recording.owner_recorder import FileLimits, OwnerRecorder
 
 _PAUSE = 0.05
-"""Pause between two looks at what came [s]: samples are taken several at a time."""
+"""Pause between two batches [s]: samples are taken several at a time."""
 _RETRY = 0.5
-"""Pause between two looks for the owner [s]."""
+"""Pause between two attempts to find the owner [s]."""
 
 
 def record(
@@ -33,7 +33,7 @@ def record(
         announce: Receives a sentence on each file, and on an owner that is missing.
 
     Raises:
-        RecordingError: The disk is full or cannot be written; all clients of the owner are told.
+        RecordingError: The disk is full or cannot be written; an event reports it to all clients.
         BioscaraError: The owner refuses this user, or speaks another version.
     """
     waiting = ""

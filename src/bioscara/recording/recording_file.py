@@ -26,7 +26,7 @@ class _WholeRecords:
     def __init__(self, path: Path) -> None:
         flags = os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC
         self._file = os.open(path, flags, 0o644)
-        # Tells a recovery of this file that it is not finished yet.
+        # A recovery refuses a locked file: it is not finished yet.
         fcntl.flock(self._file, fcntl.LOCK_EX)
         self._size = 0
 
@@ -143,7 +143,7 @@ class RecordingFile:
         self._writer.flush()  # type: ignore[no-untyped-call]
 
     def sync(self) -> None:
-        """Wait until what was written is on the disk.
+        """Wait until all written records are on the disk.
 
         Raises:
             OSError: The disk failed.

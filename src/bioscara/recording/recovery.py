@@ -18,10 +18,10 @@ from bioscara.whole_files import replacing
 
 
 class Recovery(NamedTuple):
-    """What was found in a file.
+    """Result of a recovery.
 
     Attributes:
-        scan: What was read of it.
+        scan: The content of the file except its messages.
         messages: Number of its messages.
         lost: Size of its incomplete end [byte].
         written: The complete file; None if the given one is complete.

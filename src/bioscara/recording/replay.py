@@ -29,7 +29,7 @@ from bioscara.server.owner import Client
 SLOWEST, FASTEST = 0.01, 100.0
 """Range of the factor to real time."""
 _PERIOD = 0.01
-"""Time between two looks at what is due [s]."""
+"""Time between two steps [s]."""
 _JSON: dict[str, type[Any]] = {
     Topic.STATUS: ArmStatus,
     Topic.EVENTS: m.Event,
@@ -90,7 +90,7 @@ class ReplayedArm:
     Attributes:
         name: As given.
         description: Which recording, in words.
-        events: What has happened so far.
+        events: Its events so far.
         sample: The newest sample.
         changed: Called when there is a new sample, or a new event: then with True.
         ended: Whether the last sample is reached.
@@ -158,10 +158,10 @@ class ReplayedArm:
             self._begun = time.monotonic()
 
     def expire(self) -> None:
-        """Nobody has a lease of a recording."""
+        """Do nothing: a recording has no lease."""
 
     def step(self) -> None:
-        """Let happen what is due, and tell the server."""
+        """Go on to the present time of the replay, and notify the server."""
         if self._begun is None or self.ended:
             return
         events = self.events.last

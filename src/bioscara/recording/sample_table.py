@@ -98,7 +98,7 @@ def sample_tables(path: Path, scan: FileScan) -> Iterator[Mapping[str, Array]]:
 
     Args:
         path: The recording.
-        scan: Takes what else is read; a new one.
+        scan: Takes the rest of the content; a new one.
 
     Raises:
         RecordingError: It cannot be read, is no recording, or its joints change.

@@ -1,7 +1,7 @@
 """Reading of a recording from its begin to its end, also of one that was never finished.
 
 The index at the end of a file is not used: it is missing where the recorder was killed. A record
-counts if all of it is there, and a chunk if its checksum fits besides.
+counts if all of it is there, and a chunk if its checksum fits as well.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class StoredMessage(NamedTuple):
 
 @dataclass(slots=True)
 class FileScan:
-    """What has been read of a file so far, beside its messages.
+    """The content of a file as far as it was read, except its messages.
 
     Attributes:
         profile: Its profile; ``"ros2"`` for our recordings.
@@ -90,7 +90,7 @@ def messages(
 
     Args:
         path: The file.
-        scan: Takes what is read; a new one.
+        scan: Takes the rest of the content; a new one.
         topics: Topics whose messages are wanted; None for all.
 
     Raises:
