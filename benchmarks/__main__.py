@@ -24,8 +24,10 @@ TOPICS = {
     "planning": "Planning",
     "linear": "Lines of the tool",
     "point_to_point": "Point to point",
+    "server": "The owner and its clients",
     "files": "Reading files",
     "recording": "Recording",
+    "web": "On the web",
     "startup": "Start-up",
 }
 PAGE = Path(__file__).parents[1] / "docs" / "benchmarks.md"

@@ -65,6 +65,11 @@ FLASH = (
     "tests/cli/commands/test_flash.py",
     "tests/cli/commands/test_flash_on_bus.py",
 )
+WEB_ROUTES = ("tests/web/test_every_route.py",)
+WEB_SIGN_IN = ("tests/web/test_sign_in.py",)
+WEB_RELAY = ("tests/web/test_relay.py",)
+WEB_TOKENS = ("tests/web/test_tokens.py",)
+WEB_GATEWAY = ("tests/web/test_gateway.py",)
 
 MUTANTS = (
     Mutant(
@@ -1354,6 +1359,153 @@ MUTANTS = (
         "workspace.windows,",
         "",
         ("tests/system/test_load_speed.py",),
+    ),
+    Mutant(
+        "web: the Host is checked",
+        "Guard._checked",
+        'not own.is_host(headers.all("host"))',
+        "False",
+        WEB_ROUTES,
+    ),
+    Mutant(
+        "web: the Origin is checked",
+        "Guard._checked",
+        "origins and not own.is_origin(origins)",
+        "False",
+        WEB_ROUTES,
+    ),
+    Mutant(
+        "web: a path that is not public needs a credential",
+        "Guard._checked",
+        "credential is None and not public",
+        "False",
+        WEB_ROUTES,
+    ),
+    Mutant(
+        "web: a change with a cookie needs an Origin",
+        "Guard._checked",
+        "origins or by_program or safe",
+        "True",
+        WEB_SIGN_IN,
+    ),
+    Mutant(
+        "web: a request of another site's page is refused",
+        "Guard._checked",
+        "not public and headers.foreign_site()",
+        "False",
+        WEB_SIGN_IN,
+    ),
+    Mutant(
+        "web: requests are counted",
+        "Guard._checked",
+        "not self._requests.take(_requester(credential, address))",
+        "False",
+        WEB_SIGN_IN,
+    ),
+    Mutant(
+        "web: a wrong token is counted",
+        "Guard._credential",
+        "not self._sign_ins.take(address)",
+        "False",
+        WEB_SIGN_IN,
+    ),
+    Mutant(
+        "web: a sign-in is counted",
+        "app._add_session",
+        "not app.state.sign_ins.take(address)",
+        "False",
+        WEB_SIGN_IN,
+    ),
+    Mutant(
+        "web: a sign-in expires",
+        "BrowserSessions.find",
+        "self.remaining(session) <= 0.0",
+        "False",
+        WEB_SIGN_IN,
+    ),
+    Mutant(
+        "web: the cookie is not for scripts",
+        "app._add_session",
+        'max_age=round(LIFETIME), path="/", secure=settings.tls, httponly=True',
+        'max_age=round(LIFETIME), path="/", secure=settings.tls, httponly=False',
+        WEB_SIGN_IN,
+    ),
+    Mutant(
+        "web: a message needs its scope",
+        "Relay._pass",
+        "needed > self._client.scope",
+        "False",
+        WEB_RELAY,
+    ),
+    Mutant(
+        "web: a command that is not listed is for administrators",
+        "scopes.required_scope",
+        "type(command) not in _OPERATE",
+        "False",
+        ("tests/web/test_scopes.py",),
+    ),
+    Mutant(
+        "web: a session belongs to its scope",
+        "Relay._introduced",
+        'f"web {self._client.scope.name} {session}"',
+        'f"web {session}"',
+        WEB_RELAY,
+    ),
+    Mutant(
+        "web: messages are counted",
+        "Relay._up",
+        "not self._rate.take(1.0 + len(payload) / _UNIT)",
+        "False",
+        WEB_RELAY,
+    ),
+    Mutant(
+        "web: the end of a sign-in ends its WebSockets",
+        "Relay._relayed",
+        "ended is not None",
+        "False",
+        WEB_RELAY,
+    ),
+    Mutant(
+        "web: a newer sample replaces one that waits",
+        "Outbox.put",
+        "message.startswith(_SAMPLE)",
+        "False",
+        ("tests/web/test_outbox.py",),
+    ),
+    Mutant(
+        "web: what waits is bounded",
+        "Outbox.put",
+        "self._size > MOST",
+        "False",
+        ("tests/web/test_outbox.py",),
+    ),
+    Mutant(
+        "web: tokens that others can read are refused",
+        "tokens.read_private",
+        "stat.S_IMODE(status.st_mode) & 0o077",
+        "0",
+        WEB_TOKENS,
+    ),
+    Mutant(
+        "web: tokens of another user are refused",
+        "tokens.read_private",
+        "status.st_uid != os.getuid()",
+        "False",
+        WEB_TOKENS,
+    ),
+    Mutant(
+        "web: beyond this computer it needs TLS",
+        "gateway._names",
+        "not is_loopback(host) and not settings.tls",
+        "False",
+        WEB_GATEWAY,
+    ),
+    Mutant(
+        "web: a connection without a request ends",
+        "_TimedHttp._give_up",
+        "self.cycle is None",
+        "False",
+        WEB_GATEWAY,
     ),
 )
 

@@ -120,7 +120,7 @@ def _python(file: Path) -> Iterator[Region]:
 
     def walk(node: ast.AST, prefix: str) -> Iterator[Region]:
         for child in ast.iter_child_nodes(node):
-            if isinstance(child, ast.FunctionDef | ast.ClassDef):
+            if isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
                 first = min([child.lineno, *(each.lineno for each in child.decorator_list)])
                 assert child.end_lineno is not None
                 yield Region(prefix + child.name, file, lines[first - 1], lines[child.end_lineno])

@@ -54,6 +54,7 @@ def test_a_takeover_stops_the_other_program(arm: Served) -> None:
 
 def test_leaving_stops_what_the_program_began(arm: Served) -> None:
     with Robot.connect("arm:shared") as first:
+        first.enable()
         motion = first.move_relative(z=-0.1, velocity_scaling=0.02, wait=False)
     assert motion.done
     assert not arm.robot.is_moving

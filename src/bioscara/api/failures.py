@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from bioscara import errors
@@ -10,6 +11,8 @@ from bioscara.errors import BioscaraError, OwnerError
 from bioscara.printing import printable
 
 _SIMPLE = (str, int, float, bool, type(None))
+_SMALLEST, _LARGEST = -(1 << 63), (1 << 64) - 1
+"""Range of the whole numbers that can be sent."""
 _FAILURE = "_failure"
 """Key that marks an error within the data of another one."""
 
@@ -26,12 +29,12 @@ def failure_of(error: BaseException) -> FailureValue:
             for key, value in vars(error).items()
             if isinstance(value, (BaseException, *_SIMPLE))
         }
-        data["args"] = [value for value in error.args if isinstance(value, _SIMPLE)]
+        data["args"] = [_simple(value) for value in error.args if isinstance(value, _SIMPLE)]
         return FailureValue(name, code, str(error), data)
     if isinstance(error, OSError):
         data = {"errno": error.errno, "strerror": error.strerror, "filename": None}
         if isinstance(error.filename, str):
-            data["filename"] = error.filename
+            data["filename"] = _simple(error.filename)
         return FailureValue("OSError", BioscaraError.code, printable(str(error)), data)
     return FailureValue(name, BioscaraError.code, printable(str(error)))
 
@@ -40,7 +43,9 @@ def error_of(failure: FailureValue) -> Exception:
     """Return the exception of a value; an OwnerError for a class that is not known here."""
     data = dict(failure.data)
     if failure.error == "OSError":
-        return OSError(data.get("errno"), data.get("strerror"), data.get("filename"))
+        if data.get("errno") is None:
+            return OSError(failure.text)
+        return OSError(data["errno"], data.get("strerror"), data.get("filename"))
     kind = _class_of(failure.error)
     if kind is None:
         return OwnerError(f"{failure.error}: {failure.text}")
@@ -64,4 +69,9 @@ def _simple(value: object) -> Any:
         inner = failure_of(value)
         fields = {key: getattr(inner, key) for key in inner.__struct_fields__}
         return {_FAILURE: fields}
+    if isinstance(value, str):
+        # A name of a file may hold what is no Unicode, which cannot be sent.
+        return value.encode(errors="backslashreplace").decode()
+    if isinstance(value, int) and not _SMALLEST <= value <= _LARGEST:
+        return math.inf if value > 0 else -math.inf
     return value

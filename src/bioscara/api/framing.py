@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
+from numbers import Integral, Real
 from typing import Any
 
 import msgspec
@@ -11,14 +12,27 @@ import msgspec
 from bioscara.api.messages import FromClient, FromOwner
 from bioscara.errors import ProtocolError
 
+HELLO_MAX = 4 << 10
+"""Longest first message of a client [byte]."""
 REQUEST_MAX = 4 << 20
 """Longest message of a client [byte]: a trajectory of 20 minutes at 100 Hz."""
 ANSWER_MAX = 64 << 20
 """Longest message of an owner [byte]."""
 _LENGTH = struct.Struct(">I")
 
-encode_packed = msgspec.msgpack.Encoder().encode
-encode_json = msgspec.json.Encoder().encode
+
+def _plain(value: Any) -> int | float:
+    """Return a number of numpy, or of another class than Python's own, as one of those."""
+    kind = getattr(getattr(value, "dtype", None), "kind", "")
+    if isinstance(value, Integral) or (kind in {"i", "u"} and value.shape == ()):
+        return int(value)
+    if isinstance(value, Real) or (kind == "f" and value.shape == ()):
+        return float(value)
+    raise TypeError(f"a {type(value).__name__} cannot be sent")
+
+
+encode_packed = msgspec.msgpack.Encoder(enc_hook=_plain).encode
+encode_json = msgspec.json.Encoder(enc_hook=_plain).encode
 from_client: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(FromClient)
 from_owner: msgspec.msgpack.Decoder[Any] = msgspec.msgpack.Decoder(FromOwner)
 json_from_client: msgspec.json.Decoder[Any] = msgspec.json.Decoder(FromClient)
@@ -39,14 +53,19 @@ class Frames:
 
     Args:
         longest: Longest message that is accepted [byte].
+
+    Attributes:
+        longest: As given; may be changed.
     """
 
     def __init__(self, longest: int) -> None:
-        self._longest = longest
+        self.longest = longest
         self._buffer = bytearray()
 
     def feed(self, data: bytes) -> Iterator[bytes]:
         """Take received bytes; yield the messages that are complete.
+
+        Those that are not taken stay: the next call yields them.
 
         Raises:
             ProtocolError: A message is announced that is too long.
@@ -55,9 +74,9 @@ class Frames:
         buffer += data
         while len(buffer) >= _LENGTH.size:
             (length,) = _LENGTH.unpack_from(buffer)
-            if length > self._longest:
+            if length > self.longest:
                 raise ProtocolError(
-                    f"a message of {length} bytes is announced, and at most {self._longest} are "
+                    f"a message of {length} bytes is announced, and at most {self.longest} are "
                     "accepted"
                 )
             end = _LENGTH.size + length

@@ -617,6 +617,10 @@ class Command(ApiMessage, frozen=True, forbid_unknown_fields=True):
     needs_lease: ClassVar[bool] = False
 
 
+class Query(Command, frozen=True):
+    """Base of the commands that change nothing: carried out again when they come again."""
+
+
 class Start(Command, frozen=True, kw_only=True, tag="start"):
     """Begin a goal; answered by :class:`Accepted`. Its end is an event, and :class:`GetGoal`.
 
@@ -725,7 +729,7 @@ class StopAll(Command, frozen=True, tag="stop"):
     """Stop all motion on its path; needs no lease, and revokes that of another client."""
 
 
-class MakePlan(Command, frozen=True, tag="make_plan"):
+class MakePlan(Query, frozen=True, tag="make_plan"):
     """Plan a motion without moving; answered by :class:`PlanMade`. Needs no lease.
 
     Attributes:
@@ -759,23 +763,23 @@ class ReleaseLease(Command, frozen=True, tag="release_lease"):
     needs_lease: ClassVar[bool] = True
 
 
-class GetState(Command, frozen=True, tag="get_state"):
+class GetState(Query, frozen=True, tag="get_state"):
     """Ask for the newest :class:`StateSample`."""
 
 
-class GetDescription(Command, frozen=True, tag="get_description"):
+class GetDescription(Query, frozen=True, tag="get_description"):
     """Ask for the :class:`Description` of the arm."""
 
 
-class GetWorkspace(Command, frozen=True, tag="get_workspace"):
+class GetWorkspace(Query, frozen=True, tag="get_workspace"):
     """Ask for the :class:`WorkspaceState`."""
 
 
-class GetFaults(Command, frozen=True, tag="get_faults"):
+class GetFaults(Query, frozen=True, tag="get_faults"):
     """Ask for the :class:`FaultList`."""
 
 
-class GetGoal(Command, frozen=True, tag="get_goal"):
+class GetGoal(Query, frozen=True, tag="get_goal"):
     """Ask for the :class:`GoalState` of a goal.
 
     Attributes:
@@ -785,7 +789,7 @@ class GetGoal(Command, frozen=True, tag="get_goal"):
     goal: int
 
 
-class GetTrajectories(Command, frozen=True, tag="get_trajectories"):
+class GetTrajectories(Query, frozen=True, tag="get_trajectories"):
     """Ask for the :class:`GoalTrajectories` of a goal.
 
     Attributes:
@@ -795,15 +799,15 @@ class GetTrajectories(Command, frozen=True, tag="get_trajectories"):
     goal: int
 
 
-class GetLease(Command, frozen=True, tag="get_lease"):
+class GetLease(Query, frozen=True, tag="get_lease"):
     """Ask for the :class:`LeaseState`."""
 
 
-class GetStatistics(Command, frozen=True, tag="get_statistics"):
+class GetStatistics(Query, frozen=True, tag="get_statistics"):
     """Ask for the :class:`Statistics`."""
 
 
-class GetParameters(Command, frozen=True, tag="get_parameters"):
+class GetParameters(Query, frozen=True, tag="get_parameters"):
     """Ask for the :class:`ParametersState`: the overlay of this arm."""
 
 
@@ -821,15 +825,15 @@ class SetParameters(Command, frozen=True, kw_only=True, tag="set_parameters"):
     revision: int
 
 
-class ListControllers(Command, frozen=True, tag="list_controllers"):
+class ListControllers(Query, frozen=True, tag="list_controllers"):
     """Ask for the :class:`ControllerList`."""
 
 
-class ListFlightRecords(Command, frozen=True, tag="list_flight_records"):
+class ListFlightRecords(Query, frozen=True, tag="list_flight_records"):
     """Ask for the :class:`FlightRecordList`."""
 
 
-class GetFlightRecord(Command, frozen=True, tag="get_flight_record"):
+class GetFlightRecord(Query, frozen=True, tag="get_flight_record"):
     """Ask for a :class:`FlightRecordText`.
 
     Attributes:
@@ -839,7 +843,7 @@ class GetFlightRecord(Command, frozen=True, tag="get_flight_record"):
     name: str
 
 
-class ListGoals(Command, frozen=True, tag="list_goals"):
+class ListGoals(Query, frozen=True, tag="list_goals"):
     """Ask for the :class:`GoalList`."""
 
 
@@ -880,7 +884,9 @@ class Subscribe(Command, frozen=True, kw_only=True, tag="subscribe"):
 class Recall(Command, frozen=True, tag="recall"):
     """Ask for the answer to an earlier request of this session, once there is one.
 
-    Answered by that answer; or by an InvalidArgumentError if the request never arrived.
+    Answered by that answer; or by :class:`NotArrived` if the request may be sent again, as it never
+    arrived or is a query. Refused with an OwnerError if it was so long ago that this is not known
+    any more.
 
     Attributes:
         request: Its number.
@@ -950,7 +956,8 @@ class ClientRequest(
 
     Attributes:
         id: Its number, unique in the session and increasing. A request whose number was seen
-            before is not carried out again: its answer is repeated.
+            before is not carried out again: its answer is repeated, or it is refused if that is not
+            kept any more. Only a :class:`Query` is.
         command: What is requested.
         epoch: Epoch of the client's lease, for commands that need one.
     """
@@ -972,6 +979,10 @@ class Result(ApiMessage, frozen=True):
 
 class Done(Result, frozen=True, tag="done"):
     """It was done."""
+
+
+class NotArrived(Result, frozen=True, tag="not_arrived"):
+    """The recalled request may be sent again: it has not arrived, or changes nothing."""
 
 
 class Accepted(Result, frozen=True, tag="accepted"):
@@ -1296,6 +1307,7 @@ class StateSample(Result, frozen=True, kw_only=True, tag="state"):
 
 AnyResult = (
     Done
+    | NotArrived
     | Accepted
     | PlanMade
     | LeaseState

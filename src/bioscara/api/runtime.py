@@ -11,6 +11,7 @@ import fcntl
 import json
 import os
 import re
+import stat
 import struct
 from contextlib import suppress
 from pathlib import Path
@@ -48,14 +49,23 @@ class OwnerEntry(NamedTuple):
 
 
 def folder() -> Path:
-    """Return the folder of the sockets: of this user, or of the system's services."""
+    """Return the folder of the sockets: of this user, or of the system's services.
+
+    Raises:
+        AccessError: It belongs to another user.
+    """
     if given := os.environ.get(VARIABLE):
         return Path(given)
     if runtime := os.environ.get("XDG_RUNTIME_DIR"):
         return Path(runtime) / "bioscara"
     if os.getuid() == 0:
         return Path("/run/bioscara")
-    return Path(f"/tmp/bioscara-{os.getuid()}")  # noqa: S108  its owner and mode are checked
+    path = Path(f"/tmp/bioscara-{os.getuid()}")  # noqa: S108  its owner is checked
+    with suppress(FileNotFoundError):
+        # Anyone may make it there, and would be taken for the owner of the arm.
+        if path.lstat().st_uid != os.getuid():
+            raise AccessError(f"{path} belongs to another user; set {VARIABLE} to an own folder")
+    return path
 
 
 def require_name(name: str) -> str:
@@ -149,12 +159,30 @@ class OwnerClaim:
             os.close(former)
         return True
 
+    def share(self, group: int) -> None:
+        """Let the members of a group find the owner and connect to it.
+
+        Args:
+            group: Number of the group.
+
+        Raises:
+            OSError: This process may not do that.
+        """
+        for path, mode in ((self.socket.parent, 0o710), (self._path, 0o640), (self.socket, 0o660)):
+            os.chown(path, -1, group)
+            path.chmod(mode)
+
     def close(self) -> None:
-        """Give the name free."""
-        self.socket.unlink(missing_ok=True)
+        """Give the name free; may be called again."""
+        if self._lock < 0:
+            return
         with suppress(OSError):
+            # The files may have been removed, and be those of another owner now.
+            if not self._removed():
+                self.socket.unlink(missing_ok=True)
             os.ftruncate(self._lock, 0)
         os.close(self._lock)
+        self._lock = -1
 
     def _removed(self) -> bool:
         try:
@@ -186,6 +214,8 @@ def _make_folder(path: Path) -> None:
         raise AccessError(
             f"{path} belongs to user {status.st_uid}; set {VARIABLE} to an own folder"
         )
+    if status.st_mode & (stat.S_IWOTH | stat.S_ISVTX) == stat.S_IWOTH:
+        raise AccessError(f"{path} can be written by every user; chmod o-w {path}")
 
 
 def _entry(lock: Path) -> OwnerEntry | None:
@@ -199,7 +229,7 @@ def _entry(lock: Path) -> OwnerEntry | None:
         (kind, *_) = struct.unpack(_FLOCK, fcntl.fcntl(file, fcntl.F_OFD_GETLK, _WRITE_LOCK))
         if kind == fcntl.F_UNLCK:
             return None
-        with suppress(ValueError, KeyError, TypeError):
+        with suppress(ValueError, KeyError, TypeError, OverflowError, RecursionError):
             text = json.loads(os.pread(file, 4096, 0))
             return OwnerEntry(
                 lock.stem, str(text["bus"]), int(text["pid"]), lock.with_suffix(".sock")

@@ -28,7 +28,7 @@ _EPILOG = (
 )
 _OF_OWNERS = ("arms", "status", "lease", "events", "logs")
 """Commands about running owners."""
-_WITHOUT_PARAMETERS = {"simulate", "poses", "tools", "stop", "record", *_OF_OWNERS}
+_WITHOUT_PARAMETERS = {"simulate", "poses", "tools", "stop", "record", "web", *_OF_OWNERS}
 """Commands that load no parameters, or leave it to their actions."""
 _SIZES = {"K": 10**3, "M": 10**6, "G": 10**9}
 _LASTING = frozenset({"enable", "disable", "monitor", "faults", "acknowledge", "recover"})
@@ -66,6 +66,7 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     _add_flash_command(parser)
     _add_serve_command(parser)
     _add_owner_commands(parser)
+    _add_web_command(parser)
     options = Options()
     parser.read(words, options)
     options.words = words
@@ -132,6 +133,8 @@ def _check(parser: Parser, options: Options) -> None:
         parser.error("--keep is smaller than --max-size; give a larger one")
     if options.command == "view":
         _check_view(parser, options)
+    if options.command == "web":
+        _check_web(parser, options)
 
 
 def _convert_degrees(options: Options) -> None:
@@ -169,6 +172,16 @@ def _check_view(parser: Parser, options: Options) -> None:
     for word, is_given in given.items():
         if is_given and not planned:
             parser.error(f"{word} applies to a planned motion; add --pose, --joints or --name")
+
+
+def _check_web(parser: Parser, options: Options) -> None:
+    """Refuse options of ``web`` that exclude or need one another."""
+    certificate, key = options.tls_cert is not None, options.tls_key is not None
+    if certificate != key:
+        given, other = ("--tls-cert", "--tls-key") if certificate else ("--tls-key", "--tls-cert")
+        parser.error(f"{given} needs {other} with the other half; give both")
+    if certificate and options.tls_self_signed:
+        parser.error("--tls-cert and --tls-self-signed exclude one another; leave out one of them")
 
 
 def _add_command(commands: Parser, name: str, help_text: str, module: str | None = None) -> Parser:
@@ -373,11 +386,7 @@ def _add_owner_commands(commands: Parser) -> None:
     }
     added = {name: _add_command(commands, name, text, "owners") for name, text in texts.items()}
     for name in ("status", "lease", "events", "logs"):
-        added[name].add_argument(
-            "--arm",
-            metavar="NAME",
-            help=f"name of the arm (default: ${ARM_VARIABLE}, else the only one)",
-        )
+        _add_arm(added[name])
     for name in ("events", "logs"):
         added[name].add_argument(
             "--follow", action="store_true", help="wait for more, until Ctrl-C"
@@ -390,6 +399,15 @@ def _add_owner_commands(commands: Parser) -> None:
         "--end",
         action="store_true",
         help="end the lease: the motion of its client is stopped, and others may command the arm",
+    )
+
+
+def _add_arm(parser: Parser) -> None:
+    """Add the argument that names the owner of an arm."""
+    parser.add_argument(
+        "--arm",
+        metavar="NAME",
+        help=f"name of the arm (default: ${ARM_VARIABLE}, else the only one)",
     )
 
 
@@ -631,6 +649,49 @@ def _add_flash_command(commands: Parser) -> None:
         "version afterwards; 'linux:1' is I2C bus 1",
     )
     flash.set_defaults(swd=False, v1=False)
+
+
+def _add_web_command(commands: Parser) -> None:
+    web = _add_command(
+        commands,
+        "web",
+        "Let browsers and programs reach an arm that an owner serves, until Ctrl-C.",
+    )
+    _add_arm(web)
+    web.add_argument(
+        "--host",
+        metavar="ADDRESS",
+        default="127.0.0.1",
+        help="address to listen on (default: 127.0.0.1, for this computer only); another one needs "
+        "TLS",
+    )
+    web.add_argument(
+        "--port",
+        metavar="N",
+        type=_port,
+        default=8080,
+        help="TCP port to listen on (default 8080); 0 for a free one",
+    )
+    web.add_argument(
+        "--allowed-host",
+        metavar="NAME",
+        action="append",
+        default=[],
+        help="a further name by which browsers call this computer; may be given several times",
+    )
+    web.add_argument("--tls-cert", metavar="FILE", type=Path, help="certificate for TLS, as PEM")
+    web.add_argument("--tls-key", metavar="FILE", type=Path, help="its key, as PEM")
+    web.add_argument(
+        "--tls-self-signed",
+        action="store_true",
+        help="make a certificate for TLS; the browser asks whether to trust it",
+    )
+    web.add_argument(
+        "--token-file",
+        metavar="FILE",
+        type=Path,
+        help="file with the tokens, made if it does not exist (default: beside the owner's socket)",
+    )
 
 
 def _add_bus(parser: Parser, *, owned: bool = True) -> None:

@@ -50,7 +50,7 @@ class Options(argparse.Namespace):
         plot: File for the plot of the motion; None for no plot.
         socket: Unix socket on which the simulated arm listens.
         seed: Seed of the simulation.
-        port: TCP port of the 3D view.
+        port: TCP port of the 3D view, or of the web gateway.
         source: What the 3D view shows: a run folder, a trajectory file or a running simulated arm;
             None for sliders, or with a target.
         action: Action on poses, tools or recordings.
@@ -77,6 +77,12 @@ class Options(argparse.Namespace):
         max_time: Duration after which it does [s].
         keep: Total size of recordings above which the oldest are deleted [byte].
         serial: Serial number of the board in its bootloader, or of the ST-Link, if given.
+        host: Address on which the web gateway listens.
+        allowed_host: Further names of its computer.
+        tls_cert: Its certificate, if given.
+        tls_key: The key of the certificate.
+        tls_self_signed: Whether it makes a certificate.
+        token_file: File of its tokens; None for the one beside the owner's socket.
     """
 
     command: str
@@ -134,6 +140,12 @@ class Options(argparse.Namespace):
     max_size: int
     max_time: float
     keep: int
+    host: str
+    allowed_host: list[str]
+    tls_cert: Path | None
+    tls_key: Path | None
+    tls_self_signed: bool
+    token_file: Path | None
 
     def has_target(self) -> bool:
         """Return whether a target of a motion is given."""

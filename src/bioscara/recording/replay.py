@@ -13,6 +13,7 @@ from typing import Any
 import msgspec
 
 from bioscara.api import messages as m
+from bioscara.api.framing import packed
 from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import AccessError, InvalidArgumentError, RecordingError
 from bioscara.kinematics import Pose
@@ -75,6 +76,10 @@ class RecordedEvents:
         """Return the event that follows a number; None if there is none yet."""
         index = bisect_right(self._events, number, key=lambda event: event.number)
         return self._events[index] if index < len(self._events) else None
+
+    def framed(self, event: m.Event) -> bytes:
+        """Return an event as bytes for the socket."""
+        return packed(event)
 
 
 class ReplayedArm:
@@ -157,8 +162,8 @@ class ReplayedArm:
         if self._begun is None:
             self._begun = time.monotonic()
 
-    def expire(self) -> None:
-        """Do nothing: a recording has no lease."""
+    def tick(self) -> None:
+        """Do nothing: a recording has no lease and no goals."""
 
     def step(self) -> None:
         """Go on to the present time of the replay, and notify the server."""

@@ -33,20 +33,22 @@ class LeaseKeeper:
         self._lock = threading.Lock()
 
     @property
-    def held(self) -> bool:
-        """Whether this client commands the arm, as far as it knows."""
-        return self._epoch is not None
+    def held(self) -> int | None:
+        """The epoch of the lease, as far as this client knows; None unless it holds it."""
+        return self._epoch
 
     def epoch(self) -> int:
         """Return the epoch of the lease, which is taken now unless it is held.
 
         Raises:
             LeaseError: Another client commands the arm, or has ended the lease of this one.
+            OwnerLostError: The owner does not run.
         """
         with self._lock:
             if self._epoch is not None:
                 return self._epoch
             if self._lost:
+                self._link.require()
                 raise LeaseError(
                     f"{self._lost}; acquire_lease() once the arm is safe to move again"
                 )

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import itertools
+import logging
 import os
 import secrets
 import socket
+import struct
 import sys
 import threading
 import time
@@ -18,8 +20,16 @@ import msgspec
 from bioscara.api import framing
 from bioscara.api import messages as m
 from bioscara.api.failures import error_of
-from bioscara.api.runtime import find
-from bioscara.errors import OwnerLostError, ProtocolError
+from bioscara.api.runtime import find, require_name
+from bioscara.errors import (
+    BioscaraError,
+    BusyError,
+    InvalidArgumentError,
+    OwnerError,
+    OwnerLostError,
+    ProtocolError,
+)
+from bioscara.printing import printable
 
 PATIENCE = 5.0
 """Time for which a broken connection is tried again before requests fail [s]."""
@@ -28,21 +38,55 @@ _PAUSE = 0.05
 _ANSWER_TIMEOUT = 60.0
 """Longest time to wait for an answer [s]: planning takes a second at most."""
 _CHUNK = 1 << 16
+_TRIES = 5
+"""How often a request is sent whose connection breaks each time: it may be what breaks it."""
+_SEND_TIMEOUT = struct.pack("@ll", int(PATIENCE), 0)
+"""Time in which an owner has to take a part of a request, as a ``struct timeval``."""
+
+_log = logging.getLogger(__name__)
 
 
 class _Pending:
     """A request whose answer has not come."""
 
-    __slots__ = ("answer", "come", "request")
+    __slots__ = ("_taking", "answer", "come", "data", "late", "request", "tries")
 
     def __init__(self, request: m.ClientRequest) -> None:
         self.request = request
+        try:
+            self.data = framing.packed(request)
+        except (TypeError, ValueError, OverflowError, RecursionError) as error:
+            raise InvalidArgumentError(
+                f"a value cannot be sent to the owner: {printable(str(error))}"
+            ) from error
+        except Exception as error:
+            raise InvalidArgumentError(
+                f"a value cannot be sent to the owner: {type(error).__name__}"
+            ) from error
+        if len(self.data) > framing.REQUEST_MAX:
+            raise InvalidArgumentError(
+                f"the request has {len(self.data)} bytes, and an owner takes at most "
+                f"{framing.REQUEST_MAX}; divide it"
+            )
         self.come = threading.Event()
         self.answer: m.AnyResult | Exception | None = None
+        self.late: Callable[[m.AnyResult], object] | None = None
+        self._taking = threading.Lock()
+        self.tries = 1
 
     def settle(self, answer: m.AnyResult | Exception) -> None:
         self.answer = answer
         self.come.set()
+        if self.late is not None:
+            # In a thread of its own, as it makes requests.
+            threading.Thread(target=self.take_late, daemon=True).start()
+
+    def take_late(self) -> None:
+        """Pass the answer to the one who was interrupted, once."""
+        with self._taking:
+            late, self.late = self.late, None
+        if late is not None and not isinstance(self.answer, Exception | None):
+            late(self.answer)
 
 
 class OwnerLink:
@@ -61,6 +105,9 @@ class OwnerLink:
     Attributes:
         name: As given.
         welcome: The owner's greeting at the last connection.
+
+    Raises:
+        InvalidArgumentError: No arm can have that name.
     """
 
     def __init__(
@@ -71,18 +118,22 @@ class OwnerLink:
         *,
         events_after: int | None = None,
     ) -> None:
-        self.name, self._receive, self._lost = name, receive, lost
+        self.name = require_name(name)
+        self._receive, self._lost = receive, lost
         self._session = secrets.token_hex(16)
         self._client = _program()
         self._numbers = itertools.count(1)
         self._pending: dict[int, _Pending] = {}
         self._recalls: dict[int, int] = {}
         self._lock, self._sending = threading.Lock(), threading.Lock()
+        # Held while the connection is given up or made again after that.
+        self._opening = threading.RLock()
         self._socket: socket.socket | None = None
         self._subscription = m.Subscribe(events_after=0)
         self._events_after, self._last_event = events_after, 0
         self._closed = False
         self._failure: OwnerLostError | None = None
+        self._reproach: Exception | None = None
         self.welcome: m.Welcome
         self._reader: threading.Thread | None = None
 
@@ -110,7 +161,8 @@ class OwnerLink:
 
     def close(self) -> None:
         """Disconnect; may be called again."""
-        self._closed = True
+        with self._lock:
+            self._closed = True
         self._drop()
         reader = self._reader
         if reader is not None and reader is not threading.current_thread():
@@ -129,33 +181,52 @@ class OwnerLink:
 
     def _subscribe(self) -> None:
         command = msgspec.structs.replace(self._subscription, events_after=self._last_event)
-        self._send(m.ClientRequest(id=next(self._numbers), command=command))
+        self._write(framing.packed(m.ClientRequest(id=next(self._numbers), command=command)))
 
-    def request(self, command: m.AnyCommand, epoch: int | None = None) -> m.AnyResult:
+    def request(
+        self,
+        command: m.AnyCommand,
+        epoch: int | None = None,
+        *,
+        late: Callable[[m.AnyResult], object] | None = None,
+    ) -> m.AnyResult:
         """Send a request and return its result.
 
         Args:
             command: What is requested.
             epoch: Epoch of the lease, for commands that need one.
+            late: Called with the result if this call is interrupted, as by Ctrl-C, before it has
+                come: it is awaited, unless that is interrupted too.
 
         Raises:
+            InvalidArgumentError: A value cannot be sent.
             OwnerLostError: The owner does not run or does not answer.
+            BusyError: Called in a callback of the connection, which would wait for itself.
             BioscaraError: The error of the owner.
         """
-        if self._failure is not None:
-            self._reopen()
+        if threading.current_thread() is self._reader:
+            kind = type(command).__name__
+            raise BusyError(kind, "a callback of the connection", 0.0, "", inside=True)
         pending = _Pending(m.ClientRequest(id=next(self._numbers), command=command, epoch=epoch))
-        with self._lock:
-            self._pending[pending.request.id] = pending
+        self._register(pending)
         try:
-            self._send(pending.request)
-            if not pending.come.wait(_ANSWER_TIMEOUT):
-                raise OwnerLostError(
-                    f"the owner of arm {self.name} has not answered within {_ANSWER_TIMEOUT:g} s"
-                )
-        finally:
-            with self._lock:
-                self._pending.pop(pending.request.id, None)
+            self._write(pending.data)
+            come = pending.come.wait(_ANSWER_TIMEOUT)
+        except BaseException:
+            if late is not None:
+                try:
+                    pending.come.wait(PATIENCE)
+                finally:
+                    pending.late = late
+                    if pending.come.is_set():
+                        self._forget(pending)
+                        pending.take_late()
+            raise
+        self._forget(pending)
+        if not come:
+            raise OwnerLostError(
+                f"the owner of arm {self.name} has not answered within {_ANSWER_TIMEOUT:g} s"
+            )
         answer = pending.answer
         if isinstance(answer, Exception):
             raise answer
@@ -163,12 +234,36 @@ class OwnerLink:
             raise OwnerLostError(f"the owner of arm {self.name} gave no answer")
         return answer
 
-    def _reopen(self) -> None:
+    def require(self) -> None:
+        """Connect again if the owner was lost.
+
+        Raises:
+            OwnerLostError: It does not run or does not answer, or the connection was closed.
+        """
+        self._register(None)
+
+    def _register(self, pending: _Pending | None) -> None:
+        """Expect the answer to a request, on a connection that is made again if it was lost."""
+        while True:
+            with self._lock:
+                if self._closed:
+                    raise OwnerLostError(f"the connection to arm {self.name} was closed")
+                if self._failure is None:
+                    if pending is not None:
+                        self._pending[pending.request.id] = pending
+                    return
+            with self._opening:
+                if self._failure is not None and not self._closed:
+                    self._reopen()
+
+    def _forget(self, pending: _Pending) -> None:
         with self._lock:
-            if self._failure is None or self._closed:
-                return
-            frames, waiting = self._connect()
-            self._last_event = self.welcome.last_event
+            self._pending.pop(pending.request.id, None)
+
+    def _reopen(self) -> None:
+        frames, waiting = self._connect()
+        self._last_event = self.welcome.last_event
+        with self._lock:
             self._failure = None
         self._subscribe()
         self._start_reading(frames, waiting)
@@ -179,15 +274,18 @@ class OwnerLink:
         connection = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_CLOEXEC)
         try:
             connection.settimeout(PATIENCE)
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDTIMEO, _SEND_TIMEOUT)
             connection.connect(os.fspath(path))
             hello = m.ClientHello(version=m.VERSION, client=self._client, session=self._session)
-            connection.sendall(framing.packed(hello))
+            # An owner that refuses this client says why, and may not read this.
+            with suppress(BrokenPipeError, ConnectionResetError):
+                connection.sendall(framing.packed(hello))
             frames = framing.Frames(framing.ANSWER_MAX)
             messages: list[m.FromOwner] = []
             while not messages:
                 data = connection.recv(_CHUNK)
                 if not data:
-                    raise OwnerLostError(f"the owner of arm {self.name} refuses this user")
+                    raise OwnerLostError(f"the owner of arm {self.name} ended the connection")
                 messages = [framing.from_owner.decode(each) for each in frames.feed(data)]
             connection.settimeout(None)
         except (OSError, msgspec.DecodeError) as error:
@@ -208,17 +306,26 @@ class OwnerLink:
         self._socket, self.welcome = connection, greeting
         return frames, messages
 
-    def _send(self, request: m.ClientRequest) -> None:
-        data = framing.packed(request)
-        # A broken connection is noticed by the reader, which then recalls the answer.
-        with self._sending, suppress(OSError):
-            if (connection := self._socket) is not None:
+    def _write(self, data: bytes) -> None:
+        with self._sending:
+            connection = self._socket
+            if connection is None:
+                return
+            try:
                 connection.sendall(data)
+            except BaseException as error:
+                # A part may have been sent, which nothing may follow. The reader notices this,
+                # connects again and asks for the answers that were missed.
+                with suppress(OSError):
+                    connection.shutdown(socket.SHUT_RDWR)
+                if not isinstance(error, OSError):
+                    raise
 
     def _read(self, frames: framing.Frames, waiting: list[m.FromOwner]) -> None:
         while not self._closed:
             for message in waiting:
                 self._take(message)
+            waiting = []
             try:
                 connection = self._socket
                 data = b"" if connection is None else connection.recv(_CHUNK)
@@ -228,12 +335,13 @@ class OwnerLink:
             except (OSError, msgspec.DecodeError, ProtocolError):
                 pass
             if self._closed:
-                return
+                break
             try:
                 frames, waiting = self._resume()
-            except OwnerLostError as error:
-                self._fail(error)
+            except BioscaraError as error:
+                self._fail(OwnerLostError(str(error)))
                 return
+        self._drop()
 
     def _resume(self) -> tuple[framing.Frames, list[m.FromOwner]]:
         """Connect again, and ask for the answers that were missed.
@@ -247,7 +355,7 @@ class OwnerLink:
             try:
                 frames, waiting = self._connect()
                 break
-            except OwnerLostError:
+            except OwnerError:
                 if self._closed or time.monotonic() >= end:
                     raise
                 time.sleep(_PAUSE)
@@ -258,12 +366,22 @@ class OwnerLink:
                 "is over"
             )
         self._subscribe()
+        self._recalls.clear()
         with self._lock:
             missed = list(self._pending.values())
         for pending in missed:
+            if not self.welcome.resumed and not isinstance(pending.request.command, m.Query):
+                pending.settle(
+                    OwnerLostError(
+                        f"the owner of arm {self.name} does not know this program any more: "
+                        "whether it carried the request out is unknown"
+                    )
+                )
+                continue
             number = next(self._numbers)
             self._recalls[number] = pending.request.id
-            self._send(m.ClientRequest(id=number, command=m.Recall(request=pending.request.id)))
+            recall = m.ClientRequest(id=number, command=m.Recall(request=pending.request.id))
+            self._write(framing.packed(recall))
         return frames, waiting
 
     def _take(self, message: m.FromOwner) -> None:
@@ -272,40 +390,65 @@ class OwnerLink:
             return
         if isinstance(message, m.Event):
             self._last_event = message.number
-        self._receive(message)
+        try:
+            self._receive(message)
+        except Exception as error:  # noqa: BLE001  of a callback: the connection goes on
+            _log.error("a callback of arm %s has failed", self.name, exc_info=error)
 
     def _settle(self, message: m.Response | m.RequestFailed) -> None:
         if message.id is None:
+            if isinstance(message, m.RequestFailed):
+                self._reproach = error_of(message.failure)
             return
         recalled = self._recalls.pop(message.id, None)
         with self._lock:
             pending = self._pending.get(message.id if recalled is None else recalled)
         if pending is None:
             return
-        if isinstance(message, m.Response):
-            pending.settle(message.result)
-        elif recalled is not None and "has not arrived" in message.failure.text:
-            self._send(pending.request)
-        else:
+        if isinstance(message, m.RequestFailed):
             pending.settle(error_of(message.failure))
+        elif isinstance(message.result, m.NotArrived) and recalled is not None:
+            self._send_again(pending)
+        else:
+            pending.settle(message.result)
+
+    def _send_again(self, pending: _Pending) -> None:
+        if pending.tries >= _TRIES:
+            reason = "" if self._reproach is None else f": {self._reproach}"
+            pending.settle(
+                OwnerLostError(
+                    f"the connection to the owner of arm {self.name} has broken at this request "
+                    f"{_TRIES} times{reason}"
+                )
+            )
+            return
+        pending.tries += 1
+        self._write(pending.data)
 
     def _fail(self, error: OwnerLostError) -> None:
-        with self._lock:
-            self._failure = error
-            missed = list(self._pending.values())
-        for pending in missed:
-            pending.settle(OwnerLostError(str(error)))
-        self._lost(error)
+        with self._opening:
+            self._drop()
+            with self._lock:
+                self._failure = error
+                missed = list(self._pending.values())
+            for pending in missed:
+                pending.settle(OwnerLostError(str(error)))
+            try:
+                self._lost(error)
+            except Exception as failed:  # noqa: BLE001  of a callback
+                _log.error("a callback of arm %s has failed", self.name, exc_info=failed)
 
     def _drop(self) -> None:
         connection, self._socket = self._socket, None
         if connection is not None:
             with suppress(OSError):
                 connection.shutdown(socket.SHUT_RDWR)
-            connection.close()
+            # Another thread may be sending, which the shutdown has ended.
+            with self._sending:
+                connection.close()
 
 
 def _program() -> str:
     """Return a name for this client: its program and its process."""
     name = Path(sys.argv[0] if sys.argv and sys.argv[0] else "python").name
-    return f"{name[: m.NAME_MAX - 12]}[{os.getpid()}]"
+    return f"{printable(name)[: m.NAME_MAX - 12]}[{os.getpid()}]"

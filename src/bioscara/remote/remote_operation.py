@@ -13,10 +13,16 @@ from typing import Any, Generic, TypeVar
 from bioscara.api import messages as m
 from bioscara.api.failures import error_of
 from bioscara.api.values import gripper_of
-from bioscara.errors import BioscaraError, LeaseError, MotionTimeoutError, OwnerLostError
+from bioscara.errors import (
+    BioscaraError,
+    LeaseError,
+    MotionCancelledError,
+    MotionTimeoutError,
+    OwnerLostError,
+)
 from bioscara.remote.lease_keeper import LeaseKeeper
 from bioscara.remote.link import OwnerLink
-from bioscara.report import CycleRecord
+from bioscara.report import CycleRecord, Phase
 from bioscara.robot.operations.operation import OnCycle, Status
 
 T = TypeVar("T")
@@ -33,6 +39,7 @@ class RemoteOperation(Generic[T]):
         lease: The lease.
         value: The goal as it began.
         on_cycle: Receives the record of each cycle; None for no records.
+        observed: Whether a thread calls :meth:`observe`, whose end is that of the operation.
 
     Attributes:
         name: Name for messages, such as ``"home()"``.
@@ -41,42 +48,61 @@ class RemoteOperation(Generic[T]):
     """
 
     def __init__(
-        self, link: OwnerLink, lease: LeaseKeeper, value: m.GoalValue, on_cycle: OnCycle | None
+        self,
+        link: OwnerLink,
+        lease: LeaseKeeper,
+        value: m.GoalValue,
+        on_cycle: OnCycle | None,
+        *,
+        observed: bool,
     ) -> None:
         self.name, self.goal = value.name, value.goal
         self.error: BaseException | None = None
         self._link, self._lease, self._value = link, lease, value
-        self._on_cycle = on_cycle
+        self._on_cycle, self._observed = on_cycle, observed
         self._records: queue.SimpleQueue[CycleRecord | None] = queue.SimpleQueue()
-        self._finished = threading.Event()
+        self._finished, self._over = threading.Event(), threading.Event()
         self._callbacks: list[Callable[[], object]] = []
         self._raised: BaseException | None = None
 
     def take(self, value: m.GoalValue) -> None:
         """Take the goal as it ended."""
+        if self._over.is_set():
+            return
         self._value = value
-        if value.failure is not None:
-            self.error = error_of(value.failure)
-        self._end()
+        self._end(None if value.failure is None else error_of(value.failure))
 
     def lose(self, error: OwnerLostError) -> None:
         """End, as the owner was lost."""
-        if not self.done:
-            self.error = OwnerLostError(str(error))
-            self._end()
+        if not self._over.is_set():
+            self._end(OwnerLostError(str(error)))
 
     def record(self, record: CycleRecord) -> None:
         """Take the record of a cycle."""
         self._records.put(record)
 
-    def raised(self, error: Exception) -> None:
-        """End the goal, as a callback of it has raised; :meth:`result` raises that."""
-        self._raised = self._raised or error
+    def interrupt(self, error: BaseException) -> None:
+        """Cancel the goal, as a callback of it has raised; it then ends with this error."""
+        if self._raised is None or not isinstance(error, Exception):
+            self._raised = error
         self.cancel()
 
-    def _end(self) -> None:
+    def _end(self, error: BaseException | None) -> None:
+        self.error = error
+        self._over.set()
+        if self._observed:
+            # The last records come first.
+            self._records.put(None)
+        else:
+            self._report()
+
+    def _report(self) -> None:
+        if self._raised is not None:
+            self.error = self._raised
         self._finished.set()
-        self._records.put(None)
+        self._call_back()
+
+    def _call_back(self) -> None:
         # Two threads may get here at once.
         with suppress(IndexError):
             while True:
@@ -85,20 +111,37 @@ class RemoteOperation(Generic[T]):
     def observe(self) -> None:
         """Pass the records to ``on_cycle`` until the end, in this thread.
 
-        If it raises, the goal is cancelled, and :meth:`result` raises that.
+        If it raises, the goal is cancelled and ends with that.
         """
-        while self._on_cycle is not None:
+        on_cycle, record = self._on_cycle, None
+        while on_cycle is not None:
             try:
                 record = self._records.get(timeout=_POLL)
+                if record is None:
+                    break
+                on_cycle(record)
             except queue.Empty:
-                continue
-            if record is None:
-                return
+                if self._over.is_set():
+                    break
+            except BaseException as error:  # noqa: BLE001  the arm is brought to rest first
+                self.interrupt(error)
+                if record is not None and record.phase is Phase.STOPPING:
+                    on_cycle = None
+        self._over.wait()
+        self._report()
+
+    def run(self) -> T:
+        """Wait for the end in the thread that began it, and return the result.
+
+        An exception that interrupts this, such as KeyboardInterrupt, cancels the goal and is raised
+        once the devices are at rest.
+        """
+        while not self.done:
             try:
-                self._on_cycle(record)
-            except Exception as error:  # noqa: BLE001  raised by result()
-                self._on_cycle = None
-                self.raised(error)
+                self.observe()
+            except BaseException as error:  # noqa: BLE001  raised by result()
+                self.interrupt(error)
+        return self.result()
 
     @property
     def done(self) -> bool:
@@ -108,8 +151,11 @@ class RemoteOperation(Generic[T]):
     @property
     def status(self) -> Status:
         """Stage of the operation."""
-        if self.done and isinstance(self.error, OwnerLostError):
-            return Status.FAILED
+        if self.done:
+            if self.error is None:
+                return Status.SUCCEEDED
+            cancelled = isinstance(self.error, MotionCancelledError | MotionTimeoutError)
+            return Status.CANCELLED if cancelled else Status.FAILED
         return Status(self._now().status)
 
     @property
@@ -123,11 +169,10 @@ class RemoteOperation(Generic[T]):
         return self.status is Status.PAUSED
 
     def _now(self) -> m.GoalValue:
-        if not self.done:
-            result = self._link.request(m.GetGoal(self.goal))
-            if isinstance(result, m.GoalState) and not self.done:
-                self._value = result.goal
-        return self._value
+        if self._over.is_set():
+            return self._value
+        result = self._link.request(m.GetGoal(self.goal))
+        return result.goal if isinstance(result, m.GoalState) else self._value
 
     def pause(self) -> None:
         """Pause the motion on its path; errors as ``Operation.pause``."""
@@ -140,9 +185,9 @@ class RemoteOperation(Generic[T]):
     def cancel(self) -> None:
         """Bring the devices to rest and end the operation; does nothing if it has ended."""
         # Without the lease it is being stopped already.
-        if not self.done:
+        if not self._over.is_set() and (epoch := self._lease.held) is not None:
             with suppress(LeaseError, OwnerLostError):
-                self._link.request(m.Cancel(self.goal), self._lease.epoch())
+                self._link.request(m.Cancel(self.goal), epoch)
 
     def wait(self, timeout: float | None = None) -> bool:
         """Wait for the end, and return whether it has ended; Ctrl-C cancels it.
@@ -169,8 +214,6 @@ class RemoteOperation(Generic[T]):
         """
         if not self.wait(timeout):
             raise MotionTimeoutError(f"{self.name} has not ended within {timeout:g} s; it goes on")
-        if self._raised is not None:
-            raise self._raised
         if self.error is not None:
             raise self.error
         gripper = self._value.gripper
@@ -181,9 +224,7 @@ class RemoteOperation(Generic[T]):
         """Call a function at the end, in the thread of the connection; at once if it has ended."""
         self._callbacks.append(callback)
         if self.done:
-            with suppress(IndexError):
-                while True:
-                    self._callbacks.pop()()
+            self._call_back()
 
     def __await__(self) -> Generator[Any, None, T]:
         return self._awaited().__await__()
@@ -210,9 +251,9 @@ class RemoteOperation(Generic[T]):
 
     def __repr__(self) -> str:
         try:
-            value = self._now()
+            value, status = self._now(), self.status.value
         except BioscaraError:
-            value = self._value
+            value, status = self._value, self._value.status
         progress = "" if math.isnan(value.progress) else f", {value.progress:.0%}"
         reason = f": {self.error}" if self.error is not None else ""
-        return f"<{self.name} {value.status}{progress}{reason}>"
+        return f"<{self.name} {status}{progress}{reason}>"

@@ -6,7 +6,8 @@ import asyncio
 import math
 import threading
 from collections import OrderedDict
-from collections.abc import AsyncIterator, Callable, Sequence
+from collections.abc import AsyncIterator, Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from types import TracebackType
 from typing import Any, Self, TypeVar
@@ -19,7 +20,7 @@ from bioscara.api.values import (
     scene_value,
     trajectory_value,
 )
-from bioscara.arguments import flag, function, number, shown
+from bioscara.arguments import flag, function, items, number, shown
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.control.faults.supervisor import FaultState
@@ -27,6 +28,7 @@ from bioscara.errors import (
     BioscaraError,
     FaultedError,
     InvalidArgumentError,
+    LeaseError,
     LifecycleError,
     NotHomedError,
     NotInitializedError,
@@ -41,7 +43,7 @@ from bioscara.planning.collision.scene import Scene
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.remote.lease_keeper import LeaseKeeper
-from bioscara.remote.link import OwnerLink
+from bioscara.remote.link import PATIENCE, OwnerLink
 from bioscara.remote.remote_gripper import RemoteGripper
 from bioscara.remote.remote_operation import RemoteOperation
 from bioscara.robot.operations.home import PerJoint
@@ -53,6 +55,7 @@ from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import TeachTable
 from bioscara.robot.workspace.tools import Tool
 from bioscara.robot.workspace.workspace import Workspace
+from bioscara.spelling import did_you_mean
 
 R = TypeVar("R", bound=m.Result)
 
@@ -89,6 +92,15 @@ class RemoteRobot:
         self._workspace: tuple[m.WorkspaceState, Workspace] | None = None
         self._description: m.Description | None = None
         self.gripper = RemoteGripper(self._begin, self._sample, lambda: self.workspace.widths)
+
+    def __setattr__(self, name: str, value: object) -> None:
+        # As of a robot: a misspelt name would otherwise be accepted without an effect.
+        known = [key for key in dir(type(self)) if not key.startswith("_")]
+        if not (name in known or name == "gripper" or name.startswith("_")):
+            raise AttributeError(
+                f"a robot has no attribute {name!r}; {did_you_mean(name, known, 'see dir(robot)')}"
+            )
+        object.__setattr__(self, name, value)
 
     def open(self) -> Self:
         """Connect to the owner; nothing moves. Return the robot.
@@ -253,12 +265,12 @@ class RemoteRobot:
     @property
     def is_enabled(self) -> bool:
         """Whether the motors of the joints are energised."""
-        return self._sample().enabled
+        return self._opened and not self._closed and self._sample().enabled
 
     @property
     def is_moving(self) -> bool:
         """Whether an operation uses the arm or the gripper, of any program."""
-        return bool(self._sample().moving)
+        return self._opened and not self._closed and bool(self._sample().moving)
 
     @property
     def kinematics(self) -> Scara:
@@ -417,9 +429,8 @@ class RemoteRobot:
         wait: bool = True,
     ) -> RemoteOperation[None]:
         """Home the joints that are not homed; arguments and errors as ``Robot.home``."""
-        given = [
-            None if value is None else value if isinstance(value, int) else dict(value)
-            for value in (sensitivity, current)
+        given: list[Any] = [
+            dict(value) if isinstance(value, Mapping) else value for value in (sensitivity, current)
         ]
         return self._begin(m.HomeTask(given[0], given[1]), timeout, on_cycle, wait)
 
@@ -439,7 +450,7 @@ class RemoteRobot:
             self.plan.move_joints(positions)
         return self._move(
             m.MoveJoints(
-                goal=tuple(positions),
+                goal=items("the joint positions", positions),
                 velocity_scaling=velocity_scaling,
                 acceleration_scaling=acceleration_scaling,
             ),
@@ -596,7 +607,7 @@ class RemoteRobot:
         """Move along waypoints with rounded corners; as ``Robot.move_sequence``."""
         return self._move(
             m.MoveSequence(
-                waypoints=tuple(waypoints),
+                waypoints=items("the waypoints", waypoints),
                 velocity_scaling=velocity_scaling,
                 acceleration_scaling=acceleration_scaling,
             ),
@@ -620,7 +631,7 @@ class RemoteRobot:
             raise InvalidArgumentError(
                 f"execute() takes a Plan or a Trajectory, not {shown(plan)}; robot.plan makes plans"
             )
-        task = m.Follow(trajectory_value(plan.trajectory), planned=True)
+        task = m.Follow(_value_of(plan.trajectory), planned=True)
         return self._move(task, timeout, on_cycle, wait)
 
     def follow(
@@ -633,12 +644,7 @@ class RemoteRobot:
         wait: bool = True,
     ) -> RemoteOperation[None]:
         """Follow a trajectory; as ``Robot.follow``."""
-        if not isinstance(trajectory, Trajectory):
-            raise InvalidArgumentError(
-                f"follow() takes a Trajectory, not a {type(trajectory).__name__}; execute() takes "
-                "a Plan or a Trajectory"
-            )
-        task = m.Follow(trajectory_value(trajectory), flag("approach", approach))
+        task = m.Follow(_value_of(trajectory), flag("approach", approach))
         return self._move(task, timeout, on_cycle, wait)
 
     def jog(
@@ -654,13 +660,14 @@ class RemoteRobot:
         ``velocities`` is called 50 times per second.
         """
         function("jog()", velocities)
-        operation: RemoteOperation[None] = self._begin(m.JogTask(), timeout, on_cycle, wait=False)
+        flag("wait", wait)
+        operation: RemoteOperation[None] = self._start(m.JogTask(), timeout, on_cycle, run=wait)
         streaming = threading.Thread(
             target=self._stream, args=(operation, velocities), name="bioscara-jog", daemon=True
         )
         streaming.start()
-        if flag("wait", wait):
-            operation.result()
+        if wait:
+            operation.run()
         return operation
 
     def _stream(
@@ -678,9 +685,12 @@ class RemoteRobot:
                 else:
                     self._command(m.SetJogVelocity(goal=operation.goal, tool=velocity))
                 pause.wait(_JOG_PERIOD)
-        except Exception as error:  # noqa: BLE001  raised by result()
+        except LeaseError:
+            # Whoever ended the lease has stopped the jog, which tells its end.
+            return
+        except BaseException as error:  # noqa: BLE001  raised by result()
             if not operation.done:
-                operation.raised(error)
+                operation.interrupt(error)
 
     def _move(
         self,
@@ -697,37 +707,64 @@ class RemoteRobot:
     def _begin(
         self, task: m.AnyTask, timeout: float | None, on_cycle: OnCycle | None, wait: bool
     ) -> RemoteOperation[Any]:
+        flag("wait", wait)
+        operation = self._start(task, timeout, on_cycle, run=wait)
+        if wait:
+            operation.run()
+        return operation
+
+    def _start(
+        self, task: m.AnyTask, timeout: float | None, on_cycle: OnCycle | None, *, run: bool
+    ) -> RemoteOperation[Any]:
+        """Begin a task; with ``run`` the caller runs the operation in its own thread."""
         if on_cycle is not None:
             function("on_cycle", on_cycle)
-        flag("wait", wait)
-        command = m.Start(task=task, timeout=timeout, records=on_cycle is not None)
         self._require_open()
-        answer = self._link.request(command, self._lease.epoch())
+        command = m.Start(task=task, timeout=timeout, records=on_cycle is not None)
+        observed = run or on_cycle is not None
+        answer = self._link.request(command, self._lease.epoch(), late=self._end_begun)
+        operation = self._operation(answer, on_cycle, observed=observed)
+        if observed and not run:
+            threading.Thread(target=operation.observe, name="bioscara-records", daemon=True).start()
+        return operation
+
+    def _operation(
+        self, answer: m.AnyResult, on_cycle: OnCycle | None, *, observed: bool
+    ) -> RemoteOperation[Any]:
         if not isinstance(answer, m.Accepted):
             raise OwnerError(f"the owner answered {type(answer).__name__} to a goal")
         operation: RemoteOperation[Any] = RemoteOperation(
-            self._link, self._lease, answer.goal, on_cycle
+            self._link, self._lease, answer.goal, on_cycle, observed=observed
         )
         with self._registering:
             self._operations[operation.goal] = operation
             early = self._early.pop(operation.goal, [])
         for message in early:
             self._deliver(operation, message)
-        if wait:
-            try:
-                operation.observe()
-            except BaseException:
-                operation.cancel()
-                raise
-            operation.result()
-        elif on_cycle is not None:
-            threading.Thread(target=operation.observe, name="bioscara-records", daemon=True).start()
         return operation
+
+    def _end_begun(self, answer: m.AnyResult) -> None:
+        """End a goal whose call was interrupted before it was known to have begun."""
+        operation = self._operation(answer, None, observed=False)
+        operation.cancel()
+        operation.wait(PATIENCE)
+
+    def _look_at_goals(self) -> None:
+        """Ask how the operations are, after events were missed."""
+        for operation in list(self._operations.values()):
+            with suppress(BioscaraError):
+                state = self._ask(m.GetGoal(operation.goal), m.GoalState)
+                if state.goal.done:
+                    operation.take(state.goal)
+                    self._operations.pop(operation.goal, None)
 
     def _receive(self, message: m.FromOwner) -> None:
         """Take what the owner sends without being asked; called in the link's thread."""
         if isinstance(message, m.Event):
             self._lease.note(message)
+            if message.what == "gap":
+                # In a thread of its own, as this one reads the answers.
+                threading.Thread(target=self._look_at_goals, daemon=True).start()
             if message.what != "goal_ended" or message.goal is None:
                 return
             number = message.goal.goal
@@ -754,9 +791,13 @@ class RemoteRobot:
 
     def _owner_lost(self, error: OwnerLostError) -> None:
         self._lease.lose(str(error))
+        if not self._closed:
+            # The next owner may have other parameters.
+            self._description = self._workspace = None
         with self._registering:
             lost = list(self._operations.values())
             self._operations.clear()
+            self._early.clear()
         for operation in lost:
             operation.lose(error)
 
@@ -812,6 +853,15 @@ class RemoteRobot:
         x, y, z, yaw = sample.pose
         where = f"at x={x:z.3f} y={y:z.3f} z={z:z.3f} yaw={yaw:z.2f}"
         return f"<RemoteRobot {self._name}, {power}, homed, {where}>"
+
+
+def _value_of(trajectory: object) -> m.TrajectoryValue:
+    if not isinstance(trajectory, Trajectory):
+        raise InvalidArgumentError(
+            f"follow() takes a Trajectory, not a {type(trajectory).__name__}; execute() takes a "
+            "Plan or a Trajectory"
+        )
+    return trajectory_value(trajectory)
 
 
 def _states(sample: m.StateSample) -> JointStates:

@@ -300,11 +300,17 @@ class Arm:
         if ended:
             self._forget_ended()
         if self._operations or idle:
-            cycle = self.stack.loop.step()
+            cycle = self.stack.loop.step(self._stop_at_last)
             for operation in self._operations:
                 operation.observe(cycle)
             for observer in self.observers:
                 observer(cycle)
+
+    def _stop_at_last(self) -> None:
+        """Step the operations that were stopped while the loop waited for its deadline."""
+        for operation in self._operations:
+            if operation.stop_unseen:
+                operation.step()
 
     def restart_loop(self) -> None:
         """Begin the cycles anew after a time without them, unless another operation needs them."""
@@ -338,6 +344,8 @@ class Arm:
             MotionCancelledError: It was stopped; the arm is connected.
         """
         with self.arbiter.claimed("connecting"):
+            # First: the turn of an arm that is watched never ends.
+            self.session.require_unconnected()
             self._take_turn()
             try:
                 self.session.connect(self.workspace)

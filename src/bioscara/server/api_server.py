@@ -13,15 +13,17 @@ import struct
 from concurrent.futures import ThreadPoolExecutor
 
 from bioscara.api import framing
+from bioscara.api import messages as m
+from bioscara.api.failures import failure_of
 from bioscara.api.runtime import OwnerClaim
-from bioscara.errors import ConfigurationError
-from bioscara.server.connection import Connection, Sessions
+from bioscara.errors import AccessError, BioscaraError, BusyOwnerError, ConfigurationError
+from bioscara.server.connection import Connection, Sessions, Workers
 from bioscara.server.served_arm import ServedArm
 
 CLIENTS = 200
 """Largest number of connections."""
-_WORKERS = 4
-"""Threads for requests that take longer, as planning."""
+_WORKERS = 2
+"""Threads for commands that take longer, as planning; likewise for queries."""
 _TICK = 0.5
 """Time between two looks at the socket and the lease [s]."""
 _CREDENTIALS = struct.Struct("3i")
@@ -45,7 +47,10 @@ class ApiServer:
         self._owner, self._claim = owner, claim
         self._group = _group_number(group)
         self._sessions, self._instance = Sessions(), secrets.token_hex(16)
-        self._workers = ThreadPoolExecutor(_WORKERS, "bioscara-request")
+        self._workers = Workers(
+            ThreadPoolExecutor(_WORKERS, "bioscara-command"),
+            ThreadPoolExecutor(_WORKERS, "bioscara-query"),
+        )
         self._connections: set[Connection] = set()
         self._server: asyncio.Server | None = None
         self._ticking: asyncio.Task[None] | None = None
@@ -68,7 +73,8 @@ class ApiServer:
             self._server.close()
         for connection in list(self._connections):
             connection.hang_up()
-        self._workers.shutdown(wait=False, cancel_futures=True)
+        for workers in self._workers:
+            workers.shutdown(wait=False, cancel_futures=True)
 
     async def _listen(self) -> None:
         path = self._claim.socket
@@ -80,10 +86,7 @@ class ApiServer:
         finally:
             os.umask(before)
         if self._group is not None:
-            os.chown(path, -1, self._group)
-            path.chmod(0o660)
-            os.chown(path.parent, -1, self._group)
-            path.parent.chmod(0o710)
+            self._claim.share(self._group)
         self._server = await asyncio.get_running_loop().create_unix_server(
             self._connection, sock=listener, backlog=128
         )
@@ -91,17 +94,22 @@ class ApiServer:
     def _connection(self) -> asyncio.Protocol:
         return _Admission(self)
 
-    def admit(self, transport: asyncio.Transport) -> Connection | None:
-        """Return the connection of a client; None if it is refused."""
+    def admit(self, transport: asyncio.Transport) -> Connection:
+        """Return the connection of a client.
+
+        Raises:
+            AccessError: Its user may not be a client.
+            BusyOwnerError: There are too many clients.
+        """
         peer = transport.get_extra_info("socket")
         credentials = peer.getsockopt(socket.SOL_SOCKET, socket.SO_PEERCRED, _CREDENTIALS.size)
         pid, uid, gid = _CREDENTIALS.unpack(credentials)
         if not self._may(uid, gid):
-            _log.warning("process %d of user %d is refused", pid, uid)
-            return None
+            raise AccessError(f"user {uid}, process {pid}, may not use arm {self._owner.name}")
         if len(self._connections) >= CLIENTS:
-            _log.warning("process %d is refused: there are %d clients", pid, CLIENTS)
-            return None
+            raise BusyOwnerError(
+                f"process {pid} is refused: arm {self._owner.name} has {CLIENTS} clients already"
+            )
         return Connection(
             self._owner, self._sessions, self._instance, self._workers, self._connections
         )
@@ -131,7 +139,7 @@ class ApiServer:
         """Let a lease lapse in time, and listen again if the socket was removed."""
         while True:
             await asyncio.sleep(_TICK)
-            self._owner.expire()
+            self._owner.tick()
             try:
                 if not self._claim.restore():
                     continue
@@ -154,9 +162,13 @@ class _Admission(asyncio.Protocol):
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
         """Admit the peer, or end the connection."""
         assert isinstance(transport, asyncio.Transport)  # noqa: S101  of a stream server
-        connection = self._server.admit(transport)
-        if connection is None:
-            transport.abort()
+        try:
+            connection = self._server.admit(transport)
+        except BioscaraError as error:
+            _log.warning("%s", error)
+            # What it has sent may not be known yet: a refusal is in the usual form of messages.
+            transport.write(framing.packed(m.RequestFailed(None, failure_of(error))))
+            transport.close()
             return
         transport.set_protocol(connection)
         connection.connection_made(transport)

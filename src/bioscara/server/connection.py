@@ -8,14 +8,20 @@ from collections import OrderedDict
 from collections.abc import Callable
 from concurrent.futures import Executor
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
 from bioscara.api import framing
 from bioscara.api import messages as m
 from bioscara.api.failures import failure_of
-from bioscara.errors import BioscaraError, BusyOwnerError, InvalidArgumentError, ProtocolError
+from bioscara.errors import (
+    BioscaraError,
+    BusyOwnerError,
+    InvalidArgumentError,
+    OwnerError,
+    ProtocolError,
+)
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
 from bioscara.server.owner import Later
@@ -32,11 +38,29 @@ _RECORDS = 256 << 10
 ANSWERS = 256
 """Number of answers that are kept for each session."""
 SESSIONS = 256
-"""Number of sessions that are kept."""
+"""Number of sessions that are kept; those with a connection always are."""
+_TURN = 2e-3
+"""Time for which the requests of one client are carried out before other clients have a turn [s].
+"""
+
+_LONG = m.Start | m.MakePlan | m.SetParameters | m.GetFlightRecord
+"""Commands that may take longer."""
 
 Answer = m.Response | m.RequestFailed
 
 _log = logging.getLogger(__name__)
+
+
+class Workers(NamedTuple):
+    """Threads for requests that take longer, as planning.
+
+    Attributes:
+        commands: Of the client that commands.
+        queries: Of all clients: however many there are, no command waits for them.
+    """
+
+    commands: Executor
+    queries: Executor
 
 
 @dataclass(slots=True)
@@ -47,17 +71,22 @@ class ClientSession:
         name: Its random name.
         answers: The latest answers, by the numbers of their requests; None while in work.
         waiting: Connections that wait for an answer, by the number of its request.
+        forgotten: Highest number of a request whose answer is not kept any more.
+        connections: Its open connections, the newest last.
     """
 
     name: str
     answers: OrderedDict[int, Answer | None] = field(default_factory=OrderedDict)
     waiting: dict[int, list[Callable[[Answer], None]]] = field(default_factory=dict)
+    forgotten: int = 0
+    connections: list[Connection] = field(default_factory=list)
 
     def answer(self, number: int, message: Answer) -> None:
         """Keep an answer, and give it to those that wait for it."""
         self.answers[number] = message
         while len(self.answers) > ANSWERS and next(iter(self.answers.values())) is not None:
-            self.answers.popitem(last=False)
+            oldest, _ = self.answers.popitem(last=False)
+            self.forgotten = max(self.forgotten, oldest)
         for waiting in self.waiting.pop(number, ()):
             waiting(message)
 
@@ -73,8 +102,11 @@ class Sessions:
         known = name in self._kept
         session = self._kept.setdefault(name, ClientSession(name))
         self._kept.move_to_end(name)
-        while len(self._kept) > SESSIONS:
-            self._kept.popitem(last=False)
+        for oldest in list(self._kept.values()):
+            if len(self._kept) <= SESSIONS:
+                break
+            if oldest is not session and not oldest.connections:
+                del self._kept[oldest.name]
         return session, known
 
 
@@ -85,7 +117,7 @@ class Connection(asyncio.Protocol):
         owner: Carries out the requests.
         sessions: The sessions.
         instance: Random name of this run of the owner.
-        workers: Runs what takes longer.
+        workers: Run what takes longer.
         connections: All connections; this one adds and removes itself.
 
     Attributes:
@@ -98,18 +130,18 @@ class Connection(asyncio.Protocol):
         owner: ServedArm,
         sessions: Sessions,
         instance: str,
-        workers: Executor,
+        workers: Workers,
         connections: set[Connection],
     ) -> None:
         self._owner, self._sessions, self._instance = owner, sessions, instance
         self._workers, self._connections = workers, connections
-        self._frames = framing.Frames(framing.REQUEST_MAX)
+        self._frames = framing.Frames(framing.HELLO_MAX)
         self._decode: Callable[[bytes], Any] = framing.from_client.decode
         self._encode: Callable[[Any], bytes] = framing.encode_packed
         self._transport: asyncio.Transport | None = None
         self._session: ClientSession | None = None
         self.session, self.name = "", ""
-        self._pending = 0
+        self._finishing: set[asyncio.Task[None]] = set()
         self._full = False
         self._states, self._period, self._due = False, 0.0, 0.0
         self._behind = False
@@ -131,6 +163,8 @@ class Connection(asyncio.Protocol):
         """End: the lease stays until it lapses, as the client may connect again."""
         self._connections.discard(self)
         self._transport = None
+        if self._session is not None:
+            self._session.connections.remove(self)
         if self._patience is not None:
             self._patience.cancel()
         if self.name:
@@ -138,13 +172,27 @@ class Connection(asyncio.Protocol):
 
     def data_received(self, data: bytes) -> None:
         """Take bytes of the client."""
+        transport, loop = self._transport, asyncio.get_running_loop()
+        if transport is None or transport.is_closing():
+            return
+        end = loop.time() + _TURN
         try:
             for payload in self._frames.feed(data):
                 self._receive(payload)
-                if self._transport is None:
+                if transport.is_closing():
+                    return
+                if loop.time() >= end:
+                    transport.pause_reading()
+                    loop.call_soon(self._go_on)
                     return
         except ProtocolError as error:
             self._reject(None, error)
+
+    def _go_on(self) -> None:
+        """Take the bytes that have come already."""
+        if self._transport is not None:
+            self._transport.resume_reading()
+            self.data_received(b"")
 
     def pause_writing(self) -> None:
         """The client does not read as fast as it is sent."""
@@ -163,13 +211,15 @@ class Connection(asyncio.Protocol):
             self._decode, self._encode = framing.json_from_client.decode, framing.encode_json
         try:
             message = self._decode(payload)
-        except (msgspec.DecodeError, RecursionError, UnicodeError) as error:
+        except Exception as error:  # noqa: BLE001  values are made, which refuse what they may
             number = self._readable_number(payload)
             refused: BioscaraError
-            if isinstance(error, msgspec.ValidationError):
-                refused = InvalidArgumentError(f"the request cannot be used: {error}")
-            else:
+            if isinstance(error, msgspec.DecodeError) and not isinstance(
+                error, msgspec.ValidationError
+            ):
                 refused = ProtocolError(f"the message cannot be read: {error}")
+            else:
+                refused = InvalidArgumentError(f"the request cannot be used: {error}")
             self._reject(number, refused)
             return
         if isinstance(message, m.ClientHello):
@@ -208,6 +258,8 @@ class Connection(asyncio.Protocol):
             self._patience.cancel()
         self.session, self.name = hello.session, printable(hello.client)
         self._session, resumed = self._sessions.take(hello.session)
+        self._session.connections.append(self)
+        self._frames.longest = framing.REQUEST_MAX
         welcome = m.Welcome(
             version=m.VERSION,
             owner=owner.name,
@@ -228,12 +280,14 @@ class Connection(asyncio.Protocol):
             case m.Subscribe():
                 self._subscribe(number, command)
                 return
-        if number in session.answers:
-            self._recall(session, number, number)
-            return
-        session.answers[number] = None
-        answer = self._answerer(session, number)
-        if self._pending >= PENDING and not isinstance(command, m.StopAll):
+        keep = not isinstance(command, m.Query)
+        if keep:
+            if number in session.answers or number <= session.forgotten:
+                self._recall(session, number, number)
+                return
+            session.answers[number] = None
+        answer = self._answerer(session, number, keep=keep)
+        if len(self._finishing) >= PENDING and isinstance(command, _LONG):
             text = f"{PENDING} requests of this client are in work; wait for their answers"
             answer(m.RequestFailed(number, failure_of(BusyOwnerError(text))))
             return
@@ -243,40 +297,55 @@ class Connection(asyncio.Protocol):
             answer(self._refusal(number, error))
             return
         if isinstance(result, Later):
-            self._pending += 1
-            asyncio.get_running_loop().create_task(self._finish(number, result, answer))
+            workers = self._workers.commands if command.needs_lease else self._workers.queries
+            finishing = self._finish(number, result, answer, workers)
+            task = asyncio.get_running_loop().create_task(finishing)
+            self._finishing.add(task)
+            task.add_done_callback(self._finishing.discard)
         else:
             answer(m.Response(number, result))
 
-    async def _finish(self, number: int, later: Later, answer: Callable[[Answer], None]) -> None:
+    async def _finish(
+        self, number: int, later: Later, answer: Callable[[Answer], None], workers: Executor
+    ) -> None:
         loop = asyncio.get_running_loop()
         try:
-            done = await loop.run_in_executor(self._workers, later.work)
+            done = await loop.run_in_executor(workers, later.work)
             message: Answer = m.Response(number, later.finish(done))
         except Exception as error:  # noqa: BLE001  answered to the client
             message = self._refusal(number, error)
-        finally:
-            self._pending -= 1
         answer(message)
 
-    def _answerer(self, session: ClientSession, number: int) -> Callable[[Answer], None]:
+    def _answerer(
+        self, session: ClientSession, number: int, *, keep: bool
+    ) -> Callable[[Answer], None]:
         def answer(message: Answer) -> None:
-            session.answer(number, message)
+            if keep:
+                session.answer(number, message)
             self._send(message)
 
         return answer
 
     def _recall(self, session: ClientSession, number: int, wanted: int) -> None:
         if wanted not in session.answers:
-            error = InvalidArgumentError(f"request {wanted} has not arrived, or was long ago")
+            if wanted > session.forgotten:
+                self._send(m.Response(number, m.NotArrived()))
+                return
+            error = OwnerError(
+                f"request {wanted} was long ago: whether it was carried out is not known any more"
+            )
             self._send(m.RequestFailed(number, failure_of(error)))
             return
         kept = session.answers[wanted]
-        if kept is None:
-            waiting = session.waiting.setdefault(wanted, [])
-            waiting.append(lambda message: self._send(msgspec.structs.replace(message, id=number)))
-        else:
+        if kept is not None:
             self._send(msgspec.structs.replace(kept, id=number))
+            return
+        waiting = session.waiting.setdefault(wanted, [])
+        if len(waiting) >= PENDING:
+            busy = BusyOwnerError(f"{PENDING} others wait for the answer to request {wanted}")
+            self._send(m.RequestFailed(number, failure_of(busy)))
+            return
+        waiting.append(lambda message: self._send(msgspec.structs.replace(message, id=number)))
 
     def _refusal(self, number: int, error: Exception) -> m.RequestFailed:
         if not isinstance(error, BioscaraError | OSError):
@@ -308,6 +377,10 @@ class Connection(asyncio.Protocol):
         asyncio.get_running_loop().call_soon(self._pump)
 
     @property
+    def _ending(self) -> bool:
+        return self._transport is None or self._transport.is_closing()
+
+    @property
     def wants_states(self) -> bool:
         """Whether it has subscribed to samples."""
         return self._states
@@ -324,7 +397,7 @@ class Connection(asyncio.Protocol):
             sample: The framed sample as msgpack.
             time: Its time on the arm's clock [s].
         """
-        if self._transport is None or time < self._due:
+        if self._ending or time < self._due:
             return
         self._due = time + 0.999 * self._period
         if self._full:
@@ -332,7 +405,7 @@ class Connection(asyncio.Protocol):
         elif self._encode is framing.encode_json:
             self._send(self._owner.sample)
         else:
-            self._transport.write(sample)
+            self._write(sample)
 
     def pump(self) -> None:
         """Send the events that are due."""
@@ -340,22 +413,44 @@ class Connection(asyncio.Protocol):
             self._pump()
 
     def _pump(self) -> None:
-        while self._cursor is not None and not self._full and self._transport is not None:
+        while self._cursor is not None and not self._full and not self._ending:
             event = self._owner.events.after(self._cursor)
             if event is None:
                 return
             self._cursor = event.number
-            self._send(event)
+            if self._encode is framing.encode_packed:
+                self._write(self._owner.events.framed(event))
+            else:
+                self._send(event)
 
     def send_record(self, goal: int, record: CycleRecord) -> None:
         """Send the record of a cycle, unless the client reads too slowly."""
+        if self._session is not None and self._session.connections:
+            # The client may have connected again since it began the goal.
+            self._session.connections[-1].offer_record(goal, record)
+
+    def offer_record(self, goal: int, record: CycleRecord) -> None:
+        """Send a record on this connection, unless the client reads too slowly."""
         if self._transport is not None and self._transport.get_write_buffer_size() < _RECORDS:
             self._send(m.GoalCycle(goal, record))
 
     def _send(self, message: m.ApiMessage) -> None:
-        if self._transport is None:
+        try:
+            data = self._encode(message)
+        except Exception as error:  # noqa: BLE001  one answer, not the connection
+            _log.error("%s cannot be sent", type(message).__name__, exc_info=error)
+            if not isinstance(message, m.Response | m.RequestFailed):
+                return
+            failure = failure_of(OwnerError(f"the answer cannot be sent: {error}"))
+            data = self._encode(m.RequestFailed(message.id, failure))
+        self._write(framing.framed(data))
+
+    def _write(self, data: bytes) -> None:
+        # A transport that is closing takes no bytes, and its end has not been called yet.
+        transport = self._transport
+        if transport is None or transport.is_closing():
             return
-        if self._transport.get_write_buffer_size() > WAITING:
+        if transport.get_write_buffer_size() > WAITING:
             self._cut_off("it does not read its answers")
             return
-        self._transport.write(framing.framed(self._encode(message)))
+        transport.write(data)

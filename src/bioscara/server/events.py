@@ -6,6 +6,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 
+from bioscara.api.framing import packed
 from bioscara.api.messages import Event, FaultValue, GoalValue, LeaseValue
 
 KEPT = 10_000
@@ -26,6 +27,7 @@ class Events:
     def __init__(self, clock: Callable[[], float], wall: Callable[[], float] = time.time) -> None:
         self._clock, self._wall = clock, wall
         self._kept: deque[Event] = deque(maxlen=KEPT)
+        self._framed: tuple[Event | None, bytes] = None, b""
         self.last = 0
 
     def add(
@@ -54,16 +56,23 @@ class Events:
         self._kept.append(event)
         return event
 
+    def framed(self, event: Event) -> bytes:
+        """Return an event as bytes for the socket; made once for all clients."""
+        if self._framed[0] is not event:
+            self._framed = event, packed(event)
+        return self._framed[1]
+
     def after(self, number: int) -> Event | None:
         """Return the event that follows a number; None if there is none yet.
 
         If it is not kept any more, this is a ``gap`` whose number is the last that is missing.
         """
+        number = max(number, 0)
         if number >= self.last:
             return None
         first = self._kept[0].number
         if number + 1 < first:
-            missing = first - 1 - max(number, 0)
+            missing = first - 1 - number
             return Event(
                 number=first - 1,
                 time=self._clock(),

@@ -13,8 +13,10 @@ from bioscara.api.values import gripper_value
 from bioscara.control.controllers.gripper_messages import GripperResult
 from bioscara.errors import InvalidArgumentError
 from bioscara.robot.operations.follow_trajectory import FollowTrajectory
-from bioscara.robot.operations.operation import Operation
+from bioscara.robot.operations.jog import Jog
+from bioscara.robot.operations.operation import Operation, Status
 
+_ENDED = frozenset({Status.SUCCEEDED, Status.CANCELLED, Status.FAILED})
 KEPT = 1000
 """Number of goals that are kept."""
 
@@ -39,17 +41,24 @@ class ClientGoal:
     epoch: int
     on_lease_loss: OnLeaseLoss
 
+    @property
+    def needs_lease(self) -> bool:
+        """Whether it is stopped when the lease of its client ends; a jog always is."""
+        return self.on_lease_loss == "stop" or isinstance(self.operation, Jog)
+
     def value(self) -> GoalValue:
         """Return the goal as it is now."""
         operation = self.operation
         # First, so that a goal that ends now is not reported as ended without its result.
-        status, error = operation.status, operation.error
+        status = operation.status
+        ended = status in _ENDED
+        error = operation.error if ended else None
         duration = math.nan
         notes: tuple[str, ...] = ()
         if isinstance(operation, FollowTrajectory) and operation.plan is not None:
             duration = sum(path.duration for path in operation.paths)
             notes = operation.plan.notes
-        result = operation.result() if operation.done and error is None else None
+        result = operation.result() if ended and error is None else None
         return GoalValue(
             self.number,
             operation.name,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import threading
 import time
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -129,6 +129,7 @@ class Owner:
         self._warnings: tuple[str, ...] = ()
         self._activity = self._arm.stack.manager.activity
         self._posted = False
+        self._over: deque[tuple[ClientGoal, int]] = deque()
         self._handlers: dict[type[m.Command], Callable[[Client, Any, int], Any]] = {
             m.Start: self._start,
             m.SetJogVelocity: self._set_jog_velocity,
@@ -144,7 +145,7 @@ class Owner:
             m.AcquireLease: self._acquire,
             m.RenewLease: self._renew,
             m.ReleaseLease: self._release,
-            m.GetState: lambda *_: self.sample,
+            m.GetState: lambda *_: self._sampler.now(self.sample),
             m.GetDescription: self._describe,
             m.GetWorkspace: lambda *_: workspace_state(self._arm, self._current_revision()),
             m.GetFaults: lambda *_: fault_list(self._arm),
@@ -213,10 +214,27 @@ class Owner:
         if self.lease.lapsed():
             self._lose_lease(f"the lease of {client} has lapsed", client)
 
+    def tick(self) -> None:
+        """Do what is due even if the control loop does not run: called now and then."""
+        self.expire()
+        if not self.robot.arm.watched:
+            self.report_ended()
+
+    def report_ended(self, before: int | None = None) -> None:
+        """Report the goals that have ended.
+
+        Args:
+            before: Only those that ended before this cycle; None for all.
+        """
+        while self._over and (before is None or self._over[0][1] < before):
+            self._report_end(self._over.popleft()[0])
+
     def _after_cycle(self) -> None:
         self._posted = False
         events = self.events.last
         self.expire()
+        # Clients that see an end see the state after it.
+        self.report_ended(self.sample.cycle)
         self._report_faults()
         self._report_warnings()
         if (activity := self._arm.stack.manager.activity) != self._activity:
@@ -298,7 +316,7 @@ class Owner:
         for goal in self.goals.running:
             if session and goal.session != session:
                 continue
-            if goal.on_lease_loss == "stop" or isinstance(goal.operation, Jog):
+            if goal.needs_lease:
                 goal.operation.cancel()
 
     def _start(self, client: Client, command: m.Start, epoch: int) -> Later:
@@ -326,17 +344,15 @@ class Owner:
             )
             # The lease may have ended while the motion was planned.
             self.expire()
-            if (
-                self.lease.epoch,
-                self.lease.holder,
-            ) != (epoch, client.session) and command.on_lease_loss == "stop":
+            lease = self.lease
+            if (lease.epoch, lease.holder) != (epoch, client.session) and goal.needs_lease:
                 operation.cancel()
-            operation.when_done(lambda: self._post(lambda: self._ended(goal)))
+            operation.when_done(lambda: self._over.append((goal, self.sample.cycle)))
             return m.Accepted(value)
 
         return Later(lambda: self._arm.begin(operation, admit), finish)
 
-    def _ended(self, goal: ClientGoal) -> None:
+    def _report_end(self, goal: ClientGoal) -> None:
         value = goal.value()
         reason = "" if value.failure is None else f": {value.failure.text}"
         text = f"{value.name} by {value.client} {value.status}{reason}"

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import math
+from typing import Any
+
+import msgspec
 
 from bioscara.api.messages import StateSample
 from bioscara.api.values import QUALITIES
@@ -55,13 +58,29 @@ class Sampler:
             flags=tuple([int(axis.sample.flags) for axis in axes]),
             commands=tuple([axis.position_command.value for axis in axes]),
             pose=pose,
-            width=arm.jaws.commanded,
-            enabled=stack.arm.state is LifecycleState.ACTIVE,
-            fault=stack.supervisor.state.value,
-            paused=arm.paused,
-            speed_override=arm.speed_override,
-            moving=tuple([operation.name for operation in arm.operations]),
+            **self._condition(),
             late=max(cycle.timing.late, 0.0),
             bus_time=stack.arm.bus_time,
             stale=states is None,
         )
+
+    def now(self, sample: StateSample) -> StateSample:
+        """Return a sample with the condition of the arm as it is now, between two cycles.
+
+        A client that has just set the speed reads what it has set.
+        """
+        arm = self._arm
+        if not arm.session.connected:
+            return msgspec.structs.replace(sample, enabled=False, moving=())
+        return msgspec.structs.replace(sample, **self._condition())
+
+    def _condition(self) -> dict[str, Any]:
+        arm, stack = self._arm, self._arm.stack
+        return {
+            "width": arm.jaws.commanded,
+            "enabled": stack.arm.state is LifecycleState.ACTIVE,
+            "fault": stack.supervisor.state.value,
+            "paused": arm.paused,
+            "speed_override": arm.speed_override,
+            "moving": tuple([operation.name for operation in arm.operations]),
+        }

@@ -6,7 +6,7 @@ import asyncio
 import logging
 import threading
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,7 +73,7 @@ async def serve(
 
     def post(function: Callable[[], object]) -> None:
         # The loop may have ended since: then nobody is there for it.
-        if not loop.is_closed():
+        with suppress(RuntimeError):
             loop.call_soon_threadsafe(function)
 
     owner = Owner(
@@ -99,8 +99,9 @@ async def serve(
         try:
             await asyncio.to_thread(robot.close)
         finally:
-            # The results of goals that ended just now are posted already.
+            # What the last cycles have posted comes first.
             await asyncio.sleep(0.0)
+            owner.report_ended()
             await server.close()
 
 

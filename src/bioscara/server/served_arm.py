@@ -19,6 +19,9 @@ class NumberedEvents(Protocol):
     def after(self, number: int) -> m.Event | None:
         """Return the event that follows a number; None if there is none yet."""
 
+    def framed(self, event: m.Event) -> bytes:
+        """Return an event as bytes for the socket."""
+
 
 class ServedArm(Protocol):
     """An arm behind a socket; all methods are called in the thread of the requests.
@@ -53,5 +56,5 @@ class ServedArm(Protocol):
     def announce(self, what: str, text: str, client: str) -> None:
         """Tell that something happened to the server itself."""
 
-    def expire(self) -> None:
-        """Let the lease lapse if it is due."""
+    def tick(self) -> None:
+        """Do what is due also without a control loop; called now and then."""

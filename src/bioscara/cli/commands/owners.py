@@ -40,12 +40,18 @@ def run(options: Options) -> int:
     if options.command == "arms":
         status = _arms(output)
     else:
-        status = commands[options.command](_name(options), options, output)
+        status = commands[options.command](owner_name(options), options, output)
     output.check()
     return status
 
 
-def _name(options: Options) -> str:
+def owner_name(options: Options) -> str:
+    """Return the name of the owner that a command is about.
+
+    Raises:
+        OwnerLostError: No owner runs.
+        InvalidArgumentError: There are several, and none is named.
+    """
     if name := options.arm or os.environ.get(ARM_VARIABLE):
         return name
     running = [owner.name for owner in runtime.owners()]

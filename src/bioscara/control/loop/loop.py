@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Callable
 from itertools import chain
 from typing import NamedTuple
 
@@ -127,23 +128,29 @@ class Loop:
         self._window.extend([False] * self.rate)
         self._missed = self._in_a_row = 0
 
-    def step(self) -> CycleReport:
-        """Wait for the next deadline and run one cycle."""
+    def step(self, before: Callable[[], object] | None = None) -> CycleReport:
+        """Wait for the next deadline and run one cycle.
+
+        Args:
+            before: Called between the two; must raise nothing.
+        """
         try:
-            return self._step()
+            return self._step(before)
         except BaseException:
             now = self._clock.now()
             self._deadline = now + self.period
             self._supervisor.halt(now)
             raise
 
-    def _step(self) -> CycleReport:
+    def _step(self, before: Callable[[], object] | None) -> CycleReport:
         clock, manager, supervisor = self._clock, self._manager, self._supervisor
         ready = clock.now()
         if math.isnan(self._deadline):
             self._deadline = ready
         else:
             clock.sleep_until(self._deadline)
+        if before is not None:
+            before()
         time = clock.now()
         late = time - self._deadline
         # A program that is busy between two cycles does not sleep at all.

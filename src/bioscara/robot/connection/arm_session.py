@@ -90,6 +90,15 @@ class ArmSession:
         """Whether the bus is open and the joints are connected."""
         return self._stack is not None
 
+    def require_unconnected(self) -> None:
+        """Raise unless it can be connected.
+
+        Raises:
+            LifecycleError: It is connected.
+        """
+        if self._stack is not None:
+            raise LifecycleError("the robot is connected already; use the one there is")
+
     def connect(self, workspace: Workspace) -> None:
         """Open the bus, connect to the joints and run the first control cycle; nothing moves.
 
@@ -100,8 +109,7 @@ class ArmSession:
             LifecycleError: The robot is connected, or was shut down.
             BioscaraError: A joint cannot be used; the bus is closed again.
         """
-        if self._stack is not None:
-            raise LifecycleError("the robot is connected already; use the one there is")
+        self.require_unconnected()
         if self.arm.state is not LifecycleState.UNCONFIGURED:
             raise LifecycleError("the robot was closed; make another one to connect again")
         try:

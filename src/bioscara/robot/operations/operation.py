@@ -103,7 +103,7 @@ class Operation(ABC, Generic[T]):
         self._procedure: Cycles[T] | None = None
         self._cycle: Cycle | None = None
         self._result: T | None = None
-        self._begun = self._paused = False
+        self._begun = self._paused = self._stop_seen = False
         self._arm: Arm | None = None
         self._finished = threading.Event()
         self._callbacks: list[Callable[[], object]] = []
@@ -152,6 +152,7 @@ class Operation(ABC, Generic[T]):
         procedure = self._procedure
         if procedure is None or self.done:
             return
+        self._stop_seen = self.claim.stopped
         try:
             if self._interruption is not None and not self.stopping:
                 error, self._interruption = self._interruption, None
@@ -185,6 +186,11 @@ class Operation(ABC, Generic[T]):
         """
         if self._interruption is None or not isinstance(error, Exception):
             self._interruption = error
+
+    @property
+    def stop_unseen(self) -> bool:
+        """Whether a stop was requested since the last step."""
+        return self.claim.stopped and not self._stop_seen and not self.done
 
     @property
     def stopping(self) -> bool:

@@ -1,0 +1,61 @@
+"""``bioscara web``."""
+
+from __future__ import annotations
+
+import sys
+from importlib.util import find_spec
+
+from bioscara.cli.commands.owners import owner_name
+from bioscara.cli.options import Options
+from bioscara.cli.output.console import ExitStatus, Output
+from bioscara.cli.signals import StopRequest
+from bioscara.errors import ConfigurationError
+from bioscara.extras import install
+from bioscara.server import log
+
+_NEEDED = ("cryptography", "fastapi", "uvicorn", "websockets")
+
+
+def run(options: Options) -> int:
+    """Serve the gateway of an arm until Ctrl-C.
+
+    Raises:
+        ConfigurationError: A package is missing, or the gateway may not listen there.
+        BioscaraError: No owner of that name runs, or its tokens cannot be used.
+        OSError: Standard output cannot be written.
+    """
+    missing = [name for name in _NEEDED if find_spec(name) is None]
+    if missing:
+        raise ConfigurationError(
+            f"the web gateway needs {', '.join(missing)}, not installed: {install('web')}"
+        )
+    # Imported here: installed by an extra.
+    from bioscara.web.gateway import Gateway, GatewaySettings  # noqa: PLC0415
+    from bioscara.web.scopes import Scope  # noqa: PLC0415
+
+    output, arm = Output(), owner_name(options)
+    settings = GatewaySettings(
+        arm,
+        options.host,
+        options.port,
+        options.allowed_host,
+        options.token_file,
+        options.tls_cert,
+        options.tls_key,
+        options.tls_self_signed,
+    )
+    log.set_up(as_json=False)
+    with StopRequest() as cancelled:
+        gateway = Gateway(settings)
+        output.line(f"arm {arm} on the web: {gateway.url} (Ctrl-C ends it)")
+        if sys.stdout.isatty():
+            for scope in Scope:
+                output.line(f"  to {scope.name.lower():8}{gateway.url_with_token(scope)}")
+        else:
+            # Of a service this is its log, which others may read.
+            output.line(f"its tokens are in {gateway.token_file}: open the address with #token=...")
+        if gateway.fingerprint:
+            output.line(f"SHA-256 fingerprint of its certificate: {gateway.fingerprint}")
+        gateway.run(cancelled)
+    output.check()
+    return ExitStatus.OK

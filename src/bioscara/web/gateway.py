@@ -1,0 +1,272 @@
+"""Listening: the socket, TLS and the server that runs the routes."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import socket
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+
+import uvicorn
+from uvicorn.protocols.http.h11_impl import H11Protocol
+
+from bioscara.api import framing, runtime
+from bioscara.errors import ConfigurationError
+from bioscara.web.addresses import (
+    LOCAL_NAMES,
+    OwnAddresses,
+    is_any,
+    is_loopback,
+    require_host_name,
+)
+from bioscara.web.app import WebSettings, guarded, make_app
+from bioscara.web.browser_sessions import BrowserSessions
+from bioscara.web.certificates import fingerprint, self_signed
+from bioscara.web.scopes import Scope
+from bioscara.web.tokens import Tokens, default_path, load_tokens
+
+CONNECTIONS = 256
+"""Connections at once, above which others are told to wait."""
+SENT_AHEAD = 16 << 10
+"""Bytes that the system keeps for a client that does not read; Linux doubles it."""
+_REQUEST_TIMEOUT = 10.0
+"""Time in which a connection has to send its first request [s]."""
+_DEAD = 30_000
+"""Time after which the system ends a connection whose client takes nothing [ms]."""
+_PATIENCE = 3
+"""Time in which the connections have to end at the end [s]."""
+_HEADERS_MAX = 16 << 10
+"""Longest begin of a request, with all headers [byte]."""
+_POLL = 0.1
+
+
+@dataclass(frozen=True, slots=True)
+class GatewaySettings:
+    """How a gateway listens.
+
+    Attributes:
+        arm: Name of the owner.
+        host: Name or address to listen on.
+        port: TCP port; 0 for a free one.
+        allowed_hosts: Further names by which browsers call this computer.
+        token_file: File of the tokens; None for the one beside the owner's socket.
+        certificate: File of the certificate; None for none, or a self-signed one.
+        key: File of its key; given if the certificate is.
+        self_signed: Whether to make a certificate.
+    """
+
+    arm: str
+    host: str = "127.0.0.1"
+    port: int = 8080
+    allowed_hosts: Sequence[str] = ()
+    token_file: Path | None = None
+    certificate: Path | None = None
+    key: Path | None = None
+    self_signed: bool = False
+
+    @property
+    def tls(self) -> bool:
+        """Whether it speaks TLS."""
+        return self.self_signed or self.certificate is not None
+
+
+class Gateway:
+    """A gateway that listens; :meth:`run` serves until it is asked to end.
+
+    Args:
+        settings: How it listens.
+
+    Attributes:
+        url: Address of the page, without a token.
+        tokens: The tokens.
+        token_file: Their file.
+        fingerprint: SHA-256 fingerprint of the certificate; empty without TLS.
+        sessions: The signed-in browsers.
+
+    Raises:
+        AccessError: A file with secrets can be read by others.
+        ConfigurationError: It would listen beyond this computer without TLS, or an address or a
+            file cannot be used.
+        OwnerLostError: No owner of that name runs.
+    """
+
+    def __init__(self, settings: GatewaySettings) -> None:
+        runtime.find(settings.arm)
+        names = _names(settings)
+        self.token_file = settings.token_file or default_path(settings.arm)
+        self.tokens: Tokens = load_tokens(self.token_file)
+        certificate, key = _certificate(settings, self.token_file.parent, names)
+        self.fingerprint = "" if certificate is None else fingerprint(certificate)
+        self.sessions = BrowserSessions()
+        self._listener = _listening(settings)
+        try:
+            port = self._listener.getsockname()[1]
+            own = OwnAddresses(names, port, tls=settings.tls)
+            web = WebSettings(settings.arm, own, self.tokens, settings.tls, self.sessions)
+            self.app = make_app(web)
+            self._server = _Server(_config(guarded(self.app, web), certificate, key))
+        except BaseException:
+            self._listener.close()
+            raise
+        name = next(name for name in names if name not in LOCAL_NAMES or name == settings.host)
+        shown = f"[{name}]" if ":" in name else name
+        self.url = f"{'https' if settings.tls else 'http'}://{shown}:{port}/"
+
+    @property
+    def started(self) -> bool:
+        """Whether it answers."""
+        return self._server.started
+
+    def url_with_token(self, scope: Scope) -> str:
+        """Return the address of the page with a token in the fragment, which is never sent."""
+        return f"{self.url}#token={self.tokens.of(scope)}"
+
+    def run(self, ended: Callable[[], bool]) -> None:
+        """Serve until ``ended`` returns true.
+
+        Raises:
+            ConfigurationError: The server cannot begin.
+        """
+        asyncio.run(self._serve(ended))
+
+    def close(self) -> None:
+        """Give the port free without having served."""
+        self._listener.close()
+
+    async def _serve(self, ended: Callable[[], bool]) -> None:
+        async def watch() -> None:
+            while not ended():
+                await asyncio.sleep(_POLL)
+            self._server.should_exit = True
+
+        watching = asyncio.get_running_loop().create_task(watch())
+        try:
+            await self._server.serve(sockets=[self._listener])
+        finally:
+            watching.cancel()
+            self._listener.close()
+        if not self._server.started:
+            raise ConfigurationError("the web server cannot begin; its log says why")
+
+
+class _Server(uvicorn.Server):
+    """A server that leaves the signals to the command."""
+
+    @contextmanager
+    def capture_signals(self) -> Iterator[None]:
+        """Handle no signal."""
+        yield
+
+
+class _TimedHttp(H11Protocol):
+    """A connection that ends unless its first request comes soon; uvicorn would wait for ever."""
+
+    def connection_made(self, transport: asyncio.Transport) -> None:  # type: ignore[override]
+        """Begin, with a limited time."""
+        super().connection_made(transport)
+        # Also of the WebSocket that it may become: what waits can still be replaced before this.
+        # Not 0, with which asyncio's TLS pauses for an empty buffer, too.
+        transport.set_write_buffer_limits(high=1)
+        self._first = self.loop.call_later(_REQUEST_TIMEOUT, self._give_up)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """End."""
+        self._first.cancel()
+        super().connection_lost(exc)
+
+    def _give_up(self) -> None:
+        # A WebSocket has taken over the transport by then, and this protocol has no request.
+        if self.cycle is None and self.transport.get_protocol() is self:
+            self.transport.close()
+
+
+def _config(app: object, certificate: Path | None, key: Path | None) -> uvicorn.Config:
+    for name in ("uvicorn", "uvicorn.error", "websockets"):
+        # At lower levels they write headers, and so secrets, and a line for each bad request.
+        logging.getLogger(name).setLevel(logging.ERROR)
+    try:
+        config = uvicorn.Config(
+            app,  # type: ignore[arg-type]
+            http=_TimedHttp,
+            ws="websockets-sansio",
+            ws_max_size=framing.REQUEST_MAX,
+            ws_per_message_deflate=False,  # compression takes longer than it saves, and can leak
+            loop="asyncio",
+            lifespan="on",
+            log_config=None,
+            access_log=False,
+            proxy_headers=False,  # else a header could claim another address
+            server_header=False,
+            limit_concurrency=CONNECTIONS,
+            timeout_graceful_shutdown=_PATIENCE,
+            h11_max_incomplete_event_size=_HEADERS_MAX,
+            ssl_certfile=certificate,
+            ssl_keyfile=key,
+        )
+        config.load()
+    except OSError as error:  # an ssl.SSLError also
+        raise ConfigurationError(
+            f"{certificate} and {key} cannot be used for TLS: {error.strerror or error}"
+        ) from error
+    return config
+
+
+def _names(settings: GatewaySettings) -> tuple[str, ...]:
+    """Return the names of the gateway.
+
+    Raises:
+        ConfigurationError: Others would reach it without TLS, or by no name.
+    """
+    host = require_host_name(settings.host)
+    allowed = tuple(map(require_host_name, settings.allowed_hosts))
+    if not is_loopback(host) and not settings.tls:
+        raise ConfigurationError(
+            f"--host {host} is reachable from other computers, and tokens would be readable on "
+            "the network: give --tls-cert and --tls-key, or --tls-self-signed"
+        )
+    if is_any(host):
+        if not allowed:
+            raise ConfigurationError(
+                f"--host {host} has no name of its own: give --allowed-host with the name or "
+                "address by which browsers call this computer"
+            )
+        host_names: tuple[str, ...] = ()
+    else:
+        host_names = (host,)
+    return tuple(dict.fromkeys((*host_names, *allowed, *LOCAL_NAMES)))
+
+
+def _certificate(
+    settings: GatewaySettings, folder: Path, names: Sequence[str]
+) -> tuple[Path | None, Path | None]:
+    if not settings.self_signed:
+        return settings.certificate, settings.key
+    certificate, key = folder / f"{settings.arm}.crt", folder / f"{settings.arm}.key"
+    self_signed(certificate, key, names)
+    return certificate, key
+
+
+def _listening(settings: GatewaySettings) -> socket.socket:
+    host = require_host_name(settings.host)
+    found = socket.getaddrinfo(host, settings.port, type=socket.SOCK_STREAM)
+    family, kind, protocol, _, address = found[0]
+    listener = socket.socket(family, kind | socket.SOCK_CLOEXEC, protocol)
+    try:
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        # Inherited by each connection. Without it the system would keep megabytes for a client
+        # that does not read, and show it the state of a minute ago.
+        listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, SENT_AHEAD)
+        listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_USER_TIMEOUT, _DEAD)
+        listener.bind(address)
+        listener.listen(128)
+    except OSError as error:
+        listener.close()
+        raise ConfigurationError(
+            f"{host} port {settings.port} cannot be listened on: {error.strerror}; give another "
+            "--port"
+        ) from error
+    listener.setblocking(False)
+    return listener

@@ -1,0 +1,64 @@
+"""A connection to the socket of an arm's owner, in JSON."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import AsyncIterator
+
+from bioscara.api import framing, runtime
+from bioscara.errors import OwnerLostError
+
+_CHUNK = 1 << 16
+
+
+class OwnerStream:
+    """One connection to the owner of an arm; messages are JSON that nobody has looked into.
+
+    Args:
+        reader: Of the socket.
+        writer: Of the socket.
+    """
+
+    def __init__(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
+        self._reader, self._writer = reader, writer
+        self._frames = framing.Frames(framing.ANSWER_MAX)
+
+    @classmethod
+    async def open(cls, arm: str) -> OwnerStream:
+        """Connect to the owner of an arm.
+
+        Raises:
+            OwnerLostError: No owner of that name runs.
+        """
+        path = runtime.find(arm).socket
+        try:
+            # The limit is that of bytes that wait here: the owner leaves samples out beyond it.
+            return cls(*await asyncio.open_unix_connection(path, limit=_CHUNK))
+        except OSError as error:
+            raise OwnerLostError(
+                f"the owner of arm {arm} cannot be reached: {error.strerror}"
+            ) from error
+
+    async def send(self, message: bytes) -> None:
+        """Send a message; returns when the owner has taken most of what was sent.
+
+        Raises:
+            OSError: The owner has ended.
+        """
+        self._writer.write(framing.framed(message))
+        await self._writer.drain()
+
+    async def messages(self) -> AsyncIterator[bytes]:
+        """Yield the messages of the owner, until it ends.
+
+        Raises:
+            OSError: The connection broke.
+            ProtocolError: A message is too long.
+        """
+        while data := await self._reader.read(_CHUNK):
+            for message in self._frames.feed(data):
+                yield message
+
+    def close(self) -> None:
+        """Disconnect."""
+        self._writer.close()

@@ -1,0 +1,437 @@
+"""A connection that breaks at any moment: nothing is lost, and nothing is carried out twice."""
+
+from __future__ import annotations
+
+import os
+import random
+import select
+import socket
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from bioscara.api import messages as m
+from bioscara.errors import (
+    BusyError,
+    InvalidArgumentError,
+    LeaseError,
+    MotionCancelledError,
+    OwnerLostError,
+)
+from bioscara.planning import Trajectory
+from bioscara.remote import link as link_module
+from bioscara.remote.link import OwnerLink
+from bioscara.report import CycleRecord
+from bioscara.robot import Robot
+from bioscara.server import connection, events
+from bioscara.server.serve import Served, ServeSettings, serving
+from served import HALF, NAME, RawClient, arm_served, eventually, own_robot
+from simulated import NAMES
+
+UP, DOWN = "up", "down"
+LONG = (0.9, 0.15, 0.2, 0.7)
+
+
+class Proxy:
+    """Takes the place of an owner's socket, and cuts connections.
+
+    Args:
+        path: Path of the owner's socket.
+
+    Attributes:
+        real: Path to which the owner's socket was moved.
+        passed: Bytes that have passed in each direction.
+        accepting: Whether clients can connect.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.real = path.with_suffix(".real")
+        path.rename(self.real)
+        self._listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self._listener.bind(os.fspath(path))
+        self._listener.listen(64)
+        self.passed = {UP: 0, DOWN: 0}
+        self.accepting = True
+        self._cut_at: tuple[str, int] | None = None
+        self._peers: dict[socket.socket, tuple[socket.socket, str]] = {}
+        self._lock, self._ended = threading.Lock(), threading.Event()
+        self._thread = threading.Thread(target=self._run)
+        self._thread.start()
+
+    def cut_after(self, direction: str, count: int) -> None:
+        """End the connections once so many more bytes have passed in a direction."""
+        with self._lock:
+            self._cut_at = direction, self.passed[direction] + count
+
+    def cut(self) -> None:
+        """End all connections."""
+        with self._lock:
+            self._cut()
+
+    def close(self) -> None:
+        self._ended.set()
+        self._thread.join()
+        self._cut()
+        self._listener.close()
+
+    def _cut(self) -> None:
+        self._cut_at = None
+        for end in self._peers:
+            end.close()
+        self._peers.clear()
+
+    def _run(self) -> None:
+        while not self._ended.is_set():
+            with self._lock:
+                ends = [self._listener, *self._peers]
+            with suppress(OSError, ValueError):
+                ready, _, _ = select.select(ends, [], [], 0.01)
+                with self._lock:
+                    for end in ready:
+                        if end is self._listener:
+                            self._accept()
+                        elif end in self._peers:
+                            self._forward(end)
+
+    def _accept(self) -> None:
+        client, _ = self._listener.accept()
+        if not self.accepting:
+            client.close()
+            return
+        owner = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        owner.connect(os.fspath(self.real))
+        self._peers[client] = owner, UP
+        self._peers[owner] = client, DOWN
+
+    def _forward(self, source: socket.socket) -> None:
+        sink, direction = self._peers[source]
+        data, left = b"", None
+        with suppress(OSError):
+            data = source.recv(1 << 16)
+            if self._cut_at is not None and self._cut_at[0] == direction:
+                left = self._cut_at[1] - self.passed[direction]
+            self.passed[direction] += len(data[:left])
+            sink.sendall(data[:left])
+        if left is not None and len(data) >= left:
+            self._cut()
+        elif not data:
+            for end in (source, sink):
+                del self._peers[end]
+                end.close()
+
+
+@contextmanager
+def proxied(served: Served) -> Iterator[Proxy]:
+    assert served.robot.is_homed
+    proxy = Proxy(link_module.find(NAME).socket)
+    try:
+        yield proxy
+    finally:
+        proxy.close()
+
+
+@pytest.fixture(scope="module")
+def served() -> Iterator[Served]:
+    with arm_served(speed=500.0) as made:
+        yield made
+
+
+@pytest.fixture(scope="module")
+def proxy(served: Served) -> Iterator[Proxy]:
+    with proxied(served) as made:
+        yield made
+
+
+@pytest.fixture
+def robot(proxy: Proxy) -> Iterator[Any]:
+    proxy.accepting = True
+    with Robot.connect(f"arm:{NAME}") as made:
+        yield made
+
+
+def size_of_a_motion(proxy: Proxy, robot: Any) -> dict[str, int]:
+    before = dict(proxy.passed)
+    robot.move_relative(z=0.002)
+    robot.move_relative(z=-0.002)
+    return {way: (proxy.passed[way] - before[way]) // 2 for way in (UP, DOWN)}
+
+
+@pytest.mark.parametrize("direction", [UP, DOWN])
+def test_a_goal_is_carried_out_once_wherever_the_connection_breaks(
+    served: Served, proxy: Proxy, robot: Any, direction: str
+) -> None:
+    size = size_of_a_motion(proxy, robot)[direction]
+    assert size > 50
+    # Not beyond the end: what is not cut during this motion would be cut during the next one.
+    points = range(0, size, max(size // 25, 1))
+    sign = 1.0
+    for count in points:
+        goals, height = served.owner.goals.last, robot.pose.z
+        proxy.cut_after(direction, count)
+        robot.move_relative(z=sign * 0.002)
+        assert served.owner.goals.last == goals + 1, f"cut after {count} bytes {direction}"
+        assert robot.pose.z - height == pytest.approx(sign * 0.002, abs=5e-4)
+        sign = -sign
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_answers_of_all_threads_come_through_random_breaks(
+    proxy: Proxy, robot: Any, seed: int
+) -> None:
+    choice, stop = random.Random(seed), threading.Event()
+    wrong: list[BaseException] = []
+
+    def ask() -> None:
+        try:
+            while not stop.is_set():
+                assert robot.state.names == NAMES
+                robot.speed_override = 1.0
+        except BaseException as error:  # noqa: BLE001  reported by the test
+            wrong.append(error)
+
+    threads = [threading.Thread(target=ask) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for _ in range(25):
+        way = choice.choice((UP, DOWN))
+        before = proxy.passed[way]
+        proxy.cut_after(way, choice.randrange(5000))
+        eventually(lambda way=way, before=before: proxy.passed[way] > before + 5000 or wrong)
+    stop.set()
+    for thread in threads:
+        thread.join()
+    assert wrong == []
+
+
+def test_events_go_on_without_a_gap_after_each_break(served: Served, proxy: Proxy) -> None:
+    numbers: list[int] = []
+
+    def receive(message: m.FromOwner) -> None:
+        if isinstance(message, m.Event):
+            numbers.append(message.number)
+
+    listener = OwnerLink(NAME, receive, lambda _: None)
+    listener.open()
+    first = served.owner.events.last
+    with RawClient("noisy", path=proxy.real) as noisy:
+        for count in range(60):
+            noisy.request(m.Pause())
+            if count % 10 == 5:
+                proxy.cut_after(DOWN, 7 * count)
+        noisy.request(m.StopAll())
+    last = served.owner.events.last
+    eventually(lambda: numbers and numbers[-1] >= last)
+    listener.close()
+    assert numbers == list(range(numbers[0], numbers[-1] + 1))
+    assert numbers[0] <= first + 1
+
+
+def test_records_go_on_after_a_break(proxy: Proxy, robot: Any) -> None:
+    records: list[CycleRecord] = []
+    begun = threading.Event()
+
+    def take(record: CycleRecord) -> None:
+        records.append(record)
+        begun.set()
+
+    robot.speed_override = 0.02
+    operation = robot.move_relative(z=0.004, on_cycle=take, wait=False)
+    assert begun.wait(10.0)
+    proxy.cut()
+    count = len(records)
+    eventually(lambda: len(records) > count + 50)
+    robot.speed_override = 1.0
+    operation.result(10.0)
+    robot.move_relative(z=-0.004)
+
+
+def test_a_motion_goes_on_while_its_client_connects_again(proxy: Proxy, robot: Any) -> None:
+    robot.speed_override = 0.02
+    operation = robot.move_joints(LONG, wait=False)
+    for _ in range(5):
+        proxy.cut()
+        assert not operation.done
+        assert operation.progress < 1.0
+    robot.speed_override = 1.0
+    assert operation.result(10.0) is None
+    robot.move_joints(HALF)
+
+
+def test_a_client_that_missed_the_end_of_its_motion_asks_for_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(events, "KEPT", 20)
+    with (
+        arm_served(speed=500.0) as served,
+        proxied(served) as proxy,
+        Robot.connect(f"arm:{NAME}") as robot,
+    ):
+        robot.speed_override = 0.02
+        operation = robot.move_joints(LONG, wait=False)
+        proxy.accepting = False
+        proxy.cut()
+        served.robot.speed_override = 1.0
+        eventually(lambda: not served.owner.goals.running)
+        last = served.owner.events.last
+        # As many other events as are kept.
+        for _ in range(30):
+            served.owner.events.add("warning", "of the test")
+        assert served.owner.events.last >= last + 30
+        proxy.accepting = True
+        assert operation.result(10.0) is None
+
+
+def test_an_owner_that_is_gone_is_reported_in_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(link_module, "PATIENCE", 0.3)
+    with arm_served() as served:
+        robot: Any = Robot.connect(f"arm:{NAME}")
+        with robot:
+            operation = robot.move_joints(LONG, wait=False)
+            served.close()
+            with pytest.raises((OwnerLostError, MotionCancelledError)):
+                operation.result(10.0)
+            for call in (lambda: robot.state, robot.home, robot.stop):
+                with pytest.raises(OwnerLostError, match="no owner of arm left runs"):
+                    call()
+            assert "no owner" in repr(robot)
+        with pytest.raises(OwnerLostError, match="bioscara serve starts one"):
+            Robot.connect(f"arm:{NAME}").open()
+
+
+def test_a_restarted_owner_is_not_commanded_by_a_program_that_does_not_know_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(link_module, "PATIENCE", 2.0)
+    with arm_served() as served:
+        robot: Any = Robot.connect(f"arm:{NAME}")
+        with robot:
+            operation = robot.move_joints(LONG, wait=False)
+            served.close()
+            settings = ServeSettings(NAME, "sim", evidence=tmp_path, speed=50.0)
+            with serving(own_robot(tmp_path, seed=3), settings) as second:
+                with pytest.raises((OwnerLostError, MotionCancelledError, BusyError)):
+                    operation.result(10.0)
+                with pytest.raises((OwnerLostError, LeaseError)):
+                    robot.home()
+                with pytest.raises(LeaseError, match="acquire_lease"):
+                    robot.home()
+                assert second.owner.goals.last == 0
+                assert not robot.is_homed
+                robot.acquire_lease()
+                robot.home()
+                assert robot.is_homed
+
+
+def test_a_stop_of_another_client_ends_the_lease_until_it_is_taken_again(
+    served: Served, robot: Any
+) -> None:
+    robot.speed_override = 0.02
+    operation = robot.move_joints(LONG, wait=False)
+    with Robot.connect(f"arm:{NAME}") as other:
+        other.stop()
+    with pytest.raises(MotionCancelledError):
+        operation.result(10.0)
+    for call in (lambda: robot.move_joints(HALF), robot.resume, robot.enable):
+        with pytest.raises(LeaseError):
+            call()
+    goals = served.owner.goals.last
+    with pytest.raises(LeaseError, match="acquire_lease"):
+        robot.jog(lambda: None)
+    assert served.owner.goals.last == goals
+    robot.acquire_lease()
+    robot.speed_override = 1.0
+    robot.move_joints(HALF)
+
+
+def test_a_takeover_ends_the_lease_too(served: Served, robot: Any) -> None:
+    robot.speed_override = 0.02
+    operation = robot.move_joints(LONG, wait=False)
+    other: Any = Robot.connect(f"arm:{NAME}")
+    with other:
+        with pytest.raises(LeaseError) as refused:
+            other.home()
+        assert refused.value.holder
+        other.acquire_lease(force=True)
+        with pytest.raises(MotionCancelledError):
+            operation.result(10.0)
+        with pytest.raises(LeaseError):
+            robot.move_joints(HALF)
+        with pytest.raises(LeaseError):
+            robot.acquire_lease()
+        eventually(lambda: not served.robot.is_moving)
+        other.speed_override = 1.0
+        other.move_joints(HALF)
+    robot.acquire_lease()
+    robot.move_relative(z=0.001)
+
+
+def test_a_program_that_the_owner_has_forgotten_repeats_nothing(
+    served: Served, proxy: Proxy, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(connection, "SESSIONS", 2)
+    robot: Any = Robot.connect(f"arm:{NAME}")
+    with robot:
+        robot.speed_override = 1.0
+        goals = served.owner.goals.last
+        failed: list[BaseException] = []
+
+        def move() -> None:
+            try:
+                robot.move_relative(z=0.002)
+            except OwnerLostError as error:
+                failed.append(error)
+
+        proxy.accepting = False
+        proxy.cut_after(DOWN, 0)
+        thread = threading.Thread(target=move)
+        thread.start()
+        eventually(lambda: served.owner.goals.last == goals + 1)
+        for _ in range(4):
+            with RawClient("other", path=proxy.real):
+                pass
+        proxy.accepting = True
+        thread.join()
+        assert "whether it carried the request out is unknown" in str(failed[0])
+        assert served.owner.goals.last == goals + 1
+
+
+def test_requests_that_cannot_be_sent_are_refused_at_once(served: Served, robot: Any) -> None:
+    count = 60_000
+    times = [0.01 * index for index in range(count)]
+    rows = [HALF] * count
+    still = [(0.0,) * 4] * count
+    with pytest.raises(InvalidArgumentError, match="an owner takes at most"):
+        robot.follow(Trajectory(NAMES, times, rows, still, still))
+    with pytest.raises(InvalidArgumentError, match="cannot be sent"):
+        robot.move_named("\ud800")
+    goals = served.owner.goals.last
+    robot.move_relative(z=0.001)
+    assert served.owner.goals.last == goals + 1
+
+
+def test_a_callback_of_the_connection_cannot_wait_for_it(robot: Any) -> None:
+    raised: list[BaseException] = []
+    operation = robot.move_relative(z=0.001, wait=False)
+
+    def look() -> None:
+        try:
+            _ = robot.state
+        except BusyError as error:
+            raised.append(error)
+        raise ZeroDivisionError("of the callback")
+
+    operation.when_done(look)
+    with suppress(ZeroDivisionError):
+        operation.result(10.0)
+    robot.move_relative(z=-0.001)
+    assert all(isinstance(error, BusyError) for error in raised)
+
+
+def test_the_name_of_an_arm_is_checked_when_it_is_given() -> None:
+    for name in ("", "../left", "a b", "x" * 65):
+        with pytest.raises(InvalidArgumentError, match="no name of an arm"):
+            Robot.connect(f"arm:{name}")

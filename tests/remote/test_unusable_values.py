@@ -1,0 +1,75 @@
+"""Every call of a robot that another process owns, with values that no call can use."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+from bioscara.robot import Robot
+from bioscara.server.serve import Served
+from robot_calls import calls
+from served import HALF, NAME, arm_served
+from simulated import NAMES
+from unusable_values import judge
+
+OF_THE_OWNER = ("Robot.", "RobotGripper.", "jog(", "attach(", "Box", "Cylinder", "Scene")
+"""Begin of the names of those calls that reach the owner."""
+ELSEWHERE = {"Robot.simulated", "Robot.connect", "Scara.solve"}
+
+
+class World:
+    """A client of a served arm, and the conditions that must hold after each call."""
+
+    def __init__(self, robot: Any, served: Served) -> None:
+        self.robot, self.served = robot, served
+        self._before: list[float] = []
+
+    def where(self) -> list[float]:
+        bus: Any = self.served.robot.bus
+        return [bus.arm.position(name) for name in NAMES]
+
+    def look(self) -> None:
+        self._before = self.where()
+
+    def after(self, refused: bool) -> str:
+        own = self.served.robot
+        for operation in own.arm.operations:
+            operation.cancel()
+            operation.wait(30.0)
+        before, now = self._before, self.where()
+        self._before = now
+        own.speed_override = 1.0
+        if own.load is not None:
+            self.robot.detach()
+        if own.faults:
+            return f"a fault is latched: {own.faults[0]}"
+        # A short timeout ends a motion that has begun.
+        if refused and max(abs(a - b) for a, b in zip(before, now, strict=True)) > 1e-2:
+            return f"the arm moved from {before} to {now}"
+        return ""
+
+
+@pytest.fixture(scope="module")
+def world() -> Iterator[World]:
+    with arm_served(speed=1000.0) as served, Robot.connect(f"arm:{NAME}") as robot:
+        yield World(robot, served)
+
+
+def names() -> list[str]:
+    with arm_served() as served:
+        found = calls(served.robot)
+    return [name for name in found if name.startswith(OF_THE_OWNER) and name not in ELSEWHERE]
+
+
+@pytest.mark.parametrize("name", names())
+def test_a_call_takes_a_value_or_refuses_it_and_the_arm_stays_usable(
+    world: World, name: str
+) -> None:
+    call, base = calls(world.robot)[name]
+    world.look()
+    complaints = judge(name, call, base, world.after)
+    world.robot.reduced_speed = True
+    world.robot.move_joints(HALF)
+    assert complaints == [], "\n" + "\n".join(complaints)

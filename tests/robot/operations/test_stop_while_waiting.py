@@ -1,0 +1,62 @@
+"""A stop that comes while the loop waits for its deadline counts in the cycle at that deadline."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import pytest
+
+from bioscara import MotionCancelledError, Robot
+from bioscara.clock import Clock
+from bioscara.control.loop.loop import CycleReport
+from bioscara.model import load_parameters
+from bioscara.robot.connection.devices import simulated_devices
+
+
+class Waiting:
+    """A clock that calls a function during its waits."""
+
+    def __init__(self, clock: Clock) -> None:
+        self._clock = clock
+        self.now = clock.now
+        self.meanwhile: Callable[[], None] = lambda: None
+
+    def sleep_until(self, deadline: float) -> None:
+        self.meanwhile()
+        self._clock.sleep_until(deadline)
+
+
+@pytest.mark.parametrize("cycles", [30, 100, 163])
+def test_the_setpoint_of_the_next_cycle_brakes(cycles: int) -> None:
+    parameters = load_parameters()
+    devices = simulated_devices(parameters, v1=False, seed=0)
+    clock = Waiting(devices.clock)
+    with Robot(
+        devices.bus,
+        clock,
+        parameters,
+        devices.description,
+        gripper=devices.gripper,
+        servo=devices.servo,
+    ) as robot:
+        robot.home()
+        robot.unfold()
+        lift = robot.arm.stack.manager.limiter.joints["j2"]
+        speeds: list[float] = []
+
+        def stop() -> None:
+            if len(speeds) == cycles:
+                robot.stop()
+
+        def observe(_: CycleReport) -> None:
+            speeds.append(abs(lift.speed))
+
+        robot.arm.observers = (observe,)
+        clock.meanwhile = stop
+        with pytest.raises(MotionCancelledError):
+            robot.move_joints((*robot.state.positions[:1], 0.05, 0.0, 0.0), velocity_scaling=0.2)
+        robot.arm.observers = ()
+        # It was as fast or faster in each cycle before; now it gains less, or becomes slower.
+        gain = speeds[cycles - 1] - speeds[cycles - 2]
+        assert gain > -1e-9
+        assert speeds[cycles] - speeds[cycles - 1] < gain - 1e-6

@@ -1,0 +1,176 @@
+"""Where a gateway listens, and with which certificate."""
+
+from __future__ import annotations
+
+import re
+import socket
+import ssl
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from cryptography import x509
+from websockets.sync.client import connect
+
+from bioscara.api import runtime
+from bioscara.errors import AccessError, ConfigurationError, OwnerLostError
+from bioscara.web import gateway as gateway_module
+from bioscara.web.certificates import fingerprint, self_signed
+from bioscara.web.gateway import Gateway, GatewaySettings
+from bioscara.web.scopes import Scope
+from web.gateways import Site, WebClientOfTest, arm, running_gateway
+
+
+@pytest.fixture(scope="module")
+def served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    with arm("tls", tmp_path_factory.mktemp("faults")):
+        yield "tls"
+
+
+@pytest.fixture
+def local(served: str) -> Iterator[None]:
+    """No certificate and no tokens are left of another test."""
+    yield
+    for path in runtime.folder().glob(f"{served}.*"):
+        if path.suffix in {".crt", ".key", ".tokens"}:
+            path.unlink()
+
+
+@pytest.mark.usefixtures("local")
+@pytest.mark.parametrize("host", ["0.0.0.0", "::", "192.0.2.7"])
+def test_beyond_this_computer_it_does_not_begin_without_tls(host: str, served: str) -> None:
+    with pytest.raises(ConfigurationError, match=r"reachable from other computers.*--tls-cert"):
+        Gateway(GatewaySettings(served, host=host, port=0))
+    assert not (runtime.folder() / f"{served}.tokens").exists()
+
+
+@pytest.mark.usefixtures("local")
+@pytest.mark.parametrize(
+    ("options", "text"),
+    [
+        ({"host": "0.0.0.0", "self_signed": True}, "--allowed-host"),
+        ({"host": "192.0.2.7", "self_signed": True}, "cannot be listened on"),
+        ({"host": "absent.invalid"}, "has no address"),
+        ({"host": "a b"}, "no name of a computer"),
+        ({"allowed_hosts": ["http://a"]}, "no name of a computer"),
+        ({"certificate": Path("/absent.crt"), "key": Path("/absent.key")}, "/absent.crt"),
+    ],
+)
+def test_what_cannot_be_used_is_refused(options: dict[str, Any], text: str, served: str) -> None:
+    with pytest.raises(ConfigurationError, match=re.escape(text)):
+        Gateway(GatewaySettings(served, **{"port": 0, **options}))
+
+
+@pytest.mark.usefixtures("local")
+def test_beyond_this_computer_it_does_not_begin_with_known_tokens(served: str) -> None:
+    path = runtime.folder() / f"{served}.tokens"
+    path.write_text("{}")
+    path.chmod(0o644)
+    with pytest.raises(AccessError, match="others may use it"):
+        Gateway(GatewaySettings(served, "0.0.0.0", 0, ["arm.example"], self_signed=True))
+
+
+def test_without_an_owner_it_does_not_begin() -> None:
+    with pytest.raises(OwnerLostError, match="no owner of arm absent runs"):
+        Gateway(GatewaySettings("absent", port=0))
+
+
+@pytest.mark.usefixtures("local")
+def test_a_port_in_use_is_refused(served: str) -> None:
+    with socket.socket() as other:
+        other.bind(("127.0.0.1", 0))
+        other.listen()
+        port = other.getsockname()[1]
+        with pytest.raises(ConfigurationError, match=f"port {port} cannot be listened on"):
+            Gateway(GatewaySettings(served, port=port))
+
+
+@pytest.mark.usefixtures("local")
+def test_a_connection_that_asks_for_nothing_is_ended(
+    served: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(gateway_module, "_REQUEST_TIMEOUT", 0.2)
+    gateway = Gateway(GatewaySettings(served, port=0))
+    headers = {"Authorization": f"Bearer {gateway.tokens.of(Scope.VIEW)}"}
+    with running_gateway(gateway):
+        made = Site(gateway, None, runtime.folder())
+        address = "127.0.0.1", int(made.host.rpartition(":")[2])
+        with (
+            made.websocket(headers) as connection,
+            socket.create_connection(address, timeout=5.0) as silent,
+            socket.create_connection(address, timeout=5.0) as slow,
+        ):
+            client = WebClientOfTest(connection)
+            client.greet()
+            slow.sendall(b"GET / HTTP/1.1\r\nHost: ")
+            assert silent.recv(1) == b""
+            assert slow.recv(1) == b""
+            # One that has become a WebSocket stays.
+            assert client.request("get_lease")["kind"] == "lease_state"
+
+
+@pytest.mark.usefixtures("local")
+def test_it_speaks_tls_with_a_certificate_of_its_own(served: str, tmp_path: Path) -> None:
+    gateway = Gateway(GatewaySettings(served, port=0, self_signed=True))
+    key, certificate = (runtime.folder() / f"{served}.{end}" for end in ("key", "crt"))
+    assert key.stat().st_mode & 0o777 == 0o600
+    assert gateway.fingerprint == fingerprint(certificate)
+    assert re.fullmatch("([0-9A-F]{2}:){31}[0-9A-F]{2}", gateway.fingerprint)
+    trusting = ssl.create_default_context(cafile=str(certificate))
+    with running_gateway(gateway):
+        made = Site(gateway, None, tmp_path)
+        assert made.origin.startswith("https://127.0.0.1:")
+        with made.http(verify=trusting, headers={"Origin": made.origin}) as client:
+            answer = client.post("/session", json={"token": gateway.tokens.of(Scope.VIEW)})
+            assert answer.status_code == 200
+            cookie = answer.headers["set-cookie"]
+            assert cookie.startswith("__Host-bioscara-tls=")
+            assert "; Secure" in cookie
+            assert client.get("/api/state").status_code == 200
+            plain = {"Origin": made.origin.replace("https", "http")}
+            assert client.get("/healthz", headers=plain).status_code == 403
+            with connect(
+                made.origin.replace("https", "wss") + "/ws",
+                ssl=trusting,
+                additional_headers=made.cookie(client),
+            ) as connection:
+                WebClientOfTest(connection).greet()
+        port = int(made.host.rpartition(":")[2])
+        with socket.create_connection(("127.0.0.1", port), timeout=10.0) as unencrypted:
+            unencrypted.sendall(b"GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n")
+            assert not unencrypted.recv(100).startswith(b"HTTP")
+    again = Gateway(GatewaySettings(served, port=0, self_signed=True))
+    assert again.fingerprint == gateway.fingerprint
+    again.close()
+
+
+def test_a_certificate_is_kept_until_it_does_not_suit(tmp_path: Path) -> None:
+    certificate, key = tmp_path / "a.crt", tmp_path / "a.key"
+
+    def made(*names: str) -> str:
+        self_signed(certificate, key, names)
+        return fingerprint(certificate)
+
+    first = made("localhost", "127.0.0.1")
+    assert made("localhost", "127.0.0.1") == first
+    found = x509.load_pem_x509_certificate(certificate.read_bytes())
+    lifetime = found.not_valid_after_utc - found.not_valid_before_utc
+    assert 365 <= lifetime.days <= 366
+    names = found.extensions.get_extension_for_class(x509.SubjectAlternativeName).value
+    assert names.get_values_for_type(x509.DNSName) == ["localhost"]
+    assert [str(each) for each in names.get_values_for_type(x509.IPAddress)] == ["127.0.0.1"]
+    second = made("localhost", "arm.example")
+    assert second != first
+    certificate.write_text("no certificate")
+    assert made("localhost", "arm.example") != second
+    key.unlink()
+    third = made("localhost", "arm.example")
+    key.chmod(0o644)
+    with pytest.raises(AccessError, match="others may use it"):
+        made("localhost", "arm.example")
+    key.unlink()
+    assert made("localhost", "arm.example") != third
+    assert key.stat().st_mode & 0o777 == 0o600
+    with pytest.raises(ConfigurationError, match="No such file"):
+        self_signed(tmp_path / "absent" / "a.crt", tmp_path / "absent" / "a.key", ("a",))
