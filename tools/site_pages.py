@@ -26,6 +26,7 @@ ELSEWHERE = {
     "firmware/joint/README.md": "firmware-inside.md",
     "examples/first_move.py": "examples/first_move.py",
     "examples/move_plate.py": "examples/move_plate.py",
+    "examples/bioscara.service": "examples/bioscara.service",
     DECISIONS: "decisions/index.md",
 }
 """Documents outside of ``docs/``, and their places in the site. Other files are not linked."""

@@ -11,6 +11,7 @@ import socket
 import struct
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -513,7 +514,9 @@ def as_user(uid: int, gid: int, path: Path | None = None) -> str:
             with socket.socket(socket.AF_UNIX, socket.SOCK_STREAM) as link:
                 link.settimeout(5.0)
                 link.connect(os.fspath(path or api_socket()))
-                link.sendall(hello)
+                # The owner may have refused already.
+                with suppress(BrokenPipeError):
+                    link.sendall(hello)
                 frames = framing.Frames(framing.ANSWER_MAX)
                 payload = next(frames.feed(link.recv(1 << 16)))
                 message = framing.from_owner.decode(payload)

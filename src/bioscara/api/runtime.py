@@ -11,6 +11,7 @@ import fcntl
 import json
 import os
 import re
+import socket
 import stat
 import struct
 from contextlib import suppress
@@ -28,6 +29,8 @@ _FLOCK = "hhqqi"
 """Layout of Linux's ``struct flock`` with 64-bit offsets."""
 _WRITE_LOCK = struct.pack(_FLOCK, fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
 """A lock of the whole file, of this opening of it: a closed copy of it does not end the lock."""
+_BACKLOG = 128
+"""Clients that may wait to be served."""
 _LONGEST_PATH = 107
 """Longest path of a Unix socket on Linux [byte]."""
 
@@ -130,7 +133,8 @@ class OwnerClaim:
         bus: Name of its bus, for others to see.
 
     Attributes:
-        socket: Path of the socket to listen on.
+        socket: Path of its socket.
+        listener: The socket, listening: clients that connect before they are served wait.
 
     Raises:
         InvalidArgumentError: The name cannot be used.
@@ -144,6 +148,7 @@ class OwnerClaim:
         self.socket = socket_of(name)
         self._path = self.socket.with_suffix(".lock")
         self._lock = self._take()
+        self.listener = self._listen()
 
     def restore(self) -> bool:
         """Make the files again if they were removed; return whether they were.
@@ -157,6 +162,7 @@ class OwnerClaim:
         if self._removed():
             former, self._lock = self._lock, self._take()
             os.close(former)
+        self.listener = self._listen()
         return True
 
     def share(self, group: int) -> None:
@@ -176,6 +182,7 @@ class OwnerClaim:
         """Give the name free; may be called again."""
         if self._lock < 0:
             return
+        self.listener.close()
         with suppress(OSError):
             # The files may have been removed, and be those of another owner now.
             if not self._removed():
@@ -183,6 +190,20 @@ class OwnerClaim:
             os.ftruncate(self._lock, 0)
         os.close(self._lock)
         self._lock = -1
+
+    def _listen(self) -> socket.socket:
+        self.socket.unlink(missing_ok=True)
+        listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_CLOEXEC)
+        before = os.umask(0o177)
+        try:
+            listener.bind(os.fspath(self.socket))
+        except OSError:
+            listener.close()
+            raise
+        finally:
+            os.umask(before)
+        listener.listen(_BACKLOG)
+        return listener
 
     def _removed(self) -> bool:
         try:

@@ -77,18 +77,10 @@ class ApiServer:
             workers.shutdown(wait=False, cancel_futures=True)
 
     async def _listen(self) -> None:
-        path = self._claim.socket
-        path.unlink(missing_ok=True)
-        listener = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM | socket.SOCK_CLOEXEC)
-        before = os.umask(0o177)
-        try:
-            listener.bind(os.fspath(path))
-        finally:
-            os.umask(before)
         if self._group is not None:
             self._claim.share(self._group)
         self._server = await asyncio.get_running_loop().create_unix_server(
-            self._connection, sock=listener, backlog=128
+            self._connection, sock=self._claim.listener, backlog=128
         )
 
     def _connection(self) -> asyncio.Protocol:
@@ -141,10 +133,11 @@ class ApiServer:
             await asyncio.sleep(_TICK)
             self._owner.tick()
             try:
+                former = self._server
                 if not self._claim.restore():
                     continue
-                if self._server is not None:
-                    self._server.close()
+                if former is not None:
+                    former.close()
                 await self._listen()
                 self._owner.announce(
                     "owner", f"{self._claim.socket} was removed, and made again", ""
