@@ -34,10 +34,10 @@ class Read(NamedTuple):
 
 
 @contextmanager
-def served(folder: Path, speed: float = 20.0) -> Iterator[Served]:
+def served(folder: Path, speed: float = 20.0, rate: int = 100) -> Iterator[Served]:
     """Serve a simulated arm."""
     settings = ServeSettings(NAME, "sim", evidence=folder / "faults", speed=speed)
-    with serving(Robot.simulated(evidence=folder / "faults"), settings) as owner:
+    with serving(Robot.simulated(evidence=folder / "faults", rate=rate), settings) as owner:
         yield owner
 
 

@@ -29,12 +29,12 @@ def _recorder(start: Callable[..., subprocess.Popen[str]], out: Path) -> subproc
 
 
 @pytest.mark.realtime
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(("seed", "rate"), [(0, 100), (1, 20), (2, 20)])
 def test_a_killed_recorder_loses_at_most_a_second_of_events(
-    seed: int, start: Callable[..., subprocess.Popen[str]], tmp_path: Path
+    seed: int, rate: int, start: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ) -> None:
     chance, told = random.Random(seed), {}
-    with served(tmp_path, 1.0) as owner:
+    with served(tmp_path, 1.0, rate) as owner:
         process = _recorder(start, tmp_path)
         announce = owner.owner.announce
         end = time.monotonic() + 1.5 + chance.random()

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import fcntl
-import shutil
 from pathlib import Path
 
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from mcap.opcode import Opcode
 from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
@@ -97,6 +96,20 @@ def test_attachments_metadata_and_times_are_kept(made: Made, tmp_path: Path) -> 
     assert after.complete
 
 
+def test_a_chunk_with_another_checksum_is_left_out(small: Path, tmp_path: Path) -> None:
+    content, path = bytearray(small.read_bytes()), tmp_path / "changed.mcap"
+    start = 8  # after the magic bytes: records of a kind, a length and their content
+    while content[start] != Opcode.CHUNK:
+        start += 9 + int.from_bytes(content[start + 1 : start + 9], "little")
+    content[start + 33] ^= 1  # after two times and the size
+    path.write_bytes(content)
+    scan = FileScan()
+    # The first chunk has the channels, without which the others cannot be used.
+    assert list(messages(path, scan)) == []
+    assert "crc validation failed in Chunk" in scan.damage[0]
+    assert len(scan.damage) == CHUNKS
+
+
 @settings(max_examples=200)
 @given(st.data())
 def test_changed_bytes_raise_only_our_errors(small: Path, data: st.DataObject) -> None:
@@ -127,14 +140,16 @@ def test_a_damaged_file_is_kept_and_the_rest_of_it_written_elsewhere(
     assert [each.message.data[0] for each in read(out)] == list("000222333")
 
 
-def test_a_file_that_is_being_written_is_left_alone(small: Path, tmp_path: Path) -> None:
-    path = tmp_path / "live.mcap"
-    shutil.copy(small, path)
-    with path.open("r+b") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        with pytest.raises(RecordingError, match="is being written"):
-            recover(path)
-    assert recover(path).written is None
+def test_a_file_that_is_being_written_is_left_alone(tmp_path: Path) -> None:
+    file = RecordingFile(tmp_path / "live.mcap")
+    file.add(Topic.EVENTS, text_message("first"), 1)
+    file.flush()
+    with pytest.raises(RecordingError, match="is being written"):
+        recover(file.path)
+    file.add(Topic.EVENTS, text_message("second"), 2)
+    file.finish()
+    assert recover(file.path).written is None
+    assert [each.message.data for each in read(file.path)] == ["first", "second"]
 
 
 def test_a_file_that_is_none_is_refused(tmp_path: Path) -> None:

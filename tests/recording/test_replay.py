@@ -64,6 +64,8 @@ def test_clients_get_the_samples_and_the_events_that_were(made: Made) -> None:
         assert isinstance(last, m.StateSample)
         wait_until(lambda: last in received, "the last sample")
         faults = link.request(m.GetFaults())
+        assert link.request(m.GetLease()) == m.LeaseState(m.LeaseValue(None, 0, 0.0))
+        assert link.request(m.ListGoals()) == m.GoalList(())
         link.close()
     count = arm.events.last
     wanted = made.events[:count]
@@ -96,6 +98,7 @@ def test_a_robot_can_be_looked_at_and_not_commanded(made: Made) -> None:
         assert robot.parameters == load_parameters()
         assert robot.state.positions == pytest.approx((0.3, 0.2, 1.0, -0.4), abs=2e-3)
         assert robot.faults == ()
+        assert robot.scene.zones == ()
         for command in (robot.enable, robot.stop, robot.pause, robot.home):
             with pytest.raises(AccessError, match="only shows recording"):
                 command()

@@ -137,13 +137,12 @@ class _Reader:
             if len(head) < _RECORD.size:
                 return
             opcode, length = _RECORD.unpack(head)
-            if length > self._size - scan.size - _RECORD.size:
+            # No more is asked for than there is: a damaged length would be allocated at once.
+            payload = self._file.read(min(length, self._size))
+            if len(payload) < length:
                 # An incomplete last record, or no record at all.
                 if opcode not in _KNOWN:
                     scan.damage.append(f"there are no records from byte {scan.size} on")
-                return
-            payload = self._file.read(length)
-            if len(payload) < length:
                 return
             scan.size += _RECORD.size + length
             if opcode in _KNOWN:
