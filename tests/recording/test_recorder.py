@@ -13,21 +13,24 @@ from mcap.reader import make_reader
 
 import bioscara.recording.folder as recording_folder
 from bioscara import Robot
+from bioscara.api import messages as m
 from bioscara.errors import RecordingError
 from bioscara.model import load_parameters
 from bioscara.model.urdf import urdf_of
 from bioscara.recording.owner_recorder import FileLimits
 from bioscara.recording.recovery import recover
+from bioscara.recording.scan import FileScan, messages
 from bioscara.recording.topics import Topic
 from bioscara.robot import kinematics_of
+from bioscara.server.tasks import simulate
 from full_disk import full_after
 from processes import wait_until
 from recording.conftest import Made
-from recording.served_arm import NAME, Read, read, recording, served
+from recording.served_arm import NAME, Read, Recording, read, recording, served
 
 
-def _events(messages: list[Read]) -> list[dict[str, object]]:
-    return [json.loads(each.message.data) for each in messages if each.topic == Topic.EVENTS]
+def _events(stored: list[Read]) -> list[dict[str, object]]:
+    return [json.loads(each.message.data) for each in stored if each.topic == Topic.EVENTS]
 
 
 def test_each_event_of_the_owner_is_in_the_recording_once(made: Made) -> None:
@@ -48,12 +51,12 @@ def test_every_topic_has_messages_of_its_type(made: Made) -> None:
 
 
 def test_the_tool_is_where_the_joints_and_the_transforms_put_it(made: Made) -> None:
-    messages = read(made.path)
+    stored = read(made.path)
     arm = kinematics_of(load_parameters())
-    joints = {e.log_time: e.message for e in messages if e.topic == Topic.JOINT_STATES}
-    poses = {e.log_time: e.message.pose for e in messages if e.topic == Topic.TOOL_POSE}
-    fixed = [e.message for e in messages if e.topic == Topic.TF_STATIC]
-    moving = {e.log_time: e.message for e in messages if e.topic == Topic.TF}
+    joints = {e.log_time: e.message for e in stored if e.topic == Topic.JOINT_STATES}
+    poses = {e.log_time: e.message.pose for e in stored if e.topic == Topic.TOOL_POSE}
+    fixed = [e.message for e in stored if e.topic == Topic.TF_STATIC]
+    moving = {e.log_time: e.message for e in stored if e.topic == Topic.TF}
     assert len(moving) > 20
     assert set(moving) < set(poses) < set(joints)
     for time, message in moving.items():
@@ -104,8 +107,8 @@ def test_qualities_flags_and_the_state_of_the_arm_are_in_the_dynamic_states(made
 
 
 def test_each_trajectory_is_recorded_when_it_begins(made: Made) -> None:
-    messages = read(made.path)
-    planned = [each for each in messages if each.topic == Topic.TRAJECTORIES]
+    stored = read(made.path)
+    planned = [each for each in stored if each.topic == Topic.TRAJECTORIES]
     assert len(planned) == 2
     last = planned[-1].message
     assert tuple(last.points[-1].positions) == pytest.approx((0.3, 0.2, 1.0, -0.4), abs=1e-8)
@@ -145,17 +148,17 @@ def test_the_next_file_begins_by_size_and_by_time_and_nothing_is_between(
         wait_until(lambda: len(recorder.folder.files()) >= 3, "three files")
         owner.owner.announce("report", "the last event")
         files = recorder.end()
-    messages = [read(path) for path in files]
-    for each in messages:
+    parts = [read(path) for path in files]
+    for each in parts:
         latched = {message.topic for message in each[:10]}
         assert {Topic.ROBOT_DESCRIPTION, Topic.TF_STATIC, Topic.STATUS, Topic.FAULTS} <= latched
-    events = [event["number"] for each in messages for event in _events(each)]
+    events = [event["number"] for each in parts for event in _events(each)]
     assert events == list(range(1, len(events) + 1))
-    assert "the last event" in [event["text"] for each in messages for event in _events(each)]
-    times = [each.log_time for part in messages for each in part if each.topic == "/joint_states"]
+    assert "the last event" in [event["text"] for each in parts for event in _events(each)]
+    times = [each.log_time for part in parts for each in part if each.topic == "/joint_states"]
     assert times == sorted(set(times))
     limit = limits.duration + 5.0
-    assert all(part[-1].log_time - part[0].log_time < limit * 1e9 for part in messages)
+    assert all(part[-1].log_time - part[0].log_time < limit * 1e9 for part in parts)
     assert all(path.stat().st_size < limits.size + 150_000 for path in files)
 
 
@@ -224,3 +227,29 @@ def test_a_recording_leaves_room_to_others_and_is_then_complete(
         with recording(tmp_path) as second:
             wait_until(lambda: not second.running, "none is begun")
         assert "no file is begun" in str(second.error)
+
+
+def test_the_evidence_of_a_fault_is_attached(tmp_path: Path) -> None:
+    with served(tmp_path) as owner, recording(tmp_path) as recorder:
+        with Robot.connect(f"arm:{NAME}") as robot:
+            robot.enable()
+            simulate(owner.robot.arm, m.SimulateFault("reset", "j3"))
+            wait_until(lambda: robot.faults != (), "the fault")
+            (fault,) = robot.acknowledge()
+            assert fault.evidence is not None
+            wait_until(lambda: _attached(recorder) != {}, "the evidence")
+        (path,) = recorder.end()
+    written = (tmp_path / "faults" / fault.evidence.name).read_text()
+    assert _attached(recorder) == {fault.evidence.name: written}
+    states = [json.loads(each.message.data)["state"] for each in read(path, Topic.FAULTS)]
+    assert states[0] == "clear"
+    assert states[-1] == "acknowledged"
+    levels = [each.message.level for each in read(path, Topic.LOG) if each.message.file == "fault"]
+    assert levels == [40]
+
+
+def _attached(recorder: Recording) -> dict[str, str]:
+    """Return the attached flight records, also of a file that is being written."""
+    scan = FileScan()
+    list(messages(recorder.folder.files()[-1], scan, ()))
+    return {each.name: each.data.decode() for each in scan.attachments if "csv" in each.media_type}

@@ -35,6 +35,7 @@ FeedItem = (
     | m.WorkspaceState
     | m.ParametersState
     | m.GoalTrajectories
+    | m.FlightRecordText
 )
 
 

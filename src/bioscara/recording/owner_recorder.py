@@ -98,6 +98,7 @@ class OwnerRecorder:
         self._begin = self._stamp = self._time.stamp(first.time)
         self._status: ArmStatus | None = None
         self._latched: dict[Topic, bytes] = {}
+        self._evidence: set[str] = set()
         self._attachments: dict[str, tuple[str, str]] = {}
         self._messages = SampleMessages(first.names, self._describe(first.names))
         self._flushed = self._synced = time.monotonic()
@@ -190,11 +191,23 @@ class OwnerRecorder:
                     name = f"goal {item.goal}, part {number}"
                     data = trajectory_message(trajectory, name, self._stamp)
                     self._add(Topic.TRAJECTORIES, data, self._stamp)
+            case m.FlightRecordText():
+                if self._file is not None:
+                    self._file.attach(item.name, "text/csv", item.text, self._stamp)
             case m.ParametersState():
                 self._attachments[OVERLAY] = ("application/yaml", item.overlay)
             case _:
                 data = text_message(_encode(item).decode())
                 self._add(_JSON_TOPICS[type(item)], data, self._stamp)
+                if isinstance(item, m.FaultList):
+                    self._ask_for_evidence(item)
+
+    def _ask_for_evidence(self, faults: m.FaultList) -> None:
+        """Ask for the flight records that are not attached yet."""
+        for fault in faults.faults:
+            if fault.evidence is not None and fault.evidence not in self._evidence:
+                self._evidence.add(fault.evidence)
+                self._feed.ask(m.GetFlightRecord(fault.evidence))
 
     def _add(self, topic: Topic, data: bytes, stamp: int, published: int | None = None) -> None:
         if topic.latched:
