@@ -145,6 +145,26 @@ def test_it_speaks_tls_with_a_certificate_of_its_own(served: str, tmp_path: Path
     again.close()
 
 
+@pytest.mark.usefixtures("local")
+def test_it_takes_a_certificate_that_is_given_and_no_other_key(served: str, tmp_path: Path) -> None:
+    certificate, key = tmp_path / "given.crt", tmp_path / "given.key"
+    self_signed(certificate, key, ("localhost", "::1"))
+    settings = GatewaySettings(served, "::1", 0, certificate=certificate, key=key)
+    gateway = Gateway(settings)
+    trusting = ssl.create_default_context(cafile=str(certificate))
+    with running_gateway(gateway):
+        assert re.fullmatch(r"https://\[::1\]:\d+/", gateway.url)
+        made = Site(gateway, None, tmp_path)
+        with made.http(verify=trusting) as client:
+            assert client.get("/healthz").status_code == 200
+    other = tmp_path / "other.key"
+    self_signed(tmp_path / "other.crt", other, ("localhost",))
+    with pytest.raises(ConfigurationError, match="cannot be used for TLS"):
+        Gateway(GatewaySettings(served, "::1", 0, certificate=certificate, key=other))
+    with pytest.raises(ConfigurationError, match="has no certificate"):
+        Gateway(GatewaySettings(served, "::1", 0, certificate=key, key=key))
+
+
 def test_a_certificate_is_kept_until_it_does_not_suit(tmp_path: Path) -> None:
     certificate, key = tmp_path / "a.crt", tmp_path / "a.key"
 

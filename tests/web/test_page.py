@@ -38,9 +38,14 @@ globalThis.fetch = async (path, options) => {
   return { ok: true, json: async () => ({ scope: "operate" }) };
 };
 globalThis.WebSocket = class {
-  constructor(address) { this.address = address; this.sent = []; sockets.push(this); }
+  constructor(address) { this.address = address; this.sent = []; this.readyState = 1; this.kept(); }
+  kept() { sockets.push(this); }
   send(text) { this.sent.push(JSON.parse(text)); }
 };
+let now = 0;
+globalThis.performance = { now: () => now };
+let ticking = null;
+globalThis.setInterval = (call) => { ticking = call; };
 const delays = [];
 const wait = setTimeout;
 globalThis.setTimeout = (call, delay) => { delays.push(delay); return wait(call, 0); };
@@ -89,6 +94,11 @@ def test_names_are_shown_with_what_does_not_print_as_its_code(text: str, shown: 
 def test_numbers_are_shown_in_degrees_and_millimetres() -> None:
     calls = "[shown(Math.PI, false, ''), shown(0.1234, true, '/s'), shown(null, true, '')]"
     assert evaluate(calls) == ["180.00 °", "123.40 mm/s", "unknown"]
+    assert evaluate("[-1e-9, -0.1, 0].map((value) => number(value, 1, 1, 'm'))") == [
+        "0.0 m",
+        "-0.1 m",
+        "0.0 m",
+    ]
 
 
 def test_the_token_leaves_the_address_before_it_is_sent_once() -> None:
@@ -123,7 +133,7 @@ DESCRIPTION = {
     "kind": "description",
     "parameters": {"joints": [{"name": "j1", "unit": "rad"}, {"name": "j\x1b2", "unit": "m"}]},
 }
-WELCOME = {"kind": "welcome", "instance": "a", "owner": "left", "arm": "sim"}
+WELCOME = {"kind": "welcome", "instance": "a", "last_event": 40, "owner": "left", "arm": "sim"}
 
 
 def receive(*messages: object) -> str:
@@ -146,7 +156,7 @@ def test_it_shows_the_newest_sample() -> None:
         "elements.joints.children.map((row) => row.children.map((cell) => cell.text)),"
         "elements.stop.disabled, elements.link.text]",
     )
-    assert sent == ["hello", "get_description", "subscribe"]
+    assert sent == ["hello", "get_description", "get_lease", "subscribe"]
     assert rows == [
         ["j1", "57.30 °", "0.00 °/s", "57.30 °", "fresh"],
         ["j\\u{1b}2", "500.00 mm", "unknown", "unknown", "unknown"],
@@ -165,24 +175,54 @@ def test_it_connects_again_and_asks_for_the_events_that_it_missed() -> None:
         "[said, delays, sockets[2].sent.at(-1).command.events_after,"
         "elements.events.children[0].text, elements.link.text]",
     )
-    assert said == ["the owner of arm left has ended", True, "connecting"]
+    assert said == ["the owner of arm left has ended", False, "connecting"]
     assert waited == [500, 1000]
     assert after == 41
     assert shown.endswith("a\\u{a}b")
-    assert link == "live"
+    assert link == "connected"
 
 
-def test_after_a_restart_of_the_owner_it_asks_for_all_events() -> None:
+def test_after_a_restart_of_the_owner_it_asks_for_the_latest_events() -> None:
     event = {"kind": "event", "number": 41, "wall": 0.0, "text": "a"}
-    program = receive(WELCOME, event) + close("") + receive({**WELCOME, "instance": "b"})
-    after = "[sockets[1].sent.at(-1).command.events_after, elements.events.children.length]"
-    assert page(program, after) == [0, 0]
+    again = {**WELCOME, "instance": "b", "last_event": 1234}
+    program = receive(WELCOME, event) + close("") + receive(again)
+    after = "[...sockets.map((each) => each.sent.at(-1).command.events_after),"
+    assert page(program, after + "elements.events.children.length]") == [0, 1134, 0]
 
 
 def test_after_a_sign_out_it_does_not_connect_again() -> None:
     assert page(receive(WELCOME) + close("signed out"), "sockets.length") == 1
 
 
+def test_it_shows_who_commands() -> None:
+    lease = {"client": "hand\n", "epoch": 1, "remaining": 1.0}
+    answer = {"kind": "response", "id": 2, "result": {"kind": "lease_state", "lease": lease}}
+    ended = {"kind": "event", "number": 41, "wall": 0.0, "text": "a"}
+    program = receive(WELCOME, answer, STATE)
+    holder = "elements.facts.children[7].text"
+    assert page(program, holder) == "hand\\u{a}"
+    program += receive({**ended, "lease": {**lease, "client": None}}, STATE)
+    assert page(program, holder) == "nobody"
+
+
+def test_silence_is_said_until_a_sample_arrives() -> None:
+    program = receive(WELCOME, STATE) + "const seen = [elements.link.text]; now += 3000; ticking();"
+    program += "seen.push(elements.link.text);" + receive(STATE)
+    program += "ticking(); seen.push(elements.link.text);"
+    assert page(program, "seen") == ["live", "no data for 3 s", "live"]
+
+
 def test_stop_sends_a_stop() -> None:
     program = receive(WELCOME) + "elements.stop.onclick();"
     assert page(program, "sockets[0].sent.at(-1).command") == {"kind": "stop"}
+
+
+def test_without_a_connection_stop_goes_by_http_and_a_failure_is_said() -> None:
+    program = receive(WELCOME) + "sockets[0].readyState = 3; await elements.stop.onclick();"
+    program += "const said = [elements.message.text]; const sent = log.at(-1).slice(0, 2);"
+    program += "globalThis.fetch = async () => { throw new Error('no network'); };"
+    program += "await elements.stop.onclick(); said.push(elements.message.text);"
+    assert page(program, "[sent, said]") == [
+        ["POST", "api/stop"],
+        ["stopped", "STOP did not arrive: no network"],
+    ]

@@ -7,6 +7,7 @@ import logging
 from collections.abc import Iterator
 
 import pytest
+from websockets.exceptions import InvalidStatus
 
 from bioscara.web.browser_sessions import LIFETIME, MOST, BrowserSessions
 from bioscara.web.guard import REQUESTS, SIGN_INS
@@ -113,8 +114,14 @@ def test_browsers_expire_and_the_oldest_is_signed_out() -> None:
     assert sessions.find(value) is session
     for _ in range(MOST):
         sessions.begin(Scope.ADMIN)
+    assert sessions.find(value) is session  # Others of another scope do not matter.
+    for _ in range(MOST - 1):
+        sessions.begin(Scope.VIEW)
+    assert not session.ended.is_set()
+    sessions.begin(Scope.VIEW)
     assert session.ended.is_set()
     assert sessions.find(value) is None
+    assert len(sessions._sessions) == 2 * MOST
     latest = sessions.begin(Scope.ADMIN)
     now += LIFETIME
     assert sessions.find(latest) is None
@@ -131,10 +138,12 @@ def test_secrets_are_not_logged(own: Site, caplog: pytest.LogCaptureFixture) -> 
         guess = "f" * 32
         browser.post("/session", json={"token": guess})
         browser.get("/api/state", headers=own.bearer(guess))
+        with pytest.raises(InvalidStatus), own.websocket(own.bearer(guess)):
+            pass
         browser.get(f"/api/absent?token={own.gateway.tokens.of(Scope.VIEW)}")
     written = "\n".join(
         record.getMessage() for record in caplog.records if record.threadName == "gateway"
     )
-    assert "a sign-in from 127.0.0.1 was refused" in written
+    assert written.splitlines() == ["a sign-in from 127.0.0.1 was refused"]
     for secret in (value, guess, *(own.gateway.tokens.of(scope) for scope in Scope)):
         assert secret not in written

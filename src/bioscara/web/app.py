@@ -38,12 +38,13 @@ from bioscara.web.relay import Relay, WebClient
 from bioscara.web.scopes import Scope
 from bioscara.web.tokens import Tokens
 
-WEBSOCKETS = 64
-"""Largest number of WebSockets at once."""
+WEBSOCKETS, VIEWERS = 64, 48
+"""Largest number of WebSockets at once, and of those above which only operators may connect."""
 _PAGE = {
     "/": ("index.html", "text/html; charset=utf-8"),
     "/page.js": ("page.js", "text/javascript; charset=utf-8"),
     "/page.css": ("page.css", "text/css; charset=utf-8"),
+    "/icon.svg": ("icon.svg", "image/svg+xml"),
 }
 """Files of the page by their paths: no other path is ever looked up."""
 PUBLIC = frozenset({*_PAGE, "/healthz", "/session"})
@@ -326,8 +327,9 @@ def _add_websocket(app: FastAPI, settings: WebSettings) -> None:
     @app.websocket("/ws")
     async def websocket(websocket: WebSocket, credential: Viewer) -> None:
         await websocket.accept()
-        if len(running) >= WEBSOCKETS:
-            await websocket.close(_LATER, f"there are {WEBSOCKETS} clients; try again later")
+        most = VIEWERS if credential.scope == Scope.VIEW else WEBSOCKETS
+        if len(running) >= most:
+            await websocket.close(_LATER, f"there are {most} clients; try again later")
             return
         relay = Relay(websocket, settings.arm, WebClient(credential.scope, credential.address))
         running.add(relay)
@@ -356,6 +358,12 @@ def _document(app: FastAPI) -> dict[str, Any]:
     template = "#/components/schemas/{name}"
     types = [m.FromClient, m.FromOwner, SignIn, *(result for _, result, _ in _QUESTIONS.values())]
     (sent, received, *_), schemas = msgspec.json.schema_components(types, ref_template=template)
+    _, sendable = msgspec.json.schema_components([m.FromClient], ref_template=template)
+    # What the owner alone sends may have unknown numbers; from a client they are refused.
+    schemas = {
+        name: schema if name in sendable else _with_unknown_numbers(schema)
+        for name, schema in schemas.items()
+    }
     document: dict[str, Any] = dict(app.openapi())
     components = document.setdefault("components", {})
     components.setdefault("schemas", {}).update(schemas, FromClient=sent, FromOwner=received)
@@ -365,6 +373,18 @@ def _document(app: FastAPI) -> dict[str, Any]:
         "The WebSocket /ws takes FromClient and sends FromOwner, each as a text message."
     )
     return document
+
+
+def _with_unknown_numbers(schema: Any) -> Any:
+    """Return a schema in which a number may be null."""
+    match schema:
+        case {"type": "number"}:
+            return {**schema, "type": ["number", "null"]}
+        case dict():
+            return {key: _with_unknown_numbers(value) for key, value in schema.items()}
+        case list():
+            return [_with_unknown_numbers(value) for value in schema]
+    return schema
 
 
 def _schema(result: type[m.Result]) -> dict[str, Any]:

@@ -6,7 +6,6 @@ import asyncio
 import hashlib
 import secrets
 import time
-from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -14,8 +13,8 @@ from bioscara.web.scopes import Scope
 
 LIFETIME = 12 * 3600.0
 """Time after which a browser has to sign in again [s]."""
-MOST = 256
-"""Number of browsers that may be signed in; the oldest is signed out."""
+MOST = 128
+"""Number of browsers of a scope that may be signed in; the oldest of them is signed out."""
 
 
 @dataclass(slots=True)
@@ -43,15 +42,16 @@ class BrowserSessions:
     def __init__(self, clock: Callable[[], float] = time.monotonic) -> None:
         self._clock = clock
         # By their hashes: how long a search takes then tells nothing of the values.
-        self._sessions: OrderedDict[bytes, BrowserSession] = OrderedDict()
+        self._sessions: dict[bytes, BrowserSession] = {}
 
     def begin(self, scope: Scope) -> str:
         """Sign a browser in; returns the value of its cookie."""
         value = secrets.token_urlsafe(32)
         self._sessions[_key(value)] = BrowserSession(scope, self._clock() + LIFETIME)
-        while len(self._sessions) > MOST:
-            _, oldest = self._sessions.popitem(last=False)
-            oldest.ended.set()
+        # Of its own scope alone: who may only look must not sign out who operates.
+        own = [key for key, session in self._sessions.items() if session.scope == scope]
+        for key in own[:-MOST]:
+            self._sessions.pop(key).ended.set()
         return value
 
     def find(self, value: str) -> BrowserSession | None:

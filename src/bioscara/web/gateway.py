@@ -111,8 +111,7 @@ class Gateway:
         except BaseException:
             self._listener.close()
             raise
-        name = next(name for name in names if name not in LOCAL_NAMES or name == settings.host)
-        shown = f"[{name}]" if ":" in name else name
+        shown = f"[{names[0]}]" if ":" in names[0] else names[0]
         self.url = f"{'https' if settings.tls else 'http'}://{shown}:{port}/"
 
     @property
@@ -183,10 +182,16 @@ class _TimedHttp(H11Protocol):
             self.transport.close()
 
 
+def _is_error(record: logging.LogRecord) -> bool:
+    """Leave out what uvicorn takes for an error: a WebSocket that was answered with a refusal."""
+    return record.msg != "ASGI callable returned without completing handshake."
+
+
 def _config(app: object, certificate: Path | None, key: Path | None) -> uvicorn.Config:
     for name in ("uvicorn", "uvicorn.error", "websockets"):
         # At lower levels they write headers, and so secrets, and a line for each bad request.
         logging.getLogger(name).setLevel(logging.ERROR)
+    logging.getLogger("uvicorn.error").addFilter(_is_error)
     try:
         config = uvicorn.Config(
             app,  # type: ignore[arg-type]
@@ -215,7 +220,7 @@ def _config(app: object, certificate: Path | None, key: Path | None) -> uvicorn.
 
 
 def _names(settings: GatewaySettings) -> tuple[str, ...]:
-    """Return the names of the gateway.
+    """Return the names of the gateway, first the one to be shown.
 
     Raises:
         ConfigurationError: Others would reach it without TLS, or by no name.

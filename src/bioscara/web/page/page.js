@@ -4,6 +4,8 @@
 const VERSION = 1;
 const PERIOD = 0.05; // least time between two samples [s]
 const EVENTS = 100; // events that are shown
+const SILENCE = 1000; // time without a sample after which that is said [ms]
+const OPEN = 1; // state of an open WebSocket
 const QUALITIES = ["fresh", "stale", "assumed", "unknown"];
 
 // Names come from other people and files: what does not print is shown as its code.
@@ -16,7 +18,8 @@ function printable(text) {
 
 // A number that is unknown is null.
 function number(value, factor, digits, unit) {
-  return value === null || value === undefined ? "unknown" : (value * factor).toFixed(digits) + " " + unit;
+  if (value === null || value === undefined) return "unknown";
+  return (value * factor).toFixed(digits).replace(/^-(?=[0.]*$)/, "") + " " + unit;
 }
 
 // A position, or with a suffix a velocity, of a joint.
@@ -38,7 +41,7 @@ if (typeof module !== "undefined") {
 function start() {
   const at = (id) => document.getElementById(id);
   const session = crypto.getRandomValues(new Uint8Array(16)).reduce((text, byte) => text + byte.toString(16).padStart(2, "0"), "");
-  let socket = null, attempt = 0, last = 0, request = 0, instance = "", linear = new Set(), cells = [], drawn = null;
+  let socket = null, attempt = 0, last = 0, request = 0, instance = "", linear = new Set(), cells = [], drawn = null, heard = 0, holder = null;
 
   function say(text) {
     at("message").textContent = printable(text);
@@ -80,7 +83,6 @@ function start() {
     socket.onopen = () => socket.send(JSON.stringify({ kind: "hello", version: VERSION, client: "status page", session }));
     socket.onmessage = (message) => receive(JSON.parse(message.data));
     socket.onclose = (closed) => {
-      at("stop").disabled = true;
       badge("not connected", "broken");
       say(closed.reason || "the connection is broken");
       const over = closed.reason.includes("sign");
@@ -93,34 +95,39 @@ function start() {
       case "welcome":
         attempt = 0;
         say("");
-        badge("live", "live");
-        at("stop").disabled = false;
+        badge("connected", "");
+        heard = performance.now();
         if (message.instance !== instance) {
           // Another run of the owner counts its requests and events anew.
           at("events").replaceChildren();
           instance = message.instance;
-          last = 0;
+          last = Math.max(message.last_event - EVENTS, 0);
         }
         at("title").textContent = printable(message.owner + ": " + message.arm);
         document.title = printable(message.owner) + " - Bioscara";
         send({ kind: "get_description" });
+        send({ kind: "get_lease" });
         send({ kind: "subscribe", states: true, period: PERIOD, events_after: last });
         break;
       case "response":
         if (message.result.kind === "description") {
           linear = new Set(message.result.parameters.joints.filter((joint) => joint.unit === "m").map((joint) => joint.name));
         }
+        if (message.result.kind === "lease_state") holder = message.result.lease.client;
         break;
       case "refusal":
         say(message.failure.text);
         break;
       case "state":
+        heard = performance.now();
+        badge("live", "live");
         // Drawn once for each frame of the screen: the newest one.
         if (drawn === null) requestAnimationFrame(() => { const newest = drawn; drawn = null; draw(newest); });
         drawn = message;
         break;
       case "event":
         last = message.number;
+        if (message.lease) holder = message.lease.client;
         note(message);
         break;
     }
@@ -157,6 +164,7 @@ function start() {
       motors: state.enabled ? "enabled" : "disabled",
       faults: state.fault,
       motion: state.paused ? "paused" : state.moving.join(", ") || "at rest",
+      "commanded by": holder ?? "nobody",
       tool: state.pose ? state.pose.slice(0, 3).map((value) => number(value, 1e3, 1, "mm")).join(", ") + ", yaw " + shown(state.pose[3], false, "") : "unknown until all joints are homed",
       jaws: number(state.width, 1e3, 1, "mm"),
       speed: number(state.speed_override, 100, 0, "%"),
@@ -177,6 +185,30 @@ function start() {
     wanted.forEach(([, value], index) => { list.children[2 * index + 1].textContent = printable(value); });
   }
 
-  at("stop").onclick = () => send({ kind: "stop" });
-  signIn().then((scope) => { badge(scope, ""); connect(); }, (error) => { badge("not connected", "broken"); say(error.message); });
+  // What is shown may be old: that is said after a second.
+  function watch() {
+    const silence = performance.now() - heard;
+    if (socket?.readyState === OPEN && silence > SILENCE) badge("no data for " + Math.round(silence / 1e3) + " s", "broken");
+  }
+
+  // Without a WebSocket by HTTP: a STOP is tried whenever it is asked for.
+  async function stop() {
+    if (socket?.readyState === OPEN) {
+      send({ kind: "stop" });
+      return;
+    }
+    try {
+      const answer = await fetch("api/stop", { method: "POST" });
+      say(answer.ok ? "stopped" : "STOP was refused: " + (await answer.json()).text);
+    } catch (error) {
+      say("STOP did not arrive: " + error.message);
+    }
+  }
+
+  at("stop").onclick = stop;
+  setInterval(watch, SILENCE / 2);
+  signIn().then(
+    (scope) => { badge(scope, ""); at("stop").disabled = false; connect(); },
+    (error) => { badge("not connected", "broken"); say(error.message); },
+  );
 }
