@@ -26,6 +26,7 @@ TOPICS = {
     "point_to_point": "Point to point",
     "server": "The owner and its clients",
     "files": "Reading files",
+    "recording": "Recording",
     "web": "On the web",
     "startup": "Start-up",
 }

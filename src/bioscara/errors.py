@@ -43,6 +43,7 @@
     ├── BusyError                     another call is using the arm
     ├── MotionTimeoutError            a motion took longer than it may
     ├── MotionCancelledError          a motion was cancelled
+    ├── RecordingError                a recording cannot be written or read
     └── OwnerError                    the process that owns the arm, or the way to it
         ├── OwnerLostError            ... it does not run, or does not answer
         ├── BusyOwnerError            ... another one runs, or it has too much to do
@@ -509,6 +510,12 @@ class FaultedError(BioscaraError):
     """A fault is latched: acknowledge and recover it before the arm moves again."""
 
     code = -270
+
+
+class RecordingError(BioscaraError):
+    """A recording cannot be written or read; the arm does not depend on it."""
+
+    code = -290
 
 
 class OwnerError(BioscaraError):

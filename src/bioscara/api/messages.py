@@ -790,6 +790,16 @@ class GetGoal(Query, frozen=True, tag="get_goal"):
     goal: int
 
 
+class GetTrajectories(Query, frozen=True, tag="get_trajectories"):
+    """Ask for the :class:`GoalTrajectories` of a goal.
+
+    Attributes:
+        goal: Its number.
+    """
+
+    goal: int
+
+
 class GetLease(Query, frozen=True, tag="get_lease"):
     """Ask for the :class:`LeaseState`."""
 
@@ -836,6 +846,16 @@ class GetFlightRecord(Query, frozen=True, tag="get_flight_record"):
 
 class ListGoals(Query, frozen=True, tag="list_goals"):
     """Ask for the :class:`GoalList`."""
+
+
+class Report(Command, frozen=True, tag="report"):
+    """Tell all clients something, as an event ``report``; needs no lease.
+
+    Attributes:
+        text: A sentence of up to 500 characters.
+    """
+
+    text: str
 
 
 class GetLog(Command, frozen=True, tag="get_log"):
@@ -896,6 +916,7 @@ AnyCommand = (
     | GetWorkspace
     | GetFaults
     | GetGoal
+    | GetTrajectories
     | GetLease
     | GetStatistics
     | GetParameters
@@ -904,6 +925,7 @@ AnyCommand = (
     | ListFlightRecords
     | GetFlightRecord
     | ListGoals
+    | Report
     | GetLog
     | Subscribe
     | Recall
@@ -1076,6 +1098,19 @@ class GoalList(Result, frozen=True, tag="goal_list"):
     """
 
     goals: tuple[GoalValue, ...]
+
+
+class GoalTrajectories(Result, frozen=True, tag="goal_trajectories"):
+    """The trajectories that a goal follows, one after another.
+
+    Attributes:
+        goal: Number of the goal.
+        trajectories: A ramp to the start, if there is one, and the planned one; empty for goals
+            that follow none.
+    """
+
+    goal: int
+    trajectories: tuple[TrajectoryValue, ...]
 
 
 class Statistics(Result, frozen=True, kw_only=True, tag="statistics"):
@@ -1282,6 +1317,7 @@ AnyResult = (
     | FaultList
     | GoalState
     | GoalList
+    | GoalTrajectories
     | Statistics
     | ParametersState
     | ControllerList
@@ -1348,8 +1384,8 @@ class Event(ApiMessage, frozen=True, kw_only=True, tag="event"):
         wall: When, in seconds since 1970.
         what: ``goal_accepted``, ``goal_ended``, ``fault``, ``faults_cleared``, ``warning``,
             ``lease``, ``stop``, ``pause``, ``resume``, ``workspace``, ``parameters``,
-            ``controllers``, ``gateway``, ``client``, ``speed_override`` or ``owner``; or ``gap``
-            for events that are not kept any more, in number up to its own.
+            ``controllers``, ``gateway``, ``client``, ``speed_override``, ``report`` or ``owner``;
+            or ``gap`` for events that are not kept any more, in number up to its own.
         text: A sentence for people.
         client: The client that caused it; empty if none did.
         goal: The goal that it concerns, as it is then; else null.

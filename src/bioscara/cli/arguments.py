@@ -9,6 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
+from bioscara.api.runtime import DEFAULT
 from bioscara.arguments import OVERLAY_VARIABLE
 from bioscara.cli.options import FINGERS, START, TABLE, Options
 from bioscara.cli.parser import Parser, number, whole_number
@@ -27,8 +28,9 @@ _EPILOG = (
 )
 _OF_OWNERS = ("arms", "status", "lease", "events", "logs")
 """Commands about running owners."""
-_WITHOUT_PARAMETERS = {"simulate", "poses", "tools", "stop", "web", *_OF_OWNERS}
+_WITHOUT_PARAMETERS = {"simulate", "poses", "tools", "stop", "record", "web", *_OF_OWNERS}
 """Commands that load no parameters, or leave it to their actions."""
+_SIZES = {"K": 10**3, "M": 10**6, "G": 10**9}
 _LASTING = frozenset({"enable", "disable", "monitor", "faults", "acknowledge", "recover"})
 """Commands whose effect, or object, is an arm that exists before and after them."""
 
@@ -60,6 +62,7 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     _add_tools_command(parser)
     _add_view_command(parser)
     _add_simulate_command(parser)
+    _add_record_command(parser)
     _add_flash_command(parser)
     _add_serve_command(parser)
     _add_owner_commands(parser)
@@ -126,6 +129,8 @@ def _check(parser: Parser, options: Options) -> None:
                 parser.error(
                     f"{word} applies only to the motion that --plot FILE draws; add --plot"
                 )
+    if getattr(options, "keep", math.inf) < getattr(options, "max_size", 0):
+        parser.error("--keep is smaller than --max-size; give a larger one")
     if options.command == "view":
         _check_view(parser, options)
     if options.command == "web":
@@ -417,9 +422,9 @@ def _add_view_command(commands: Parser) -> None:
         "source",
         metavar="SOURCE",
         nargs="?",
-        help="folder of a run, trajectory file, or sim:/path.sock for the arm that 'bioscara "
-        "simulate' runs, beside the program that uses it (default: sliders, or the plan to the "
-        "target)",
+        help="folder of a run, recording, trajectory file, or sim:/path.sock for the arm that "
+        "'bioscara simulate' runs, beside the program that uses it (default: sliders, or the plan "
+        "to the target)",
     )
     _add_start(view, "joint positions at the start of the plan")
     _add_motion_target(view, required=False)
@@ -500,6 +505,95 @@ def _add_tools_command(commands: Parser) -> None:
     )
     add.add_argument("--mass", metavar="KG", type=number, required=True, help="its mass [kg]")
     _add_force(add, "tool")
+
+
+def _add_record_command(commands: Parser) -> None:
+    record = _add_command(commands, "record", "Record a served arm as MCAP files, or use them.")
+    record.take_commands("action", "ACTION", default="start")
+    texts = {
+        "start": "Record a served arm until Ctrl-C (the default).",
+        "info": "List what a recording contains.",
+        "recover": "Complete a recording whose recorder was killed or whose disk was full.",
+        "export": "Write samples, events and trajectories as tables.",
+        "replay": "Serve a recording as an arm that clients can look at but not command.",
+    }
+    start, info, recover, export, replay = (
+        record.add_command(name, text) for name, text in texts.items()
+    )
+    _add_record_start(start)
+    for action in (info, recover, export, replay):
+        action.add_argument("file", metavar="FILE", type=Path, help="the recording")
+    recover.add_argument(
+        "--out", metavar="FILE", type=Path, help="file to write (default: replace the given one)"
+    )
+    kind = export.add_mutually_exclusive_group(required=True)
+    kind.add_argument("--csv", metavar="DIR", type=Path, help="folder for CSV files")
+    kind.add_argument("--parquet", metavar="DIR", type=Path, help="folder for Parquet files")
+    replay.add_argument(
+        "--name", metavar="NAME", default="replay", help="name of the served arm (default replay)"
+    )
+    replay.add_argument(
+        "--speed",
+        metavar="FACTOR",
+        type=number,
+        default=1.0,
+        help="factor to real time, 0.01 to 100 (default 1)",
+    )
+
+
+def _add_record_start(start: Parser) -> None:
+    start.add_argument(
+        "--arm",
+        metavar="NAME",
+        default=os.environ.get(ARM_VARIABLE) or DEFAULT,
+        help=f"name of the arm (default: ${ARM_VARIABLE}, else {DEFAULT})",
+    )
+    start.add_argument(
+        "--out",
+        metavar="DIR",
+        type=Path,
+        default=Path("recordings"),
+        help="folder of the files (default recordings)",
+    )
+    start.add_argument(
+        "--max-size",
+        metavar="SIZE",
+        type=_size,
+        default=_size("256M"),
+        help="size at which the next file begins, as 500K, 256M or 2G (default 256M)",
+    )
+    start.add_argument(
+        "--max-time",
+        metavar="S",
+        type=_positive,
+        default=3600.0,
+        help="duration after which the next file begins [s] (default 3600)",
+    )
+    start.add_argument(
+        "--keep",
+        metavar="SIZE",
+        type=_size,
+        default=_size("10G"),
+        help="total size of this arm's files in the folder, above which the oldest are deleted "
+        "(default 10G)",
+    )
+
+
+def _size(word: str) -> int:
+    """Return a number of bytes."""
+    factor = _SIZES.get(word[-1:].upper())
+    digits = word if factor is None else word[:-1]
+    value = number(digits) * (factor or 1)
+    if not 1.0 <= value < 2.0**63:
+        raise argparse.ArgumentTypeError(f"{word!r} is not a size from 1 byte on")
+    return int(value)
+
+
+def _positive(word: str) -> float:
+    value = number(word)
+    if not 0.0 < value < math.inf:
+        raise argparse.ArgumentTypeError(f"{word!r} is not above zero")
+    return value
 
 
 def _add_force(parser: Parser, what: str) -> None:

@@ -23,7 +23,7 @@ class Options(argparse.Namespace):
         command: Name of the command.
         module: Name of the module that implements it.
         bus: Name of the bus.
-        arm: Name of the owner whose arm is used; None for an arm of this process.
+        arm: Name of the owner whose arm is used or recorded; None for an arm of this process.
         v1: Whether the simulated joints have their original firmware.
         parameters: File with the values in which the arm differs from the committed ones, if any.
         words: All arguments after ``bioscara``, as typed.
@@ -34,8 +34,9 @@ class Options(argparse.Namespace):
         priority: Real-time priority of the control loop; None for an ordinary process.
         rate: Control cycles per second [Hz]; None for the rate that suits the joints.
         degrees: Whether angles are given and shown in degrees; parsed ones are in radians.
-        out: Folder for the files of the run; None for a new folder under ``runs``.
-        file: File of the trajectory.
+        out: Folder for the files of the run; None for a new folder under ``runs``. Of recordings:
+            their folder, or the file that a recovery writes.
+        file: File of the trajectory, or of the recording.
         fit: Whether to stretch the trajectory in time to fit the limits.
         pose: Goal pose of the tool: x, y, z [m] and yaw [rad]; None if joints are given.
         joints: Goal positions of the joints; None if a pose is given.
@@ -43,15 +44,16 @@ class Options(argparse.Namespace):
         scene: File with the zones and the table around the arm.
         linear: Whether the tool moves along a line.
         via: A point on the tool's arc [m].
-        speed: Share of the speed limits to use.
-        csv: File for the planned trajectory.
+        speed: Share of the speed limits to use; of a replay, its factor to real time.
+        csv: File for the planned trajectory, or folder for the tables of a recording.
+        parquet: Folder for the tables of a recording as Parquet files.
         plot: File for the plot of the motion; None for no plot.
         socket: Unix socket on which the simulated arm listens.
         seed: Seed of the simulation.
         port: TCP port of the 3D view, or of the web gateway.
         source: What the 3D view shows: a run folder, a trajectory file or a running simulated arm;
             None for sliders, or with a target.
-        action: Action on poses or tools.
+        action: Action on poses, tools or recordings.
         force: Whether to replace a pose or tool of the same name.
         offset: Pose of the tool in the flange: x, y, z [m] and yaw [rad].
         mass: Mass of the tool [kg].
@@ -65,12 +67,15 @@ class Options(argparse.Namespace):
         owned: Whether the command may use the arm of a running owner.
         width: Width between the jaws [m], ``"open"`` or ``"close"``.
         table: The file with taught poses; None for :data:`TABLE`.
-        name: Name of a pose.
+        name: Name of a pose; of a replay, that of the served arm.
         tool: Name of a tool.
         calibration: Identifier of the arm's calibration; may be empty.
         joint: Number of the joint to flash.
         swd: Whether to flash through an ST-Link instead of the USB bootloader.
         image: The firmware image; None for the available one of this version.
+        max_size: Size at which the next file of a recording begins [byte].
+        max_time: Duration after which it does [s].
+        keep: Total size of recordings above which the oldest are deleted [byte].
         serial: Serial number of the board in its bootloader, or of the ST-Link, if given.
         host: Address on which the web gateway listens.
         allowed_host: Further names of its computer.
@@ -105,6 +110,7 @@ class Options(argparse.Namespace):
     via: list[float] | None
     speed: float
     csv: Path | None
+    parquet: Path | None
     plot: Path | None
     socket: Path
     seed: int
@@ -131,6 +137,9 @@ class Options(argparse.Namespace):
     swd: bool
     image: Path | None
     serial: str | None
+    max_size: int
+    max_time: float
+    keep: int
     host: str
     allowed_host: list[str]
     tls_cert: Path | None

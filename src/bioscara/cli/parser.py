@@ -22,14 +22,17 @@ class Parser(argparse.ArgumentParser):
     def __init__(self, **options: Any) -> None:
         super().__init__(allow_abbrev=False, **options)
         self.commands: dict[str, Parser] = {}
+        self._default = ""
 
-    def take_commands(self, dest: str, metavar: str) -> None:
+    def take_commands(self, dest: str, metavar: str, default: str = "") -> None:
         """Let the first word be a command that :meth:`add_command` adds.
 
         Args:
             dest: Attribute of the options for the name of the command.
             metavar: Name of the argument.
+            default: Command that is meant where options come first; empty if none is.
         """
+        self._default = default
         # Not required: refuse() reports a missing command, with their names.
         self._added = self.add_subparsers(dest=dest, metavar=metavar, parser_class=Parser)
 
@@ -44,8 +47,17 @@ class Parser(argparse.ArgumentParser):
     def read(self, words: Sequence[str], namespace: argparse.Namespace) -> None:
         """Parse the words into ``namespace``; raises SystemExit, status 2, on wrong usage."""
         words = [f" {word}" if _is_negative(word) else word for word in words]
+        words = self.completed(words)
         self.refuse(words)
         self.parse_args(words, namespace)
+
+    def completed(self, words: list[str]) -> list[str]:
+        """Return the words with the commands that are meant by default."""
+        if self._default and (not words or words[0].startswith("-")):
+            return words if {"-h", "--help"} & set(words) else [self._default, *words]
+        if words and words[0] in self.commands:
+            return [words[0], *self.commands[words[0]].completed(words[1:])]
+        return words
 
     def refuse(self, words: Sequence[str]) -> None:
         """Refuse an unknown command or option, with the nearest known one."""

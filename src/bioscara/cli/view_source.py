@@ -1,4 +1,4 @@
-"""What ``bioscara view`` shows: a run, a trajectory, a plan, or a simulated arm that runs."""
+"""What ``bioscara view`` shows: a run, a recording, a trajectory, a plan, or a running arm."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read
 from bioscara.planning.collision.scene import Scene
+from bioscara.recording.installed import require_installed
 from bioscara.report.folder import SAMPLES
 from bioscara.report.recorded import read_run
 from bioscara.sim import Onlooker
@@ -50,7 +51,7 @@ def look_at(source: str) -> Callable[[], tuple[float, Sequence[float]]]:
 def recording_from(
     options: Options, parameters: ArmParameters, scene: Scene, arm: Scara
 ) -> Recording:
-    """Return the motion in the run folder or trajectory file that SOURCE names.
+    """Return the motion in the run folder, recording or trajectory file that SOURCE names.
 
     Args:
         options: Parsed options.
@@ -59,7 +60,9 @@ def recording_from(
         arm: The arm with its tool.
 
     Raises:
-        ConfigurationError: The folder is not that of a run, or its samples cannot be read.
+        ConfigurationError: The folder is not that of a run, or its samples cannot be read; or the
+            extra ``record`` is not installed.
+        RecordingError: The recording cannot be read.
         TrajectoryError: The file cannot be read or holds no trajectory.
     """
     path = Path(options.source or "")
@@ -69,6 +72,8 @@ def recording_from(
         )
     if path.is_dir():
         return _run(path, [limit.name for limit in arm.limits])
+    if path.suffix == ".mcap":
+        return _recorded(path, [limit.name for limit in arm.limits])
     trajectory, notes = read(path)
     return of_trajectory(str(path), trajectory, notes, parameters, scene, arm)
 
@@ -120,10 +125,22 @@ def _run(folder: Path, names: Sequence[str]) -> Recording:
             f"{folder} is not the folder of a run, as it has no {SAMPLES}; {hint}"
         )
     motion = read_run(folder, names)
-    notes = (
-        (f"the first {motion.skipped:.1f} s, until all joints were homed, are left out",)
-        if motion.skipped > 0.0
-        else ()
-    )
     phases = tuple(phase.value for phase in motion.phases)
+    notes = _left_out(motion.skipped)
     return Recording(f"run {folder}", motion.times, motion.positions, phases, notes)
+
+
+def _recorded(path: Path, names: Sequence[str]) -> Recording:
+    require_installed("record")
+    # Imported here, as the packages of the extra may be missing.
+    from bioscara.recording.joint_motion import read_motion  # noqa: PLC0415
+
+    motion = read_motion(path, names)
+    notes = _left_out(motion.skipped)
+    return Recording(f"recording {path}", motion.times, motion.positions, motion.moving, notes)
+
+
+def _left_out(skipped: float) -> tuple[str, ...]:
+    if skipped <= 0.0:
+        return ()
+    return (f"the first {skipped:.1f} s, until all joints were homed, are left out",)

@@ -18,7 +18,7 @@ from bioscara.api.failures import failure_of
 from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import AccessError, BioscaraError, BusyOwnerError, ConfigurationError
 from bioscara.server.connection import Connection, Sessions, Workers
-from bioscara.server.owner import Owner
+from bioscara.server.served_arm import ServedArm
 
 CLIENTS = 200
 """Largest number of connections."""
@@ -43,7 +43,7 @@ class ApiServer:
         ConfigurationError: There is no such group.
     """
 
-    def __init__(self, owner: Owner, claim: OwnerClaim, group: str = "") -> None:
+    def __init__(self, owner: ServedArm, claim: OwnerClaim, group: str = "") -> None:
         self._owner, self._claim = owner, claim
         self._group = _group_number(group)
         self._sessions, self._instance = Sessions(), secrets.token_hex(16)
@@ -139,7 +139,9 @@ class ApiServer:
                 if former is not None:
                     former.close()
                 await self._listen()
-                self._owner.announce("owner", f"{self._claim.socket} was removed, and made again")
+                self._owner.announce(
+                    "owner", f"{self._claim.socket} was removed, and made again", ""
+                )
             except Exception as error:  # noqa: BLE001  tried again; the arm goes on
                 _log.error("%s cannot be made again: %s", self._claim.socket, error)
 

@@ -24,7 +24,8 @@ from bioscara.errors import (
 )
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
-from bioscara.server.owner import Later, Owner
+from bioscara.server.owner import Later
+from bioscara.server.served_arm import ServedArm
 
 HELLO_TIMEOUT = 5.0
 """Time in which a client has to introduce itself [s]."""
@@ -126,7 +127,7 @@ class Connection(asyncio.Protocol):
 
     def __init__(
         self,
-        owner: Owner,
+        owner: ServedArm,
         sessions: Sessions,
         instance: str,
         workers: Workers,
@@ -266,7 +267,7 @@ class Connection(asyncio.Protocol):
             version=m.VERSION,
             owner=owner.name,
             instance=self._instance,
-            arm=owner.robot.description,
+            arm=owner.description,
             last_event=owner.events.last,
             resumed=resumed,
         )

@@ -16,6 +16,7 @@ from bioscara.api.values import fault_value, trajectory_value
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.control.loop.loop import CycleReport
 from bioscara.errors import ConflictError, InvalidArgumentError, LeaseError, MotionCancelledError
+from bioscara.printing import printable
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 from bioscara.robot.operations.jog import Jog, Velocity
@@ -31,6 +32,7 @@ from bioscara.server.queries import (
     fault_list,
     flight_record,
     flight_records,
+    goal_trajectories,
     statistics,
     workspace_state,
 )
@@ -42,6 +44,8 @@ _log = logging.getLogger(__name__)
 
 PLANS = 32
 """Number of plans that are kept."""
+_REPORT_MAX = 500
+"""Longest text that a client reports to all [characters]."""
 
 
 class Client(Protocol):
@@ -146,6 +150,8 @@ class Owner:
             m.GetWorkspace: lambda *_: workspace_state(self._arm, self._current_revision()),
             m.GetFaults: lambda *_: fault_list(self._arm),
             m.GetGoal: lambda _, command, __: m.GoalState(self.goals.get(command.goal).value()),
+            m.GetTrajectories: self._trajectories,
+            m.Report: self._report,
             m.ListGoals: lambda *_: m.GoalList(tuple(goal.value() for goal in self.goals.all)),
             m.GetLease: lambda *_: m.LeaseState(self.lease.value()),
             m.GetParameters: lambda *_: self._overlay.state(),
@@ -162,6 +168,11 @@ class Owner:
         self.sample = self._sampler.sample(stack.loop.step())
         self._arm.observers = (*self._arm.observers, self.observe)
         self.events.add("owner", f"{name} serves {robot.description}")
+
+    @property
+    def description(self) -> str:
+        """Which arm on which bus, in words."""
+        return self.robot.description
 
     def handle(
         self, client: Client, command: m.AnyCommand, epoch: int | None, clients: int = 1
@@ -439,6 +450,19 @@ class Owner:
             return state
 
         return Later(lambda: self._overlay.write(command.overlay, command.revision), finish)
+
+    def _trajectories(self, _: Client, command: m.GetTrajectories, __: int) -> Later:
+        goal = self.goals.get(command.goal)
+        return Later(lambda: goal_trajectories(goal), lambda result: result)
+
+    def _report(self, client: Client, command: m.Report, _: int) -> m.Done:
+        text = command.text
+        if not 0 < len(text) <= _REPORT_MAX:
+            raise InvalidArgumentError(
+                f"a report has 1 to {_REPORT_MAX} characters, not {len(text)}; shorten it"
+            )
+        self._event("report", f"{client.name}: {printable(text)}", client.name)
+        return m.Done()
 
     def _content(self) -> tuple[object, ...]:
         space: Workspace = self._arm.workspace

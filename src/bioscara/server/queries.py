@@ -5,13 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 
 from bioscara.api import messages as m
-from bioscara.api.values import fault_value, scene_value
+from bioscara.api.values import fault_value, scene_value, trajectory_value
 from bioscara.control.manager.listing import ComponentEntry, ControllerEntry, InterfaceEntry
 from bioscara.control.manager.registry import TYPES
 from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import InvalidArgumentError
 from bioscara.printing import printable
 from bioscara.robot.arm import Arm
+from bioscara.robot.operations.follow_trajectory import FollowTrajectory
+from bioscara.server.goals import ClientGoal
 from bioscara.spelling import did_you_mean
 
 _RECORD_MAX = 16 << 20
@@ -40,6 +42,13 @@ def fault_list(arm: Arm) -> m.FaultList:
         tuple(map(fault_value, tuple(supervisor.faults))),
         tuple(supervisor.warnings),
     )
+
+
+def goal_trajectories(goal: ClientGoal) -> m.GoalTrajectories:
+    """Return the trajectories that a goal follows."""
+    operation = goal.operation
+    paths = operation.paths if isinstance(operation, FollowTrajectory) else []
+    return m.GoalTrajectories(goal.number, tuple(map(trajectory_value, paths)))
 
 
 def controller_list(arm: Arm) -> m.ControllerList:

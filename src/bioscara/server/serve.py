@@ -98,7 +98,6 @@ async def serve(
         crashed = await _ended(robot, ended)
         owner.announce("owner", f"{settings.name} ends: the arm comes to rest and is released")
         robot.stop()
-        await gateways.close()
     finally:
         try:
             await asyncio.to_thread(robot.close)
@@ -106,6 +105,8 @@ async def serve(
             # What the last cycles have posted comes first.
             await asyncio.sleep(0.0)
             owner.report_ended()
+            # Last, so that a recorder gets the end of the last goal.
+            await gateways.close()
             await server.close()
     if crashed:
         raise HardwareError(

@@ -27,6 +27,7 @@ _VIEW = frozenset(
         m.GetWorkspace,
         m.GetFaults,
         m.GetGoal,
+        m.GetTrajectories,
         m.GetLease,
         m.GetStatistics,
         m.GetParameters,
@@ -53,6 +54,7 @@ _OPERATE = frozenset(
         m.AcquireLease,
         m.RenewLease,
         m.ReleaseLease,
+        m.Report,
     }
 )
 _OPERATE_TASKS = frozenset(

@@ -1,0 +1,211 @@
+"""Reading of a recording from its begin to its end, also of one that was never finished.
+
+The index at the end of a file is not used: it is missing where the recorder was killed. A record
+counts if all of it is there, and a chunk if its checksum fits as well.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Collection, Iterator
+from dataclasses import dataclass, field
+from io import BytesIO
+from pathlib import Path
+from typing import BinaryIO, NamedTuple
+
+from mcap.data_stream import ReadDataStream
+from mcap.exceptions import McapError
+from mcap.opcode import Opcode
+from mcap.records import Attachment, Channel, Chunk, Header, Metadata, Schema
+from mcap.stream_reader import CRCValidationError, get_chunk_data_stream
+from mcap.writer import MCAP0_MAGIC
+from zstandard import ZstdError
+
+from bioscara.errors import RecordingError
+
+_RECORD, _MESSAGE = struct.Struct("<BQ"), struct.Struct("<HIQQ")
+_CHUNK_MAX = 256 << 20
+"""Largest chunk, uncompressed, that is read [byte]: others write chunks of some MB."""
+_KNOWN = frozenset(Opcode)
+_UNREADABLE = (
+    McapError,
+    CRCValidationError,
+    ZstdError,
+    struct.error,
+    UnicodeError,
+    ValueError,
+    OverflowError,
+    MemoryError,
+)
+"""What the library raises for bytes that are no record."""
+
+
+class StoredMessage(NamedTuple):
+    """A message as it is in the file.
+
+    Attributes:
+        channel: Its channel.
+        log_time: Time at which it is shown [ns].
+        publish_time: Time that it is about [ns].
+        sequence: Its number; 0 if it has none.
+        data: The message.
+    """
+
+    channel: Channel
+    log_time: int
+    publish_time: int
+    sequence: int
+    data: bytes
+
+
+@dataclass(slots=True)
+class FileScan:
+    """The content of a file as far as it was read, except its messages.
+
+    Attributes:
+        profile: Its profile; ``"ros2"`` for our recordings.
+        schemas: Schemas by number.
+        channels: Channels by number.
+        metadata: Metadata by name.
+        attachments: In their order.
+        complete: Whether the file was finished.
+        size: Size up to the end of the last complete record [byte].
+        damage: What could not be used, other than a missing end.
+    """
+
+    profile: str = ""
+    schemas: dict[int, Schema] = field(default_factory=dict)
+    channels: dict[int, Channel] = field(default_factory=dict)
+    metadata: dict[str, dict[str, str]] = field(default_factory=dict)
+    attachments: list[Attachment] = field(default_factory=list)
+    complete: bool = False
+    size: int = 0
+    damage: list[str] = field(default_factory=list)
+
+
+def messages(
+    path: Path, scan: FileScan, topics: Collection[str] | None = None
+) -> Iterator[StoredMessage]:
+    """Yield the messages of a file, in their order, and fill ``scan`` with all else.
+
+    Args:
+        path: The file.
+        scan: Takes the rest of the content; a new one.
+        topics: Topics whose messages are wanted; None for all.
+
+    Raises:
+        RecordingError: It cannot be read, or is no MCAP file.
+    """
+    try:
+        with path.open("rb") as file:
+            if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+                raise RecordingError(f"{path} is no recording: it does not begin as MCAP files do")
+            scan.size = len(MCAP0_MAGIC)
+            yield from _Reader(file, path.stat().st_size, scan, topics).messages()
+    except OSError as error:
+        raise RecordingError(f"{path} cannot be read: {error.strerror or error}") from error
+
+
+class _Reader:
+    def __init__(
+        self, file: BinaryIO, size: int, scan: FileScan, topics: Collection[str] | None
+    ) -> None:
+        self._file, self._size, self._scan, self._topics = file, size, scan, topics
+
+    def messages(self) -> Iterator[StoredMessage]:
+        scan = self._scan
+        for opcode, payload in self._records():
+            try:
+                if opcode == Opcode.CHUNK:
+                    yield from self._chunk(payload)
+                elif opcode == Opcode.MESSAGE:
+                    yield from self._message(payload, 0, len(payload))
+                elif opcode == Opcode.FOOTER:
+                    scan.complete = self._file.read(len(MCAP0_MAGIC)) == MCAP0_MAGIC
+                    return
+                else:
+                    self._take(opcode, payload)
+            except _UNREADABLE as error:
+                name = Opcode(opcode).name.lower()
+                scan.damage.append(f"a {name} before byte {scan.size} cannot be read: {error}")
+
+    def _records(self) -> Iterator[tuple[int, bytes]]:
+        """Yield the complete records of the file."""
+        scan = self._scan
+        while True:
+            head = self._file.read(_RECORD.size)
+            if len(head) < _RECORD.size:
+                return
+            opcode, length = _RECORD.unpack(head)
+            # No more is asked for than there is: a damaged length would be allocated at once.
+            payload = self._file.read(min(length, self._size))
+            if len(payload) < length:
+                # An incomplete last record, or no record at all.
+                if opcode not in _KNOWN:
+                    scan.damage.append(f"there are no records from byte {scan.size} on")
+                return
+            scan.size += _RECORD.size + length
+            if opcode in _KNOWN:
+                yield opcode, payload
+
+    def _chunk(self, payload: bytes) -> Iterator[StoredMessage]:
+        chunk = Chunk.read(ReadDataStream(BytesIO(payload)))
+        if chunk.uncompressed_size > _CHUNK_MAX:
+            raise ValueError(f"it would have {chunk.uncompressed_size} bytes")
+        stream, length = get_chunk_data_stream(chunk, validate_crc=True)
+        data = stream.read(length)
+        offset = 0
+        while offset < length:
+            opcode, size = _RECORD.unpack_from(data, offset)
+            offset += _RECORD.size
+            if size > length - offset:
+                raise ValueError("a record in it is longer than the chunk")
+            if opcode == Opcode.MESSAGE:
+                yield from self._message(data, offset, size)
+            else:
+                self._take(opcode, data[offset : offset + size])
+            offset += size
+
+    def _message(self, data: bytes, offset: int, size: int) -> Iterator[StoredMessage]:
+        number, sequence, log_time, publish_time = _MESSAGE.unpack_from(data, offset)
+        channel = self._scan.channels.get(number)
+        if channel is None:
+            raise ValueError(f"nothing describes channel {number}")
+        if self._topics is None or channel.topic in self._topics:
+            body = data[offset + _MESSAGE.size : offset + size]
+            yield StoredMessage(channel, log_time, publish_time, sequence, body)
+
+    def _take(self, opcode: int, payload: bytes) -> None:
+        scan, stream = self._scan, ReadDataStream(BytesIO(payload))
+        match opcode:
+            case Opcode.HEADER:
+                scan.profile = Header.read(stream).profile
+            case Opcode.SCHEMA:
+                schema = Schema.read(stream)
+                scan.schemas[schema.id] = schema
+            case Opcode.CHANNEL:
+                channel = Channel.read(stream)
+                scan.channels[channel.id] = channel
+            case Opcode.METADATA:
+                metadata = Metadata.read(stream)
+                scan.metadata[metadata.name] = metadata.metadata
+            case Opcode.ATTACHMENT:
+                attachment = Attachment.read(stream)
+                if attachment not in scan.attachments:
+                    scan.attachments.append(attachment)
+
+
+def read_all(path: Path, take: Callable[[StoredMessage], object]) -> FileScan:
+    """Give each message of a file to a function; return all else.
+
+    Args:
+        path: The file.
+        take: Receives the messages, in their order.
+
+    Raises:
+        RecordingError: It cannot be read, or is no MCAP file.
+    """
+    scan = FileScan()
+    for message in messages(path, scan):
+        take(message)
+    return scan

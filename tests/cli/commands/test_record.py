@@ -1,0 +1,94 @@
+"""``bioscara record`` and what it says about a file; recording itself is in ``tests/recording``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from bioscara.cli import main
+from bioscara.cli.arguments import parse
+from bioscara.recording import installed
+from bioscara.recording.messages import text_message
+from bioscara.recording.recording_file import RecordingFile
+from bioscara.recording.topics import Topic
+
+
+@pytest.fixture
+def unfinished(tmp_path: Path) -> Path:
+    """A recording that was never finished."""
+    file = RecordingFile(tmp_path / "left.mcap")
+    file.describe("bioscara", {"owner": "left", "arm": "simulated", "number": "1"})
+    for number in range(3):
+        file.add(Topic.EVENTS, text_message('{"number": 1, "text": "a"}'), number * 10**9 + 10**18)
+    file.flush()
+    file.abandon()
+    with file.path.open("ab") as end:
+        end.write(bytes((6, 100)))
+    return file.path
+
+
+def test_recording_is_what_record_does_without_another_word() -> None:
+    for words in (["record", "--arm", "left"], ["record", "start", "--arm", "left"]):
+        options = parse(words)
+        assert (options.action, options.arm, options.out) == ("start", "left", Path("recordings"))
+        assert (options.max_size, options.max_time) == (256_000_000, 3600.0)
+    options = parse(["record", "--keep", "2g", "--max-size", "1.5M", "--max-time", "60"])
+    assert (options.keep, options.max_size, options.max_time) == (2 * 10**9, 1_500_000, 60.0)
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        ("record sart", "there is no record command 'sart'; did you mean start?"),
+        ("record --size 3", "record start has no option --size"),
+        ("record --max-size much", "'much' is not a number"),
+        ("record --max-size 0", "'0' is not a size from 1 byte on"),
+        ("record --max-time 0", "'0' is not above zero"),
+        ("record --keep 1M", "--keep is smaller than --max-size"),
+        ("record info", "record info needs FILE"),
+        ("record export a.mcap", "record export needs one of --csv DIR, --parquet DIR"),
+    ],
+)
+def test_wrong_usage_is_refused(
+    words: str, complaint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        main(words.split())
+    assert complaint in capsys.readouterr().err
+
+
+def test_a_file_is_described_completed_and_exported(
+    unfinished: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["record", "info", str(unfinished)]) == 0
+    said = capsys.readouterr().out
+    assert "arm left, simulated; file 1" in said
+    assert "from 2001-09-09 01:46:40 UTC to 2001-09-09 01:46:42 UTC" in said
+    assert "/events: 3 messages, 1.5 Hz" in said
+    assert "never finished, and 2 bytes of an incomplete record follow" in said
+    assert main(["record", "recover", str(unfinished)]) == 0
+    assert "3 messages; 2 bytes were no whole record" in capsys.readouterr().out
+    assert main(["record", "info", str(unfinished)]) == 0
+    assert "\ncomplete\n" in capsys.readouterr().out
+    assert main(["record", "recover", str(unfinished)]) == 0
+    assert "is complete: 3 messages" in capsys.readouterr().out
+    assert main(["record", "export", str(unfinished), "--csv", str(tmp_path / "out")]) == 0
+    assert f"wrote {tmp_path}/out/events.csv" in capsys.readouterr().out
+
+
+def test_a_file_that_is_no_recording_is_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert main(["record", "info", __file__]) == 2
+    assert "is no recording" in capsys.readouterr().err
+
+
+def test_without_the_extra_the_command_that_installs_it_is_named(
+    unfinished: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(installed, "find_spec", lambda name: None if name == "mcap" else name)
+    assert main(["record", "info", str(unfinished)]) == 2
+    err = capsys.readouterr().err
+    assert "recordings need mcap" in err
+    assert "pip install 'bioscara[record]'" in err

@@ -1,0 +1,99 @@
+"""A served arm whose recording the tests make, and how they read it: by mcap's own reader."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from threading import Event as Flag
+from threading import Thread
+from typing import Any, NamedTuple
+
+from mcap.reader import make_reader
+from mcap_ros2.decoder import DecoderFactory
+
+from bioscara import Robot
+from bioscara.recording.folder import RecordingFolder
+from bioscara.recording.owner_recorder import FileLimits
+from bioscara.recording.recorder import record
+from bioscara.server.serve import Served, ServeSettings, serving
+from processes import wait_until
+
+NAME = "left"
+PLENTY = FileLimits(10**9, 3600.0)
+
+
+class Read(NamedTuple):
+    """A message as the libraries of MCAP and ROS 2 read it."""
+
+    topic: str
+    type_name: str
+    log_time: int
+    publish_time: int
+    message: Any
+
+
+@contextmanager
+def served(folder: Path, speed: float = 20.0, rate: int = 100) -> Iterator[Served]:
+    """Serve a simulated arm."""
+    settings = ServeSettings(NAME, "sim", evidence=folder / "faults", speed=speed)
+    with serving(Robot.simulated(evidence=folder / "faults", rate=rate), settings) as owner:
+        yield owner
+
+
+class Recording:
+    """A recorder in a thread.
+
+    Attributes:
+        said: What it announced.
+        error: What ended it; None if the test did.
+    """
+
+    def __init__(self, folder: Path, limits: FileLimits, keep: int) -> None:
+        self.folder = RecordingFolder(folder, NAME, keep)
+        self.said: list[str] = []
+        self.error: Exception | None = None
+        self._ended = Flag()
+        self._thread = Thread(target=self._run, args=(limits,))
+        self._thread.start()
+
+    def _run(self, limits: FileLimits) -> None:
+        try:
+            record(NAME, self.folder, limits, self._ended.is_set, self.said.append)
+        except Exception as error:  # noqa: BLE001  for the test to see
+            self.error = error
+
+    @property
+    def running(self) -> bool:
+        return self._thread.is_alive()
+
+    def heard(self, words: str) -> bool:
+        return any(words in sentence for sentence in self.said)
+
+    def end(self) -> list[Path]:
+        """End it; return its files."""
+        self._ended.set()
+        self._thread.join()
+        return self.folder.files()
+
+
+@contextmanager
+def recording(folder: Path, limits: FileLimits = PLENTY, keep: int = 10**9) -> Iterator[Recording]:
+    """Record the arm; the block begins when the first file has."""
+    made = Recording(folder, limits, keep)
+    try:
+        wait_until(lambda: made.said != [] or not made.running, "the recorder begins")
+        yield made
+    finally:
+        made.end()
+
+
+def read(path: Path, *topics: str) -> list[Read]:
+    """Return the messages of a complete file, or those of some topics."""
+    with path.open("rb") as file:
+        reader = make_reader(file, decoder_factories=[DecoderFactory()])
+        return [
+            Read(channel.topic, schema.name, stored.log_time, stored.publish_time, message)
+            for schema, channel, stored, message in reader.iter_decoded_messages(topics or None)
+            if schema is not None
+        ]

@@ -1,0 +1,119 @@
+"""Tables of a recording have the numbers that mcap's own reader finds."""
+
+from __future__ import annotations
+
+import csv
+import math
+from pathlib import Path
+
+import pandas
+import pytest
+
+from bioscara.errors import ConfigurationError, RecordingError
+from bioscara.recording import export, installed
+from bioscara.recording.export import export_csv, export_parquet
+from bioscara.recording.messages import text_message
+from bioscara.recording.recording_file import RecordingFile
+from bioscara.recording.topics import Topic
+from full_disk import full_after
+from recording.conftest import Made
+from recording.served_arm import read
+
+
+@pytest.fixture(scope="module")
+def tables(made: Made, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("tables")
+    assert [path.name for path in export_csv(made.path, folder)] == [
+        "samples.csv",
+        "events.csv",
+        "trajectories.csv",
+    ]
+    assert len(export_parquet(made.path, folder)) == 3
+    return folder
+
+
+def test_each_sample_is_a_row_with_its_numbers(made: Made, tables: Path) -> None:
+    with (tables / "samples.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    states = read(made.path, Topic.JOINT_STATES)
+    poses = {each.log_time: each.message.pose for each in read(made.path, Topic.TOOL_POSE)}
+    commands = read(made.path, Topic.JOINT_COMMANDS)
+    assert len(rows) == len(states)
+    assert rows[0]["j1_position"] == rows[0]["tool_x"] == ""  # not homed: unknown
+    for row, state, command in list(zip(rows, states, commands, strict=True))[::17]:
+        assert float(row["time"]) == pytest.approx(state.log_time * 1e-9, abs=2e-6)
+        for name, position in zip(state.message.name, state.message.position, strict=True):
+            written = row[f"{name}_position"]
+            known = float(written) if written else math.nan
+            assert known == pytest.approx(position, abs=1e-9, nan_ok=True)
+        if (pose := poses.get(state.log_time)) is not None:
+            assert float(row["tool_x"]) == pytest.approx(pose.position.x, abs=1e-9)
+            half = math.atan2(pose.orientation.z, pose.orientation.w)
+            assert float(row["tool_yaw"]) == pytest.approx(2.0 * half, abs=1e-9)
+        if row["j1_command"]:
+            assert float(row["j1_command"]) == pytest.approx(command.message.position[0])
+    assert {row["arm_enabled"] for row in rows} == {"0", "1"}
+
+
+def test_events_and_trajectories_are_rows(made: Made, tables: Path) -> None:
+    with (tables / "events.csv").open(newline="") as file:
+        events = list(csv.DictReader(file))
+    assert [row["text"] for row in events] == [each.text for each in made.events][: len(events)]
+    ended = [row for row in events if row["what"] == "goal_ended"]
+    assert {row["status"] for row in ended} == {"succeeded"}
+    with (tables / "trajectories.csv").open(newline="") as file:
+        points = list(csv.DictReader(file))
+    assert float(points[-1]["j3_position"]) == pytest.approx(1.0, abs=1e-8)
+    assert float(points[-1]["from_start"]) > 0.5
+
+
+def test_parquet_has_the_same_numbers(tables: Path) -> None:
+    for name in ("samples", "events", "trajectories"):
+        text = pandas.read_csv(tables / f"{name}.csv")
+        table = pandas.read_parquet(tables / f"{name}.parquet")
+        assert list(table.columns) == list(text.columns)
+        assert len(table) == len(text)
+    samples = pandas.read_parquet(tables / "samples.parquet")
+    text = pandas.read_csv(tables / "samples.csv")
+    pandas.testing.assert_frame_equal(samples, text, check_dtype=False, rtol=1e-9, atol=1e-6)
+
+
+def test_more_rows_than_a_table_takes_are_all_written(
+    made: Made, tmp_path: Path, tables: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("bioscara.recording.sample_table.BATCH", 7)
+    export_csv(made.path, tmp_path)
+    for name in ("samples.csv", "events.csv", "trajectories.csv"):
+        assert (tmp_path / name).read_text() == (tables / name).read_text()
+
+
+def test_a_table_without_rows_is_no_file(tmp_path: Path) -> None:
+    file = RecordingFile(tmp_path / "a.mcap")
+    file.finish()
+    assert export_csv(file.path, tmp_path) == []
+    assert export_parquet(file.path, tmp_path) == []
+
+
+def test_a_recording_that_cannot_be_a_table_is_refused(tmp_path: Path) -> None:
+    file = RecordingFile(tmp_path / "a.mcap")
+    file.add(Topic.EVENTS, text_message("no JSON"), 1)
+    file.finish()
+    with pytest.raises(RecordingError, match="an event cannot be read"):
+        export_csv(file.path, tmp_path)
+    with pytest.raises(RecordingError, match="is no recording"):
+        export_csv(Path(__file__), tmp_path)
+    assert list(tmp_path.iterdir()) == [file.path]
+
+
+def test_a_full_disk_leaves_no_part_of_a_table(made: Made, tmp_path: Path) -> None:
+    with full_after(10_000), pytest.raises(RecordingError, match="cannot be written"):
+        export_csv(made.path, tmp_path / "out")
+    assert list((tmp_path / "out").iterdir()) == []
+
+
+def test_without_pyarrow_the_message_has_the_command_that_installs_it(
+    made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(installed, "find_spec", lambda _: None)
+    with pytest.raises(ConfigurationError, match=r"pyarrow.*pip install 'bioscara\[export\]'"):
+        export.export_parquet(made.path, tmp_path)
