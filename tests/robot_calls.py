@@ -90,6 +90,8 @@ def calls(robot: Any) -> dict[str, tuple[Callable[..., object], Base]]:
         "Robot.jog": (robot.jog, {"velocities": lambda: None, **WATCHED}),
         "jog(JointVelocity)": (jogging(robot), {"velocity": JointVelocity(0.01)}),
         "jog(ToolVelocity)": (jogging(robot), {"velocity": ToolVelocity(0.001)}),
+        # Of a robot that is not connected: one that is watched moves in real time from then on.
+        "Robot.watch": (Robot.simulated().watch, {"priority": None, "speed": 1.0}),
         "Robot.states": (first_state(robot), {"period": 1e-3}),
         "Robot.speed_override": (setting(robot, "speed_override"), {"value": 1.0}),
         "Robot.reduced_speed": (setting(robot, "reduced_speed"), {"value": True}),

@@ -16,7 +16,7 @@ from unusable_values import judge
 
 OF_THE_OWNER = ("Robot.", "RobotGripper.", "jog(", "attach(", "Box", "Cylinder", "Scene")
 """Begin of the names of those calls that reach the owner."""
-ELSEWHERE = {"Robot.simulated", "Robot.connect", "Scara.solve"}
+ELSEWHERE = {"Robot.watch", "Robot.simulated", "Robot.connect", "Scara.solve"}
 
 
 class World:

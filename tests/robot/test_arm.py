@@ -8,11 +8,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from pathlib import Path
 from types import FrameType
+from typing import Any
 
 import pytest
 
 from bioscara.bus import FaultyBus, Transaction, When
-from bioscara.errors import BioscaraError, HardwareError
+from bioscara.errors import BioscaraError, HardwareError, InvalidArgumentError, LifecycleError
 from bioscara.hardware import LifecycleState
 from bioscara.model import load_parameters
 from bioscara.robot import Robot
@@ -270,3 +271,20 @@ def test_ctrl_c_ends_the_wait_for_a_callback_that_never_returns(
         thread.join(10.0)
     robot.__exit__(None, None, None)
     assert scene.energised() == []
+
+
+@pytest.mark.parametrize("priority", [0, 100, "high", 1.5, True])
+def test_a_priority_that_cannot_be_used_is_refused_before_the_loop_begins(
+    tmp_path: Path, priority: Any
+) -> None:
+    with simulated_robot(tmp_path).robot as robot:
+        with pytest.raises(InvalidArgumentError, match="priority"):
+            robot.watch(priority=priority)
+        assert not robot.arm.watched
+
+
+def test_a_watched_robot_is_not_opened_again(tmp_path: Path) -> None:
+    with simulated_robot(tmp_path).robot as robot:
+        robot.watch()
+        with pytest.raises(LifecycleError, match="connected already"):
+            robot.open()

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import ExitStack
 from typing import Any, TypeVar
 
-from bioscara.arguments import flag, number
+from bioscara.arguments import flag, number, whole
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
 from bioscara.control.loop.loop import CycleReport
 from bioscara.control.loop.realtime import realtime
@@ -245,10 +245,16 @@ class Arm:
 
         Raises:
             NotInitializedError: The arm is not connected.
-            InvalidArgumentError: The speed is not above zero, or the time is not simulated.
+            InvalidArgumentError: The speed is not above zero, the time is not simulated, or the
+                priority is outside its range.
+            RealtimeError: The system does not permit the priority.
         """
         _ = self.stack
         speed, clock = number("speed", speed), self.session.clock
+        if priority is not None:
+            # Here too: an error in the thread of the loop would end the loop, and nobody saw why.
+            with realtime(priority := whole("priority", priority)):
+                pass
         if not 0.0 < speed <= _FASTEST:
             raise InvalidArgumentError(f"speed {speed:g} is outside 0 .. {_FASTEST:g}")
         if isinstance(clock, PacedClock):

@@ -295,7 +295,8 @@ class Robot:
 
         Raises:
             NotInitializedError: The robot is not connected.
-            InvalidArgumentError: The speed is not possible.
+            InvalidArgumentError: The speed or the priority is not possible.
+            RealtimeError: The system does not permit the priority.
         """
         self._arm.watch(priority=priority, speed=speed)
 
