@@ -87,6 +87,8 @@ def _used(pid: int) -> float:
 def _load(folder: Path) -> list[Row]:
     """Measure a recorder beside an arm that moves all the time."""
     process, path = _recorder(folder)
+    # The description and the definitions come once in a file.
+    once = path.stat().st_size
     time.sleep(2.0)
     used, begun = _used(process.pid), time.monotonic()
     time.sleep(_WATCHED)
@@ -97,7 +99,10 @@ def _load(folder: Path) -> list[Row]:
     samples = sum(1 for _ in read_ros2_messages(os.fspath(path), topics=[Topic.JOINT_STATES]))
     # A busy computer lets the arm have fewer cycles: all is counted for the full rate.
     rate = samples / (passed + 2.0)
-    share, hour = used / passed * _RATE / rate, path.stat().st_size / samples * _RATE * 3600
+    share, hour = (
+        used / passed * _RATE / rate,
+        (path.stat().st_size - once) / samples * _RATE * 3600,
+    )
     return [
         Row(
             f"recorder of an arm that moves all the time at {_RATE} Hz",

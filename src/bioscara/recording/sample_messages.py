@@ -33,7 +33,7 @@ ARM_INTERFACES = (
     "bus_time",
 )
 """Of the arm: the fields of :class:`bioscara.api.messages.StateSample` of these names."""
-TF_CYCLES = 5
+TF_CYCLES = 10
 """Cycles from one set of transforms to the next: they follow from the positions."""
 _DROP_LENGTH, _DROP_TIME = 1.5 * 2.0**26, 1.5 * 2.0**32
 """Numbers whose last digits are 2**-26 and 2**-20."""
