@@ -62,11 +62,11 @@ def test_the_tool_is_where_the_joints_and_the_transforms_put_it(made: Made) -> N
     for time, message in moving.items():
         pose = arm.forward(joints[time].position)
         place = poses[time].position
-        assert (place.x, place.y, place.z) == pytest.approx(pose[:3], abs=1e-8)
+        assert (place.x, place.y, place.z) == pytest.approx(pose[:3], abs=1e-7)
         placed = _placed([*fixed[0].transforms, *message.transforms])
-        assert placed["tool_link"][:3, 3] == pytest.approx(pose[:3], abs=1e-7)
+        assert placed["tool_link"][:3, 3] == pytest.approx(pose[:3], abs=2e-7)
         assert placed["tool_link"][:3, 0] == pytest.approx(
-            [math.cos(pose.yaw), math.sin(pose.yaw), 0.0], abs=1e-7
+            [math.cos(pose.yaw), math.sin(pose.yaw), 0.0], abs=2e-7
         )
 
 

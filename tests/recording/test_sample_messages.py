@@ -70,7 +70,7 @@ def decoded(topic: Topic, data: bytes) -> Any:
 
 
 def same(found: Any, given: Any) -> bool:
-    return list(found) == pytest.approx(list(given), abs=1e-9, rel=0.0, nan_ok=True)
+    return list(found) == pytest.approx(list(given), abs=1e-8, rel=0.0, nan_ok=True)
 
 
 @given(samples, st.integers(0, 2**31 * 10**9 - 1))
@@ -105,7 +105,7 @@ def test_a_sample_is_read_as_it_was(sample: StateSample, stamp: int) -> None:
         place = pose.position
         assert same((place.x, place.y, place.z), sample.pose[:3])
         yaw = 2.0 * math.atan2(pose.orientation.z, pose.orientation.w)
-        assert yaw == pytest.approx(sample.pose.yaw, abs=1e-8)
+        assert yaw == pytest.approx(sample.pose.yaw, abs=1e-7)
 
 
 @given(st.text().filter(lambda text: "\0" not in text))

@@ -30,9 +30,9 @@ METADATA = "bioscara"
 """Name of the metadata of each file."""
 DESCRIPTION, PARAMETERS, OVERLAY = "robot_description.urdf", "parameters.json", "overlay.yaml"
 """Names of the attachments."""
-_FLUSH = 0.4
+_FLUSH = 0.6
 """Longest time for which a message waits for its chunk [s]; a killed recorder loses no more."""
-_SYNC = 0.8
+_SYNC = 0.5
 """Time between two waits for the disk [s]; a loss of power loses no more."""
 _SECOND = 1e9
 

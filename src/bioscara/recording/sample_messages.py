@@ -33,10 +33,10 @@ ARM_INTERFACES = (
     "bus_time",
 )
 """Of the arm: the fields of :class:`bioscara.api.messages.StateSample` of these names."""
-TF_CYCLES = 4
+TF_CYCLES = 10
 """Cycles from one set of transforms to the next: they follow from the positions."""
-_DROP_LENGTH, _DROP_TIME = 1.5 * 2.0**22, 1.5 * 2.0**32
-"""Numbers whose last digits are 2**-30 and 2**-20."""
+_DROP_LENGTH, _DROP_TIME = 1.5 * 2.0**26, 1.5 * 2.0**32
+"""Numbers whose last digits are 2**-26 and 2**-20."""
 BASE = "base_link"
 """Link in which the pose of the tool is."""
 
@@ -135,7 +135,7 @@ class SampleMessages:
 
 
 def rounded(values: Iterable[float]) -> list[float]:
-    """Return lengths [m] and angles [rad] rounded to 2**-30, a nanometre; they compress well.
+    """Return lengths [m] and angles [rad] rounded to 2**-26, 15 nm; they compress well.
 
     Adding a large number drops the digits below its own last one, also of NaN and infinity.
     """
