@@ -177,7 +177,7 @@ class Connection(asyncio.Protocol):
             return
         end = loop.time() + _TURN
         if self._session is not None:
-            commands = self._owner.lease.holder == self.session
+            commands = self._owner.is_commanded_by(self.session)
             self._frames.longest = framing.REQUEST_MAX if commands else framing.QUERY_MAX
         try:
             for payload in self._frames.feed(data):

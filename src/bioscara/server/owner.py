@@ -214,6 +214,10 @@ class Owner:
         if self.lease.lapsed():
             self._lose_lease(f"the lease of {client} has lapsed", client)
 
+    def is_commanded_by(self, session: str) -> bool:
+        """Return whether the client of this session holds the lease."""
+        return self.lease.holder == session
+
     def tick(self) -> None:
         """Do what is due even if the control loop does not run: called now and then."""
         self.expire()
