@@ -422,9 +422,9 @@ def _add_view_command(commands: Parser) -> None:
         "source",
         metavar="SOURCE",
         nargs="?",
-        help="folder of a run, recording, trajectory file, or sim:/path.sock for the arm that "
-        "'bioscara simulate' runs, beside the program that uses it (default: sliders, or the plan "
-        "to the target)",
+        help="folder of a run, recording, trajectory file, sim:/path.sock for the arm that "
+        "'bioscara simulate' runs, beside the program that uses it, or arm:NAME for one that "
+        "'bioscara serve' runs (default: sliders, or the plan to the target)",
     )
     _add_start(view, "joint positions at the start of the plan")
     _add_motion_target(view, required=False)

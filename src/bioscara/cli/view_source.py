@@ -2,50 +2,77 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from bioscara.cli.options import START, Options
 from bioscara.cli.target import plan_target, target_planner
-from bioscara.errors import BioscaraError, ConfigurationError, InvalidArgumentError
+from bioscara.errors import (
+    BioscaraError,
+    BusUnavailableError,
+    ConfigurationError,
+    InvalidArgumentError,
+    OwnerLostError,
+)
 from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read
 from bioscara.planning.collision.scene import Scene
 from bioscara.recording.installed import require_installed
+from bioscara.remote import RemoteRobot
 from bioscara.report.folder import SAMPLES
 from bioscara.report.recorded import read_run
 from bioscara.sim import Onlooker
 from bioscara.viewer.recording import Recording
 
-_SIMULATED = "sim:"
+_SIMULATED, _SERVED = "sim:", "arm:"
 
 
 def is_arm(source: str) -> bool:
     """Return whether SOURCE names an arm, and not a file or folder."""
-    return source == "sim" or source.startswith((_SIMULATED, "linux:"))
+    return source == "sim" or source.startswith((_SIMULATED, _SERVED, "linux:"))
 
 
 def look_at(source: str) -> Callable[[], tuple[float, Sequence[float]]]:
-    """Return a function that returns the time and the joint positions of a simulated arm.
+    """Return a function that returns the time and the joint positions of a running arm.
 
     Args:
-        source: Name of its bus.
+        source: Name of the bus of a simulated one, or ``arm:NAME`` for one that is served.
 
     Raises:
         InvalidArgumentError: The arm cannot be shown.
         BusUnavailableError: No arm answers behind the socket.
+        OwnerLostError: No owner of that name runs.
     """
+    if source.startswith(_SERVED):
+        return _look_at_served(source.removeprefix(_SERVED))
     path = source.removeprefix(_SIMULATED) if source.startswith(_SIMULATED) else ""
     if not path:
         other = "a real arm has one host" if source.startswith("linux:") else "it has no process"
         raise InvalidArgumentError(
-            f"{source}: an arm is shown live only as sim:/path.sock, which 'bioscara simulate "
-            f"--socket /path.sock' runs ({other}); for this one, name the folder of its run"
+            f"{source}: an arm is shown live only as arm:NAME, which 'bioscara serve' runs, or as "
+            f"sim:/path.sock, which 'bioscara simulate --socket /path.sock' runs ({other}); for "
+            "this one, name the folder of its run"
         )
     onlooker = Onlooker(path)
     onlooker.look()  # so that a wrong path is refused at once
     return onlooker.look
+
+
+def _look_at_served(name: str) -> Callable[[], tuple[float, Sequence[float]]]:
+    robot = RemoteRobot(name).open()
+
+    def look() -> tuple[float, Sequence[float]]:
+        try:
+            state = robot.state
+        except OwnerLostError as error:
+            raise BusUnavailableError(str(error)) from error
+        if any(map(math.isnan, state.positions)):
+            raise BusUnavailableError(f"arm {name} is not homed: its position is unknown")
+        return state.time, state.positions
+
+    return look
 
 
 def recording_from(

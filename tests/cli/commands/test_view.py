@@ -18,6 +18,8 @@ import pytest
 
 from bioscara.cli import main
 from bioscara.cli.options import START
+from bioscara.cli.view_source import look_at
+from bioscara.errors import BusUnavailableError
 from bioscara.model import load_parameters
 from bioscara.planning import Trajectory, write_csv
 from bioscara.planning.collision.scene import Scene
@@ -26,6 +28,7 @@ from bioscara.report import CycleRecord, JointRecord, Phase, SampleQuality
 from bioscara.report.samples import header, row
 from bioscara.robot import kinematics_of
 from cli.commands.pictures import expected
+from served import NAME, arm_served
 
 NAMES = ("j1", "j2", "j3", "j4")
 EXAMPLE = Path(__file__).parents[3] / "examples" / "scene.yaml"
@@ -212,6 +215,17 @@ def test_a_motion_is_played(
 
 
 @needs_viser
+def test_a_served_arm_is_looked_at() -> None:
+    with arm_served() as served:
+        look_at_it = look_at(f"arm:{NAME}")
+        time, joints = look_at_it()
+        assert joints == pytest.approx(served.robot.state.positions, abs=1e-3)
+        assert time <= served.robot.state.time
+    with pytest.raises(BusUnavailableError):
+        look_at_it()
+
+
+@needs_viser
 @pytest.mark.parametrize(
     ("words", "complaint"),
     [
@@ -225,8 +239,9 @@ def test_a_motion_is_played(
         ("emptied", "emptied/samples.csv, line 1: the line is truncated"),
         ("begun", "ended before the position of every joint was known"),
         ("sim:/no/such.sock", "bioscara simulate --socket /no/such.sock"),
-        ("sim", "only as sim:/path.sock"),
-        ("linux:1", "only as sim:/path.sock"),
+        ("sim", "or as sim:/path.sock"),
+        ("linux:1", "or as sim:/path.sock"),
+        ("arm:nobody", "no owner of arm nobody runs"),
         ("--joints 9 9 9 9", "--joints, j1"),
         ("--pose 9 9 0 0", "cannot be reached"),
         ("--name palte", "did you mean plate?"),
