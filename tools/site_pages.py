@@ -44,6 +44,7 @@ _PAGE_OF_PACKAGE = {
     "bioscara.robot.operations": "robot",
     "bioscara.robot.gripper": "robot",
     "bioscara.robot": "robot",
+    "bioscara.remote": "robot",
     "bioscara.report": "robot",
     "bioscara.robot.planner": "planning",
     "bioscara.planning": "planning",

@@ -175,7 +175,9 @@ class ReplayedArm:
         events = self.events.last
         due = self._first + self._speed * (time.monotonic() - self._begun)
         if self._advance(due):
-            self.changed(self.events.last != events)
+            self.changed(True)
+        if self.events.last != events:
+            self.changed(False)
 
     def _advance(self, due: float) -> bool:
         """Go on to the last sample that is due; return whether there is a new one."""

@@ -117,15 +117,16 @@ class ApiServer:
             return gid == self._group
         return self._group in os.getgrouplist(name, gid)
 
-    def _changed(self, has_events: bool) -> None:
+    def _changed(self, has_sample: bool) -> None:
+        """Send the new sample, or else the new events."""
         sample = self._owner.sample
         packed: bytes | None = None
         for connection in tuple(self._connections):
-            if connection.wants_states:
+            if not has_sample:
+                connection.pump()
+            elif connection.wants_states:
                 packed = packed or framing.packed(sample)
                 connection.offer(packed, sample.time)
-            if has_events:
-                connection.pump()
 
     async def _tick(self) -> None:
         """Let a lease lapse in time, and listen again if the socket was removed."""

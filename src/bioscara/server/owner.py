@@ -96,7 +96,7 @@ class Owner:
         lease: The lease.
         goals: The goals.
         sample: The state at the end of the last cycle.
-        changed: Called when there is a new sample, or a new event.
+        changed: Called with True when there is a new sample, with False when there is a new event.
     """
 
     def __init__(
@@ -235,7 +235,8 @@ class Owner:
 
     def _after_cycle(self) -> None:
         self._posted = False
-        events = self.events.last
+        # First, as this is what clients wait for.
+        self.changed(True)
         self.expire()
         # Clients that see an end see the state after it.
         self.report_ended(self.sample.cycle)
@@ -245,7 +246,6 @@ class Owner:
             self._activity = activity
             self._event("controllers", "controllers or hardware components changed their state")
         self._current_revision()
-        self.changed(self.events.last != events)
 
     def _report_faults(self) -> None:
         if not self.robot.arm.session.connected:
@@ -282,7 +282,7 @@ class Owner:
         self.events.add(what, text, client, **details)
         level = logging.WARNING if what in {"fault", "warning"} else logging.INFO
         _log.log(level, "%s: %s", what, text)
-        self.changed(True)
+        self.changed(False)
 
     def announce(self, what: str, text: str, client: str = "") -> None:
         """Add an event of the server itself."""

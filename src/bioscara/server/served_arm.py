@@ -27,7 +27,7 @@ class ServedArm(Protocol):
     """An arm behind a socket; all methods are called in the thread of the requests.
 
     Attributes:
-        changed: Called when there is a new sample, or a new event: then with True.
+        changed: Called with True when there is a new sample, with False when there is a new event.
     """
 
     changed: Callable[[bool], object]
