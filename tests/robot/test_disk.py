@@ -60,12 +60,12 @@ class Watch:
 
         return call
 
-    def step(self, loop: Loop, original: Callable[[Loop], CycleReport]) -> CycleReport:
+    def step(self, cycle: Callable[[], CycleReport]) -> CycleReport:
         counting = transfers() - transfers()
         before, calls = transfers(), []
         self.calls = calls
         try:
-            return original(loop)
+            return cycle()
         finally:
             self.calls = None
             self.cycles.append(Asked(calls, transfers() - before + counting))
@@ -87,7 +87,9 @@ def cycles(monkeypatch: pytest.MonkeyPatch) -> list[Asked]:
     for name in ("fsync", "fdatasync", "sync", "stat", "lstat", "access", "replace"):
         monkeypatch.setattr(os, name, WATCH.seen(name, getattr(os, name)))
     original = Loop.step
-    monkeypatch.setattr(Loop, "step", lambda loop: WATCH.step(loop, original))
+    monkeypatch.setattr(
+        Loop, "step", lambda loop, before=None: WATCH.step(lambda: original(loop, before))
+    )
     return WATCH.cycles
 
 
@@ -155,13 +157,13 @@ def test_the_width_at_which_the_jaws_were_stopped_is_stored(
         robot.gripper.move(0.11)
         steps, step = 0, Loop.step
 
-        def stopping(loop: Loop) -> CycleReport:
+        def stopping(loop: Loop, before: Callable[[], object] | None = None) -> CycleReport:
             nonlocal steps
             steps += 1
             if steps == 4:
                 robot.stop()
                 world.full = full
-            return step(loop)
+            return step(loop, before)
 
         monkeypatch.setattr(Loop, "step", stopping)
         with pytest.raises(MotionCancelledError):
