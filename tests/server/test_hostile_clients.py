@@ -152,7 +152,7 @@ def test_only_the_client_that_commands_may_send_what_takes_long_to_read() -> Non
         with pytest.raises(InvalidArgumentError):
             client.request(m.Start(task=m.MoveNamed(name=text)), epoch)
         client.request(m.ReleaseLease(), epoch)
-        client.begin(m.GetFlightRecord(text))
+        client.send_bytes(start)
         assert "is announced" in str(refusal(client))
 
 
