@@ -49,7 +49,7 @@ def error_of(failure: FailureValue) -> Exception:
     kind = _class_of(failure.error)
     if kind is None:
         return OwnerError(f"{failure.error}: {failure.text}")
-    # Not by its constructor, whose arguments are not those that it keeps.
+    # Without its constructor: the arguments of that are not among the attributes.
     error = kind.__new__(kind)
     error.args = tuple(data.pop("args", (failure.text,)))
     for key, value in data.items():

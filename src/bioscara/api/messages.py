@@ -191,7 +191,7 @@ class LeaseValue(Value, frozen=True):
     """Who may command the arm.
 
     Attributes:
-        client: Name of the holder; null while nobody holds it.
+        client: Name of the holder; null if there is none.
         epoch: Number of the lease; every commanding request carries it.
         remaining: Time until it lapses unless it is renewed.
     """
