@@ -45,6 +45,7 @@ from bioscara.kinematics import Joints, Pose
         ("demo --v1 --bus linux:1", "--v1 applies only to"),
         ("enable", "enable needs an arm that outlasts this command"),
         ("monitor --bus sim", "bioscara simulate --socket"),
+        ("serve --with webb", "there is no gateway 'webb'; did you mean web?"),
         ("gripper wide", "WIDTH: 'wide' is not a number"),
     ],
 )
@@ -58,6 +59,27 @@ def test_wrong_usage_is_one_sentence_that_names_the_word_and_the_remedy(
     assert out == ""
     assert complaint in err
     assert len(err.splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("word", "complaint"),
+    [
+        ("web --prot 9000", "web has no option --prot; did you mean --port?"),
+        ("web --port x", "--port: 'x' is not a port"),
+        ("web 'x", "cannot be read: no closing quotation"),
+    ],
+)
+def test_the_options_of_a_gateway_are_checked_before_it_runs(
+    word: str, complaint: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    with pytest.raises(SystemExit):
+        parse(["serve", "--with", word])
+    assert complaint in capsys.readouterr().err
+
+
+def test_gateways_are_given_by_names_or_one_by_one_with_options() -> None:
+    words = ["serve", "--with", "record,web", "--with", "web --port 9000"]
+    assert parse(words).gateways == [("record",), ("web",), ("web", "--port", "9000")]
 
 
 @pytest.mark.parametrize("value", ["-1e-3", "-.5", "-2", "-0.25", "-1E2"])

@@ -12,7 +12,7 @@ from pathlib import Path
 from bioscara.api.runtime import DEFAULT
 from bioscara.arguments import OVERLAY_VARIABLE
 from bioscara.cli.options import FINGERS, START, TABLE, Options
-from bioscara.cli.parser import Parser, number, whole_number
+from bioscara.cli.parser import Parser, gateways, number, whole_number
 from bioscara.version import __version__
 
 ARM_VARIABLE = "BIOSCARA_ARM"
@@ -73,6 +73,9 @@ def parse(arguments: Sequence[str] | None = None) -> Options:
     options.arm = getattr(options, "arm", None)
     _choose_owner(parser.commands[options.command], options)
     _check(parser.commands[options.command], options)
+    for gateway in getattr(options, "gateways", ()):
+        # Refused here, not when it is started again and again.
+        parse([*gateway, "--arm", options.name])
     if getattr(options, "degrees", False):
         _convert_degrees(options)
     return options
@@ -352,8 +355,10 @@ def _add_serve_command(commands: Parser) -> None:
         "--with",
         dest="gateways",
         metavar="LIST",
-        default="",
-        help="also run these gateways, as web,record, and start them again when they end",
+        type=gateways,
+        action="extend",
+        default=[],
+        help="also run these gateways, as web,record or 'web --port 9000' with options; repeatable",
     )
     serve.add_argument(
         "--group",

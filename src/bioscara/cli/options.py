@@ -57,7 +57,7 @@ class Options(argparse.Namespace):
         force: Whether to replace a pose or tool of the same name.
         offset: Pose of the tool in the flange: x, y, z [m] and yaw [rad].
         mass: Mass of the tool [kg].
-        gateways: Names of the programs to run beside an owner, separated by commas.
+        gateways: Words of the programs to run beside an owner.
         group: Group whose members may be clients of an owner; empty for this user alone.
         evidence: Folder for the flight records of a served arm.
         json: Whether to write JSON.
@@ -121,7 +121,7 @@ class Options(argparse.Namespace):
     offset: list[float]
     mass: float
     width: float | str
-    gateways: str
+    gateways: list[tuple[str, ...]]
     group: str
     evidence: Path
     json: bool

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import shlex
 import sys
 from collections.abc import Iterable, Sequence
 from typing import Any, NoReturn
 
 from bioscara.cli.output.console import ExitStatus, complain
 from bioscara.spelling import did_you_mean
+
+_GATEWAYS = ("web", "record")
+"""Commands that run beside an owner."""
 
 
 class Parser(argparse.ArgumentParser):
@@ -162,6 +166,23 @@ def whole_number(word: str) -> int:
     with contextlib.suppress(ValueError):
         return int(word)
     raise argparse.ArgumentTypeError(f"{word.strip()!r} is not a whole number")
+
+
+def gateways(word: str) -> list[tuple[str, ...]]:
+    """Return the words of the gateways in an argument: their names, or one name with options."""
+    try:
+        words = shlex.split(word)
+    except ValueError as error:
+        text = f"{word.strip()!r} cannot be read: {str(error).lower()}"
+        raise argparse.ArgumentTypeError(text) from None
+    found: list[tuple[str, ...]] = [(name,) for name in word.split(",") if name]
+    if len(words) > 1:
+        found = [tuple(words)]
+    for name, *_ in found:
+        if name not in _GATEWAYS:
+            hint = did_you_mean(name, _GATEWAYS, f"there are {', '.join(_GATEWAYS)}")
+            raise argparse.ArgumentTypeError(f"there is no gateway {name!r}; {hint}")
+    return found
 
 
 def _is_negative(word: str) -> bool:

@@ -450,5 +450,7 @@ class OwnerLink:
 
 def _program() -> str:
     """Return a name for this client: its program and its process."""
-    name = Path(sys.argv[0] if sys.argv and sys.argv[0] else "python").name
+    path = Path(sys.argv[0] if sys.argv and sys.argv[0] else "python")
+    # Of a package that is run with -m.
+    name = path.parent.name if path.name == "__main__.py" else path.name
     return f"{printable(name)[: m.NAME_MAX - 12]}[{os.getpid()}]"

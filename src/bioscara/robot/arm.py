@@ -6,7 +6,7 @@ import math
 import sys
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from typing import Any, TypeVar
 
@@ -32,6 +32,9 @@ _SWITCH_INTERVAL = 0.0005
 
 _PATIENCE = 15.0
 """Time after which a stopped operation is at rest, or in a callback that may never return [s]."""
+_ATTEMPTS = 3
+"""Number of cycles in a row that fail, after which operations end without coming to rest: the
+joints then stop themselves, as they receive nothing."""
 _FASTEST = 1000.0
 """Largest factor between simulated and real time that is accepted."""
 _POLL = 0.1
@@ -81,6 +84,7 @@ class Arm:
         self._stepper: threading.Thread | None = None
         self._runner: threading.Thread | None = None
         self._watched = False
+        self._failures = 0
         self._priority: int | None = None
         self._arranging = threading.Lock()
 
@@ -215,7 +219,7 @@ class Arm:
                 while not operation.done:
                     self.step()
             except BaseException as error:  # noqa: BLE001  raised by result()
-                operation.interrupt(error)
+                self._interrupt((operation,), error)
             finally:
                 self._leave_turn()
         self._forget_ended()
@@ -286,8 +290,7 @@ class Arm:
                 except BaseException as error:
                     if not self._operations:
                         raise
-                    for operation in self._operations:
-                        operation.interrupt(error)
+                    self._interrupt(self._operations, error)
         finally:
             self._leave_turn()
 
@@ -307,10 +310,21 @@ class Arm:
             self._forget_ended()
         if self._operations or idle:
             cycle = self.stack.loop.step(self._stop_at_last)
+            self._failures = 0
             for operation in self._operations:
                 operation.observe(cycle)
             for observer in self.observers:
                 observer(cycle)
+
+    def _interrupt(self, operations: Sequence[Operation[Any]], error: BaseException) -> None:
+        """Bring operations to rest after a cycle that raised, or end them if all cycles raise."""
+        # Requests to end the program may come in a row, and cycles after them succeed.
+        self._failures += isinstance(error, Exception)
+        for operation in operations:
+            if self._failures < _ATTEMPTS:
+                operation.interrupt(error)
+            else:
+                operation.abandon(error)
 
     def _stop_at_last(self) -> None:
         """Step the operations that were stopped while the loop waited for its deadline."""

@@ -9,11 +9,6 @@ import sys
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 
-from bioscara.errors import ConfigurationError
-from bioscara.spelling import did_you_mean
-
-KINDS = {"web": ("web",), "record": ("record",)}
-"""Words of ``bioscara`` that run each gateway."""
 _FIRST, _LONGEST = 1.0, 60.0
 """Shortest and longest wait before one is started again [s]; each wait is twice as long."""
 _STABLE = 60.0
@@ -24,46 +19,37 @@ _PATIENCE = 10.0
 _log = logging.getLogger(__name__)
 
 
-def require_known(names: Sequence[str]) -> tuple[str, ...]:
-    """Return the names of gateways.
-
-    Raises:
-        ConfigurationError: There is none of such a name.
-    """
-    for name in names:
-        if name not in KINDS:
-            hint = did_you_mean(name, KINDS, f"there are {', '.join(KINDS)}")
-            raise ConfigurationError(f"there is no gateway {name!r}; {hint}")
-    return tuple(dict.fromkeys(names))
-
-
 class Gateways:
     """Runs gateways until :meth:`close`.
 
     Args:
-        names: Which ones.
+        commands: Words of ``bioscara`` that run each one.
         arm: Name of the owner.
         announce: Reports what happened to one.
     """
 
     def __init__(
-        self, names: Sequence[str], arm: str, announce: Callable[[str, str], object]
+        self,
+        commands: Sequence[tuple[str, ...]],
+        arm: str,
+        announce: Callable[[str, str], object],
     ) -> None:
-        self._names, self._arm, self._announce = require_known(names), arm, announce
+        self._commands, self._arm, self._announce = commands, arm, announce
         self._tasks: list[asyncio.Task[None]] = []
-        self.processes: dict[str, asyncio.subprocess.Process] = {}
+        self._processes: dict[tuple[str, ...], asyncio.subprocess.Process] = {}
 
     def start(self) -> None:
         """Begin to run them, in the running event loop."""
         loop = asyncio.get_running_loop()
-        self._tasks = [loop.create_task(self._supervise(name)) for name in self._names]
+        commands = dict.fromkeys(self._commands)
+        self._tasks = [loop.create_task(self._supervise(words)) for words in commands]
 
     async def close(self) -> None:
         """End them; those that do not end in time are killed."""
         for task in self._tasks:
             task.cancel()
         await asyncio.gather(*self._tasks, return_exceptions=True)
-        running = list(self.processes.values())
+        running = list(self._processes.values())
         for process in running:
             with suppress(ProcessLookupError):
                 process.terminate()
@@ -74,17 +60,17 @@ class Gateways:
                 process.kill()
                 await process.wait()
 
-    async def _supervise(self, name: str) -> None:
-        loop, wait = asyncio.get_running_loop(), _FIRST
+    async def _supervise(self, words: tuple[str, ...]) -> None:
+        loop, wait, name = asyncio.get_running_loop(), _FIRST, words[0]
         while True:
             begin = loop.time()
             process = await asyncio.create_subprocess_exec(
-                sys.executable, "-m", "bioscara", *KINDS[name], "--arm", self._arm
+                sys.executable, "-m", "bioscara", *words, "--arm", self._arm
             )
-            self.processes[name] = process
+            self._processes[words] = process
             self._announce("gateway", f"{name} runs as process {process.pid}")
             status = await process.wait()
-            del self.processes[name]
+            del self._processes[words]
             if loop.time() - begin >= _STABLE:
                 wait = _FIRST
             reason = signal.Signals(-status).name if status < 0 else f"status {status}"

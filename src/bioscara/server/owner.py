@@ -7,6 +7,7 @@ import threading
 import time
 from collections import OrderedDict, deque
 from collections.abc import Callable
+from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -15,7 +16,13 @@ from bioscara.api import messages as m
 from bioscara.api.values import fault_value, trajectory_value
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.control.loop.loop import CycleReport
-from bioscara.errors import ConflictError, InvalidArgumentError, LeaseError, MotionCancelledError
+from bioscara.errors import (
+    ConflictError,
+    InvalidArgumentError,
+    LeaseError,
+    MotionCancelledError,
+    NotInitializedError,
+)
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
@@ -240,16 +247,16 @@ class Owner:
         self.expire()
         # Clients that see an end see the state after it.
         self.report_ended(self.sample.cycle)
-        self._report_faults()
-        self._report_warnings()
-        if (activity := self._arm.stack.manager.activity) != self._activity:
-            self._activity = activity
-            self._event("controllers", "controllers or hardware components changed their state")
+        # The arm may be disconnected meanwhile, in the thread that ends the service.
+        with suppress(NotInitializedError):
+            self._report_faults()
+            self._report_warnings()
+            if (activity := self._arm.stack.manager.activity) != self._activity:
+                self._activity = activity
+                self._event("controllers", "controllers or hardware components changed their state")
         self._current_revision()
 
     def _report_faults(self) -> None:
-        if not self.robot.arm.session.connected:
-            return
         faults = self.robot.faults
         if faults == self._faults:
             return
@@ -262,8 +269,6 @@ class Owner:
         self._faults = faults
 
     def _report_warnings(self) -> None:
-        if not self.robot.arm.session.connected:
-            return
         warnings = self.robot.warnings
         if warnings == self._warnings:
             return

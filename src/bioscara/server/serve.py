@@ -33,7 +33,7 @@ class ServeSettings:
         overlay: File with the values in which this arm differs; None if there is none.
         evidence: Folder of the flight records.
         group: Group whose members may be clients; empty for this user alone.
-        gateways: Programs to run beside it.
+        gateways: Words of ``bioscara`` that run each program beside it.
         priority: Real-time priority of the control loop; None for none.
         speed: Factor by which simulated time is faster than real time.
     """
@@ -43,7 +43,7 @@ class ServeSettings:
     overlay: Path | None = None
     evidence: Path = FAULTS
     group: str = ""
-    gateways: Sequence[str] = ()
+    gateways: Sequence[tuple[str, ...]] = ()
     priority: int | None = None
     speed: float = 1.0
 

@@ -587,6 +587,26 @@ def test_ctrl_c_while_another_thread_moves_the_arm_stops_it(
         way.goes_on()
 
 
+def test_a_motion_ends_if_no_cycle_can_run_any_more(
+    arm: SimulatedArm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(_: float) -> None:
+        raise OSError("the clock is broken")
+
+    with connected(arm, tmp_path, watched=False) as way:
+        at = At(cycle_30=lambda: monkeypatch.setattr(arm.clock, "sleep_until", fail))
+        with pytest.raises(OSError, match="the clock is broken"):
+            way.run(move(on_cycle=at))
+        monkeypatch.undo()
+        # Without setpoints the joints have stopped themselves.
+        way.pass_time()
+        assert way.scene.speed() < 0.02
+        assert [len(at.records), way.robot.arm.operations] == [30, ()]
+        assert way.robot.acknowledge()
+        way.robot.recover()
+        way.goes_on()
+
+
 def test_a_fault_of_a_standing_arm_is_noticed_while_it_is_watched(tmp_path: Path) -> None:
     arm = SimulatedArm(seed=2, positions=NEAR)
     with connected(arm, tmp_path, watched=True) as way:

@@ -12,7 +12,6 @@ from bioscara.cli.parameters import parameters_from
 from bioscara.errors import InvalidArgumentError
 from bioscara.robot import Robot
 from bioscara.server import log
-from bioscara.server.gateways import require_known
 from bioscara.server.owner import Owner
 from bioscara.server.serve import ServeSettings, serve
 
@@ -33,7 +32,7 @@ def run(options: Options) -> int:
         overlay=options.parameters,
         evidence=options.evidence,
         group=options.group,
-        gateways=require_known([name for name in options.gateways.split(",") if name]),
+        gateways=options.gateways,
         priority=options.priority,
         speed=options.speed,
     )

@@ -187,6 +187,16 @@ class Operation(ABC, Generic[T]):
         if self._interruption is None or not isinstance(error, Exception):
             self._interruption = error
 
+    def abandon(self, error: BaseException) -> None:
+        """End with this error, or with the one before it, although no cycle can run any more."""
+        if self.done:
+            return
+        self._end(self._interruption or error)
+        if self._procedure is not None:
+            # It would come to rest in further cycles.
+            with suppress(RuntimeError):
+                self._procedure.close()
+
     @property
     def stop_unseen(self) -> bool:
         """Whether a stop was requested since the last step."""
