@@ -33,7 +33,7 @@ def _runtime() -> Iterator[None]:
 def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
     """Record an arm that is homed and moved, and its jaws."""
     folder = tmp_path_factory.mktemp("made")
-    with served(folder, 50.0) as owner:
+    with served(folder, 20.0) as owner:
         with recording(folder) as recorder:
             with Robot.connect(f"arm:{NAME}") as robot:
                 robot.home()

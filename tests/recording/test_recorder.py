@@ -144,7 +144,7 @@ def test_the_status_changes_where_the_arm_does(made: Made) -> None:
 def test_the_next_file_begins_by_size_and_by_time_and_nothing_is_between(
     limits: FileLimits, tmp_path: Path
 ) -> None:
-    with served(tmp_path, 50.0) as owner, recording(tmp_path, limits) as recorder:
+    with served(tmp_path) as owner, recording(tmp_path, limits) as recorder:
         wait_until(lambda: len(recorder.folder.files()) >= 3, "three files")
         owner.owner.announce("report", "the last event")
         files = recorder.end()
@@ -157,7 +157,7 @@ def test_the_next_file_begins_by_size_and_by_time_and_nothing_is_between(
     assert "the last event" in [event["text"] for each in parts for event in _events(each)]
     times = [each.log_time for part in parts for each in part if each.topic == "/joint_states"]
     assert times == sorted(set(times))
-    limit = limits.duration + 5.0
+    limit = limits.duration + 15.0  # less than a second of this computer
     assert all(part[-1].log_time - part[0].log_time < limit * 1e9 for part in parts)
     assert all(path.stat().st_size < limits.size + 150_000 for path in files)
 

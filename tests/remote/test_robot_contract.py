@@ -133,7 +133,17 @@ def parameters(function: Any) -> list[tuple[str, Any, Any]]:
         (
             Operation,
             RemoteOperation,
-            {"begin", "cycles", "devices", "interrupt", "observe", "pausable", "prepare", "step"}
+            {
+                "abandon",
+                "begin",
+                "cycles",
+                "devices",
+                "interrupt",
+                "observe",
+                "pausable",
+                "prepare",
+                "step",
+            }
             | {"stopping", "stop_unseen"},
         ),
     ],

@@ -14,11 +14,9 @@ from bioscara.errors import ProtocolError
 
 HELLO_MAX = 4 << 10
 """Longest first message of a client [byte]."""
-QUERY_MAX = 256 << 10
-"""Longest message of a client that does not command the arm [byte]: to read a longer one takes so
-long that the control loop would be late, while the arm moves for another client."""
-REQUEST_MAX = 4 << 20
-"""Longest message of a client [byte]: a trajectory of 20 minutes at 100 Hz."""
+REQUEST_MAX = 256 << 10
+"""Longest message of a client [byte]: to read a longer one takes so long that the control loop
+would be late. Longer trajectories are uploaded in parts."""
 ANSWER_MAX = 64 << 20
 """Longest message of an owner [byte]."""
 _LENGTH = struct.Struct(">I")

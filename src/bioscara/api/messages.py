@@ -332,14 +332,16 @@ class Follow(Task, frozen=True, tag="follow"):
     """Follow a trajectory.
 
     Attributes:
-        trajectory: The trajectory.
+        trajectory: The trajectory, or its last points if an upload has those before.
         approach: Whether to move to its start from anywhere.
         planned: Whether it was planned by this software: it is then smooth already.
+        upload: Number of the upload with the points before; 0 if there is none.
     """
 
     trajectory: TrajectoryValue
     approach: bool = False
     planned: bool = False
+    upload: int = 0
 
 
 class Execute(Task, frozen=True, tag="execute"):
@@ -640,6 +642,20 @@ class Start(Command, frozen=True, kw_only=True, tag="start"):
     records: bool = False
 
 
+class AddPoints(Command, frozen=True, kw_only=True, tag="add_points"):
+    """Upload points of a trajectory too long for one message; answered by :class:`PointsAdded`.
+
+    Attributes:
+        points: The next points; all parts have velocities or none, and likewise accelerations.
+        upload: Number of the upload that they continue; 0 begins one.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    points: TrajectoryValue
+    upload: int = 0
+
+
 class SetJogVelocity(Command, frozen=True, kw_only=True, tag="set_jog_velocity"):
     """Set the velocity of a jog; without another one within 0.15 s the arm comes to rest.
 
@@ -898,6 +914,7 @@ class Recall(Command, frozen=True, tag="recall"):
 
 AnyCommand = (
     Start
+    | AddPoints
     | SetJogVelocity
     | EndJog
     | Cancel
@@ -1098,6 +1115,18 @@ class GoalList(Result, frozen=True, tag="goal_list"):
     """
 
     goals: tuple[GoalValue, ...]
+
+
+class PointsAdded(Result, frozen=True, tag="points_added"):
+    """Points of a trajectory were uploaded.
+
+    Attributes:
+        upload: Number of the upload, for the next part or for :class:`Follow`.
+        count: Number of its points so far.
+    """
+
+    upload: int
+    count: int
 
 
 class GoalTrajectories(Result, frozen=True, tag="goal_trajectories"):
@@ -1317,6 +1346,7 @@ AnyResult = (
     | FaultList
     | GoalState
     | GoalList
+    | PointsAdded
     | GoalTrajectories
     | Statistics
     | ParametersState

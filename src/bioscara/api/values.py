@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 
 from bioscara.api.failures import error_of, failure_of
@@ -23,16 +24,29 @@ from bioscara.planning.collision.scene import Box, Scene
 QUALITIES = tuple(Quality)
 """Qualities in the order of their numbers in messages."""
 
+_PART = 1000
+"""Number of points of a trajectory in one message: of six joints these are 160 kB."""
+
 
 def trajectory_value(trajectory: Trajectory) -> TrajectoryValue:
     """Return a trajectory as a value."""
+    return _points(trajectory, slice(None))
+
+
+def trajectory_parts(trajectory: Trajectory) -> Iterator[TrajectoryValue]:
+    """Yield a trajectory in parts that fit into a message each."""
+    for begin in range(0, len(trajectory.times), _PART):
+        yield _points(trajectory, slice(begin, begin + _PART))
+
+
+def _points(trajectory: Trajectory, points: slice) -> TrajectoryValue:
     rows = [
-        None if column is None else tuple(map(tuple, column.tolist()))
+        None if column is None else tuple(map(tuple, column[points].tolist()))
         for column in (trajectory.positions, trajectory.velocities, trajectory.accelerations)
     ]
     return TrajectoryValue(
         trajectory.joint_names,
-        tuple(trajectory.times.tolist()),
+        tuple(trajectory.times[points].tolist()),
         rows[0] or (),
         rows[1],
         rows[2],

@@ -161,10 +161,6 @@ class ReplayedArm:
         if self._begun is None:
             self._begun = time.monotonic()
 
-    def is_commanded_by(self, session: str) -> bool:  # noqa: ARG002  of a served arm
-        """Return False: nobody commands the past."""
-        return False
-
     def tick(self) -> None:
         """Do nothing: a recording has no lease and no goals."""
 

@@ -18,7 +18,7 @@ from bioscara.api.values import (
     fault_of,
     scene_of,
     scene_value,
-    trajectory_value,
+    trajectory_parts,
 )
 from bioscara.arguments import flag, function, items, number, shown
 from bioscara.control.controllers.joint_state_broadcaster import JointStates
@@ -631,7 +631,7 @@ class RemoteRobot:
             raise InvalidArgumentError(
                 f"execute() takes a Plan or a Trajectory, not {shown(plan)}; robot.plan makes plans"
             )
-        task = m.Follow(_value_of(plan.trajectory), planned=True)
+        task = self._follow_task(plan.trajectory, planned=True)
         return self._move(task, timeout, on_cycle, wait)
 
     def follow(
@@ -644,7 +644,7 @@ class RemoteRobot:
         wait: bool = True,
     ) -> RemoteOperation[None]:
         """Follow a trajectory; as ``Robot.follow``."""
-        task = m.Follow(_value_of(trajectory), flag("approach", approach))
+        task = self._follow_task(trajectory, approach=flag("approach", approach))
         return self._move(task, timeout, on_cycle, wait)
 
     def jog(
@@ -700,6 +700,26 @@ class RemoteRobot:
         wait: bool,
     ) -> RemoteOperation[None]:
         return self._begin(task, timeout, on_cycle, wait)
+
+    def _follow_task(
+        self, trajectory: object, *, approach: bool = False, planned: bool = False
+    ) -> m.Follow:
+        """Return the task to follow a trajectory, whose first parts are uploaded before."""
+        if not isinstance(trajectory, Trajectory):
+            raise InvalidArgumentError(
+                f"follow() takes a Trajectory, not a {type(trajectory).__name__}; execute() takes "
+                "a Plan or a Trajectory"
+            )
+        self._require_open()
+        *parts, last = trajectory_parts(trajectory)
+        upload = 0
+        for part in parts:
+            command = m.AddPoints(points=part, upload=upload)
+            answer = self._link.request(command, self._lease.epoch())
+            if not isinstance(answer, m.PointsAdded):
+                raise OwnerError(f"the owner answered {type(answer).__name__} to points")
+            upload = answer.upload
+        return m.Follow(last, approach, planned, upload)
 
     def _do(self, task: m.AnyTask) -> None:
         self._begin(task, None, None, wait=True)
@@ -853,15 +873,6 @@ class RemoteRobot:
         x, y, z, yaw = sample.pose
         where = f"at x={x:z.3f} y={y:z.3f} z={z:z.3f} yaw={yaw:z.2f}"
         return f"<RemoteRobot {self._name}, {power}, homed, {where}>"
-
-
-def _value_of(trajectory: object) -> m.TrajectoryValue:
-    if not isinstance(trajectory, Trajectory):
-        raise InvalidArgumentError(
-            f"follow() takes a Trajectory, not a {type(trajectory).__name__}; execute() takes a "
-            "Plan or a Trajectory"
-        )
-    return trajectory_value(trajectory)
 
 
 def _states(sample: m.StateSample) -> JointStates:

@@ -43,7 +43,7 @@ _TURN = 2e-3
 """Time for which the requests of one client are carried out before other clients have a turn [s].
 """
 
-_LONG = m.Start | m.MakePlan | m.SetParameters | m.GetFlightRecord
+_LONG = m.Start | m.AddPoints | m.MakePlan | m.SetParameters | m.GetFlightRecord
 """Commands that may take longer."""
 
 Answer = m.Response | m.RequestFailed
@@ -176,15 +176,12 @@ class Connection(asyncio.Protocol):
         if transport is None or transport.is_closing():
             return
         end = loop.time() + _TURN
-        if self._session is not None:
-            commands = self._owner.is_commanded_by(self.session)
-            self._frames.longest = framing.REQUEST_MAX if commands else framing.QUERY_MAX
         try:
             for payload in self._frames.feed(data):
                 self._receive(payload)
                 if transport.is_closing():
                     return
-                self._frames.longest = max(self._frames.longest, framing.QUERY_MAX)
+                self._frames.longest = framing.REQUEST_MAX
                 if loop.time() >= end:
                     transport.pause_reading()
                     loop.call_soon(self._go_on)

@@ -41,9 +41,8 @@ class Events:
         lease: LeaseValue | None = None,
     ) -> Event:
         """Add an event; arguments as its fields."""
-        self.last += 1
         event = Event(
-            number=self.last,
+            number=self.last + 1,
             time=self._clock(),
             wall=self._wall(),
             what=what,
@@ -54,6 +53,8 @@ class Events:
             lease=lease,
         )
         self._kept.append(event)
+        # Last: the event is there for other threads that see its number.
+        self.last = event.number
         return event
 
     def framed(self, event: Event) -> bytes:

@@ -45,6 +45,7 @@ from bioscara.server.queries import (
 )
 from bioscara.server.sampling import Sampler
 from bioscara.server.tasks import JogStream, Tasks, make_plan
+from bioscara.server.uploads import Uploads
 from bioscara.version import __version__
 
 _log = logging.getLogger(__name__)
@@ -126,9 +127,12 @@ class Owner:
         self.changed: Callable[[bool], object] = lambda _: None
         self._plans: OrderedDict[int, Plan] = OrderedDict()
         self._last_plan = 0
+        self._uploads = Uploads()
         self._workspace, self._revision = self._content(), 1
         self._revising = threading.Lock()
-        self._tasks = Tasks(self._arm, self._plans, self._current_revision, self._conflict)
+        self._tasks = Tasks(
+            self._arm, self._plans, self._uploads, self._current_revision, self._conflict
+        )
         self._stops = 0
         self._begin = clock()
         self._sampler = Sampler(self._arm)
@@ -139,6 +143,9 @@ class Owner:
         self._over: deque[tuple[ClientGoal, int]] = deque()
         self._handlers: dict[type[m.Command], Callable[[Client, Any, int], Any]] = {
             m.Start: self._start,
+            m.AddPoints: lambda _, command, __: Later(
+                lambda: self._uploads.add(command), lambda added: added
+            ),
             m.SetJogVelocity: self._set_jog_velocity,
             m.EndJog: self._end_jog,
             m.Cancel: self._cancel,
@@ -220,10 +227,6 @@ class Owner:
         client = self.lease.client
         if self.lease.lapsed():
             self._lose_lease(f"the lease of {client} has lapsed", client)
-
-    def is_commanded_by(self, session: str) -> bool:
-        """Return whether the client of this session holds the lease."""
-        return self.lease.holder == session
 
     def tick(self) -> None:
         """Do what is due even if the control loop does not run: called now and then."""

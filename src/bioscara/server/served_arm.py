@@ -53,9 +53,6 @@ class ServedArm(Protocol):
     ) -> m.AnyResult | Later:
         """Carry out a command; arguments and errors as of ``Owner``."""
 
-    def is_commanded_by(self, session: str) -> bool:
-        """Return whether the client of this session commands it."""
-
     def announce(self, what: str, text: str, client: str) -> None:
         """Tell that something happened to the server itself."""
 

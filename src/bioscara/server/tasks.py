@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import Any
 
 from bioscara.api import messages as m
-from bioscara.api.values import scene_of, trajectory_of
+from bioscara.api.values import scene_of
 from bioscara.control.manager.switch_request import Strictness
 from bioscara.errors import InvalidArgumentError, NotSupportedError
 from bioscara.hardware import LifecycleState
@@ -28,6 +28,7 @@ from bioscara.robot.operations.operation import OnCycle, Operation
 from bioscara.robot.operations.power import Disable, DisableGripper, Enable, EnableGripper
 from bioscara.robot.planner import Plan, Planner
 from bioscara.robot.workspace.workspace import Workspace
+from bioscara.server.uploads import Uploads
 from bioscara.sim import FirmwareBus, SimulatedArm
 from bioscara.spelling import did_you_mean
 
@@ -76,6 +77,7 @@ class Tasks:
     Args:
         arm: The arm.
         plans: Plans that can be executed, by their numbers.
+        uploads: Trajectories that came in parts.
         revision: Returns the number of the present workspace.
         conflict: Returns the error for a change of another workspace than the present one.
     """
@@ -84,10 +86,11 @@ class Tasks:
         self,
         arm: Arm,
         plans: Mapping[int, Plan],
+        uploads: Uploads,
         revision: Callable[[], int],
         conflict: Callable[[int], Exception],
     ) -> None:
-        self._arm, self._plans = arm, plans
+        self._arm, self._plans, self._uploads = arm, plans, uploads
         self._revision, self._conflict = revision, conflict
         self._makers: dict[type[m.Task], Callable[[Any, _Limits], Operation[Any]]] = {
             m.HomeTask: lambda task, limits: Home(
@@ -158,7 +161,7 @@ class Tasks:
         raise NotSupportedError(f"{name_of(task)} is no task of the gripper")
 
     def _follow(self, task: m.Follow, limits: _Limits) -> FollowTrajectory:
-        trajectory = trajectory_of(task.trajectory)
+        trajectory = self._uploads.completed(task.upload, task.trajectory)
         return FollowTrajectory(
             "execute()" if task.planned else "follow()",
             lambda planner: checked(trajectory, planner, planned=task.planned),

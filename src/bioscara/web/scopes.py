@@ -44,6 +44,7 @@ _VIEW = frozenset(
 _OPERATE = frozenset(
     {
         m.Start,
+        m.AddPoints,
         m.SetJogVelocity,
         m.EndJog,
         m.Cancel,

@@ -88,7 +88,11 @@ def test_the_joints_are_shown_until_a_signal_and_are_disabled_then(
 
     timer = threading.Timer(6.0, interrupt)
     timer.start()
-    assert main([command, "--bus", bus]) == 0
+    try:
+        assert main([command, "--bus", bus]) == 0
+    finally:
+        # After an early end the signal would reach the next test.
+        timer.cancel()
     timer.join()
     out, err = capsys.readouterr()
     assert err == ""

@@ -8,7 +8,7 @@ from contextlib import suppress
 from typing import Any, TypeVar
 
 from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
-from bioscara.control.controllers.joint_trajectory import Goal
+from bioscara.control.controllers.joint_trajectory import PreparedGoal
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import GoalAbortedError, MotionCancelledError, MotionTimeoutError
 from bioscara.report import Phase
@@ -42,7 +42,7 @@ class MotionExecution:
         self.elapsed = 0.0
         arm.restart_loop()
 
-    def follow(self, message: Goal, phase: Phase, until_start: float = 0.0) -> Cycles[None]:
+    def follow(self, message: PreparedGoal, phase: Phase, until_start: float = 0.0) -> Cycles[None]:
         """Follow a checked trajectory that starts at the arm's position; hold its end for a while.
 
         Args:

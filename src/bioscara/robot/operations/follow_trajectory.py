@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Sequence
 
 from bioscara.arguments import flag
-from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory
+from bioscara.control.controllers.joint_trajectory import Goal, JointTrajectory, PreparedGoal
 from bioscara.errors import InvalidArgumentError, TrajectoryError
 from bioscara.planning import Trajectory
 from bioscara.report import Phase
@@ -53,7 +53,7 @@ class FollowTrajectory(Operation[None]):
         super().__init__(name, timeout=timeout, on_cycle=on_cycle)
         self._make_plan, self._approach = plan, flag("approach", approach)
         self.plan: Plan | None = None
-        self._goal = self._ramp_goal = Goal(JointTrajectory((), ()))
+        self._goals: list[tuple[PreparedGoal, Phase, float]] = []
         self._ramp: Trajectory | None = None
         self._execution: MotionExecution | None = None
 
@@ -78,9 +78,12 @@ class FollowTrajectory(Operation[None]):
         self.plan = self._make_plan(planner)
         trajectory = self.plan.trajectory
         self._ramp = self._ramp_to(trajectory, planner)
-        self._goal = _goal(trajectory)
+        # Here, as a cycle that had to do this would be late.
+        prepared = arm.stack.trajectory.prepare
         if self._ramp is not None:
-            self._ramp_goal = _goal(self._ramp)
+            ramp = prepared(_goal(self._ramp))
+            self._goals.append((ramp, Phase.APPROACH, self._ramp.duration))
+        self._goals.append((prepared(_goal(trajectory)), Phase.TRAJECTORY, 0.0))
         warnings = arm.stack.supervisor.warnings
         warnings.extend(self.plan.notes)
         if arm.speed_of(self) == 0.0:
@@ -92,15 +95,14 @@ class FollowTrajectory(Operation[None]):
         yield from ready(arm, self)
         stack.use(TRAJECTORY, clock.now())
         execution = MotionExecution(arm, self)
-        if self._ramp is not None:
-            yield from execution.follow(self._ramp_goal, Phase.APPROACH, self._ramp.duration)
-        self._execution = execution
-        yield from execution.follow(self._goal, Phase.TRAJECTORY)
+        for goal, phase, until_start in self._goals:
+            self._execution = execution if phase is Phase.TRAJECTORY else None
+            yield from execution.follow(goal, phase, until_start)
 
     def _end(self, error: BaseException | None) -> None:
         super()._end(error)
         # A thousand operations may be kept, with a thousand points each.
-        self._goal = self._ramp_goal = Goal(JointTrajectory((), ()))
+        self._goals = []
 
     def _ramp_to(self, trajectory: Trajectory, planner: Planner) -> Trajectory | None:
         """Return a ramp from the arm to the start; None if the arm is there."""

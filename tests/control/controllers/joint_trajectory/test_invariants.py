@@ -14,11 +14,11 @@ from bioscara.control.controllers.joint_trajectory import ErrorCode, GoalStatus,
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
 from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
-from bioscara.control.controllers.joint_trajectory.requests import Request
+from bioscara.control.controllers.joint_trajectory.requests import Request, prepare
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
 from bioscara.control.controllers.joint_trajectory.upsampling import upsampled
-from bioscara.control.controllers.joint_trajectory.validation import validate
-from bioscara.errors import GoalRejectedError, TrajectoryError
+from bioscara.control.controllers.joint_trajectory.validation import check_form, check_stamp
+from bioscara.errors import GoalRejectedError
 from bioscara.planning import Sample
 from control.control_stack import LIMITS, World
 from control.controllers.joint_trajectory.follower import BRAKES, MIDDLE, NOTHING, Follower, smooth
@@ -209,13 +209,15 @@ def test_an_accepted_trajectory_fails_in_no_cycle(
     sent = JointTrajectory(("a", "b"), (Point(time, *fields),), stamp)
     running = Interpolator([Point(0.0, (0.0, 0.0)), Point(1.0, (1.0, 1.0))])
     try:
-        course = Interpolator(validate(sent, parameters, 100.0, here.positions, here.positions, {}))
-    except (GoalRejectedError, TrajectoryError):
+        check_stamp(sent, 100.0)
+        prepared = prepare(sent, parameters)
+    except GoalRejectedError:
         return
     if again:
         player.waiting = Request(running, 0.0, frozenset())
         player.advance(100.0, PERIOD, here)
-    player.waiting = Request(course, stamp, frozenset())
+    assert prepared.curve is not None
+    player.waiting = Request(prepared.curve.course, stamp, frozenset())
     for cycle in range(1, 4):
         player.advance(100.0 + cycle * PERIOD, PERIOD, here)
         player.ahead()
@@ -283,10 +285,10 @@ def test_pln2_times_that_do_not_increase_never_run(times: list[float]) -> None:
     parameters = JointTrajectoryParameters(joints=("a",))
     trajectory = JointTrajectory(("a",), tuple(Point(time, (0.0,)) for time in times))
     if all(one < two for one, two in pairwise(times)):
-        assert len(validate(trajectory, parameters, 0.0, (0.0,), (0.0,), {})) == len(times)
+        check_form(trajectory, parameters)
     else:
         with pytest.raises(GoalRejectedError, match="does not come after"):
-            validate(trajectory, parameters, 0.0, (0.0,), (0.0,), {})
+            check_form(trajectory, parameters)
 
 
 def test_pln2_a_start_elsewhere_is_never_executed_raw() -> None:

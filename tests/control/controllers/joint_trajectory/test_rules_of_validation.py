@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import pytest
 
@@ -11,13 +11,37 @@ from bioscara.control.controllers.joint_trajectory import Goal, GoalStatus, Join
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.splicing import Spliced
-from bioscara.control.controllers.joint_trajectory.validation import validate
+from bioscara.control.controllers.joint_trajectory.validation import (
+    arranged,
+    check_form,
+    check_limits,
+    check_stamp,
+    ranges,
+)
 from bioscara.errors import GoalRejectedError
+from bioscara.model import JointParameters
 from control.control_stack import BOTH, LIMITS, NAMES
 from control.controllers.joint_trajectory.follower import NOTHING, Follower
 
 JOINTS = ("a", "b")
 HERE = (7.0, 8.0)
+
+
+def validate(
+    trajectory: JointTrajectory,
+    parameters: JointTrajectoryParameters,
+    now: float,
+    commanded: tuple[float, ...],
+    measured: tuple[float, ...],
+    limits: Mapping[str, JointParameters],
+) -> tuple[Point, ...]:
+    """Make all checks of a trajectory, and return its points in the order of the joints."""
+    check_form(trajectory, parameters)
+    check_stamp(trajectory, now)
+    points = arranged(trajectory, parameters, commanded)
+    within = ranges(points, len(parameters.joints))
+    check_limits(points, within, parameters, limits, commanded, measured)
+    return points
 
 
 def check(

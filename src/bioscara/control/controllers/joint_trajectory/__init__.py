@@ -25,3 +25,4 @@ from bioscara.control.controllers.joint_trajectory.messages import (
 from bioscara.control.controllers.joint_trajectory.messages import Point as Point
 from bioscara.control.controllers.joint_trajectory.messages import Tolerance as Tolerance
 from bioscara.control.controllers.joint_trajectory.pid import Gains as Gains
+from bioscara.control.controllers.joint_trajectory.requests import PreparedGoal as PreparedGoal

@@ -19,7 +19,7 @@ from bioscara.control.controllers.joint_trajectory.messages import (
 )
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.pid import Gains, Pid
-from bioscara.control.controllers.joint_trajectory.requests import accept
+from bioscara.control.controllers.joint_trajectory.requests import PreparedGoal, accept, prepare
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
 from bioscara.control.controllers.joint_trajectory.tolerances import (
     ToleranceMonitor,
@@ -199,20 +199,30 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
             raise ConfigurationError(f"gains.{joint}: {self.name} has {', '.join(joints)}")
         self._pids[joints.index(joint)].gains = gains
 
-    def send_goal(self, goal: Goal, time: float) -> GoalHandle:
+    def prepare(self, goal: Goal) -> PreparedGoal:
+        """Check the form of a goal, in any thread: with many points that takes some cycles.
+
+        Raises:
+            GoalRejectedError: It cannot be followed.
+        """
+        goal = plain_goal(goal)
+        return PreparedGoal(goal, prepare(goal.trajectory, self.parameters))
+
+    def send_goal(self, goal: Goal | PreparedGoal, time: float) -> GoalHandle:
         """Accept a goal; a running one ends ABORTED.
 
         Args:
-            goal: The goal to follow.
+            goal: The goal to follow; prepared if the cycle that it is sent in must not be late.
             time: Now [s].
 
         Raises:
             GoalRejectedError: The controller is not active, or the goal breaks a rule; the running
                 goal continues.
         """
-        sampler, goal = self._active(), plain_goal(goal)
+        sampler = self._active()
+        goal, trajectory = goal if isinstance(goal, PreparedGoal) else self.prepare(goal)
         time = number("the time", time, error=GoalRejectedError)
-        request = accept(goal.trajectory, self.parameters, self._handles, self.limits, time)
+        request = accept(trajectory, self.parameters, self._handles, self.limits, time)
         sampler.waiting = request._replace(collision_checked=goal.collision_checked)
         self._end_goal(
             GoalStatus.ABORTED,
@@ -240,8 +250,10 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         upsampling = parameters.positions_upsampling
         if upsampling.enable:
             trajectory = timed(trajectory, upsampling.policy_frequency)
+        smooth = upsampling.enable
+        prepared = prepare(trajectory, parameters, smooth=smooth)
         sampler.waiting = accept(
-            trajectory, parameters, self._handles, self.limits, time, smooth=upsampling.enable
+            prepared, parameters, self._handles, self.limits, time, smooth=smooth
         )
         if self._running is None:
             self._monitor.tolerances = self._defaults

@@ -1,16 +1,27 @@
-"""Conversion of a sent trajectory into one that can be followed."""
+"""Conversion of a sent trajectory into one that can be followed.
+
+What takes long with many points is done by :func:`prepare`, in any thread and before the control
+cycle that accepts the trajectory.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from bioscara.control.controllers.joint_trajectory.interfaces import Handles
 from bioscara.control.controllers.joint_trajectory.interpolation import Interpolator
-from bioscara.control.controllers.joint_trajectory.messages import JointTrajectory
+from bioscara.control.controllers.joint_trajectory.messages import Goal, JointTrajectory, Point
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.upsampling import upsampled
-from bioscara.control.controllers.joint_trajectory.validation import validate
+from bioscara.control.controllers.joint_trajectory.validation import (
+    Range,
+    arranged,
+    check_form,
+    check_limits,
+    check_stamp,
+    ranges,
+)
 from bioscara.errors import GoalRejectedError, TrajectoryError
 from bioscara.model import JointParameters
 
@@ -31,8 +42,66 @@ class Request(NamedTuple):
     collision_checked: bool = False
 
 
+class Curve(NamedTuple):
+    """The curve of a trajectory.
+
+    Attributes:
+        points: Its points in the order of the controller's joints.
+        within: Ranges of their values, for each joint.
+        course: The curve through them; follows one goal.
+    """
+
+    points: Sequence[Point]
+    within: Sequence[Range]
+    course: Interpolator
+
+
+class PreparedTrajectory(NamedTuple):
+    """A trajectory whose form is checked.
+
+    Attributes:
+        trajectory: As sent.
+        curve: Its curve; None if that depends on the positions of the arm.
+    """
+
+    trajectory: JointTrajectory
+    curve: Curve | None
+
+
+class PreparedGoal(NamedTuple):
+    """A goal whose form is checked; sent once.
+
+    Attributes:
+        goal: As sent.
+        trajectory: Its trajectory.
+    """
+
+    goal: Goal
+    trajectory: PreparedTrajectory
+
+
+def prepare(
+    trajectory: JointTrajectory, parameters: JointTrajectoryParameters, *, smooth: bool = False
+) -> PreparedTrajectory:
+    """Check the form of a trajectory, and draw its curve if it has all joints and positions.
+
+    Args:
+        trajectory: The sent trajectory, in plain floats.
+        parameters: The controller's.
+        smooth: As of :func:`accept`.
+
+    Raises:
+        GoalRejectedError: It cannot be followed.
+    """
+    check_form(trajectory, parameters)
+    complete = len(trajectory.joint_names) == len(parameters.joints)
+    if not complete or parameters.allow_integration_in_goal_trajectories:
+        return PreparedTrajectory(trajectory, None)
+    return PreparedTrajectory(trajectory, _curve(trajectory, parameters, (), smooth=smooth))
+
+
 def accept(
-    trajectory: JointTrajectory,
+    prepared: PreparedTrajectory,
     parameters: JointTrajectoryParameters,
     handles: Handles,
     limits: Mapping[str, JointParameters],
@@ -43,7 +112,7 @@ def accept(
     """Return a trajectory that can be followed, ready for its first cycle.
 
     Args:
-        trajectory: The sent trajectory.
+        prepared: The trajectory.
         parameters: The controller's.
         handles: Its joints.
         limits: Of the joints that have some, by name.
@@ -53,10 +122,23 @@ def accept(
     Raises:
         GoalRejectedError: It cannot be followed.
     """
+    trajectory, names = prepared.trajectory, prepared.trajectory.joint_names
     commanded, measured = handles.commanded(), handles.measured().positions
-    points = validate(trajectory, parameters, time, commanded, measured, limits)
-    names = trajectory.joint_names
+    check_stamp(trajectory, time)
+    curve = prepared.curve or _curve(trajectory, parameters, commanded, smooth=smooth)
+    check_limits(curve.points, curve.within, parameters, limits, commanded, measured)
     missing = {index for index, name in enumerate(parameters.joints) if name not in names}
+    return Request(curve.course, trajectory.stamp, frozenset(missing))
+
+
+def _curve(
+    trajectory: JointTrajectory,
+    parameters: JointTrajectoryParameters,
+    commanded: Sequence[float],
+    *,
+    smooth: bool,
+) -> Curve:
+    points = arranged(trajectory, parameters, commanded)
     try:
         course = Interpolator(
             upsampled(points) if smooth else points,
@@ -64,4 +146,4 @@ def accept(
         )
     except TrajectoryError as error:
         raise GoalRejectedError(str(error)) from error
-    return Request(course, trajectory.stamp, frozenset(missing))
+    return Curve(points, ranges(points, len(parameters.joints)), course)

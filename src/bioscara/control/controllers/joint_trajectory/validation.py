@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from operator import attrgetter
+from operator import attrgetter, itemgetter
+from typing import NamedTuple
 
 from bioscara.arguments import flag, items, number, numbers, shown, text
 from bioscara.control.controllers.joint_trajectory.messages import (
@@ -38,24 +39,26 @@ _PLAIN = frozenset({float})
 _FIELDS = ("positions", "velocities", "accelerations")
 
 
-def validate(
-    trajectory: JointTrajectory,
-    parameters: JointTrajectoryParameters,
-    now: float,
-    commanded: Sequence[float],
-    measured: Sequence[float],
-    limits: Mapping[str, JointParameters],
-) -> tuple[Point, ...]:
-    """Return the points in the order of the controller's joints.
+class Range(NamedTuple):
+    """Smallest and largest value of a joint in the points that give one; NaN if none does.
+
+    Attributes:
+        positions: [rad or m].
+        velocities: [rad/s or m/s].
+        accelerations: [rad/s^2 or m/s^2].
+    """
+
+    positions: tuple[float, float]
+    velocities: tuple[float, float]
+    accelerations: tuple[float, float]
+
+
+def check_form(trajectory: JointTrajectory, parameters: JointTrajectoryParameters) -> None:
+    """Check what does not depend on the state of the arm.
 
     Args:
         trajectory: The sent trajectory.
         parameters: The controller's.
-        now: Now [s].
-        commanded: Position command of each of the controller's joints, for those that a partial
-            goal leaves out [rad or m].
-        measured: Their measured positions [rad or m].
-        limits: Of the joints that have some, by name.
 
     Raises:
         GoalRejectedError: It cannot be followed; the message gives the point, the joint, the value
@@ -65,21 +68,99 @@ def validate(
     _check_names(names, parameters)
     if not trajectory.points:
         raise GoalRejectedError("the trajectory has no points; send at least one, or cancel")
-    _check_stamp(trajectory, now)
     before = -math.inf
     for index, point in enumerate(trajectory.points):
         _check_time(index, point.time, before)
         _check_fields(index, point, names, parameters)
         before = point.time
-    points = trajectory.points
+
+
+def arranged(
+    trajectory: JointTrajectory,
+    parameters: JointTrajectoryParameters,
+    commanded: Sequence[float],
+) -> tuple[Point, ...]:
+    """Return the points of a trajectory in the order of the controller's joints.
+
+    Args:
+        trajectory: The sent trajectory, of checked form.
+        parameters: The controller's.
+        commanded: Position command of each of the controller's joints, for those that a partial
+            goal leaves out, and for integration [rad or m].
+
+    Raises:
+        GoalRejectedError: It ends in motion, which the parameters do not permit.
+    """
+    names, points = trajectory.joint_names, trajectory.points
     if parameters.allow_integration_in_goal_trajectories:
         points = integrate(points, _in_order(names, parameters.joints, commanded))
     _check_end(points[-1], names, parameters)
-    local = tuple(_local(point, names, parameters.joints, commanded) for point in points)
+    if names == parameters.joints:
+        return points
+    return tuple(_local(point, names, parameters.joints, commanded) for point in points)
+
+
+def ranges(points: Sequence[Point], joints: int) -> tuple[Range, ...]:
+    """Return the ranges of the joints' values."""
+    # In short steps: another thread may wait for the interpreter, to run the control loop.
+    given = [[values for point in points if (values := getattr(point, f))] for f in _FIELDS]
+
+    def within(rows: list[tuple[float, ...]], joint: int) -> tuple[float, float]:
+        if not rows:
+            return math.nan, math.nan
+        value = itemgetter(joint)
+        return min(map(value, rows)), max(map(value, rows))
+
+    return tuple(Range(*(within(rows, joint) for rows in given)) for joint in range(joints))
+
+
+def check_limits(
+    points: Sequence[Point],
+    within: Sequence[Range],
+    parameters: JointTrajectoryParameters,
+    limits: Mapping[str, JointParameters],
+    commanded: Sequence[float],
+    measured: Sequence[float],
+) -> None:
+    """Check arranged points against the limits of the joints.
+
+    Args:
+        points: The points.
+        within: Ranges of their values.
+        parameters: The controller's.
+        limits: Of the joints that have some, by name.
+        commanded: Position command of each of the controller's joints [rad or m].
+        measured: Their measured positions [rad or m].
+
+    Raises:
+        GoalRejectedError: A value is beyond a limit.
+    """
     for place, joint in enumerate(parameters.joints):
         if joint in limits:
-            _check_limits(local, place, limits[joint], (commanded[place], measured[place]))
-    return local
+            here = commanded[place], measured[place]
+            _check_limits(points, within[place], place, limits[joint], here)
+
+
+def check_stamp(trajectory: JointTrajectory, now: float) -> None:
+    """Check that a trajectory is neither over at ``now`` [s] nor far in the future.
+
+    Raises:
+        GoalRejectedError: It is.
+    """
+    if trajectory.stamp == 0.0:
+        return
+    if not math.isfinite(trajectory.stamp):
+        raise GoalRejectedError(f"stamp {trajectory.stamp} is not a finite number")
+    if trajectory.stamp - now > _LARGEST:
+        raise GoalRejectedError(
+            f"stamp {trajectory.stamp:g} s is more than {_LARGEST:g} s after now, {now:g} s; it "
+            "counts by the arm's clock, and 0 starts at once"
+        )
+    end = trajectory.stamp + trajectory.points[-1].time
+    if end < now:
+        raise GoalRejectedError(
+            f"the trajectory ended {now - end:.3f} s ago; send a stamp of 0 to start at once"
+        )
 
 
 def plain(trajectory: JointTrajectory) -> JointTrajectory:
@@ -197,23 +278,6 @@ def _check_names(names: Sequence[str], parameters: JointTrajectoryParameters) ->
         )
 
 
-def _check_stamp(trajectory: JointTrajectory, now: float) -> None:
-    if trajectory.stamp == 0.0:
-        return
-    if not math.isfinite(trajectory.stamp):
-        raise GoalRejectedError(f"stamp {trajectory.stamp} is not a finite number")
-    if trajectory.stamp - now > _LARGEST:
-        raise GoalRejectedError(
-            f"stamp {trajectory.stamp:g} s is more than {_LARGEST:g} s after now, {now:g} s; it "
-            "counts by the arm's clock, and 0 starts at once"
-        )
-    end = trajectory.stamp + trajectory.points[-1].time
-    if end < now:
-        raise GoalRejectedError(
-            f"the trajectory ended {now - end:.3f} s ago; send a stamp of 0 to start at once"
-        )
-
-
 def _check_time(index: int, time: float, before: float) -> None:
     prefix = f"point {index}: time_from_start {time:g} s"
     if not math.isfinite(time) or time < 0.0:
@@ -264,7 +328,11 @@ def _check_end(last: Point, names: Sequence[str], parameters: JointTrajectoryPar
 
 
 def _check_limits(
-    points: Sequence[Point], place: int, limits: JointParameters, here: tuple[float, float]
+    points: Sequence[Point],
+    within: Range,
+    place: int,
+    limits: JointParameters,
+    here: tuple[float, float],
 ) -> None:
     """Check one joint; pushed beyond a limit, or reading slightly beyond it, it may return."""
     unit, speed, change = limits.unit, limits.max_velocity, limits.max_acceleration
@@ -277,6 +345,9 @@ def _check_limits(
         ("accelerations", -change, change, TOLERANCE * change + _ROUGHNESS, "/s^2"),
     ):
         least, most = lower - room, upper + room
+        smallest, largest = getattr(within, field)
+        if not (smallest < least or largest > most):
+            continue
         for index, values in enumerate(map(attrgetter(field), points)):
             if values and not least <= values[place] <= most:
                 raise GoalRejectedError(
