@@ -17,7 +17,10 @@ from hypothesis import settings
 from late_machine import pytest_runtest_protocol as pytest_runtest_protocol
 from processes import running
 
-settings.register_profile("bioscara", deadline=None, print_blob=True)
+EXAMPLES = int(os.environ.get("BIOSCARA_EXAMPLES", "25"))
+"""Number of examples of a law that does not set its own; more of them in ``make laws``."""
+
+settings.register_profile("bioscara", deadline=None, print_blob=True, max_examples=EXAMPLES)
 settings.load_profile("bioscara")
 
 # A run in the background of a shell ignores Ctrl-C, and so would each program that a test starts.
