@@ -160,7 +160,7 @@ def _run(folder: Path, names: Sequence[str]) -> Recording:
 def _recorded(path: Path, names: Sequence[str]) -> Recording:
     require_installed("record")
     # Imported here, as the packages of the extra may be missing.
-    from bioscara.recording.joint_motion import read_motion  # noqa: PLC0415
+    from bioscara.recording.reading.joint_motion import read_motion  # noqa: PLC0415
 
     motion = read_motion(path, names)
     notes = _left_out(motion.skipped)

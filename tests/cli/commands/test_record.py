@@ -9,9 +9,9 @@ import pytest
 from bioscara.cli import main
 from bioscara.cli.arguments import parse
 from bioscara.recording import installed
-from bioscara.recording.messages import text_message
-from bioscara.recording.recording_file import RecordingFile
-from bioscara.recording.topics import Topic
+from bioscara.rosbag.recording_file import RecordingFile
+from bioscara.rosbag.texts import text_message
+from bioscara.rosbag.topics import Topic
 
 
 @pytest.fixture

@@ -37,9 +37,9 @@ def run(options: Options) -> int:
 
 
 def _start(options: Options, output: Output) -> ExitStatus:
-    from bioscara.recording.folder import RecordingFolder  # noqa: PLC0415
-    from bioscara.recording.owner_recorder import FileLimits  # noqa: PLC0415
-    from bioscara.recording.recorder import record  # noqa: PLC0415
+    from bioscara.recording.writing.folder import RecordingFolder  # noqa: PLC0415
+    from bioscara.recording.writing.owner_recorder import FileLimits  # noqa: PLC0415
+    from bioscara.recording.writing.recorder import record  # noqa: PLC0415
 
     arm = options.arm or DEFAULT
     folder = RecordingFolder(options.out or Path(), arm, options.keep)
@@ -55,7 +55,7 @@ def _start(options: Options, output: Output) -> ExitStatus:
 
 
 def _info(options: Options, output: Output) -> ExitStatus:
-    from bioscara.recording.contents import Contents  # noqa: PLC0415
+    from bioscara.recording.reading.contents import Contents  # noqa: PLC0415
 
     for line in Contents(options.file).lines():
         output.line(line)
@@ -63,7 +63,7 @@ def _info(options: Options, output: Output) -> ExitStatus:
 
 
 def _recover(options: Options, output: Output) -> ExitStatus:
-    from bioscara.recording.recovery import recover  # noqa: PLC0415
+    from bioscara.recording.reading.recovery import recover  # noqa: PLC0415
 
     found = recover(options.file, options.out)
     if found.written is None:
@@ -78,7 +78,7 @@ def _recover(options: Options, output: Output) -> ExitStatus:
 
 
 def _replay(options: Options, output: Output) -> ExitStatus:
-    from bioscara.recording.replay import ReplayedArm, serve_recording  # noqa: PLC0415
+    from bioscara.recording.reading.replay import ReplayedArm, serve_recording  # noqa: PLC0415
 
     arm = ReplayedArm(options.file, options.name, options.speed)
     claim = OwnerClaim(options.name, f"recording {options.file.name}")
@@ -101,7 +101,7 @@ def _replay(options: Options, output: Output) -> ExitStatus:
 
 
 def _export(options: Options, output: Output) -> ExitStatus:
-    from bioscara.recording.export import export_csv, export_parquet  # noqa: PLC0415
+    from bioscara.recording.reading.export import export_csv, export_parquet  # noqa: PLC0415
 
     if options.csv is not None:
         files = export_csv(options.file, options.csv)

@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-import bioscara.recording.folder as recording_folder
+import bioscara.recording.writing.folder as recording_folder
 from bioscara import Robot
 from bioscara.api import messages as m
 from bioscara.errors import RecordingError
 from bioscara.model import load_parameters
 from bioscara.model.urdf import urdf_of
-from bioscara.recording.owner_recorder import FileLimits
-from bioscara.recording.recovery import recover
-from bioscara.recording.scan import FileScan, messages
-from bioscara.recording.topics import Topic
+from bioscara.recording.reading.recovery import recover
+from bioscara.recording.reading.scan import FileScan, messages
+from bioscara.recording.writing.owner_recorder import FileLimits
 from bioscara.robot import kinematics_of
+from bioscara.rosbag.topics import Topic
 from bioscara.server.tasks import simulate
 from full_disk import full_after
 from processes import wait_until

@@ -12,11 +12,11 @@ from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
 from bioscara.errors import RecordingError
-from bioscara.recording.messages import text_message
-from bioscara.recording.recording_file import RecordingFile
-from bioscara.recording.recovery import recover
-from bioscara.recording.scan import FileScan, messages
-from bioscara.recording.topics import Topic
+from bioscara.recording.reading.recovery import recover
+from bioscara.recording.reading.scan import FileScan, messages
+from bioscara.rosbag.recording_file import RecordingFile
+from bioscara.rosbag.texts import text_message
+from bioscara.rosbag.topics import Topic
 from recording.conftest import Made
 from recording.served_arm import read
 

@@ -13,11 +13,11 @@ import numpy as np
 
 from bioscara.errors import RecordingError
 from bioscara.planning.arrays import Array
-from bioscara.recording.cdr import CdrReader
 from bioscara.recording.installed import require_installed
-from bioscara.recording.sample_table import TIME, sample_tables
-from bioscara.recording.scan import FileScan, messages
-from bioscara.recording.topics import Topic
+from bioscara.recording.reading.sample_table import TIME, sample_tables
+from bioscara.recording.reading.scan import FileScan, messages
+from bioscara.rosbag.cdr import CdrReader
+from bioscara.rosbag.topics import Topic
 from bioscara.whole_files import replacing
 
 SAMPLES, EVENTS, TRAJECTORIES = "samples", "events", "trajectories"

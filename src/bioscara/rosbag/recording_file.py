@@ -9,7 +9,7 @@ from pathlib import Path
 
 from mcap.writer import Writer
 
-from bioscara.recording.topics import Topic, definition, quality_of_service
+from bioscara.rosbag.topics import Topic, definition, quality_of_service
 
 CHUNK = 64 << 10
 """Size of a chunk before it is compressed [byte]."""

@@ -9,9 +9,9 @@ import numpy as np
 
 from bioscara.errors import RecordingError
 from bioscara.planning.arrays import Array
-from bioscara.recording.cdr import CdrReader
-from bioscara.recording.scan import FileScan, StoredMessage, messages
-from bioscara.recording.topics import Topic
+from bioscara.recording.reading.scan import FileScan, StoredMessage, messages
+from bioscara.rosbag.cdr import CdrReader
+from bioscara.rosbag.topics import Topic
 
 BATCH = 10_000
 """Rows of a table."""

@@ -6,8 +6,8 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from bioscara.recording.owner_recorder import METADATA
-from bioscara.recording.scan import FileScan, StoredMessage, read_all
+from bioscara.recording.content import METADATA
+from bioscara.recording.reading.scan import FileScan, StoredMessage, read_all
 
 _SECOND = 1e9
 
