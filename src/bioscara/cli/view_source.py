@@ -19,7 +19,6 @@ from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read
 from bioscara.planning.collision.scene import Scene
-from bioscara.recording.installed import require_installed
 from bioscara.remote import RemoteRobot
 from bioscara.report.folder import SAMPLES
 from bioscara.report.recorded import read_run
@@ -158,8 +157,7 @@ def _run(folder: Path, names: Sequence[str]) -> Recording:
 
 
 def _recorded(path: Path, names: Sequence[str]) -> Recording:
-    require_installed("record")
-    # Imported here, as the packages of the extra may be missing.
+    # Imported here: other sources do without mcap.
     from bioscara.recording.reading.joint_motion import read_motion  # noqa: PLC0415
 
     motion = read_motion(path, names)

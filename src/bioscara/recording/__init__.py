@@ -2,6 +2,5 @@
 
 ``writing`` is the recorder, a client of the owner, and ``reading`` what reads, completes, exports
 and replays its files, whose format is in ``bioscara.rosbag``. Begin with ``writing.recorder`` and
-``reading.scan``. ``content`` has the names that both know. Modules other than ``installed`` need
-the packages of the extra ``record``.
+``reading.scan``. ``content`` has the names that both know.
 """

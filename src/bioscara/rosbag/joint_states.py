@@ -7,8 +7,11 @@ numbers are put into a copy. That takes a tenth of the time of encoding each ane
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
+import numpy as np
+
+from bioscara.planning.arrays import Array
 from bioscara.rosbag.cdr import CdrMessage, put_stamp
 
 ARM = "arm"
@@ -45,6 +48,24 @@ class Template:
         for (put, offset), values in zip(self._groups, groups, strict=True):
             put(data, offset, *values)
         return bytes(data)
+
+    def filled_rows(self, stamps: Sequence[int], groups: Sequence[Array]) -> Iterator[bytes]:
+        """Yield many messages; each takes a tenth of the time that :meth:`filled` takes.
+
+        Args:
+            stamps: Their times [ns].
+            groups: The numbers, by group; each of shape (messages, numbers).
+        """
+        count, size = len(stamps), len(self._data)
+        rows = np.tile(np.frombuffer(self._data, np.uint8), (count, 1))
+        times = np.stack(np.divmod(np.array(stamps, np.int64), 10**9), axis=1).astype("<i4")
+        for offset in self._stamps:
+            rows[:, offset : offset + 8] = times.view(np.uint8)
+        for (_, offset), numbers in zip(self._groups, groups, strict=True):
+            filling = np.ascontiguousarray(numbers, "<f8").view(np.uint8)
+            rows[:, offset : offset + filling.shape[1]] = filling
+        data = rows.tobytes()
+        return (data[begin : begin + size] for begin in range(0, count * size, size))
 
 
 def joint_states(names: Sequence[str], *, velocities: bool) -> Template:
@@ -95,3 +116,13 @@ def rounded(values: Iterable[float]) -> list[float]:
 def rounded_times(values: Iterable[float]) -> list[float]:
     """Return times [s] rounded to 2**-20, a microsecond."""
     return [(value + _DROP_TIME) - _DROP_TIME for value in values]
+
+
+def rounded_rows(values: Array) -> Array:
+    """Return the same as :func:`rounded` of an array."""
+    return (values + _DROP_LENGTH) - _DROP_LENGTH
+
+
+def rounded_time_rows(values: Array) -> Array:
+    """Return the same as :func:`rounded_times` of an array."""
+    return (values + _DROP_TIME) - _DROP_TIME

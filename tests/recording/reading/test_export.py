@@ -10,7 +10,6 @@ import pandas
 import pytest
 
 from bioscara.errors import ConfigurationError, RecordingError
-from bioscara.recording import installed
 from bioscara.recording.reading import export
 from bioscara.recording.reading.export import export_csv, export_parquet
 from bioscara.rosbag.recording_file import RecordingFile
@@ -115,6 +114,6 @@ def test_a_full_disk_leaves_no_part_of_a_table(made: Made, tmp_path: Path) -> No
 def test_without_pyarrow_the_message_has_the_command_that_installs_it(
     made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(installed, "find_spec", lambda _: None)
+    monkeypatch.setattr(export, "find_spec", lambda _: None)
     with pytest.raises(ConfigurationError, match=r"pyarrow.*pip install 'bioscara\[export\]'"):
         export.export_parquet(made.path, tmp_path)

@@ -29,7 +29,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("small") / "small.mcap"
     file = RecordingFile(path)
     file.describe("bioscara", {"owner": "left"})
-    file.attach("note.txt", "text/plain", "a note", 1)
+    file.attach("note.txt", "text/plain", b"a note", 1)
     for chunk in range(CHUNKS):
         for number in range(EACH):
             file.add(Topic.EVENTS, text_message(f"{chunk}.{number}"), 10 * chunk + number)

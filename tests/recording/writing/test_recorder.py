@@ -239,7 +239,7 @@ def test_the_evidence_of_a_fault_is_attached(tmp_path: Path) -> None:
             assert fault.evidence is not None
             wait_until(lambda: _attached(recorder) != {}, "the evidence")
         (path,) = recorder.end()
-    written = (tmp_path / "faults" / fault.evidence.name).read_text()
+    written = (tmp_path / "faults" / fault.evidence.name).read_bytes()
     assert _attached(recorder) == {fault.evidence.name: written}
     states = [json.loads(each.message.data)["state"] for each in read(path, Topic.FAULTS)]
     assert states[0] == "clear"
@@ -248,8 +248,8 @@ def test_the_evidence_of_a_fault_is_attached(tmp_path: Path) -> None:
     assert levels == [40]
 
 
-def _attached(recorder: Recording) -> dict[str, str]:
+def _attached(recorder: Recording) -> dict[str, bytes]:
     """Return the attached flight records, also of a file that is being written."""
     scan = FileScan()
     list(messages(recorder.folder.files()[-1], scan, ()))
-    return {each.name: each.data.decode() for each in scan.attachments if "csv" in each.media_type}
+    return {each.name: each.data for each in scan.attachments if each.name.startswith("fault-")}

@@ -267,4 +267,7 @@ def _sample(row: Mapping[str, float], status: ArmStatus | None) -> m.StateSample
             stale=bool(row[f"{ARM}_stale"]),
         )
     except (KeyError, ValueError) as error:
-        raise RecordingError(f"the samples are not those of an arm: {error} is missing") from error
+        raise RecordingError(
+            f"the samples have no {error}, as those of a flight record or of another program: "
+            "they cannot be replayed; 'bioscara view FILE' shows the motion"
+        ) from error

@@ -29,7 +29,7 @@ from bioscara.recording.writing.messages import (
     transforms_message,
 )
 from bioscara.recording.writing.sample_messages import SampleMessages
-from bioscara.rosbag.recording_file import RecordingFile
+from bioscara.rosbag.recording_file import MEDIA_TYPE, RecordingFile
 from bioscara.rosbag.texts import text_message
 from bioscara.rosbag.topics import Topic
 from bioscara.version import __version__
@@ -181,9 +181,9 @@ class OwnerRecorder:
                     name = f"goal {item.goal}, part {number}"
                     data = trajectory_message(trajectory, name, self._stamp)
                     self._add(Topic.TRAJECTORIES, data, self._stamp)
-            case m.FlightRecordText():
+            case m.FlightRecordFile():
                 if self._file is not None:
-                    self._file.attach(item.name, "text/csv", item.text, self._stamp)
+                    self._file.attach(item.name, MEDIA_TYPE, item.data, self._stamp)
             case m.ParametersState():
                 self._attachments[OVERLAY] = ("application/yaml", item.overlay)
             case _:
@@ -261,7 +261,7 @@ class OwnerRecorder:
         )
         for name, (media_type, text) in self._attachments.items():
             if text:
-                file.attach(name, media_type, text, self._begin)
+                file.attach(name, media_type, text.encode(), self._begin)
         for topic, data in self._latched.items():
             file.add(topic, data, self._begin)
         file.flush()
