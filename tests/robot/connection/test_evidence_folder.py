@@ -19,6 +19,7 @@ from bioscara.control.faults.flight_recorder import Evidence
 from bioscara.control.faults.kinds import ArmFault, FaultKind
 from bioscara.errors import RecordingError, StalledError
 from bioscara.recording.reading.contents import Contents
+from bioscara.recording.reading.joint_motion import read_motion
 from bioscara.recording.reading.json_messages import message_of
 from bioscara.recording.reading.replay import ReplayedArm
 from bioscara.recording.reading.scan import FileScan, messages
@@ -131,6 +132,11 @@ def test_the_commands_for_recordings_take_it(
     assert rows[7]["j2_flags"] == "17"
     with (tmp_path / "events.csv").open(newline="") as file:
         assert [each["what"] for each in csv.DictReader(file)] == ["fault", "fault"]
+    assert main(["record", "recover", str(path)]) == 0
+    assert f"{path} is complete" in capsys.readouterr().out
+    motion = read_motion(path, NAMES)
+    assert motion.positions.shape == (CYCLES, len(NAMES))
+    assert motion.positions[9].tolist() == pytest.approx(EVIDENCE.rows[9][7::6], abs=1e-7)
     with pytest.raises(RecordingError, match="of a flight record"):
         ReplayedArm(path, "replay")
 
