@@ -86,8 +86,7 @@ def recording_from(
         arm: The arm with its tool.
 
     Raises:
-        ConfigurationError: The folder is not that of a run, or its samples cannot be read; or the
-            extra ``record`` is not installed.
+        ConfigurationError: The folder is not that of a run, or its samples cannot be read.
         RecordingError: The recording cannot be read.
         TrajectoryError: The file cannot be read or holds no trajectory.
     """
