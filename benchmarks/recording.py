@@ -25,14 +25,14 @@ from bioscara.api.runtime import VARIABLE
 from bioscara.kinematics import Pose
 from bioscara.model import load_parameters
 from bioscara.model.urdf import urdf_of
-from bioscara.recording.export import export_csv, export_parquet
-from bioscara.recording.frames import joint_frames
-from bioscara.recording.recording_file import RecordingFile
-from bioscara.recording.sample_messages import SampleMessages
-from bioscara.recording.sample_table import sample_tables
-from bioscara.recording.scan import FileScan
-from bioscara.recording.topics import Topic, definition
+from bioscara.recording.reading.export import export_csv, export_parquet
+from bioscara.recording.reading.sample_table import sample_tables
+from bioscara.recording.reading.scan import FileScan
+from bioscara.recording.writing.frames import joint_frames
+from bioscara.recording.writing.sample_messages import SampleMessages
 from bioscara.robot import kinematics_of
+from bioscara.rosbag.recording_file import RecordingFile
+from bioscara.rosbag.topics import Topic, definition
 from bioscara.server.serve import ServeSettings, serving
 
 _SHARE, _HOUR, _LOST, _FASTER = 0.10, 100e6, 1.0, 50.0

@@ -48,7 +48,8 @@ LIFECYCLE = ("tests/hardware/test_lifecycle.py",)
 CLEARANCE = ("tests/control/limits/test_clearance.py",)
 SUPERVISOR = ("tests/control/faults/test_supervisor.py",)
 TOOL_SPEED = ("tests/control/limits/test_tool_speed.py",)
-FLIGHT_RECORD = ("tests/control/faults/test_flight_record.py",)
+FLIGHT_RECORD = ("tests/robot/connection/test_evidence_folder.py",)
+FAULT_HANDLING = ("tests/robot/operations/test_fault_handling.py",)
 OPERATIONS = ("tests/robot/operations/test_operations.py",)
 GRASP = ("tests/robot/operations/test_grasp.py",)
 CARRIED = ("tests/system/test_carried_load.py",)
@@ -897,8 +898,8 @@ MUTANTS = (
     Mutant(
         "evidence of the time before the fault",
         "FaultLog.keep",
-        "evidence.write",
-        "self._record.freeze().write",
+        "self._write(evidence,",
+        "self._write(self._record.freeze(),",
         SUPERVISOR,
     ),
     Mutant(
@@ -1064,17 +1065,24 @@ MUTANTS = (
     ),
     Mutant(
         "a flight record is whole or does not exist",
-        "_reserve",
-        "return path, partial",
-        "partial.unlink()\n                return path, path",
+        "EvidenceFolder.write",
+        "file.path.unlink(missing_ok=True)",
+        "pass",
         FLIGHT_RECORD,
     ),
     Mutant(
         "a flight record is on the disk before it has its name",
-        "Evidence.write",
-        "os.fsync(file.fileno())",
-        "",
+        "RecordingFile.finish",
+        "self._output.sync()",
+        "pass",
         FLIGHT_RECORD,
+    ),
+    Mutant(
+        "a disk that is slow to take the evidence is no overrun",
+        "keep_evidence",
+        "arm.stack.loop.restart()",
+        "pass",
+        FAULT_HANDLING,
     ),
     Mutant(
         "a teach file is on the disk before it replaces another",

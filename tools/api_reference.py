@@ -130,7 +130,14 @@ def _default(field: msgspec.structs.FieldInfo) -> str:
 
 def _type(kind: Any) -> str:  # noqa: PLR0911  a case each
     """Return a type in words of JSON."""
-    simple = {float: "number", int: "integer", str: "string", bool: "boolean", type(None): "null"}
+    simple = {
+        float: "number",
+        int: "integer",
+        str: "string",
+        bytes: "bytes",
+        bool: "boolean",
+        type(None): "null",
+    }
     if kind in simple:
         return simple[kind]
     origin, inner = typing.get_origin(kind), typing.get_args(kind)

@@ -78,6 +78,7 @@ VALUES: dict[Any, st.SearchStrategy[Any]] = {
     int: st.integers(0, 1 << 40),
     str: st.text(st.characters(codec="utf-8"), max_size=20),
     bool: st.booleans(),
+    bytes: st.binary(max_size=20),
 }
 
 

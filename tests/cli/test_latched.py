@@ -20,6 +20,7 @@ from bioscara.model import load_parameters
 from bioscara.protocol import Register
 from bioscara.robot import Robot
 from bioscara.sim import FirmwareBus, SimulatedArm
+from flight_records import read_record
 from processes import environment, wait_for_line, wait_until
 
 NAMES = tuple(joint.name for joint in load_parameters().joints)
@@ -62,7 +63,7 @@ def test_host3_earlier_faults_must_be_acknowledged(
     assert out.index("acknowledged: OVERTEMPERATURE: j3") < out.index("homing")
     told = re.search(r"^evidence: (.*)$", out, re.M)
     assert told
-    assert "OVERTEMPERATURE: j3" in Path(told[1]).read_text()
+    assert "OVERTEMPERATURE: j3" in read_record(Path(told[1])).faults[0]
 
 
 def test_evidence_that_cannot_be_written_keeps_the_arm_stopped(

@@ -14,6 +14,7 @@ from bioscara.control.loop.loop import CycleReport, Loop
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.hardware import ArmHardware
 from bioscara.model import JointParameters
+from bioscara.robot.connection.evidence_folder import EvidenceFolder
 from simulated import ARM as PARAMETERS
 from simulated import NAMES, NEAR, simulated_bus
 
@@ -66,7 +67,8 @@ class World:
             command_interfaces=self.commanded,
             max_deceleration=tuple(joint.max_acceleration for joint in joints),
         )
-        self.supervisor = Supervisor(self.manager, self.hardware, "hold", self.record, folder)
+        write = EvidenceFolder(folder).write
+        self.supervisor = Supervisor(self.manager, self.hardware, "hold", self.record, write)
         self.loop = Loop(self.manager, self.supervisor, self.record, self.clock, self.rate)
         self.loop.step()
         if at is not None:

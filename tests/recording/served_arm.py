@@ -13,9 +13,9 @@ from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
 from bioscara import Robot
-from bioscara.recording.folder import RecordingFolder
-from bioscara.recording.owner_recorder import FileLimits
-from bioscara.recording.recorder import record
+from bioscara.recording.writing.folder import RecordingFolder
+from bioscara.recording.writing.owner_recorder import FileLimits
+from bioscara.recording.writing.recorder import record
 from bioscara.server.serve import Served, ServeSettings, serving
 from processes import wait_until
 

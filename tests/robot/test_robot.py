@@ -33,6 +33,7 @@ from bioscara.planning.motions.tool_speed import COMMANDED_SPEED
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
 from bioscara.robot.operations.home import Home
+from flight_records import read_record
 from simulated import simulated_robot
 
 ARM = load_parameters()
@@ -393,8 +394,8 @@ def test_a_stall_stops_the_arm_and_is_recovered_in_three_steps(
     with pytest.raises(StalledError, match=r"^j1: .*; remove the obstacle$"):
         homed.robot.move_joints((-1.0, 0.28, 1.0, 1.0))
     assert max(homed.speeds()) < 0.05
-    (evidence,) = tmp_path.glob("fault-stall-*.csv")
-    assert evidence.read_text().startswith("# STALL")
+    (evidence,) = tmp_path.glob("fault-stall-*.mcap")
+    assert read_record(evidence).faults[0].startswith("STALL")
     with pytest.raises(FaultedError, match="STALL"):
         homed.robot.move_joints(START)
     with pytest.raises(FaultedError, match="acknowledge"):
@@ -421,7 +422,7 @@ def test_a_fault_after_the_acknowledgement_is_not_cleared(homed: Scene, tmp_path
         homed.robot.recover()
     faults = homed.robot.acknowledge()
     assert [fault.kind for fault in faults] == [FaultKind.STALL, FaultKind.OVERTEMPERATURE]
-    assert faults[1].evidence in tmp_path.glob("fault-overtemperature-*.csv")
+    assert faults[1].evidence in tmp_path.glob("fault-overtemperature-*.mcap")
     homed.robot.recover()
     assert homed.robot.faults == ()
     with pytest.raises(FaultedError, match="no fault to recover from"):

@@ -31,6 +31,7 @@ from bioscara.model import load_parameters
 from bioscara.protocol import SILENCE
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
+from flight_records import read_record
 from simulated import home_error, simulated_bus
 
 ARM = load_parameters()
@@ -262,8 +263,7 @@ def test_mec2_a_joint_that_answers_well_but_trails_its_commands_is_noticed_by_th
     (fault,) = scene.robot.faults
     assert (fault.kind, fault.source) == (FaultKind.FOLLOWING_ERROR, "j1")
     assert fault.time - scene.struck < 1.0
-    assert fault.evidence is not None
-    assert str(error) in fault.evidence.read_text()
+    assert str(error) in read_record(fault.evidence).faults[0]
     goal = scene.robot._arm.stack.trajectory.goal
     assert goal is not None
     assert goal.status is GoalStatus.ABORTED

@@ -30,19 +30,20 @@ def test_an_answer_is_the_struct_of_the_owner(path: str, left: Site) -> None:
     assert type(result) is _QUESTIONS[path][1]
 
 
-NAMES = ("stall.csv", "a b;'\"=.csv", "a\x1b[2J\nb.csv", "größe.csv", "%2e%2e.csv")
+NAMES = ("stall.mcap", "a b;'\"=.mcap", "a\x1b[2J\nb.mcap", "größe.mcap", "%2e%2e.mcap")
+DATA = bytes(range(256))
 
 
 def test_flight_records_are_downloaded_by_the_names_of_the_list(left: Site) -> None:
     for name in NAMES:
-        (left.evidence / name).write_text(f"# {name.encode()!r}\n1,2\n")
+        (left.evidence / name).write_bytes(DATA + name.encode())
     with left.http(headers=left.bearer(Scope.VIEW)) as client:
         listed = client.get("/api/flight-records").json()["names"]
         assert sorted(listed) == sorted(NAMES)
         for name in NAMES:
             answer = client.get("/api/flight-records/" + quote(name, safe=""))
-            assert answer.text == f"# {name.encode()!r}\n1,2\n"
-            assert answer.headers["content-type"] == "text/csv; charset=utf-8"
+            assert answer.content == DATA + name.encode()
+            assert answer.headers["content-type"] == "application/octet-stream"
             expected = "attachment; filename*=UTF-8''" + quote(name, safe="")
             assert answer.headers["content-disposition"] == expected
 
@@ -55,7 +56,7 @@ def test_flight_records_are_downloaded_by_the_names_of_the_list(left: Site) -> N
         "/etc/passwd",
         "%00",
         "secret",
-        "link.csv%00.txt",
+        "link.mcap%00.txt",
         "a" * 5000,
     ],
 )

@@ -7,7 +7,7 @@ subscribed.
 
 Lengths are in m, angles in rad, times in s. A number that is unknown is NaN, and null in JSON;
 a speed without a limit is infinite, and null in JSON, where a client leaves it out. A pose is
-``[x, y, z, yaw]``.
+``[x, y, z, yaw]``. Bytes are base64 in JSON.
 """
 
 from __future__ import annotations
@@ -851,7 +851,7 @@ class ListFlightRecords(Query, frozen=True, tag="list_flight_records"):
 
 
 class GetFlightRecord(Query, frozen=True, tag="get_flight_record"):
-    """Ask for a :class:`FlightRecordText`.
+    """Ask for a :class:`FlightRecordFile`.
 
     Attributes:
         name: One of the list.
@@ -1264,16 +1264,16 @@ class FlightRecordList(Result, frozen=True, tag="flight_record_list"):
     names: tuple[str, ...]
 
 
-class FlightRecordText(Result, frozen=True, tag="flight_record_text"):
+class FlightRecordFile(Result, frozen=True, tag="flight_record_file"):
     """A flight record.
 
     Attributes:
         name: Its name.
-        text: Its text: comments with the faults, then a table.
+        data: The file, as MCAP.
     """
 
     name: str
-    text: str
+    data: bytes
 
 
 class LogLines(Result, frozen=True, tag="log_lines"):
@@ -1352,7 +1352,7 @@ AnyResult = (
     | ParametersState
     | ControllerList
     | FlightRecordList
-    | FlightRecordText
+    | FlightRecordFile
     | LogLines
     | StateSample
 )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import shlex
 from collections.abc import Callable, Collection, Iterator
 from contextlib import contextmanager
 from itertools import takewhile
@@ -159,7 +160,11 @@ def acknowledge_faults(
         ) from error
     for fault in faults:
         report(f"acknowledged: {fault}")
-    report(f"evidence: {faults[0].evidence}")
+    for path in dict.fromkeys(fault.evidence for fault in faults):
+        report(f"evidence: {path}")
+        # The owner of a served arm has it, in a folder of its own.
+        if path is not None and path.exists():
+            report(f"look at it: {shlex.join(('bioscara', 'record', 'info', str(path)))}")
     if recover:
         robot.recover()
 

@@ -19,7 +19,6 @@ from bioscara.kinematics import Scara
 from bioscara.model import ArmParameters
 from bioscara.planning import Trajectory, check, read
 from bioscara.planning.collision.scene import Scene
-from bioscara.recording.installed import require_installed
 from bioscara.remote import RemoteRobot
 from bioscara.report.folder import SAMPLES
 from bioscara.report.recorded import read_run
@@ -87,8 +86,7 @@ def recording_from(
         arm: The arm with its tool.
 
     Raises:
-        ConfigurationError: The folder is not that of a run, or its samples cannot be read; or the
-            extra ``record`` is not installed.
+        ConfigurationError: The folder is not that of a run, or its samples cannot be read.
         RecordingError: The recording cannot be read.
         TrajectoryError: The file cannot be read or holds no trajectory.
     """
@@ -158,9 +156,8 @@ def _run(folder: Path, names: Sequence[str]) -> Recording:
 
 
 def _recorded(path: Path, names: Sequence[str]) -> Recording:
-    require_installed("record")
-    # Imported here, as the packages of the extra may be missing.
-    from bioscara.recording.joint_motion import read_motion  # noqa: PLC0415
+    # Imported here: other sources do without mcap.
+    from bioscara.recording.reading.joint_motion import read_motion  # noqa: PLC0415
 
     motion = read_motion(path, names)
     notes = _left_out(motion.skipped)

@@ -1,8 +1,6 @@
 """Recordings of a served arm, as MCAP files with messages of ROS 2.
 
-Begin with ``recorder``, a client of the owner that writes a ``recording_file`` after another into a
-``folder``. ``topics`` lists the topics of a file; ``sample_messages`` encodes the state of each
-cycle and ``messages`` the rarer ones, both with ``cdr``. ``scan`` reads a file, also one that its
-writer never finished; on it build ``recovery``, ``contents``, ``export``, ``joint_motion`` and
-``replay``. Modules other than ``installed`` need the packages of the extra ``record``.
+``writing`` is the recorder, a client of the owner, and ``reading`` what reads, completes, exports
+and replays its files, whose format is in ``bioscara.rosbag``. Begin with ``writing.recorder`` and
+``reading.scan``. ``content`` has the names that both know.
 """

@@ -120,11 +120,11 @@ def flight_records(folder: Path) -> dict[str, Path]:
     """Return the flight records in a folder by their names, oldest first."""
     if not folder.is_dir():
         return {}
-    files = [path for path in folder.iterdir() if path.suffix == ".csv" and path.is_file()]
+    files = [path for path in folder.iterdir() if path.suffix == ".mcap" and path.is_file()]
     return {path.name: path for path in sorted(files, key=lambda path: path.stat().st_mtime)}
 
 
-def flight_record(folder: Path, name: str) -> m.FlightRecordText:
+def flight_record(folder: Path, name: str) -> m.FlightRecordFile:
     """Return a flight record.
 
     Args:
@@ -141,4 +141,4 @@ def flight_record(folder: Path, name: str) -> m.FlightRecordText:
         raise InvalidArgumentError(f"there is no flight record {printable(name)!r}; {hint}")
     if (size := known[name].stat().st_size) > _RECORD_MAX:
         raise InvalidArgumentError(f"{name} has {size} bytes, more than {_RECORD_MAX}")
-    return m.FlightRecordText(name, known[name].read_text(encoding="utf-8"))
+    return m.FlightRecordFile(name, known[name].read_bytes())

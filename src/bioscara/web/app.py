@@ -288,18 +288,18 @@ def _add_flight_record(app: FastAPI, queries: OwnerQueries) -> None:
     @app.get(
         "/api/flight-records/{name}",
         response_class=Response,
-        summary="A flight record as CSV, by a name of the list.",
-        responses={200: {"content": {"text/csv": {}}}},
+        summary="A flight record as an MCAP file, by a name of the list.",
+        responses={200: {"content": {"application/octet-stream": {}}}},
     )
     async def flight_record(name: str, _: Viewer) -> Response:
         # The owner looks the name up in its list; nowhere is it used as a path.
         async with turns:
             result = await queries.ask(m.GetFlightRecord(name))
-        record = msgspec.json.decode(result, type=m.FlightRecordText)
+        record = msgspec.json.decode(result, type=m.FlightRecordFile)
         disposition = f"attachment; filename*=UTF-8''{quote(record.name, safe='')}"
         return Response(
-            record.text,
-            media_type="text/csv; charset=utf-8",
+            record.data,
+            media_type="application/octet-stream",
             headers={"Content-Disposition": disposition},
         )
 

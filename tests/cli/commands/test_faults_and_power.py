@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import threading
 from collections.abc import Iterator
@@ -69,7 +70,10 @@ def test_faults_stay_until_they_are_recovered_from(
     assert "OVERTEMPERATURE: j3" in listed
     assert f"bioscara recover --bus {bus}" in listed
     assert "evidence: " in acknowledged
-    assert list((tmp_path / "faults").iterdir())
+    command = next(line for line in acknowledged.splitlines() if line.startswith("look at it: "))
+    words = shlex.split(command.removeprefix("look at it: "))
+    assert main(words[1:]) == 0
+    assert "fault 1: OVERTEMPERATURE: j3" in capsys.readouterr().out
     assert "OVERTEMPERATURE (j3)" in refused
     assert recovered.endswith("recovered\n")
     assert after.endswith("no faults\n")

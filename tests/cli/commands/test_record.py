@@ -8,10 +8,9 @@ import pytest
 
 from bioscara.cli import main
 from bioscara.cli.arguments import parse
-from bioscara.recording import installed
-from bioscara.recording.messages import text_message
-from bioscara.recording.recording_file import RecordingFile
-from bioscara.recording.topics import Topic
+from bioscara.rosbag.recording_file import RecordingFile
+from bioscara.rosbag.texts import text_message
+from bioscara.rosbag.topics import Topic
 
 
 @pytest.fixture
@@ -82,13 +81,3 @@ def test_a_file_that_is_no_recording_is_refused(
 ) -> None:
     assert main(["record", "info", __file__]) == 2
     assert "is no recording" in capsys.readouterr().err
-
-
-def test_without_the_extra_the_command_that_installs_it_is_named(
-    unfinished: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    monkeypatch.setattr(installed, "find_spec", lambda name: None if name == "mcap" else name)
-    assert main(["record", "info", str(unfinished)]) == 2
-    err = capsys.readouterr().err
-    assert "recordings need mcap" in err
-    assert "pip install 'bioscara[record]'" in err

@@ -24,6 +24,7 @@ from bioscara.errors import (
 from bioscara.hardware import LifecycleState
 from control.control_stack import NAMES, NEAR, World
 from control.loop.test_loop import come_to_rest, moving
+from flight_records import read_record
 
 FORWARD = "forward_command_controller/ForwardCommandController"
 
@@ -125,10 +126,9 @@ def test_evidence_shows_the_time_before_the_fault_however_late_it_is_written(
     come_to_rest(world)
     world.run(30.0)
     (fault,) = world.supervisor.acknowledge()
-    assert fault.evidence is not None
-    lines = fault.evidence.read_text().splitlines()
-    assert "it broke" in lines[0]
-    times = [float(line.split(",")[0]) for line in lines[2:]]
+    record = read_record(fault.evidence)
+    assert "it broke" in record.faults[0]
+    times = record.times
     assert times[0] < struck < times[-1] < struck + 6.0
 
 
@@ -137,7 +137,7 @@ def test_evidence_of_before_is_never_replaced(tmp_path: Path) -> None:
         world = faulted(tmp_path)
         come_to_rest(world)
         world.supervisor.acknowledge()
-    assert len(list(tmp_path.glob("*.csv"))) == 2
+    assert len(list(tmp_path.glob("*.mcap"))) == 2
     assert not list(tmp_path.glob("*.part"))
 
 
@@ -150,10 +150,8 @@ def test_a_fault_after_the_acknowledgement_has_to_be_acknowledged_too(tmp_path: 
     with pytest.raises(FaultedError):
         world.supervisor.recover(world.clock.now())
     first, second = world.supervisor.acknowledge()
-    assert first.evidence is not None
-    assert second.evidence is not None
-    assert "j1 stalled" not in first.evidence.read_text()
-    assert "j1 stalled" in second.evidence.read_text()
+    assert len(read_record(first.evidence).faults) == 1
+    assert "j1 stalled" in read_record(second.evidence).faults[1]
 
 
 def test_a_persistent_fault_is_reported_once(tmp_path: Path) -> None:
@@ -219,9 +217,7 @@ def test_every_fault_keeps_the_seconds_before_it_whatever_comes_later(tmp_path: 
         world.supervisor.fault(FollowingError("it is off", name, 1.0, 0.5), name, times[-1])
         world.run(20.0)
     for fault, struck in zip(world.supervisor.acknowledge(), times, strict=True):
-        assert fault.evidence is not None
-        lines = [line for line in fault.evidence.read_text().splitlines() if line[0] != "#"]
-        rows = [float(line.split(",")[0]) for line in lines[1:]]
+        rows = read_record(fault.evidence).times
         assert rows[0] < struck < rows[-1] + world.loop.period < struck + 6.0
 
 

@@ -55,6 +55,22 @@ def moving(folder: Path = Path("/nonexistent"), *, v1: bool = False) -> World:
     return world
 
 
+def test_a_restart_just_before_a_cycle_begins_the_cycles_anew() -> None:
+    world = World(home=False)
+    world.run(0.1)
+    overruns = world.loop.statistics.overruns
+
+    def write_a_file() -> None:
+        world.arm.run(0.5)
+        world.loop.restart()
+
+    report = world.loop.step(write_a_file)
+    assert (report.period, report.timing.late) == (world.loop.period, 0.0)
+    world.run(0.1)
+    assert world.supervisor.faults == []
+    assert world.loop.statistics.overruns == overruns
+
+
 def late_inside(world: World, seconds: float) -> None:
     """Let a cycle be delayed between reading and writing."""
     controller = world.manager.controller("forward")

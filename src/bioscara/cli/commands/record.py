@@ -11,18 +11,23 @@ from bioscara.cli.options import Options
 from bioscara.cli.output.console import ExitStatus, Output, complain
 from bioscara.cli.signals import StopRequest
 from bioscara.errors import RecordingError
-from bioscara.recording.installed import require_installed
+from bioscara.recording.reading.contents import Contents
+from bioscara.recording.reading.export import export_csv, export_parquet
+from bioscara.recording.reading.recovery import recover
+from bioscara.recording.reading.replay import ReplayedArm, serve_recording
+from bioscara.recording.writing.folder import RecordingFolder
+from bioscara.recording.writing.owner_recorder import FileLimits
+from bioscara.recording.writing.recorder import record
 
 
 def run(options: Options) -> int:
     """Record a served arm, or use a recording.
 
     Raises:
-        ConfigurationError: A package of the extra ``record`` or ``export`` is not installed.
+        ConfigurationError: The extra ``export`` is not installed.
         BioscaraError: The arm cannot be recorded, or the recording not be used.
         OSError: Standard output cannot be written.
     """
-    require_installed("record")
     output = Output()
     actions = {"info": _info, "recover": _recover, "export": _export, "replay": _replay}
     if options.action == "start":
@@ -33,14 +38,7 @@ def run(options: Options) -> int:
     return status
 
 
-# Imported in the functions, as the packages of the extras may be missing.
-
-
 def _start(options: Options, output: Output) -> ExitStatus:
-    from bioscara.recording.folder import RecordingFolder  # noqa: PLC0415
-    from bioscara.recording.owner_recorder import FileLimits  # noqa: PLC0415
-    from bioscara.recording.recorder import record  # noqa: PLC0415
-
     arm = options.arm or DEFAULT
     folder = RecordingFolder(options.out or Path(), arm, options.keep)
     limits = FileLimits(options.max_size, options.max_time)
@@ -55,16 +53,12 @@ def _start(options: Options, output: Output) -> ExitStatus:
 
 
 def _info(options: Options, output: Output) -> ExitStatus:
-    from bioscara.recording.contents import Contents  # noqa: PLC0415
-
     for line in Contents(options.file).lines():
         output.line(line)
     return ExitStatus.OK
 
 
 def _recover(options: Options, output: Output) -> ExitStatus:
-    from bioscara.recording.recovery import recover  # noqa: PLC0415
-
     found = recover(options.file, options.out)
     if found.written is None:
         output.line(f"{options.file} is complete: {found.messages} messages")
@@ -78,8 +72,6 @@ def _recover(options: Options, output: Output) -> ExitStatus:
 
 
 def _replay(options: Options, output: Output) -> ExitStatus:
-    from bioscara.recording.replay import ReplayedArm, serve_recording  # noqa: PLC0415
-
     arm = ReplayedArm(options.file, options.name, options.speed)
     claim = OwnerClaim(options.name, f"recording {options.file.name}")
 
@@ -101,8 +93,6 @@ def _replay(options: Options, output: Output) -> ExitStatus:
 
 
 def _export(options: Options, output: Output) -> ExitStatus:
-    from bioscara.recording.export import export_csv, export_parquet  # noqa: PLC0415
-
     if options.csv is not None:
         files = export_csv(options.file, options.csv)
     else:

@@ -1,14 +1,11 @@
-"""The last seconds at full rate, always in memory, written after a fault."""
+"""The last seconds at full rate, always in memory, frozen after a fault."""
 
 from __future__ import annotations
 
-import csv
-import os
+import time as wall_clock
 from collections import deque
 from collections.abc import Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 from typing import NamedTuple
 
 from bioscara.hardware.axis import Axis
@@ -47,6 +44,7 @@ class FlightRecord:
             for axis in axes
         )
         self._rows: deque[tuple[float, ...]] = deque(maxlen=max(int(SECONDS * rate), 1))
+        self._written = 0
 
     def __len__(self) -> int:
         return len(self._rows)
@@ -69,26 +67,12 @@ class FlightRecord:
                 axis.sample.flags,
             )
         self._rows.append(tuple(row))
+        self._written = wall_clock.time_ns()
 
     def freeze(self) -> Evidence:
         """Return the cycles kept now; the copy does not change any more."""
-        return Evidence(tuple(self._header()), tuple(self._rows))
-
-    def _header(self) -> list[str]:
-        columns = ["time", *Timing._fields]
-        for axis, *_ in self._handles:
-            columns += [
-                f"{axis.name}_{what}"
-                for what in (
-                    "position_command",
-                    "velocity_command",
-                    "position",
-                    "velocity",
-                    "stamp",
-                    "flags",
-                )
-            ]
-        return columns
+        names = tuple([axis.name for axis, *_ in self._handles])
+        return Evidence(names, tuple(self._rows), self._written)
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,58 +80,13 @@ class Evidence:
     """A frozen flight record.
 
     Attributes:
-        columns: Their names.
-        rows: The cycles, oldest first.
+        names: Names of the joints.
+        rows: The cycles, oldest first. Each is the time of its begin [s], the fields of its
+            :class:`Timing`, then of each joint position command [rad or m], velocity command
+            [rad/s or m/s], position, velocity, time of the measurement [s] and flags.
+        written: When the newest cycle was kept [ns since 1970]; 0 if there is none.
     """
 
-    columns: tuple[str, ...]
+    names: tuple[str, ...]
     rows: tuple[tuple[float, ...], ...]
-
-    def write(self, folder: Path, name: str, remarks: Sequence[str]) -> Path:
-        """Write it as CSV; the file is whole or does not exist, and no other is replaced.
-
-        Args:
-            folder: Destination; created if necessary.
-            name: Of the file, without extension; a number is added where it is taken.
-            remarks: Sentences for its head, as comment lines.
-
-        Returns:
-            The file.
-
-        Raises:
-            OSError: It cannot be written.
-        """
-        folder.mkdir(parents=True, exist_ok=True)
-        path, partial = _reserve(folder, name)
-        try:
-            with partial.open("w", encoding="utf-8", newline="") as file:
-                for remark in remarks:
-                    file.write("# " + " ".join(remark.split()) + "\n")
-                writer = csv.writer(file, lineterminator="\n")
-                writer.writerow(self.columns)
-                for row in self.rows:
-                    writer.writerow(f"{value:.9g}" for value in row)
-                file.flush()
-                os.fsync(file.fileno())
-            partial.replace(path)
-        except BaseException:
-            partial.unlink(missing_ok=True)
-            raise
-        return path
-
-
-def _reserve(folder: Path, name: str) -> tuple[Path, Path]:
-    """Return a path that does not exist, and an exclusive partial file to become it.
-
-    Programs of two arms, stopped by one button, request the same name.
-    """
-    number = 1
-    while True:
-        path = folder / (f"{name}.csv" if number == 1 else f"{name}-{number}.csv")
-        partial = path.with_name(path.name + ".part")
-        with suppress(FileExistsError):
-            partial.touch(exist_ok=False)
-            if not path.exists():
-                return path, partial
-            partial.unlink()
-        number += 1
+    written: int

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import Protocol
 
 from bioscara.control.faults.flight_recorder import Evidence, FlightRecord
 from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, indicates_power_loss
@@ -15,20 +17,39 @@ _AT_ONCE = 0.1
 _STRONGEST_FIRST = tuple(Stop)
 
 
+class EvidenceWriter(Protocol):
+    """Writes a flight record to a file, whole or not at all, and replaces no other."""
+
+    def __call__(self, evidence: Evidence, name: str, faults: Sequence[ArmFault], /) -> Path:
+        """Write one.
+
+        Args:
+            evidence: The record.
+            name: Name of the file, without extension; a number is added where it is taken.
+            faults: The faults until its end, first cause first.
+
+        Returns:
+            The file.
+
+        Raises:
+            OSError: It cannot be written.
+        """
+
+
 class FaultLog:
     """Faults in order of occurrence, with evidence for each group that occurred together.
 
     Args:
         record: The last seconds.
-        folder: Where evidence is written; created with the first.
+        write: Writes the evidence.
         joints: How many joints the arm has.
 
     Attributes:
         faults: The faults, first cause first.
     """
 
-    def __init__(self, record: FlightRecord, folder: Path, joints: int) -> None:
-        self._record, self._folder, self._joints = record, folder, joints
+    def __init__(self, record: FlightRecord, write: EvidenceWriter, joints: int) -> None:
+        self._record, self._write, self._joints = record, write, joints
         self._groups: list[tuple[int, Evidence]] = []
         self.faults: list[ArmFault] = []
 
@@ -69,7 +90,7 @@ class FaultLog:
             name = (
                 f"fault-{self.faults[new[0]].kind.name.lower()}-{datetime.now(UTC):%Y%m%dT%H%M%S}"
             )
-            path = evidence.write(self._folder, name, [str(fault) for fault in self.faults[:end]])
+            path = self._write(evidence, name, self.faults[:end])
             for number in new:
                 self.faults[number] = replace(self.faults[number], evidence=path)
 

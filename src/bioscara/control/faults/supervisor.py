@@ -11,14 +11,13 @@ from collections import deque
 from collections.abc import Sequence
 from contextlib import suppress
 from enum import Enum
-from pathlib import Path
 
 from bioscara.control.controllers.controller import WARNINGS
 from bioscara.control.controllers.joint_trajectory import JointTrajectoryController
 from bioscara.control.faults.flight_recorder import FlightRecord
 from bioscara.control.faults.following_error import FollowingErrorMonitor, fade
 from bioscara.control.faults.kinds import ArmFault, FaultKind, Stop, classify, source_of
-from bioscara.control.faults.log import FaultLog
+from bioscara.control.faults.log import EvidenceWriter, FaultLog
 from bioscara.control.faults.stop import MotionStopper
 from bioscara.control.manager.manager import ControllerManager
 from bioscara.errors import BioscaraError, FaultedError, ModeSwitchError
@@ -50,7 +49,7 @@ class Supervisor:
         arm: Its joints.
         hold: Name of the configured controller that brings the arm to rest and holds it.
         record: The last seconds.
-        folder: Where evidence is written; created with the first.
+        write: Writes the evidence.
 
     Attributes:
         state: Stage of fault handling.
@@ -65,11 +64,11 @@ class Supervisor:
         arm: ArmHardware,
         hold: str,
         record: FlightRecord,
-        folder: Path,
+        write: EvidenceWriter,
     ) -> None:
         self._manager, self._arm = manager, arm
         self.stopper = MotionStopper(manager, arm, hold)
-        self._log = FaultLog(record, folder, len(arm.axes))
+        self._log = FaultLog(record, write, len(arm.axes))
         self._following = [
             FollowingErrorMonitor(axis, manager.limiter.joints[axis.name]) for axis in arm.axes
         ]

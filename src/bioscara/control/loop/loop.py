@@ -145,13 +145,14 @@ class Loop:
     def _step(self, before: Callable[[], object] | None) -> CycleReport:
         clock, manager, supervisor = self._clock, self._manager, self._supervisor
         ready = clock.now()
-        if math.isnan(self._deadline):
-            self._deadline = ready
-        else:
+        if not math.isnan(self._deadline):
             clock.sleep_until(self._deadline)
         if before is not None:
             before()
         time = clock.now()
+        if math.isnan(self._deadline):
+            # The first cycle, also after a restart by what was called before it.
+            self._deadline = time
         late = time - self._deadline
         # A program that is busy between two cycles does not sleep at all.
         self._delayed = max(ready - self._deadline, 0.0)

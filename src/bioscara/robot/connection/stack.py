@@ -114,7 +114,12 @@ class Stack:
         self.homing = self._get(HOMING, HomingController)
         self.gripper = self._get(GRIPPER, GripperActionController)
         self.jog = self._get(JOG, JogController)
-        self.supervisor = Supervisor(self.manager, arm, HOLD, record, evidence)
+        # Imported here: mcap takes 70 ms, which commands without an arm do not need; and not when
+        # the first fault is written, as the loop would be late.
+        from bioscara.robot.connection.evidence_folder import EvidenceFolder  # noqa: PLC0415
+
+        write = EvidenceFolder(evidence).write
+        self.supervisor = Supervisor(self.manager, arm, HOLD, record, write)
         self.watchdog = Watchdog.from_environment()
         self.loop = Loop(
             self.manager, self.supervisor, record, clock, hertz, bus_time, self.watchdog

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from contextlib import suppress
 from typing import Any, TypeVar
 
 from bioscara.control.controllers.goals import AcceptedGoal, GoalStatus
@@ -13,6 +12,7 @@ from bioscara.control.faults.supervisor import FaultState
 from bioscara.errors import GoalAbortedError, MotionCancelledError, MotionTimeoutError
 from bioscara.report import Phase
 from bioscara.robot.arm import Arm
+from bioscara.robot.operations.fault_handling import keep_evidence
 from bioscara.robot.operations.operation import Cycle, Cycles, Operation
 
 SETTLING = 0.3
@@ -155,9 +155,7 @@ class MotionExecution:
                 # No number of Ctrl-C may leave the arm moving.
                 self._operation.interrupt(error)
         if supervisor.faults:
-            # A full disk does not undo a stop; acknowledging writes the evidence again.
-            with suppress(OSError):
-                supervisor.keep_evidence()
+            keep_evidence(self._arm)
 
     def _rest(self, zero: float, since: float) -> Cycles[None]:
         supervisor, now = self._stack.supervisor, self._clock.now()

@@ -2,11 +2,24 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
+
 from bioscara.control.faults.kinds import ArmFault
 from bioscara.control.faults.supervisor import FaultState
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.arbiter import EVERYTHING
 from bioscara.robot.operations.operation import Cycles, Operation
+
+
+def keep_evidence(arm: Arm) -> None:
+    """Write the evidence of the faults of an arm at rest, between two cycles.
+
+    A full disk does not undo a stop: then acknowledging writes the evidence again.
+    """
+    with suppress(OSError):
+        arm.stack.supervisor.keep_evidence()
+    # The disk may take longer than a cycle, which harms nothing while the arm is at rest.
+    arm.stack.loop.restart()
 
 
 class Acknowledge(Operation[tuple[ArmFault, ...]]):
@@ -25,7 +38,10 @@ class Acknowledge(Operation[tuple[ArmFault, ...]]):
         arm.restart_loop()
         while stack.supervisor.state is FaultState.STOPPING:
             yield None
-        return tuple(stack.supervisor.acknowledge())
+        try:
+            return tuple(stack.supervisor.acknowledge())
+        finally:
+            stack.loop.restart()
 
 
 class Recover(Operation[None]):

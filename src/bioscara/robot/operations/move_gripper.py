@@ -24,6 +24,7 @@ from bioscara.errors import (
 from bioscara.report import Phase
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.arbiter import GRIPPER, Device
+from bioscara.robot.operations.fault_handling import keep_evidence
 from bioscara.robot.operations.follow_trajectory import FollowTrajectory, start_of
 from bioscara.robot.operations.home import Home
 from bioscara.robot.operations.operation import Cycle, Cycles, OnCycle, Operation
@@ -151,9 +152,7 @@ class MoveGripper(Operation[GripperResult]):
         while supervisor.state is FaultState.STOPPING:
             yield Cycle(Phase.STOPPING)
         if supervisor.faults:
-            # A full disk does not undo a stop; acknowledging writes the evidence again.
-            with suppress(OSError):
-                supervisor.keep_evidence()
+            keep_evidence(arm)
 
 
 def _arm_motion(arm: Arm, operation: Operation[GripperResult]) -> FollowTrajectory | None:

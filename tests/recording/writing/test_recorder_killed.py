@@ -12,8 +12,8 @@ from pathlib import Path
 
 import pytest
 
-from bioscara.recording.recovery import recover
-from bioscara.recording.topics import Topic
+from bioscara.recording.reading.recovery import recover
+from bioscara.rosbag.topics import Topic
 from processes import LIMIT, environment, wait_for_line
 from recording.served_arm import NAME, read, served
 

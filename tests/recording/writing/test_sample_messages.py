@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from contextlib import suppress
 from typing import Any
 
 import pytest
@@ -13,12 +12,12 @@ from mcap.records import Schema
 from mcap_ros2.decoder import DecoderFactory
 
 from bioscara.api.messages import Event, StateSample, TrajectoryValue
-from bioscara.errors import RecordingError
 from bioscara.kinematics import Pose
-from bioscara.recording.cdr import CdrMessage, CdrReader
-from bioscara.recording.messages import log_message, text_message, trajectory_message
-from bioscara.recording.sample_messages import SampleMessages
-from bioscara.recording.topics import Topic, definition
+from bioscara.recording.writing.messages import event_message, trajectory_message
+from bioscara.recording.writing.sample_messages import SampleMessages
+from bioscara.rosbag.cdr import CdrReader
+from bioscara.rosbag.texts import text_message
+from bioscara.rosbag.topics import Topic, definition
 
 NAMES = ("j1", "j2", "j3", "j4")
 numbers = st.floats(-10.0, 10.0) | st.just(math.nan)
@@ -138,34 +137,7 @@ def test_a_trajectory_is_read_as_it_was(count: int, fast: bool, smooth: bool) ->
 
 def test_an_event_is_an_entry_of_the_log() -> None:
     event = Event(number=7, time=1.0, wall=2.0, what="fault", text="j1: STALL", client="jog[12]")
-    found = decoded(Topic.LOG, log_message(event, "left", 5 * 10**9 + 6))
+    found = decoded(Topic.LOG, event_message(event, "left", 5 * 10**9 + 6))
     assert (found.stamp.sec, found.stamp.nanosec) == (5, 6)
     assert (found.level, found.name, found.msg) == (40, "left", "j1: STALL")
     assert (found.file, found.function, found.line) == ("fault", "jog[12]", 7)
-
-
-@given(st.binary(max_size=64))
-def test_bytes_that_are_no_message_are_refused(data: bytes) -> None:
-    with suppress(RecordingError):
-        reader = CdrReader(data)
-        reader.stamp()
-        reader.strings()
-        reader.double_values()
-
-
-def test_a_message_that_was_cut_off_is_refused_wherever_it_was() -> None:
-    message = CdrMessage()
-    message.strings(("a", "bc"))
-    message.double_sequence((1.0, 2.0))
-    whole = bytes(message.data)
-    reader = CdrReader(whole)
-    assert (reader.strings(), reader.double_values()) == (("a", "bc"), (1.0, 2.0))
-    for length in range(len(whole)):
-
-        def read(part: bytes = whole[:length]) -> None:
-            reader = CdrReader(part)
-            reader.strings()
-            reader.double_values()
-
-        with pytest.raises(RecordingError):
-            read()

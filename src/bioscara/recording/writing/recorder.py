@@ -6,9 +6,9 @@ import time
 from collections.abc import Callable
 
 from bioscara.errors import OwnerLostError, RecordingError
-from bioscara.recording.arm_feed import ArmFeed
-from bioscara.recording.folder import RecordingFolder
-from bioscara.recording.owner_recorder import FileLimits, OwnerRecorder
+from bioscara.recording.writing.arm_feed import ArmFeed
+from bioscara.recording.writing.folder import RecordingFolder
+from bioscara.recording.writing.owner_recorder import FileLimits, OwnerRecorder
 
 _PAUSE = 0.05
 """Pause between two batches [s]: samples are taken several at a time."""

@@ -12,8 +12,8 @@ from typing import NamedTuple
 from mcap.writer import Writer
 
 from bioscara.errors import RecordingError
-from bioscara.recording.recording_file import CHUNK
-from bioscara.recording.scan import FileScan, StoredMessage, messages
+from bioscara.recording.reading.scan import FileScan, StoredMessage, messages
+from bioscara.rosbag.recording_file import CHUNK
 from bioscara.whole_files import replacing
 
 

@@ -11,25 +11,29 @@ import msgspec
 from bioscara.api import messages as m
 from bioscara.errors import ConfigurationError, RecordingError
 from bioscara.model.urdf import urdf_of
-from bioscara.recording.arm_feed import ArmFeed, FeedItem
-from bioscara.recording.arm_time import ArmTime
-from bioscara.recording.folder import RESERVE, RecordingFolder
-from bioscara.recording.frames import JointFrame, joint_frames
-from bioscara.recording.messages import (
-    log_message,
-    text_message,
+from bioscara.recording.content import (
+    DESCRIPTION,
+    GRIPPER,
+    METADATA,
+    OVERLAY,
+    PARAMETERS,
+    ArmStatus,
+)
+from bioscara.recording.writing.arm_feed import ArmFeed, FeedItem
+from bioscara.recording.writing.arm_time import ArmTime
+from bioscara.recording.writing.folder import RESERVE, RecordingFolder
+from bioscara.recording.writing.frames import JointFrame, joint_frames
+from bioscara.recording.writing.messages import (
+    event_message,
     trajectory_message,
     transforms_message,
 )
-from bioscara.recording.recording_file import RecordingFile
-from bioscara.recording.sample_messages import GRIPPER, SampleMessages
-from bioscara.recording.topics import Topic
+from bioscara.recording.writing.sample_messages import SampleMessages
+from bioscara.rosbag.recording_file import MEDIA_TYPE, RecordingFile
+from bioscara.rosbag.texts import text_message
+from bioscara.rosbag.topics import Topic
 from bioscara.version import __version__
 
-METADATA = "bioscara"
-"""Name of the metadata of each file."""
-DESCRIPTION, PARAMETERS, OVERLAY = "robot_description.urdf", "parameters.json", "overlay.yaml"
-"""Names of the attachments."""
 _FLUSH = 0.6
 """Longest time for which a message waits for its chunk [s]; a killed recorder loses no more."""
 _SYNC = 0.5
@@ -55,20 +59,6 @@ class FileLimits:
 
     size: int
     duration: float
-
-
-class ArmStatus(msgspec.Struct, frozen=True):
-    """The part of a sample that changes rarely; written when it does.
-
-    Attributes are those of :class:`bioscara.api.messages.StateSample`.
-    """
-
-    enabled: bool
-    fault: str
-    paused: bool
-    speed_override: float
-    moving: tuple[str, ...]
-    stale: bool
 
 
 class OwnerRecorder:
@@ -191,9 +181,9 @@ class OwnerRecorder:
                     name = f"goal {item.goal}, part {number}"
                     data = trajectory_message(trajectory, name, self._stamp)
                     self._add(Topic.TRAJECTORIES, data, self._stamp)
-            case m.FlightRecordText():
+            case m.FlightRecordFile():
                 if self._file is not None:
-                    self._file.attach(item.name, "text/csv", item.text, self._stamp)
+                    self._file.attach(item.name, MEDIA_TYPE, item.data, self._stamp)
             case m.ParametersState():
                 self._attachments[OVERLAY] = ("application/yaml", item.overlay)
             case _:
@@ -239,7 +229,7 @@ class OwnerRecorder:
     def _write_event(self, event: m.Event) -> None:
         stamp = self._time.stamp(event.time)
         self._add(Topic.EVENTS, text_message(_encode(event).decode()), stamp, stamp)
-        self._add(Topic.LOG, log_message(event, self._feed.description.name, stamp), stamp, stamp)
+        self._add(Topic.LOG, event_message(event, self._feed.description.name, stamp), stamp, stamp)
 
     def _next_file(self) -> RecordingFile:
         """Begin a file with what holds at its begin.
@@ -271,7 +261,7 @@ class OwnerRecorder:
         )
         for name, (media_type, text) in self._attachments.items():
             if text:
-                file.attach(name, media_type, text, self._begin)
+                file.attach(name, media_type, text.encode(), self._begin)
         for topic, data in self._latched.items():
             file.add(topic, data, self._begin)
         file.flush()

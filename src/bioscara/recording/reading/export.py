@@ -5,19 +5,20 @@ from __future__ import annotations
 import csv
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import closing
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Protocol, TextIO
 
 import msgspec
 import numpy as np
 
-from bioscara.errors import RecordingError
+from bioscara.errors import ConfigurationError, RecordingError
+from bioscara.extras import install
 from bioscara.planning.arrays import Array
-from bioscara.recording.cdr import CdrReader
-from bioscara.recording.installed import require_installed
-from bioscara.recording.sample_table import TIME, sample_tables
-from bioscara.recording.scan import FileScan, messages
-from bioscara.recording.topics import Topic
+from bioscara.recording.reading.sample_table import TIME, sample_tables
+from bioscara.recording.reading.scan import FileScan, messages
+from bioscara.rosbag.cdr import CdrReader
+from bioscara.rosbag.topics import Topic
 from bioscara.whole_files import replacing
 
 SAMPLES, EVENTS, TRAJECTORIES = "samples", "events", "trajectories"
@@ -62,7 +63,10 @@ def export_parquet(path: Path, out: Path) -> list[Path]:
         RecordingError: As there.
         ConfigurationError: pyarrow is not installed.
     """
-    require_installed("export")
+    if find_spec("pyarrow") is None:
+        raise ConfigurationError(
+            f"Parquet files need pyarrow, not installed here: {install('export')}; or export CSV"
+        )
     return _export(path, out, "parquet")
 
 

@@ -13,8 +13,8 @@ import pytest
 from bioscara import Robot
 from bioscara.api import messages as m
 from bioscara.errors import InvalidArgumentError
-from bioscara.recording.topics import Topic
 from bioscara.remote.link import OwnerLink
+from bioscara.rosbag.topics import Topic
 from processes import LIMIT, environment, wait_for_line, wait_until
 from recording.served_arm import read, served
 

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import fcntl
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from mcap.writer import Writer
 
-from bioscara.recording.topics import Topic, definition, quality_of_service
+from bioscara.rosbag.topics import Topic, definition, quality_of_service
 
 CHUNK = 64 << 10
 """Size of a chunk before it is compressed [byte]."""
 PROFILE = "ros2"
+MEDIA_TYPE = "application/octet-stream"
+"""Media type of such a file: MCAP has none of its own."""
 
 
 class _WholeRecords:
@@ -61,6 +63,8 @@ class RecordingFile:
 
     Args:
         path: The file; it must not exist.
+        topics: The topics that it has.
+        chunk: Size of a chunk before it is compressed [byte].
 
     Attributes:
         path: As given.
@@ -69,23 +73,25 @@ class RecordingFile:
         OSError: It cannot be created or written.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(
+        self, path: Path, topics: Iterable[Topic] = tuple(Topic), chunk: int = CHUNK
+    ) -> None:
         self.path = path
         self._output = _WholeRecords(path)
         # Its parameter names more of a stream than it uses.
-        self._writer = Writer(self._output, chunk_size=CHUNK)  # type: ignore[arg-type]
+        self._writer = Writer(self._output, chunk_size=chunk)  # type: ignore[arg-type]
         try:
             self._writer.start(profile=PROFILE)
-            self._channels = self._register()
-        except OSError:
+            self._channels = self._register(tuple(topics))
+        except BaseException:
             self._output.close()
             path.unlink()
             raise
 
-    def _register(self) -> dict[Topic, int]:
+    def _register(self, topics: Sequence[Topic]) -> dict[Topic, int]:
         schemas = {
             name: self._writer.register_schema(name, "ros2msg", definition(name).encode())
-            for name in dict.fromkeys(topic.type_name for topic in Topic)
+            for name in dict.fromkeys(topic.type_name for topic in topics)
         }
         return {
             topic: self._writer.register_channel(
@@ -94,7 +100,7 @@ class RecordingFile:
                 schemas[topic.type_name],
                 {"offered_qos_profiles": quality_of_service(latched=topic.latched)},
             )
-            for topic in Topic
+            for topic in topics
         }
 
     @property
@@ -118,13 +124,13 @@ class RecordingFile:
             self._channels[topic], stamp, data, stamp if published is None else published
         )
 
-    def attach(self, name: str, media_type: str, text: str, stamp: int) -> None:
-        """Add a text as an attachment.
+    def attach(self, name: str, media_type: str, data: bytes, stamp: int) -> None:
+        """Add an attachment.
 
         Raises:
             OSError: As :meth:`add`.
         """
-        self._writer.add_attachment(stamp, stamp, name, media_type, text.encode())
+        self._writer.add_attachment(stamp, stamp, name, media_type, data)
 
     def describe(self, name: str, values: Mapping[str, str]) -> None:
         """Add metadata.

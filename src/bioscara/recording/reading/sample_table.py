@@ -9,9 +9,9 @@ import numpy as np
 
 from bioscara.errors import RecordingError
 from bioscara.planning.arrays import Array
-from bioscara.recording.cdr import CdrReader
-from bioscara.recording.scan import FileScan, StoredMessage, messages
-from bioscara.recording.topics import Topic
+from bioscara.recording.reading.scan import FileScan, StoredMessage, messages
+from bioscara.rosbag.cdr import CdrReader
+from bioscara.rosbag.topics import Topic
 
 BATCH = 10_000
 """Rows of a table."""
@@ -69,8 +69,11 @@ def _of_interfaces(reader: CdrReader) -> dict[str, int]:
 
 
 def _of_commands(reader: CdrReader) -> dict[str, int]:
-    names, (begin, count) = reader.strings(), reader.doubles()
-    return {f"{names[index]}_command": begin + 8 * index for index in range(min(count, len(names)))}
+    names, offsets = reader.strings(), dict[str, int]()
+    for kind in ("command", "velocity_command"):
+        begin, count = reader.doubles()
+        offsets |= {f"{name}_{kind}": begin + 8 * i for i, name in enumerate(names[:count])}
+    return offsets
 
 
 def _of_pose(reader: CdrReader) -> dict[str, int]:
@@ -93,8 +96,8 @@ def sample_tables(path: Path, scan: FileScan) -> Iterator[Mapping[str, Array]]:
     """Yield the samples of a recording as columns, by name; unknown numbers are NaN.
 
     The columns are :data:`TIME`, then ``<joint>_<interface>`` of all joints, the gripper and the
-    arm, ``<joint>_command``, and the pose of the tool ``tool_x``, ``tool_y``, ``tool_z`` [m] and
-    ``tool_yaw`` [rad].
+    arm, ``<joint>_command``, in flight records ``<joint>_velocity_command`` as well, and the pose
+    of the tool ``tool_x``, ``tool_y``, ``tool_z`` [m] and ``tool_yaw`` [rad].
 
     Args:
         path: The recording.

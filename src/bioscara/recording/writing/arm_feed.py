@@ -35,7 +35,7 @@ FeedItem = (
     | m.WorkspaceState
     | m.ParametersState
     | m.GoalTrajectories
-    | m.FlightRecordText
+    | m.FlightRecordFile
 )
 
 

@@ -11,17 +11,17 @@ import numpy as np
 import pytest
 from mcap.reader import make_reader
 
-import bioscara.recording.folder as recording_folder
+import bioscara.recording.writing.folder as recording_folder
 from bioscara import Robot
 from bioscara.api import messages as m
 from bioscara.errors import RecordingError
 from bioscara.model import load_parameters
 from bioscara.model.urdf import urdf_of
-from bioscara.recording.owner_recorder import FileLimits
-from bioscara.recording.recovery import recover
-from bioscara.recording.scan import FileScan, messages
-from bioscara.recording.topics import Topic
+from bioscara.recording.reading.recovery import recover
+from bioscara.recording.reading.scan import FileScan, messages
+from bioscara.recording.writing.owner_recorder import FileLimits
 from bioscara.robot import kinematics_of
+from bioscara.rosbag.topics import Topic
 from bioscara.server.tasks import simulate
 from full_disk import full_after
 from processes import wait_until
@@ -239,7 +239,7 @@ def test_the_evidence_of_a_fault_is_attached(tmp_path: Path) -> None:
             assert fault.evidence is not None
             wait_until(lambda: _attached(recorder) != {}, "the evidence")
         (path,) = recorder.end()
-    written = (tmp_path / "faults" / fault.evidence.name).read_text()
+    written = (tmp_path / "faults" / fault.evidence.name).read_bytes()
     assert _attached(recorder) == {fault.evidence.name: written}
     states = [json.loads(each.message.data)["state"] for each in read(path, Topic.FAULTS)]
     assert states[0] == "clear"
@@ -248,8 +248,8 @@ def test_the_evidence_of_a_fault_is_attached(tmp_path: Path) -> None:
     assert levels == [40]
 
 
-def _attached(recorder: Recording) -> dict[str, str]:
+def _attached(recorder: Recording) -> dict[str, bytes]:
     """Return the attached flight records, also of a file that is being written."""
     scan = FileScan()
     list(messages(recorder.folder.files()[-1], scan, ()))
-    return {each.name: each.data.decode() for each in scan.attachments if "csv" in each.media_type}
+    return {each.name: each.data for each in scan.attachments if each.name.startswith("fault-")}

@@ -19,10 +19,10 @@ from bioscara.api import messages as m
 from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import AccessError, InvalidArgumentError, RecordingError
 from bioscara.model import load_parameters
-from bioscara.recording.recording_file import RecordingFile
-from bioscara.recording.replay import ReplayedArm, serve_recording
-from bioscara.recording.topics import Topic
+from bioscara.recording.reading.replay import ReplayedArm, serve_recording
 from bioscara.remote.link import OwnerLink
+from bioscara.rosbag.recording_file import RecordingFile
+from bioscara.rosbag.topics import Topic
 from processes import LIMIT, environment, wait_for_line, wait_until
 from recording.conftest import Made
 from recording.served_arm import read

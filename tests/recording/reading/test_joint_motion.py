@@ -11,9 +11,9 @@ from bioscara.cli.arguments import parse
 from bioscara.errors import RecordingError
 from bioscara.model import load_parameters
 from bioscara.planning.collision.scene import Scene
-from bioscara.recording.joint_motion import read_motion
-from bioscara.recording.topics import Topic
+from bioscara.recording.reading.joint_motion import read_motion
 from bioscara.robot import kinematics_of
+from bioscara.rosbag.topics import Topic
 from recording.conftest import Made
 from recording.served_arm import read
 
@@ -36,7 +36,7 @@ def test_it_has_the_positions_from_the_moment_all_are_known(made: Made) -> None:
 
 def test_long_recordings_are_thinned(made: Made, monkeypatch: pytest.MonkeyPatch) -> None:
     whole = read_motion(made.path, NAMES)
-    monkeypatch.setattr("bioscara.recording.joint_motion.ROWS_MAX", 50)
+    monkeypatch.setattr("bioscara.recording.reading.joint_motion.ROWS_MAX", 50)
     thinned = read_motion(made.path, NAMES)
     step = -(-len(whole.times) // 50)
     assert 25 <= len(thinned.times) <= 50

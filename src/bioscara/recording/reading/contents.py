@@ -6,8 +6,9 @@ import time
 from collections import Counter
 from pathlib import Path
 
-from bioscara.recording.owner_recorder import METADATA
-from bioscara.recording.scan import FileScan, StoredMessage, read_all
+from bioscara.recording.content import METADATA
+from bioscara.recording.reading.scan import FileScan, StoredMessage, read_all
+from bioscara.robot.connection.evidence_folder import METADATA as FLIGHT_RECORD
 
 _SECOND = 1e9
 
@@ -54,6 +55,10 @@ class Contents:
                 f"arm {known.get('owner')}, {known.get('arm')}; file {known.get('number')} of run "
                 f"{known.get('instance', '')[:8]}, software {known.get('software')}"
             )
+        if (flight := scan.metadata.get(FLIGHT_RECORD)) is not None:
+            software = flight.get("software")
+            lines.append(f"flight record of the time before a fault, software {software}")
+            lines += [f"{name}: {text}" for name, text in flight.items() if name != "software"]
         if self.begin:
             lines.append(f"from {_moment(self.begin)} to {_moment(self.end)}")
         lines.append("complete" if scan.complete else _incomplete(self._path, size - scan.size))

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 import msgspec
 
 from bioscara.errors import RecordingError
-from bioscara.recording.cdr import CdrReader
+from bioscara.rosbag.cdr import CdrReader
 
 M = TypeVar("M")
 

@@ -18,12 +18,12 @@ from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import AccessError, InvalidArgumentError, RecordingError
 from bioscara.kinematics import Pose
 from bioscara.planning.arrays import Array
-from bioscara.recording.json_messages import message_of
-from bioscara.recording.owner_recorder import ArmStatus
-from bioscara.recording.sample_messages import ARM, GRIPPER
-from bioscara.recording.sample_table import TIME, sample_tables
-from bioscara.recording.scan import FileScan, messages
-from bioscara.recording.topics import Topic
+from bioscara.recording.content import GRIPPER, ArmStatus
+from bioscara.recording.reading.json_messages import message_of
+from bioscara.recording.reading.sample_table import TIME, sample_tables
+from bioscara.recording.reading.scan import FileScan, messages
+from bioscara.rosbag.joint_states import ARM
+from bioscara.rosbag.topics import Topic
 from bioscara.server.api_server import ApiServer
 from bioscara.server.owner import Client
 
@@ -263,4 +263,7 @@ def _sample(row: Mapping[str, float], status: ArmStatus | None) -> m.StateSample
             stale=bool(row[f"{ARM}_stale"]),
         )
     except (KeyError, ValueError) as error:
-        raise RecordingError(f"the samples are not those of an arm: {error} is missing") from error
+        raise RecordingError(
+            f"the samples have no {error}, as those of a flight record or of another program: "
+            "they cannot be replayed; 'bioscara view FILE' shows the motion"
+        ) from error

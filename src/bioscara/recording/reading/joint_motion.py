@@ -11,11 +11,11 @@ import numpy as np
 
 from bioscara.errors import RecordingError
 from bioscara.planning.arrays import Array
-from bioscara.recording.json_messages import message_of
-from bioscara.recording.owner_recorder import ArmStatus
-from bioscara.recording.sample_table import TIME, sample_tables
-from bioscara.recording.scan import FileScan, messages
-from bioscara.recording.topics import Topic
+from bioscara.recording.content import ArmStatus
+from bioscara.recording.reading.json_messages import message_of
+from bioscara.recording.reading.sample_table import TIME, sample_tables
+from bioscara.recording.reading.scan import FileScan, messages
+from bioscara.rosbag.topics import Topic
 
 ROWS_MAX = 20_000
 """Largest number of rows: of longer recordings every second one, every third one and so on."""

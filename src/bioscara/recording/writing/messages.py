@@ -1,28 +1,26 @@
-"""Messages that come rarely: texts, log entries, trajectories and fixed transforms."""
+"""Messages that come rarely: events, trajectories and fixed transforms."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 from bioscara.api.messages import Event, TrajectoryValue
-from bioscara.recording.cdr import CdrMessage, put_stamp
-from bioscara.recording.frames import Transform
-from bioscara.recording.sample_messages import rounded
+from bioscara.recording.writing.frames import Transform
+from bioscara.rosbag.cdr import CdrMessage, put_stamp
+from bioscara.rosbag.joint_states import rounded
+from bioscara.rosbag.texts import Level, log_message
 
-_INFO, _WARNING, _ERROR = 20, 30, 40
-_LEVELS = {"fault": _ERROR, "warning": _WARNING, "gap": _ERROR, "stop": _WARNING}
-"""Levels of events in the log, as rcl_interfaces numbers them; others are information."""
+_LEVELS = {
+    "fault": Level.ERROR,
+    "warning": Level.WARNING,
+    "gap": Level.ERROR,
+    "stop": Level.WARNING,
+}
+"""Levels of events in the log; others are information."""
 _SECOND = 1e9
 
 
-def text_message(text: str) -> bytes:
-    """Return a std_msgs/String."""
-    message = CdrMessage()
-    message.string(text)
-    return bytes(message.data)
-
-
-def log_message(event: Event, arm: str, stamp: int) -> bytes:
+def event_message(event: Event, arm: str, stamp: int) -> bytes:
     """Return an event as a rcl_interfaces/Log.
 
     Args:
@@ -30,15 +28,16 @@ def log_message(event: Event, arm: str, stamp: int) -> bytes:
         arm: Name of the owner.
         stamp: Time of the event [ns].
     """
-    message = CdrMessage()
-    message.stamp(stamp)
-    message.byte(_LEVELS.get(event.what, _INFO))
-    message.string(arm)
-    message.string(event.text)
-    message.string(event.what)
-    message.string(event.client)
-    message.uint32(event.number % 2**32)
-    return bytes(message.data)
+    level = _LEVELS.get(event.what, Level.INFO)
+    return log_message(
+        stamp,
+        level,
+        arm,
+        event.text,
+        file=event.what,
+        function=event.client,
+        line=event.number,
+    )
 
 
 def trajectory_message(trajectory: TrajectoryValue, frame: str, stamp: int) -> bytes:

@@ -10,11 +10,11 @@ import pandas
 import pytest
 
 from bioscara.errors import ConfigurationError, RecordingError
-from bioscara.recording import export, installed
-from bioscara.recording.export import export_csv, export_parquet
-from bioscara.recording.messages import text_message
-from bioscara.recording.recording_file import RecordingFile
-from bioscara.recording.topics import Topic
+from bioscara.recording.reading import export
+from bioscara.recording.reading.export import export_csv, export_parquet
+from bioscara.rosbag.recording_file import RecordingFile
+from bioscara.rosbag.texts import text_message
+from bioscara.rosbag.topics import Topic
 from full_disk import full_after
 from recording.conftest import Made
 from recording.served_arm import read
@@ -81,7 +81,7 @@ def test_parquet_has_the_same_numbers(tables: Path) -> None:
 def test_more_rows_than_a_table_takes_are_all_written(
     made: Made, tmp_path: Path, tables: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("bioscara.recording.sample_table.BATCH", 7)
+    monkeypatch.setattr("bioscara.recording.reading.sample_table.BATCH", 7)
     export_csv(made.path, tmp_path)
     for name in ("samples.csv", "events.csv", "trajectories.csv"):
         assert (tmp_path / name).read_text() == (tables / name).read_text()
@@ -114,6 +114,6 @@ def test_a_full_disk_leaves_no_part_of_a_table(made: Made, tmp_path: Path) -> No
 def test_without_pyarrow_the_message_has_the_command_that_installs_it(
     made: Made, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(installed, "find_spec", lambda _: None)
+    monkeypatch.setattr(export, "find_spec", lambda _: None)
     with pytest.raises(ConfigurationError, match=r"pyarrow.*pip install 'bioscara\[export\]'"):
         export.export_parquet(made.path, tmp_path)

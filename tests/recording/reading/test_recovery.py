@@ -12,11 +12,11 @@ from mcap.records import Chunk
 from mcap.stream_reader import StreamReader
 
 from bioscara.errors import RecordingError
-from bioscara.recording.messages import text_message
-from bioscara.recording.recording_file import RecordingFile
-from bioscara.recording.recovery import recover
-from bioscara.recording.scan import FileScan, messages
-from bioscara.recording.topics import Topic
+from bioscara.recording.reading.recovery import recover
+from bioscara.recording.reading.scan import FileScan, messages
+from bioscara.rosbag.recording_file import RecordingFile
+from bioscara.rosbag.texts import text_message
+from bioscara.rosbag.topics import Topic
 from recording.conftest import Made
 from recording.served_arm import read
 
@@ -29,7 +29,7 @@ def small(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("small") / "small.mcap"
     file = RecordingFile(path)
     file.describe("bioscara", {"owner": "left"})
-    file.attach("note.txt", "text/plain", "a note", 1)
+    file.attach("note.txt", "text/plain", b"a note", 1)
     for chunk in range(CHUNKS):
         for number in range(EACH):
             file.add(Topic.EVENTS, text_message(f"{chunk}.{number}"), 10 * chunk + number)
