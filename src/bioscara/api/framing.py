@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator
+from functools import cached_property
 from numbers import Integral, Real
 from typing import Any
 
@@ -47,6 +48,27 @@ def framed(payload: bytes) -> bytes:
 def packed(message: object) -> bytes:
     """Return a message as msgpack with its length before it."""
     return framed(encode_packed(message))
+
+
+class Framed:
+    """A message as bytes, made once for all clients of a form.
+
+    Args:
+        message: The message.
+    """
+
+    def __init__(self, message: object) -> None:
+        self._message = message
+
+    @cached_property
+    def packed(self) -> bytes:
+        """As msgpack, with its length before it."""
+        return packed(self._message)
+
+    @cached_property
+    def json(self) -> bytes:
+        """As JSON, with its length before it."""
+        return framed(encode_json(self._message))
 
 
 class Frames:

@@ -120,13 +120,12 @@ class ApiServer:
     def _changed(self, has_sample: bool) -> None:
         """Send the new sample, or else the new events."""
         sample = self._owner.sample
-        packed: bytes | None = None
+        framed = framing.Framed(sample)
         for connection in tuple(self._connections):
             if not has_sample:
                 connection.pump()
             elif connection.wants_states:
-                packed = packed or framing.packed(sample)
-                connection.offer(packed, sample.time)
+                connection.offer(framed, sample.time)
 
     async def _tick(self) -> None:
         """Let a lease lapse in time, and listen again if the socket was removed."""

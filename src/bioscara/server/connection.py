@@ -390,11 +390,11 @@ class Connection(asyncio.Protocol):
         if self._transport is not None:
             self._transport.close()
 
-    def offer(self, sample: bytes, time: float) -> None:
+    def offer(self, sample: framing.Framed, time: float) -> None:
         """Send a sample, unless the client still reads; then it gets the newest afterwards.
 
         Args:
-            sample: The framed sample as msgpack.
+            sample: The sample.
             time: Its time on the arm's clock [s].
         """
         if self._ending or time < self._due:
@@ -402,10 +402,8 @@ class Connection(asyncio.Protocol):
         self._due = time + 0.999 * self._period
         if self._full:
             self._behind = True
-        elif self._encode is framing.encode_json:
-            self._send(self._owner.sample)
         else:
-            self._write(sample)
+            self._write(sample.json if self._encode is framing.encode_json else sample.packed)
 
     def pump(self) -> None:
         """Send the events that are due."""
@@ -418,10 +416,9 @@ class Connection(asyncio.Protocol):
             if event is None:
                 return
             self._cursor = event.number
-            if self._encode is framing.encode_packed:
-                self._write(self._owner.events.framed(event))
-            else:
-                self._send(event)
+            event_bytes = self._owner.events.framed(event)
+            json = self._encode is framing.encode_json
+            self._write(event_bytes.json if json else event_bytes.packed)
 
     def send_record(self, goal: int, record: CycleRecord) -> None:
         """Send the record of a cycle, unless the client reads too slowly."""

@@ -6,7 +6,7 @@ import time
 from collections import deque
 from collections.abc import Callable
 
-from bioscara.api.framing import packed
+from bioscara.api.framing import Framed
 from bioscara.api.messages import Event, FaultValue, GoalValue, LeaseValue
 
 KEPT = 10_000
@@ -27,7 +27,7 @@ class Events:
     def __init__(self, clock: Callable[[], float], wall: Callable[[], float] = time.time) -> None:
         self._clock, self._wall = clock, wall
         self._kept: deque[Event] = deque(maxlen=KEPT)
-        self._framed: tuple[Event | None, bytes] = None, b""
+        self._framed: tuple[Event | None, Framed] = None, Framed(None)
         self.last = 0
 
     def add(
@@ -57,10 +57,10 @@ class Events:
         self.last = event.number
         return event
 
-    def framed(self, event: Event) -> bytes:
+    def framed(self, event: Event) -> Framed:
         """Return an event as bytes for the socket; made once for all clients."""
         if self._framed[0] is not event:
-            self._framed = event, packed(event)
+            self._framed = event, Framed(event)
         return self._framed[1]
 
     def after(self, number: int) -> Event | None:

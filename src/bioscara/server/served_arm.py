@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from bioscara.api import messages as m
+from bioscara.api.framing import Framed
 from bioscara.server.owner import Client, Later
 
 
@@ -19,7 +20,7 @@ class NumberedEvents(Protocol):
     def after(self, number: int) -> m.Event | None:
         """Return the event that follows a number; None if there is none yet."""
 
-    def framed(self, event: m.Event) -> bytes:
+    def framed(self, event: m.Event) -> Framed:
         """Return an event as bytes for the socket."""
 
 

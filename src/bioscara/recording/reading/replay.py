@@ -13,7 +13,7 @@ from typing import Any
 import msgspec
 
 from bioscara.api import messages as m
-from bioscara.api.framing import packed
+from bioscara.api.framing import Framed
 from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import AccessError, InvalidArgumentError, RecordingError
 from bioscara.kinematics import Pose
@@ -76,9 +76,9 @@ class RecordedEvents:
         index = bisect_right(self._events, number, key=lambda event: event.number)
         return self._events[index] if index < len(self._events) else None
 
-    def framed(self, event: m.Event) -> bytes:
+    def framed(self, event: m.Event) -> Framed:
         """Return an event as bytes for the socket."""
-        return packed(event)
+        return Framed(event)
 
 
 class ReplayedArm:
