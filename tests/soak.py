@@ -31,6 +31,8 @@ from bioscara.remote.link import OwnerLink
 HOURS = float(os.environ.get("BIOSCARA_SOAK_HOURS", "24"))
 SEED = int(os.environ.get("BIOSCARA_SOAK_SEED", str(random.randrange(2**32))))
 NAME = "soak"
+SERVE = ("serve", "--name", NAME, "--speed", "1000", "--rate", "50")
+"""How the arm is served: the cycles of a day take half as long as at 100 Hz."""
 GROWTH = 8 << 20
 """Memory that the owner may have gained since the first quarter [byte]: its rings fill up."""
 FAULTS = ("obstacle", "reset", "motor_power", "hang")
@@ -120,7 +122,7 @@ def main() -> int:
         os.environ["BIOSCARA_RUNTIME"] = folder
         log = stack.enter_context(Path(folder, "owner.log").open("w+"))
         owner = subprocess.Popen(
-            [sys.executable, "-m", "bioscara", "serve", "--name", NAME, "--speed", "1000"],
+            [sys.executable, "-m", "bioscara", *SERVE],
             cwd=folder,
             stdout=subprocess.PIPE,
             stderr=log,
