@@ -45,7 +45,7 @@ but the first find their code and data in the processor's caches."""
 _PAUSE = 5e-3
 """Time for which the simulated arm runs before a bare cycle as before a cycle: it evicts both from
 the processor's caches [s]."""
-_MEDIAN, _REPEATED, _P99 = 10, 15, 40
+_MEDIAN, _REPEATED, _P99 = 10, 18, 40
 """Limits: of the median, in bare cycles after a pause and in repeated ones, and of the 99th
 percentile, in that of repeated ones."""
 _START, _SWING = (-2.5, 0.30, 2.2, 2.5), (0.5, 0.03, 0.5, 0.5)
