@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 
+from bioscara.api import framing
 from bioscara.api import messages as m
 from bioscara.errors import (
     BusyError,
@@ -22,7 +23,6 @@ from bioscara.errors import (
     MotionCancelledError,
     OwnerLostError,
 )
-from bioscara.planning import Trajectory
 from bioscara.remote import link as link_module
 from bioscara.remote.link import OwnerLink
 from bioscara.report import CycleRecord
@@ -400,12 +400,8 @@ def test_a_program_that_the_owner_has_forgotten_repeats_nothing(
 
 
 def test_requests_that_cannot_be_sent_are_refused_at_once(served: Served, robot: Any) -> None:
-    count = 60_000
-    times = [0.01 * index for index in range(count)]
-    rows = [HALF] * count
-    still = [(0.0,) * 4] * count
     with pytest.raises(InvalidArgumentError, match="an owner takes at most"):
-        robot.follow(Trajectory(NAMES, times, rows, still, still))
+        robot.move_named("x" * framing.REQUEST_MAX)
     with pytest.raises(InvalidArgumentError, match="cannot be sent"):
         robot.move_named("\ud800")
     goals = served.owner.goals.last

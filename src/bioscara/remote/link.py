@@ -49,10 +49,12 @@ _log = logging.getLogger(__name__)
 class _Pending:
     """A request whose answer has not come."""
 
-    __slots__ = ("_taking", "answer", "come", "data", "late", "request", "tries")
+    __slots__ = ("answer", "arrived", "come", "data", "request", "tries")
 
-    def __init__(self, request: m.ClientRequest) -> None:
-        self.request = request
+    def __init__(
+        self, request: m.ClientRequest, arrived: Callable[[m.AnyResult], object] | None
+    ) -> None:
+        self.request, self.arrived = request, arrived
         try:
             self.data = framing.packed(request)
         except (TypeError, ValueError, OverflowError, RecursionError) as error:
@@ -70,23 +72,16 @@ class _Pending:
             )
         self.come = threading.Event()
         self.answer: m.AnyResult | Exception | None = None
-        self.late: Callable[[m.AnyResult], object] | None = None
-        self._taking = threading.Lock()
         self.tries = 1
 
     def settle(self, answer: m.AnyResult | Exception) -> None:
+        if self.arrived is not None and not isinstance(answer, Exception):
+            try:
+                self.arrived(answer)
+            except Exception as error:  # noqa: BLE001  raised by the request
+                answer = error
         self.answer = answer
         self.come.set()
-        if self.late is not None:
-            # In a thread of its own, as it makes requests.
-            threading.Thread(target=self.take_late, daemon=True).start()
-
-    def take_late(self) -> None:
-        """Pass the answer to the one who was interrupted, once."""
-        with self._taking:
-            late, self.late = self.late, None
-        if late is not None and not isinstance(self.answer, Exception | None):
-            late(self.answer)
 
 
 class OwnerLink:
@@ -188,15 +183,16 @@ class OwnerLink:
         command: m.AnyCommand,
         epoch: int | None = None,
         *,
-        late: Callable[[m.AnyResult], object] | None = None,
+        arrived: Callable[[m.AnyResult], object] | None = None,
     ) -> m.AnyResult:
         """Send a request and return its result.
 
         Args:
             command: What is requested.
             epoch: Epoch of the lease, for commands that need one.
-            late: Called with the result if this call is interrupted, as by Ctrl-C, before it has
-                come: it is awaited, unless that is interrupted too.
+            arrived: Called with the result when it comes, also if this call was interrupted before,
+                as by Ctrl-C; in the thread of the connection, so that it must not make requests.
+                An interrupted call waits for it, unless that is interrupted too.
 
         Raises:
             InvalidArgumentError: A value cannot be sent.
@@ -207,20 +203,16 @@ class OwnerLink:
         if threading.current_thread() is self._reader:
             kind = type(command).__name__
             raise BusyError(kind, "a callback of the connection", 0.0, "", inside=True)
-        pending = _Pending(m.ClientRequest(id=next(self._numbers), command=command, epoch=epoch))
+        request = m.ClientRequest(id=next(self._numbers), command=command, epoch=epoch)
+        pending = _Pending(request, arrived)
         self._register(pending)
         try:
             self._write(pending.data)
             come = pending.come.wait(_ANSWER_TIMEOUT)
         except BaseException:
-            if late is not None:
-                try:
-                    pending.come.wait(PATIENCE)
-                finally:
-                    pending.late = late
-                    if pending.come.is_set():
-                        self._forget(pending)
-                        pending.take_late()
+            # Without a callback the answer is of no use any more.
+            if arrived is None or pending.come.wait(PATIENCE):
+                self._forget(pending)
             raise
         self._forget(pending)
         if not come:

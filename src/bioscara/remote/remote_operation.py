@@ -257,3 +257,41 @@ class RemoteOperation(Generic[T]):
         progress = "" if math.isnan(value.progress) else f", {value.progress:.0%}"
         reason = f": {self.error}" if self.error is not None else ""
         return f"<{self.name} {status}{progress}{reason}>"
+
+
+class Beginning:
+    """The begin of a goal in a call that Ctrl-C may interrupt at any point.
+
+    Args:
+        make: Returns the operation for the answer of the owner.
+    """
+
+    def __init__(self, make: Callable[[m.AnyResult], RemoteOperation[Any]]) -> None:
+        self._make = make
+        self._begun: RemoteOperation[Any] | None = None
+        self._error: BaseException | None = None
+
+    @property
+    def operation(self) -> RemoteOperation[Any]:
+        """The operation; the answer has been taken."""
+        assert self._begun is not None  # noqa: S101  a request ends with its answer or raises
+        return self._begun
+
+    def take(self, answer: m.AnyResult) -> None:
+        """Take the answer, in the thread of the connection."""
+        self._begun = self._make(answer)
+        if self._error is not None:
+            # In a thread of its own, as it makes requests.
+            threading.Thread(target=self.interrupt, args=(self._error,), daemon=True).start()
+
+    def interrupt(self, error: BaseException) -> None:
+        """Bring the devices to rest if the goal has begun, and if it begins later."""
+        self._error = error
+        operation = self._begun
+        if operation is None or operation.done:
+            return
+        try:
+            operation.interrupt(error)
+            operation.run()
+        except BaseException:  # noqa: BLE001, S110  the caller raises the first error
+            pass

@@ -43,9 +43,9 @@ from bioscara.planning.collision.scene import Scene
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.remote.lease_keeper import LeaseKeeper
-from bioscara.remote.link import PATIENCE, OwnerLink
+from bioscara.remote.link import OwnerLink
 from bioscara.remote.remote_gripper import RemoteGripper
-from bioscara.remote.remote_operation import RemoteOperation
+from bioscara.remote.remote_operation import Beginning, RemoteOperation
 from bioscara.robot.operations.home import PerJoint
 from bioscara.robot.operations.jog import Velocity
 from bioscara.robot.operations.operation import OnCycle
@@ -660,15 +660,14 @@ class RemoteRobot:
         ``velocities`` is called 50 times per second.
         """
         function("jog()", velocities)
-        flag("wait", wait)
-        operation: RemoteOperation[None] = self._start(m.JogTask(), timeout, on_cycle, run=wait)
-        streaming = threading.Thread(
-            target=self._stream, args=(operation, velocities), name="bioscara-jog", daemon=True
-        )
-        streaming.start()
-        if wait:
-            operation.run()
-        return operation
+
+        def stream(operation: RemoteOperation[None]) -> None:
+            arguments = operation, velocities
+            threading.Thread(
+                target=self._stream, args=arguments, name="bioscara-jog", daemon=True
+            ).start()
+
+        return self._begin(m.JogTask(), timeout, on_cycle, wait, stream)
 
     def _stream(
         self, operation: RemoteOperation[None], velocities: Callable[[], Velocity | None]
@@ -725,27 +724,35 @@ class RemoteRobot:
         self._begin(task, None, None, wait=True)
 
     def _begin(
-        self, task: m.AnyTask, timeout: float | None, on_cycle: OnCycle | None, wait: bool
+        self,
+        task: m.AnyTask,
+        timeout: float | None,
+        on_cycle: OnCycle | None,
+        wait: bool,
+        begun: Callable[[RemoteOperation[Any]], object] | None = None,
     ) -> RemoteOperation[Any]:
+        """Begin a task, call ``begun``, and wait for its end if ``wait`` is set."""
         flag("wait", wait)
-        operation = self._start(task, timeout, on_cycle, run=wait)
-        if wait:
-            operation.run()
-        return operation
-
-    def _start(
-        self, task: m.AnyTask, timeout: float | None, on_cycle: OnCycle | None, *, run: bool
-    ) -> RemoteOperation[Any]:
-        """Begin a task; with ``run`` the caller runs the operation in its own thread."""
         if on_cycle is not None:
             function("on_cycle", on_cycle)
         self._require_open()
         command = m.Start(task=task, timeout=timeout, records=on_cycle is not None)
-        observed = run or on_cycle is not None
-        answer = self._link.request(command, self._lease.epoch(), late=self._end_begun)
-        operation = self._operation(answer, on_cycle, observed=observed)
-        if observed and not run:
-            threading.Thread(target=operation.observe, name="bioscara-records", daemon=True).start()
+        observed = wait or on_cycle is not None
+        beginning = Beginning(lambda answer: self._operation(answer, on_cycle, observed=observed))
+        try:
+            self._link.request(command, self._lease.epoch(), arrived=beginning.take)
+            operation = beginning.operation
+            if begun is not None:
+                begun(operation)
+            if wait:
+                operation.run()
+            elif observed:
+                threading.Thread(
+                    target=operation.observe, name="bioscara-records", daemon=True
+                ).start()
+        except BaseException as error:
+            beginning.interrupt(error)
+            raise
         return operation
 
     def _operation(
@@ -762,12 +769,6 @@ class RemoteRobot:
         for message in early:
             self._deliver(operation, message)
         return operation
-
-    def _end_begun(self, answer: m.AnyResult) -> None:
-        """End a goal whose call was interrupted before it was known to have begun."""
-        operation = self._operation(answer, None, observed=False)
-        operation.cancel()
-        operation.wait(PATIENCE)
 
     def _look_at_goals(self) -> None:
         """Ask how the operations are, after events were missed."""
