@@ -42,7 +42,7 @@ POSE = st.builds(Pose, PART, PART, PART, PART)
 JOINTS = st.builds(Joints, *[st.floats(-0.1, 0.1)] * 4)
 TOOL = st.builds(Tool, NAME, POSE, st.just(0.1))
 # Without a limit it has an infinite speed, which JSON leaves out.
-LOAD = st.builds(Load, NAME, st.just(SHAPE), max_speed=st.just(0.1))
+LOAD = st.builds(Load, NAME, st.just(SHAPE), max_speed=st.sampled_from([None, 0.1]))
 WAYPOINT = st.builds(Waypoint, POSE, st.just(Motion.LIN))
 QUALITY = st.sampled_from(get_type_hints(JointRecord)["quality"])
 VALUES: dict[Any, st.SearchStrategy[Any]] = {

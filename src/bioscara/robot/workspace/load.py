@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 from bioscara.arguments import items, number, shown, text
@@ -29,7 +28,7 @@ class Load:
         touches: Names of the zones, or ``"table"``, that it is taken from or set down on. Only the
             load may touch these.
         max_speed: Highest commanded speed of its fastest point [m/s], as of an open vessel;
-            infinite unless given. The limit of the reduced speed applies in any case.
+            None for no limit of its own. The limit of the reduced speed applies in any case.
 
     Raises:
         InvalidArgumentError: A value is not finite or not possible.
@@ -39,7 +38,7 @@ class Load:
     shape: Prism
     mass: float = 0.0
     touches: tuple[str, ...] = ()
-    max_speed: float = math.inf
+    max_speed: float | None = None
 
     def __post_init__(self) -> None:
         check_name("load", self.name)
@@ -50,8 +49,8 @@ class Load:
             raise InvalidArgumentError(f"{what}, mass: {mass:g} kg is below zero")
         names = items(f"{what}: the zones that it touches", self.touches, 'give ["table"]')
         touches = tuple(text(f"{what}: a zone that it touches", name) for name in names)
-        fastest = number(f"{what}, max_speed", self.max_speed, infinite=True)
-        if not fastest >= LEAST:
+        fastest = None if self.max_speed is None else number(f"{what}, max_speed", self.max_speed)
+        if fastest is not None and fastest < LEAST:
             raise InvalidArgumentError(
                 f"{what}, max_speed: {fastest:g} m/s is below {LEAST:g} m/s; disable() holds still"
             )

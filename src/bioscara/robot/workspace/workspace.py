@@ -71,7 +71,8 @@ class Workspace:
         that limit and that of the load.
         """
         limit = highest_commanded(self.kinematics.overhang) if self.reduced_speed else math.inf
-        return limit if self.load is None else min(limit, self.load.max_speed)
+        own = None if self.load is None else self.load.max_speed
+        return limit if own is None else min(limit, own)
 
     def with_table(self, table: TeachTable) -> Workspace:
         """Return the workspace with other tools and poses.
