@@ -49,7 +49,7 @@ def read_table(options: Options, tool: Tool, *, create: bool = False) -> TeachTa
 
 
 def lookup(options: Options, find: Callable[[str], T], name: str) -> T:
-    """Return the named entry of ``--table``; the error message mentions a missing file.
+    """Return the named entry of ``--table``; the error message mentions where it was looked for.
 
     Raises:
         InvalidArgumentError: There is no entry of that name.
@@ -57,6 +57,11 @@ def lookup(options: Options, find: Callable[[str], T], name: str) -> T:
     try:
         return find(name)
     except InvalidArgumentError as error:
+        if options.arm is not None and options.table is None:
+            raise InvalidArgumentError(
+                f"{error} (these are the poses that the owner of {options.arm} has; --table FILE "
+                f"gives it those of a file, such as {TABLE})"
+            ) from error
         if table_file(options).exists():
             raise
         raise InvalidArgumentError(

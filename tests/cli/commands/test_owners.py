@@ -64,6 +64,8 @@ def test_commands_use_the_running_owner_and_say_so(
     status, out, err = said(capsys, "move", "--name", "center")
     assert (status, err) == (0, "")
     assert "--joints 0.0000 0.2000 0.0000 0.0000" in out
+    status, _, err = said(capsys, "move", "--name", "gate")
+    assert (status, "the owner of left has; --table FILE" in err) == (2, True)
     status, out, _ = said(capsys, "gripper", "0.06")
     assert (status, arm.robot.gripper.width) == (0, pytest.approx(0.06))
     status, out, _ = said(capsys, "joints", "--arm", "left")
