@@ -807,7 +807,7 @@ class GetGoal(Query, frozen=True, tag="get_goal"):
 
 
 class GetTrajectories(Query, frozen=True, tag="get_trajectories"):
-    """Ask for the :class:`GoalTrajectories` of a goal.
+    """Ask for the :class:`GoalTrajectories` of a goal; they are kept for the latest 20 goals.
 
     Attributes:
         goal: Its number.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from bioscara.api.failures import failure_of
@@ -12,6 +12,7 @@ from bioscara.api.messages import GoalValue, OnLeaseLoss
 from bioscara.api.values import gripper_value
 from bioscara.control.controllers.gripper_messages import GripperResult
 from bioscara.errors import InvalidArgumentError
+from bioscara.planning import Trajectory
 from bioscara.robot.operations.follow_trajectory import FollowTrajectory
 from bioscara.robot.operations.jog import Jog
 from bioscara.robot.operations.operation import Operation, Status
@@ -19,6 +20,8 @@ from bioscara.robot.operations.operation import Operation, Status
 _ENDED = frozenset({Status.SUCCEEDED, Status.CANCELLED, Status.FAILED})
 KEPT = 1000
 """Number of goals that are kept."""
+TRAJECTORIES = 20
+"""Number of ended goals whose trajectories are kept: each may have some hundred kilobytes."""
 
 
 @dataclass(eq=False, slots=True)
@@ -40,6 +43,7 @@ class ClientGoal:
     client: str
     epoch: int
     on_lease_loss: OnLeaseLoss
+    _final: GoalValue | None = field(default=None, init=False)
 
     @property
     def needs_lease(self) -> bool:
@@ -48,6 +52,8 @@ class ClientGoal:
 
     def value(self) -> GoalValue:
         """Return the goal as it is now."""
+        if self._final is not None:
+            return self._final
         operation = self.operation
         # First, so that a goal that ends now is not reported as ended without its result.
         status = operation.status
@@ -70,6 +76,27 @@ class ClientGoal:
             duration,
             notes,
         )
+
+    @property
+    def paths(self) -> list[Trajectory]:
+        """The trajectories that it follows.
+
+        Raises:
+            InvalidArgumentError: They are not kept any more.
+        """
+        if self._final is not None:
+            raise InvalidArgumentError(
+                f"the trajectories of goal {self.number} are not kept any more; those of the last "
+                f"{TRAJECTORIES} are"
+            )
+        operation = self.operation
+        return operation.paths if isinstance(operation, FollowTrajectory) else []
+
+    def shorten(self) -> None:
+        """Keep the result of an ended goal, and not its trajectories."""
+        if self._final is None and isinstance(self.operation, FollowTrajectory):
+            self._final = self.value()
+            self.operation.forget()
 
 
 class Goals:
@@ -98,6 +125,9 @@ class Goals:
     def keep(self, goal: ClientGoal) -> None:
         """Keep a goal; the oldest that have ended are forgotten."""
         self._kept[goal.number] = goal
+        for old in list(self._kept.values())[:-TRAJECTORIES]:
+            if old.operation.done:
+                old.shorten()
         for number, old in list(self._kept.items()):
             if len(self._kept) <= KEPT:
                 break

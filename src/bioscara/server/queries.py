@@ -12,7 +12,6 @@ from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import InvalidArgumentError
 from bioscara.printing import printable
 from bioscara.robot.arm import Arm
-from bioscara.robot.operations.follow_trajectory import FollowTrajectory
 from bioscara.server.goals import ClientGoal
 from bioscara.spelling import did_you_mean
 
@@ -45,10 +44,12 @@ def fault_list(arm: Arm) -> m.FaultList:
 
 
 def goal_trajectories(goal: ClientGoal) -> m.GoalTrajectories:
-    """Return the trajectories that a goal follows."""
-    operation = goal.operation
-    paths = operation.paths if isinstance(operation, FollowTrajectory) else []
-    return m.GoalTrajectories(goal.number, tuple(map(trajectory_value, paths)))
+    """Return the trajectories that a goal follows.
+
+    Raises:
+        InvalidArgumentError: They are not kept any more.
+    """
+    return m.GoalTrajectories(goal.number, tuple(map(trajectory_value, goal.paths)))
 
 
 def controller_list(arm: Arm) -> m.ControllerList:

@@ -21,6 +21,8 @@ from bioscara.remote.link import OwnerLink
 
 R = TypeVar("R", bound=m.Result)
 
+_WARNINGS = 3
+"""Number of warnings that ``status`` shows."""
 _POLL = 0.1
 """Period in which a wait looks for Ctrl-C [s]."""
 _LOG_PERIOD = 0.5
@@ -124,8 +126,10 @@ def _status(name: str, options: Options, output: Output) -> ExitStatus:  # noqa:
     output.line(f"commanded by: {holder}")
     for fault in faults.faults:
         output.line(f"fault: {fault.text}")
-    for warning in faults.warnings:
+    for warning in faults.warnings[-_WARNINGS:]:
         output.line(f"warning: {warning}")
+    if (earlier := len(faults.warnings) - _WARNINGS) > 0:
+        output.line(f"{earlier} earlier warnings: bioscara events --arm {name}")
     p50, p99, most = (1e3 * value for value in counted.late)
     output.line(
         f"loop: {described.rate} Hz, {counted.cycles} cycles, {counted.overruns} missed; late by "

@@ -104,6 +104,10 @@ class FollowTrajectory(Operation[None]):
         # A thousand operations may be kept, with a thousand points each.
         self._goals = []
 
+    def forget(self) -> None:
+        """Drop the plan and its trajectories once it has ended, as one who keeps many of these."""
+        self.plan = self._ramp = None
+
     def _ramp_to(self, trajectory: Trajectory, planner: Planner) -> Trajectory | None:
         """Return a ramp from the arm to the start; None if the arm is there."""
         here, start = planner.here(), start_of(trajectory, planner)
