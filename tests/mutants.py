@@ -1512,6 +1512,20 @@ MUTANTS = (
         WEB_SIGN_IN,
     ),
     Mutant(
+        "owner: an uploaded trajectory has a largest size",
+        "Uploads.add",
+        "count > POINTS_MAX",
+        "False",
+        ("tests/server/test_uploads.py",),
+    ),
+    Mutant(
+        "owner: the trajectories of old goals are dropped",
+        "ClientGoal.shorten",
+        "self._final is None and isinstance(self.operation, FollowTrajectory)",
+        "False",
+        ("tests/server/test_goals.py",),
+    ),
+    Mutant(
         "web: requests are counted",
         "Guard._checked",
         "not self._requests.take(_requester(credential, address))",
