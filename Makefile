@@ -1,7 +1,8 @@
 # Everything from a bare machine with python3 (3.11 or newer), a C++17 compiler and make.
 #
 #   make demo            home the simulated arm and run a planned trajectory
-#   make test            all tests: one process for each core, then those in real time alone
+#   make test            the tests: one process for each core, then those in real time alone; not those
+#                        on an emulated board, which firmware-check runs
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
 #   make dist            what a release consists of: wheel, sdist, images of the joints, checksums
@@ -18,6 +19,7 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+EMULATED := tests/firmware/test_emulat*.py
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
             \( -name '*.cpp' -o -name '*.h' -o -name 'CMakeLists.txt' -o -name '*.toml' -o -name '*.py*' \) \
@@ -56,8 +58,8 @@ demo: $(VENV)/.demo
 
 test: $(VENV)/.dev
 	@status=0; \
-	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not realtime' || status=1; \
-	$(BIN)/python -m pytest -m realtime || status=1; \
+	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not realtime' --ignore-glob='$(EMULATED)' || status=1; \
+	$(BIN)/python -m pytest -m realtime --ignore-glob='$(EMULATED)' || status=1; \
 	exit $$status
 
 check: lint types layers fresh
@@ -90,7 +92,7 @@ firmware:
 
 firmware-check: firmware $(VENV)/.dev
 	@firmware/tests/run.sh
-	@$(BIN)/python -m pytest -q tests/firmware/test_emulat*.py
+	@$(BIN)/python -m pytest -q $(EMULATED)
 
 dist: $(VENV)/.dev firmware
 	@rm -rf dist
