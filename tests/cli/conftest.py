@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import pytest
-
-from simulated import standing_near_the_stops
 
 
 @pytest.fixture(autouse=True, scope="module")
-def near_the_stops() -> Iterator[None]:
-    with standing_near_the_stops():
-        yield
+def short_homing(near_the_stops: None) -> None:
+    """Use the arms of ``near_the_stops`` in every module here."""

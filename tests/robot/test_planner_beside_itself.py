@@ -24,6 +24,8 @@ from bioscara.robot.planner import ACCELERATION_SHARE, Planner
 from bioscara.robot.workspace.workspace import Workspace
 from planning.scenes import COUNT
 
+pytestmark = pytest.mark.usefixtures("near_the_stops")
+
 ARM = load_parameters()
 LOWER = np.array([joint.lower for joint in ARM.joints])
 UPPER = np.array([joint.upper for joint in ARM.joints])
