@@ -1,4 +1,4 @@
-"""How often the laws over random inputs are tried: seldom in ``make test``, often in ``make laws``."""
+"""How often laws over random inputs are tried: seldom in ``make test``, often in ``make laws``."""
 
 from __future__ import annotations
 
