@@ -1,7 +1,8 @@
 # Everything from a bare machine with python3 (3.11 or newer), a C++17 compiler and make.
 #
 #   make demo            home the simulated arm and run a planned trajectory
-#   make test            all tests: one process for each core, then those in real time alone
+#   make test            the tests: one process for each core, then those in real time alone; not those
+#                        on an emulated board, which firmware-check runs
 #   make check           what CI runs besides the tests: lint, types, layers, generated files
 #   make firmware        the images of the four joints: firmware/build/j1.elf, j1.bin, j1.map ...
 #   make dist            what a release consists of: wheel, sdist, images of the joints, checksums
@@ -18,6 +19,7 @@
 PYTHON ?= python3
 VENV ?= .venv
 BIN := $(VENV)/bin
+EMULATED := tests/firmware/test_emulat*.py
 PIP := $(BIN)/python -m pip --disable-pip-version-check
 NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
             \( -name '*.cpp' -o -name '*.h' -o -name 'CMakeLists.txt' -o -name '*.toml' -o -name '*.py*' \) \
@@ -56,8 +58,8 @@ demo: $(VENV)/.demo
 
 test: $(VENV)/.dev
 	@status=0; \
-	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not realtime' || status=1; \
-	$(BIN)/python -m pytest -m realtime || status=1; \
+	$(BIN)/python -m pytest -n auto --dist worksteal -m 'not realtime' --ignore-glob='$(EMULATED)' || status=1; \
+	$(BIN)/python -m pytest -m realtime --ignore-glob='$(EMULATED)' || status=1; \
 	exit $$status
 
 check: lint types layers fresh
@@ -90,7 +92,7 @@ firmware:
 
 firmware-check: firmware $(VENV)/.dev
 	@firmware/tests/run.sh
-	@$(BIN)/python -m pytest -q tests/firmware/test_emulat*.py
+	@$(BIN)/python -m pytest -q $(EMULATED)
 
 dist: $(VENV)/.dev firmware
 	@rm -rf dist
@@ -113,10 +115,11 @@ docs: $(VENV)/.docs
 	@echo "wrote site/index.html"
 
 laws: $(VENV)/.dev firmware
-	@BIOSCARA_EXAMPLES=1000 BIOSCARA_EVERY_BIT=1 BIOSCARA_EVERY_JOINT=1 BIOSCARA_LATENCY_STEPS=3000 BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 BIOSCARA_OWN_MOVES=10000 BIOSCARA_HOMING_STARTS=1000 BIOSCARA_FAULT_SEEDS=200 BIOSCARA_FUZZ_SEEDS=200 BIOSCARA_LOAD_SEEDS=200 BIOSCARA_INTERLEAVINGS=1000 $(BIN)/python -m pytest -o timeout=0 \
+	@BIOSCARA_EXAMPLES=1000 BIOSCARA_VALUES_SHARE=1 BIOSCARA_EVERY_BIT=1 BIOSCARA_EVERY_JOINT=1 BIOSCARA_LATENCY_STEPS=3000 BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 BIOSCARA_OWN_MOVES=10000 BIOSCARA_HOMING_STARTS=1000 BIOSCARA_FAULT_SEEDS=200 BIOSCARA_FUZZ_SEEDS=200 BIOSCARA_LOAD_SEEDS=200 BIOSCARA_INTERLEAVINGS=1000 $(BIN)/python -m pytest -o timeout=0 \
 	    tests/control/manager/test_manager_at_speed.py tests/planning/collision/test_zones.py tests/planning/motions/test_jog.py \
 	    tests/planning/collision/test_stop_guard.py tests/planning/collision/test_bodies.py tests/control/limits/test_clearance.py \
-	    tests/robot/test_planner_beside_itself.py \
+	    tests/control/controllers/joint_trajectory/test_pausing.py tests/robot/test_planner_beside_itself.py \
+	    tests/drivers/test_unusable_values.py tests/remote/test_unusable_values.py tests/robot/test_unusable_values.py \
 	    tests/system/test_random_faults.py tests/system/test_load_speed.py tests/robot/test_robot_fuzz.py \
 	    tests/drivers/link/test_handshake.py tests/sim/test_socket_bus.py tests/server/test_interleavings.py tests/oracle tests/firmware
 

@@ -16,6 +16,7 @@ from hypothesis import settings
 
 from late_machine import pytest_runtest_protocol as pytest_runtest_protocol
 from processes import running
+from simulated import standing_near_the_stops
 
 EXAMPLES = int(os.environ.get("BIOSCARA_EXAMPLES", "25"))
 """Number of examples of a law that does not set its own; more of them in ``make laws``."""
@@ -34,6 +35,13 @@ signal.signal(signal.SIGHUP, signal.SIG_DFL)
 os.environ["BIOSCARA_RUNTIME"] = tempfile.mkdtemp(prefix="b")
 atexit.register(shutil.rmtree, os.environ["BIOSCARA_RUNTIME"], ignore_errors=True)
 os.environ.pop("BIOSCARA_ARM", None)
+
+
+@pytest.fixture(scope="module")
+def near_the_stops() -> Iterator[None]:
+    """See :func:`simulated.standing_near_the_stops`; for modules in which homing is not tested."""
+    with standing_near_the_stops():
+        yield
 
 
 @pytest.fixture

@@ -26,7 +26,7 @@ from bioscara.model import ArmParameters
 from bioscara.robot import Robot
 from bioscara.robot.connection.pacing import PacedClock
 from bioscara.server.serve import Served, ServeSettings, serving
-from bioscara.sim import FirmwareBus, SimulatedServo
+from bioscara.sim import FirmwareBus, SimulatedArm, SimulatedServo
 from processes import LIMIT, wait_until
 from simulated import ARM, simulated_bus
 
@@ -37,9 +37,15 @@ SPEED = 50.0
 """Factor by which the time of the served arm is faster than real time."""
 
 
-def own_robot(evidence: Path, *, seed: int = 2, parameters: ArmParameters = ARM) -> Robot:
-    """Return a robot on a simulated arm near its end stops, with a gripper."""
-    arm = simulated_bus(seed=seed).arm
+def own_robot(
+    evidence: Path,
+    *,
+    seed: int = 2,
+    parameters: ArmParameters = ARM,
+    arm: SimulatedArm | None = None,
+) -> Robot:
+    """Return a robot with a gripper, on an arm that was used before or a new one near its stops."""
+    arm = arm or simulated_bus(seed=seed).arm
     clock = PacedClock(arm.clock)
     jaws = parameters.gripper
     servo = SimulatedServo(jaws.outputs[0])
@@ -73,19 +79,24 @@ def runtime_folder() -> Iterator[Path]:
 
 @contextmanager
 def arm_served(
-    *, speed: float = SPEED, at: tuple[float, ...] | None = HALF, **settings: Any
+    *,
+    speed: float = SPEED,
+    at: tuple[float, ...] | None = HALF,
+    arm: SimulatedArm | None = None,
+    **settings: Any,
 ) -> Iterator[Served]:
     """Serve an arm in a runtime folder of its own.
 
     Args:
         speed: Factor by which its time is faster than real time.
         at: Where it stands, homed; None for an arm that is not homed.
+        arm: The arm, which may be homed already; None for a new one.
         **settings: Further ones of :class:`ServeSettings`.
     """
     with runtime_folder() as folder:
         evidence = folder / "faults"
         given = ServeSettings(NAME, "sim", evidence=evidence, speed=speed)
-        with own_robot(evidence) as robot:
+        with own_robot(evidence, arm=arm) as robot:
             if at is not None:
                 robot.home()
                 robot.move_joints(at)

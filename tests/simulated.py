@@ -14,6 +14,9 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import pytest
+
+import bioscara.sim
 from bioscara.bus import Bus, FaultyBus, Transaction
 from bioscara.drivers import Joint
 from bioscara.errors import BusTimeoutError, CommunicationError
@@ -136,6 +139,21 @@ def homed_robot(
         robot.home()
         robot.move_joints(at)
         yield made
+
+
+class NearArm(SimulatedArm):
+    """An arm that stands close to its end stops unless other positions are given."""
+
+    def __init__(self, *, positions: Mapping[str, float] | None = None, **options: Any) -> None:
+        super().__init__(positions={**NEAR, **(positions or {})}, **options)
+
+
+@contextmanager
+def standing_near_the_stops() -> Iterator[None]:
+    """Let ``Robot.simulated`` and the commands simulate arms whose homing is short."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(bioscara.sim, "SimulatedArm", NearArm)
+        yield
 
 
 class Tap(Bus):

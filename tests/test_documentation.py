@@ -59,6 +59,7 @@ def _pattern(lines: tuple[str, ...]) -> str:
     return "".join(parts)
 
 
+@pytest.mark.usefixtures("near_the_stops")
 @pytest.mark.parametrize(
     "program", [pytest.param(program, id=name) for name, program in _programs()]
 )

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import math
+import os
+import zlib
 from collections.abc import Callable, Iterator
 from decimal import Decimal
 from enum import Enum
@@ -15,6 +18,9 @@ import numpy as np
 
 from bioscara.errors import BioscaraError
 from bioscara.model import ArmParameters
+
+SHARE = int(os.environ.get("BIOSCARA_VALUES_SHARE", "3"))
+"""Of how many values one is tried for a parameter, another for each; ``make laws`` tries all."""
 
 
 class Hostile:
@@ -101,6 +107,8 @@ def judge(
     call: Callable[..., object],
     base: dict[str, Any],
     after: Callable[[bool], str] = lambda _: "",
+    *,
+    share: int = SHARE,
 ) -> list[str]:
     """Return violations of the law that a call takes a value or refuses it with its own error.
 
@@ -109,10 +117,12 @@ def judge(
         call: Called with the base, in which one value is replaced.
         base: Arguments that it can use.
         after: Called with whether it was refused; returns the fault of the arm afterwards, if any.
+        share: Of how many values one is tried.
     """
     complaints = []
     for parameter, usable in base.items():
-        for value in mutants(usable):
+        first = zlib.crc32(f"{name}({parameter})".encode()) % share
+        for value in itertools.islice(mutants(usable), first, None, share):
             what, refused, last = f"{name}({parameter}={_shown(value)})", False, ""
             try:
                 made = value() if isinstance(value, Replaced) else value

@@ -80,7 +80,7 @@ def test_controllers_take_a_value_or_refuse_it_and_no_cycle_fails(world: World) 
                 forward.command([kind(value) for value in here])
                 assert after(False) == ""
         for what, (call, base) in calls.items():
-            complaints += judge(f"{name}.{what}", call, base, after)
+            complaints += judge(f"{name}.{what}", call, base, after, share=1)
             active = manager.controller(name).state is LifecycleState.ACTIVE
             assert active, f"{name} failed in {what}: {complaints}"
         if name == "homing":
@@ -103,7 +103,7 @@ def test_the_gripper_controller_too(tmp_path: Any) -> None:
             return str(robot.faults[0]) if robot.faults else ""
 
         goal = GripperGoal((0.06,), (0.1,), (1.0,))
-        complaints = judge("gripper", jaws.send_goal, {"goal": goal}, after)
+        complaints = judge("gripper", jaws.send_goal, {"goal": goal}, after, share=1)
         for what in ("position", "velocity", "effort"):
             complaints += judge(
                 f"gripper {what}",
@@ -147,6 +147,6 @@ def test_the_manager_too(world: World) -> None:
     complaints = [
         complaint
         for name, (call, base) in table.items()
-        for complaint in judge(f"manager.{name}", call, base)
+        for complaint in judge(f"manager.{name}", call, base, share=1)
     ]
     assert complaints == [], "\n" + "\n".join(complaints)

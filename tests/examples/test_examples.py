@@ -20,7 +20,8 @@ from bioscara.clock import SimulatedClock
 from bioscara.kinematics import Joints, Pose, batch
 from bioscara.model import load_parameters
 from bioscara.robot import kinematics_of
-from bioscara.sim import SimulatedArm, SimulatedServo
+from bioscara.sim import SimulatedServo
+from simulated import NearArm
 
 ARM = load_parameters()
 FOLDER = Path(__file__).parents[2] / "examples"
@@ -70,9 +71,10 @@ def watch(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Watch:
             super().__init__(*arguments)
             servos.append(self)
 
-    class WatchedArm(SimulatedArm):
+    class WatchedArm(NearArm):
         def __init__(self, **arguments: Any) -> None:
-            super().__init__(**arguments)
+            # With room for the 0.05 rad by which an example turns the elbow without homing it.
+            super().__init__(positions={"j3": 2.5}, **arguments)
             self.clock = SimulatedClock(self.now, self.look)
 
         def look(self, duration: float) -> None:

@@ -39,7 +39,7 @@ from oracle.plant import (
     too_near,
 )
 
-COUNT = int(os.environ.get("BIOSCARA_OWN_MOVES", "24"))
+COUNT = int(os.environ.get("BIOSCARA_OWN_MOVES", "12"))
 """Number of moves, jogs and streams that are tried, each half of them from home."""
 PLANT_SHARE = 20
 """One in this many planned motions and jogs runs on the plant; every stream does."""

@@ -24,7 +24,7 @@ from oracle.oracle import HAND, JAWS, Hit, Oracle
 from oracle.plant import ELBOW, LOWER, NAMES, UPPER, Array, dense, too_near
 from simulated import turn_by_hand
 
-STARTS = int(os.environ.get("BIOSCARA_HOMING_STARTS", "60"))
+STARTS = int(os.environ.get("BIOSCARA_HOMING_STARTS", "30"))
 """Number of random starts from which homing is checked."""
 ON_PLANT = max(STARTS // 40, 2)
 """From how many of them it runs on the plant, which takes seconds each."""

@@ -12,7 +12,7 @@ from bioscara.planning.collision.scene import Box, Cylinder, Scene
 from planning.limits import LIMITS
 
 ARM = Scara(Geometry(0.329476, 0.285, 0.135), LIMITS, Pose(0.11908, 0.0, -0.14409))
-COUNT = int(os.environ.get("BIOSCARA_RANDOM_MOVES", "150"))
+COUNT = int(os.environ.get("BIOSCARA_RANDOM_MOVES", "45"))
 """Number of random moves and jogs that are tried."""
 
 

@@ -45,3 +45,8 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Made:
             (path,) = recorder.end()
         events = owner.owner.events
         return Made(path, [event for event in map(events.after, range(events.last)) if event])
+
+
+@pytest.fixture(autouse=True, scope="module")
+def short_homing(near_the_stops: None) -> None:
+    """Use the arms of ``near_the_stops`` in every module here."""

@@ -53,8 +53,9 @@ from bioscara.robot.workspace.load import Load
 from bioscara.robot.workspace.poses import NamedPose
 from bioscara.robot.workspace.tools import Tool
 from bioscara.server.tasks import simulate
+from bioscara.sim import SimulatedArm
 from served import HALF, NAME, arm_served, eventually, own_robot
-from simulated import NAMES
+from simulated import NAMES, simulated_bus
 
 WITHOUT_OWNER = {"bus", "clock", "joints", "arm", "simulated", "connect"}
 """Names of a robot in this process alone."""
@@ -73,26 +74,30 @@ class Arm:
     Attributes:
         robot: The robot, of either kind.
         own: The robot in the process of the arm.
+        failed: Whether the arm was let fail.
     """
 
     def __init__(self, robot: Any, own: Robot) -> None:
-        self.robot, self.own = robot, own
+        self.robot, self.own, self.failed = robot, own, False
 
     def fail(self, fault: str, joint: str = "j2", value: float = 1.0) -> None:
         """Let the simulated arm fail."""
+        self.failed = True
         simulate(self.own.arm, m.SimulateFault(fault, joint, value))
 
 
 @contextmanager
-def arm_of(kind: str, folder: Path, *, homed: bool = True) -> Iterator[Arm]:
+def arm_of(
+    kind: str, folder: Path, *, homed: bool = True, simulated: SimulatedArm | None = None
+) -> Iterator[Arm]:
     if kind == "served":
         with (
-            arm_served(at=HALF if homed else None, speed=PACE) as served,
+            arm_served(at=HALF if homed else None, speed=PACE, arm=simulated) as served,
             Robot.connect(f"arm:{NAME}") as remote,
         ):
             yield Arm(remote, served.robot)
         return
-    with own_robot(folder) as robot:
+    with own_robot(folder, arm=simulated) as robot:
         if homed:
             robot.home()
             robot.move_joints(HALF)
@@ -105,10 +110,19 @@ def kind(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
+@pytest.fixture(scope="module")
+def shared() -> list[SimulatedArm]:
+    """The simulated arm that the next test takes over, so that it need not be homed again."""
+    return []
+
+
 @pytest.fixture
-def arm(kind: str, tmp_path: Path) -> Iterator[Arm]:
-    with arm_of(kind, tmp_path) as made:
+def arm(kind: str, tmp_path: Path, shared: list[SimulatedArm]) -> Iterator[Arm]:
+    simulated = shared.pop() if shared else simulated_bus(seed=2).arm
+    with arm_of(kind, tmp_path, simulated=simulated) as made:
         yield made
+        if not (made.failed or made.own.faults or made.own.is_moving):
+            shared.append(simulated)
 
 
 @pytest.fixture

@@ -24,6 +24,8 @@ from bioscara.robot.planner import ACCELERATION_SHARE, Planner
 from bioscara.robot.workspace.workspace import Workspace
 from planning.scenes import COUNT
 
+pytestmark = pytest.mark.usefixtures("near_the_stops")
+
 ARM = load_parameters()
 LOWER = np.array([joint.lower for joint in ARM.joints])
 UPPER = np.array([joint.upper for joint in ARM.joints])
@@ -105,7 +107,7 @@ def test_a_path_from_home_into_the_column_rods_is_refused(
 def test_from_home_exactly_the_free_paths_are_accepted(spread: float) -> None:
     rng = np.random.default_rng(8)
     free = hit = 0
-    while free + hit < COUNT // 10:
+    while free + hit < COUNT // 5:
         width = float(rng.uniform(*WIDTHS))
         arm = Beside(widths=(width, width))
         goal = np.clip(HOMED + spread * rng.uniform(-1.0, 1.0, 4) * (1, 0.1, 1, 1), LOWER, UPPER)

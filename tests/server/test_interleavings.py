@@ -25,7 +25,7 @@ from bioscara.server.owner import Later, Owner
 from served import HALF, own_robot
 
 FIRST = int(os.environ.get("BIOSCARA_INTERLEAVINGS_FIRST", "0"))
-SEEDS = range(FIRST, FIRST + int(os.environ.get("BIOSCARA_INTERLEAVINGS", "40")))
+SEEDS = range(FIRST, FIRST + int(os.environ.get("BIOSCARA_INTERLEAVINGS", "15")))
 STEPS = 150
 CLIENTS = 3
 

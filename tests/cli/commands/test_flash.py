@@ -198,8 +198,10 @@ def test_no_board_in_its_bootloader_says_how_to_start_it(
 
 
 def test_of_two_boards_one_has_to_be_named(
-    bench: MakeBench, capsys: pytest.CaptureFixture[str]
+    bench: MakeBench, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    # The board that is not flashed does not leave its bootloader.
+    monkeypatch.setattr(dfu, "_PATIENCE", 0.2)
     tools = bench("dfu-util")
     tools.board(ONE)
     tools.board(OTHER)
@@ -216,8 +218,10 @@ def test_of_two_boards_one_has_to_be_named(
 
 
 def test_an_inaccessible_second_board_still_requires_a_serial_number(
-    bench: MakeBench, capsys: pytest.CaptureFixture[str]
+    bench: MakeBench, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    # The board that is not flashed does not leave its bootloader.
+    monkeypatch.setattr(dfu, "_PATIENCE", 0.2)
     tools = bench("dfu-util")
     tools.board(ONE)
     tools.board(OTHER)

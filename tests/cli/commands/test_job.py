@@ -125,7 +125,14 @@ def limited_to(size: int) -> Callable[[], None]:
     return lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
 
 
-UNPACED = "import sys; from bioscara.cli import main; sys.exit(main(sys.argv[1:], paced=False))"
+UNPACED = f"""\
+import sys
+sys.path.insert(0, {str(Path(__file__).parents[2])!r})
+from bioscara.cli import main
+from simulated import standing_near_the_stops
+with standing_near_the_stops():
+    sys.exit(main(sys.argv[1:], paced=False))
+"""
 
 
 def run_unpaced(*words: str, **options: object) -> subprocess.CompletedProcess[str]:
@@ -140,7 +147,7 @@ def run_unpaced(*words: str, **options: object) -> subprocess.CompletedProcess[s
 
 
 def test_a_disk_that_fills_up_stops_the_recording_and_not_the_arm(tmp_path: Path) -> None:
-    done = run_unpaced("demo", "--out", str(tmp_path), preexec_fn=limited_to(200_000))
+    done = run_unpaced("demo", "--out", str(tmp_path), preexec_fn=limited_to(50_000))
     assert done.returncode == 1
     assert "recording stopped, the motion goes on" in done.stdout
     assert re.search(r"^  outcome +completed", (tmp_path / "report.txt").read_text(), re.M)

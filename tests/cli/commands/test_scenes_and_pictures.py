@@ -78,14 +78,16 @@ def test_a_pose_of_another_tool_is_drawn_with_that_tool(folder: Path) -> None:
 @pytest.mark.parametrize("command", ["plan", "move"])
 def test_a_motion_among_zones_is_drawn_with_them(command: str, folder: Path) -> None:
     words = [command, "--joints", *map(str, PLATE), "--plot"]
-    assert main([*words, "a.png"], paced=False) == 0
     assert main([*words, "b.png", "--scene", str(EXAMPLE)], paced=False) == 0
-    assert size(folder / "a.png") == size(folder / "b.png") == (1900, 1300)
-    assert (folder / "a.png").read_bytes() != (folder / "b.png").read_bytes()
+    assert size(folder / "b.png") == (1900, 1300)
     if command == "plan":
         around = read_scene(EXAMPLE)
         picture = expected(folder, START, PLATE, "plan", around)
         assert (folder / "b.png").read_bytes() == picture
+    else:  # Where homing ends differs from arm to arm.
+        assert main([*words, "a.png"], paced=False) == 0
+        assert size(folder / "a.png") == (1900, 1300)
+        assert (folder / "a.png").read_bytes() != (folder / "b.png").read_bytes()
 
 
 @pytest.mark.parametrize(

@@ -108,9 +108,10 @@ def look(
 
 
 @needs_viser
-@pytest.mark.parametrize("scene", [None, EXAMPLE], ids=["alone", "scene"])
 @pytest.mark.parametrize(
-    "moves", [{"j1": -0.4, "j4": 0.3, "gripper": 0.1}, {}], ids=["moved", "not"]
+    ("moves", "scene"),
+    [({"j1": -0.4, "j4": 0.3, "gripper": 0.1}, EXAMPLE), ({}, None)],
+    ids=["moved in a scene", "not moved, alone"],
 )
 def test_the_motion_of_the_sliders_is_drawn(
     moves: dict[str, float],

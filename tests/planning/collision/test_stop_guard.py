@@ -15,7 +15,7 @@ from bioscara.planning.collision.stop_guard import StopGuard
 from bioscara.planning.collision.swept import SLACK
 from planning.scenes import ARM, random_joints, random_scene
 
-COUNT = int(os.environ.get("BIOSCARA_RANDOM_MOVES", "1000"))
+COUNT = int(os.environ.get("BIOSCARA_RANDOM_MOVES", "300"))
 START = Joints(0.3, 0.2, 0.8, -0.5)
 WALL = Scene((Box("wall", (0.3, 0.62, 0.0), (0.7, 0.9, 0.6)),))
 

@@ -20,6 +20,7 @@ from bioscara.planning.collision.scene_pairs import LINKS
 from bioscara.planning.collision.shapes import Prism
 from bioscara.planning.files.scene_file import read_scene
 from bioscara.planning.trajectory.trajectory import Trajectory
+from laws import examples
 from planning.limits import LIMITS, NAMES
 from planning.sampled_contact import beyond, points_of, touched
 from planning.scenes import ARM, COUNT, free_joints, random_joints, random_scene
@@ -29,7 +30,7 @@ REST = Joints(0.0, 0.2, 0.0, 0.0)
 
 
 @given(SEEDS)
-@settings(max_examples=25)
+@settings(max_examples=examples(15))
 def test_clearance_is_the_distance_of_the_nearest_point(seed: int) -> None:
     rng = np.random.default_rng(seed)
     joints = random_joints(rng)

@@ -18,6 +18,7 @@ from bioscara.errors import ConfigurationError, InvalidArgumentError
 from bioscara.kinematics import Joints, Pose
 from bioscara.kinematics.pose import ANGLE_MAX
 from bioscara.model import load_parameters
+from bioscara.robot.workspace import teach_file
 from bioscara.robot.workspace.frames import Frame
 from bioscara.robot.workspace.poses import BUILT_IN, NamedPose, TeachTable
 from bioscara.robot.workspace.teach_file import changing, load_table, save_table
@@ -258,12 +259,18 @@ def test_a_failed_save_leaves_the_file_unchanged(tmp_path: Path) -> None:
         save_table(tmp_path / "no" / "poses.yaml", TABLE)
 
 
-def test_a_table_that_is_too_large_to_be_read_again_is_not_saved(tmp_path: Path) -> None:
+@pytest.mark.parametrize(("count", "size_max"), [(600, 2**20), (80, 2**13)])
+def test_a_table_that_is_too_large_to_be_read_again_is_not_saved(
+    count: int, size_max: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     file = tmp_path / "poses.yaml"
     save_table(file, TABLE)
-    long = replace(TABLE, poses=tuple(replace(PLATE, name=f"p{i}") for i in range(8000)))
+    # Within the lines that a file holds, poses cannot take 1 MiB.
+    monkeypatch.setattr(teach_file, "SIZE_MAX", size_max)
+    long = replace(TABLE, poses=tuple(replace(PLATE, name=f"p{i}") for i in range(count)))
+    lines = 5 * count + 7
     with pytest.raises(
-        ConfigurationError, match=r"poses take 1\.\d+ MiB and 40007 lines, a file holds 1 MiB"
+        ConfigurationError, match=rf"poses take 0\.\d+ MiB and {lines} lines, a file holds . MiB"
     ):
         save_table(file, long)
     assert load_table(file, FINGERS) == TABLE
@@ -281,7 +288,7 @@ def test_tables_saved_by_two_threads_are_whole(tmp_path: Path) -> None:
     path = tmp_path / "poses.yaml"
     small = TeachTable(FINGERS)
     large = replace(
-        small, poses=tuple(NamedPose(f"p{i}", Joints(0.0, 0.1, 0.0, 0.0)) for i in range(200))
+        small, poses=tuple(NamedPose(f"p{i}", Joints(0.0, 0.1, 0.0, 0.0)) for i in range(50))
     )
     save_table(path, small)
     failures: list[Exception] = []

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from bioscara.control.controllers.joint_trajectory import (
@@ -27,6 +27,7 @@ from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySamp
 from bioscara.planning import Sample, Trajectory, point_to_point
 from bioscara.robot.planner import ACCELERATION_SHARE
 from control.controllers.joint_trajectory.follower import BRAKES, NOTHING, Follower, alone, smooth
+from laws import examples
 from planning.limits import LIMITS, NAMES
 from planning.scenes import random_joints
 
@@ -112,6 +113,7 @@ def test_a_pause_commands_what_a_cancel_commands(
     LEASTS,
     st.booleans(),
 )
+@settings(max_examples=examples(10))
 def test_any_change_of_the_scaling_stays_on_the_path_and_within_the_limits(
     seed: int, changes: list[tuple[int, float]], least: float, collision_checked: bool
 ) -> None:
