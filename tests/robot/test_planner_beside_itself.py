@@ -192,13 +192,15 @@ def test_an_arm_pushed_against_itself_may_only_move_away() -> None:
 
 FREE = (0.0, 0.001, 2.28, -3.0)
 """With the gripper turned to the base: 20.5 mm away."""
+MOVES = min(COUNT, 100)
+"""Number of small moves towards the base, of which about twenty use up the way."""
 STEPS = (0.01, 0.005, 0.002, 0.001, 0.0005, 0.0003, 0.0)
 
 
 def approach(arm: Beside, off: float) -> float:
     """Approach by small moves as long as one is found, resting after each; return the nearest."""
     nearest_ = arm.clearance()
-    for move in range(100):
+    for move in range(MOVES):
         for step in STEPS:
             goal = (arm.here[0], arm.here[1] - 1e-3 * (-1) ** move, arm.here[2] + step, arm.here[3])
             try:

@@ -19,7 +19,7 @@ from bioscara.robot.connection.stack import HOLD
 from bioscara.robot.planner import Plan
 from system.loads import NAMES, PARAMETERS, Loads, carried_on, speeds
 
-COUNT = int(os.environ.get("BIOSCARA_LOAD_SEEDS", "2"))
+COUNT = int(os.environ.get("BIOSCARA_LOAD_SEEDS", "1"))
 HIGHEST = 0.255
 """Limit of the tool of the loads at the reduced speed of 250 mm/s [m/s]."""
 PERIOD = 0.01

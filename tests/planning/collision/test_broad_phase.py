@@ -12,6 +12,7 @@ from bioscara.planning.collision.broad_phase import BroadPhase
 from bioscara.planning.collision.scene import Scene
 from bioscara.planning.collision.scene_pairs import Layout
 from bioscara.planning.collision.shapes import Prism
+from laws import examples
 from planning.scenes import ARM, random_joints, random_scene
 
 SEEDS = st.integers(0, 2**32 - 1)
@@ -22,7 +23,7 @@ def nearest(layout: Layout, ways: np.ndarray) -> np.ndarray:
 
 
 @given(SEEDS)
-@settings(max_examples=30)
+@settings(max_examples=examples(12))
 def test_pairs_left_out_keep_the_margin_during_the_motion(seed: int) -> None:
     rng = np.random.default_rng(seed)
     scene = random_scene(rng)
@@ -40,7 +41,7 @@ def test_pairs_left_out_keep_the_margin_during_the_motion(seed: int) -> None:
 
 
 @given(SEEDS)
-@settings(max_examples=30)
+@settings(max_examples=examples(12))
 def test_no_point_of_the_arm_moves_further_than_its_reach_allows(seed: int) -> None:
     rng = np.random.default_rng(seed)
     load = Prism(
@@ -64,7 +65,7 @@ def test_no_point_of_the_arm_moves_further_than_its_reach_allows(seed: int) -> N
 
 
 @given(SEEDS)
-@settings(max_examples=30)
+@settings(max_examples=examples(12))
 def test_pairs_of_the_broad_phase_have_the_clearances_of_the_whole_layout(seed: int) -> None:
     rng = np.random.default_rng(seed)
     layout, far = random_scene(rng).layout(ARM), 0.1
@@ -84,7 +85,7 @@ def test_pairs_of_the_broad_phase_have_the_clearances_of_the_whole_layout(seed: 
 
 
 @given(SEEDS)
-@settings(max_examples=30)
+@settings(max_examples=examples(12))
 def test_inexact_clearances_are_lower_bounds_above_the_threshold(seed: int) -> None:
     rng = np.random.default_rng(seed)
     layout = random_scene(rng).layout(ARM)

@@ -24,6 +24,7 @@ from bioscara.planning.motions.cartesian import circular, linear
 from bioscara.planning.paths.inverse_kinematics import along
 from bioscara.planning.paths.segments import Arc, Joined, Line, Path
 from bioscara.planning.topp.topp import parameterise
+from laws import examples
 from planning.limits import LIMITS
 
 PARAMETERS = load_parameters()
@@ -126,7 +127,7 @@ def test_toppra_finds_nothing_faster(path: Path, branch: int) -> None:
 
 
 @given(angles, angles, elbows, st.booleans(), st.booleans())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=examples(30), deadline=None)
 def test_every_line_keeps_every_limit_and_stays_on_it(
     first: tuple[float, ...], last: tuple[float, ...], elbow: float, tooled: bool, capped: bool
 ) -> None:
@@ -149,7 +150,7 @@ def test_every_line_keeps_every_limit_and_stays_on_it(
 
 
 @given(angles, st.floats(-0.1, 0.1), st.floats(0.02, 0.1), st.floats(-1.5, 1.5), st.booleans())
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=examples(25), deadline=None)
 def test_every_arc_keeps_every_limit_and_stays_on_it(
     first: tuple[float, ...], lift: float, size: float, turn: float, capped: bool
 ) -> None:
@@ -259,7 +260,7 @@ def test_where_slowing_down_does_not_help_the_largest_speed_is_reported() -> Non
     assert "other side" not in str(caught.value)
 
 
-@settings(max_examples=20)
+@settings(max_examples=examples(8))
 @given(
     st.sampled_from((BARE, TOOLED)),
     st.sampled_from((FREE, ToolLimits())),

@@ -10,6 +10,7 @@ from bioscara.kinematics import Pose
 from bioscara.kinematics.pose import wrapped
 from bioscara.planning.paths.blending import rounded
 from bioscara.planning.paths.segments import LEVER, Arc, Line
+from laws import examples
 from planning.paths.test_segments import apart, derivatives_agree, poses, sampled
 
 
@@ -36,7 +37,7 @@ def chains(draw):
 
 
 @given(chains())
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=examples(80), deadline=None)
 def test_a_rounded_path_is_smooth_and_stays_near_its_corners(chain):
     segments, radii = chain
     path, fitted, corners = rounded(segments, radii)

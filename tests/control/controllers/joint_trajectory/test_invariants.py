@@ -22,6 +22,7 @@ from bioscara.errors import GoalRejectedError
 from bioscara.planning import Sample
 from control.control_stack import LIMITS, World
 from control.controllers.joint_trajectory.follower import BRAKES, MIDDLE, NOTHING, Follower, smooth
+from laws import examples
 
 VALUES = st.floats(-3.0, 3.0)
 PERIOD = 0.01
@@ -150,7 +151,7 @@ def commands(
     return outputs
 
 
-@settings(max_examples=60, phases=[Phase.generate])
+@settings(max_examples=examples(25), phases=[Phase.generate])
 @given(
     st.integers(1, 3).flatmap(points),
     st.lists(st.integers(1, 3).flatmap(lambda fields: points(fields, 1)), min_size=1, max_size=3),
