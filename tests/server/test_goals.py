@@ -2,13 +2,40 @@
 
 from __future__ import annotations
 
+import gc
+
 import pytest
 
-from bioscara import InvalidArgumentError, Robot
+from bioscara import BioscaraError, InvalidArgumentError, Robot
 from bioscara.api import messages as m
+from bioscara.control.controllers.joint_trajectory import PreparedGoal
 from bioscara.remote.link import OwnerLink
+from bioscara.robot.operations.operation import Status
 from bioscara.server import goals
-from served import HALF, NAME, arm_served
+from bioscara.sim import FirmwareBus
+from served import HALF, NAME, arm_served, eventually
+
+
+def test_old_goals_that_failed_keep_no_trajectories(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(goals, "TRAJECTORIES", 1)
+    with arm_served(at=HALF) as served, Robot.connect(f"arm:{NAME}") as robot:
+        bus = served.robot.arm.session.bus
+        assert isinstance(bus, FirmwareBus)
+        for _ in range(4):
+            motion = robot.move_joints((0.9, 0.15, 0.2, 0.7), velocity_scaling=0.5, wait=False)
+            eventually(lambda: served.owner.goals.running[0].operation.progress > 0.1)
+            bus.arm.overheat("j3")
+            with pytest.raises(BioscaraError):
+                motion.result(20.0)
+            bus.arm.overheat("j3", False)
+            robot.acknowledge()
+            robot.recover()
+            robot.move_joints(HALF)
+        failed = [goal for goal in served.owner.goals.all if goal.operation.status is Status.FAILED]
+        assert len(failed) == 4
+        gc.collect()
+        # Of the last goal, which is kept.
+        assert sum(isinstance(each, PreparedGoal) for each in gc.get_objects()) <= 1
 
 
 def test_the_trajectories_of_the_latest_goals_are_kept_and_the_results_of_more(

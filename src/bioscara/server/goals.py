@@ -84,19 +84,28 @@ class ClientGoal:
         Raises:
             InvalidArgumentError: They are not kept any more.
         """
+        operation = self.operation
+        if not isinstance(operation, FollowTrajectory):
+            return []
         if self._final is not None:
             raise InvalidArgumentError(
                 f"the trajectories of goal {self.number} are not kept any more; those of the last "
                 f"{TRAJECTORIES} are"
             )
-        operation = self.operation
-        return operation.paths if isinstance(operation, FollowTrajectory) else []
+        return operation.paths
 
     def shorten(self) -> None:
         """Keep the result of an ended goal, and not its trajectories."""
-        if self._final is None and isinstance(self.operation, FollowTrajectory):
-            self._final = self.value()
+        if self._final is not None:
+            return
+        self._final = self.value()
+        if isinstance(self.operation, FollowTrajectory):
             self.operation.forget()
+        # The frames of its traceback have them, too.
+        error = self.operation.error
+        while error is not None:
+            error.__traceback__ = None
+            error = error.__cause__ or error.__context__
 
 
 class Goals:
