@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import xml.etree.ElementTree as ET
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -299,3 +300,14 @@ def test_the_test_goals_are_within_the_limits() -> None:
             assert joint.lower < at < joint.upper
             # A message has one point, 4 s after its begin.
             assert abs(to - at) / 4.0 <= 0.5 * joint.max_velocity
+
+
+def test_our_trajectory_and_gripper_controllers_take_the_parameters() -> None:
+    """The homing controller's have another form here, which the node translates."""
+    for name, path in ((TRAJECTORY[0], ARM_FILES[1]), (TRAJECTORY[1], ARM_FILES[1]),
+                       ("gripper_controller", GRIPPER_FILES[1])):  # fmt: skip
+        made = TYPES[MANAGER[f"{name}.type"]]
+        parameters: Any = made.PARAMETERS.read(name, load(path)[name]["ros__parameters"])
+        if name == TRAJECTORY[0]:
+            assert parameters.gains["j4"].p == 0.5
+            assert parameters.gains["j4"].ff_velocity_scale == 1.0
