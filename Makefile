@@ -79,12 +79,14 @@ fresh: $(VENV)/.dev
 	@$(BIN)/python -m bioscara.protocol.generate --check .
 	@$(BIN)/python -m tools.existing_arms --check
 	@$(BIN)/python -m tools.description --check
+	@$(BIN)/python -m tools.ros_packages --check
 	@$(BIN)/python -m tools.api_reference --check
 
 generate: $(VENV)/.dev
 	@$(BIN)/python -m bioscara.protocol.generate .
 	@$(BIN)/python -m tools.existing_arms
 	@$(BIN)/python -m tools.description
+	@$(BIN)/python -m tools.ros_packages
 	@$(BIN)/python -m tools.api_reference
 
 firmware:

@@ -23,7 +23,7 @@ SHAPE = PARAMETERS.geometry
 LOWER = np.array([joint.lower for joint in PARAMETERS.joints])
 UPPER = np.array([joint.upper for joint in PARAMETERS.joints])
 ROOT = ET.parse(URDF).getroot()
-HAND = ("gripper_base", "left_jaw_link", "right_jaw_link")
+HAND = ("grp_base_link", "left_jaw_link", "right_jaw_link")
 BODIES = ("base_link", "link_1", "link_2", "link_3", "link_4", *HAND)
 
 pytestmark = pytest.mark.filterwarnings("ignore::DeprecationWarning")
@@ -49,7 +49,7 @@ def share(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def configuration(pin: Any, model: Any, arm: np.ndarray, width: float) -> np.ndarray:
     q = pin.neutral(model)
     at = dict(zip(("j1", "j2", "j3", "j4"), arm, strict=True))
-    at |= {"gripper": width, "left_jaw": 0.5 * width, "right_jaw": -0.5 * width}
+    at |= {"gripper": width, "gripper_l_mimic": 0.5 * width, "gripper_r_mimic": -0.5 * width}
     for name, value in at.items():
         q[model.joints[model.getJointId(name)].idx_q] = value
     return q
@@ -63,14 +63,14 @@ def test_frames_are_those_of_the_kinematics(pin: Any) -> None:
     rng = np.random.default_rng(4)
     for arm in rng.uniform(LOWER, UPPER, (500, 4)):
         pin.framesForwardKinematics(model, data, configuration(pin, model, arm, 0.08))
-        for frame, expected in (("link_4", flange.forward(arm)), ("tool_link", tool.forward(arm))):
-            placed = data.oMf[model.getFrameId(frame)]
+        for frame, expected in (("link_4", flange.forward(arm)), ("tool", tool.forward(arm))):
+            placed = data.oMf[model.getFrameId(frame, pin.FrameType.BODY)]
             c, s = math.cos(expected.yaw), math.sin(expected.yaw)
             assert placed.translation == pytest.approx(expected[:3], abs=1e-9)
             assert placed.rotation == pytest.approx(
                 np.array(((c, -s, 0.0), (s, c, 0.0), (0.0, 0.0, 1.0))), abs=1e-9
             )
-        flipped = data.oMf[model.getFrameId("tool_flange")].rotation
+        flipped = data.oMf[model.getFrameId("tool_flange", pin.FrameType.BODY)].rotation
         assert flipped[2, 2] == pytest.approx(-1.0, abs=1e-9)
 
 
@@ -82,7 +82,7 @@ def test_the_fingers_are_as_far_apart_as_the_gripper_says(pin: Any, share: Path)
     data = model.createData()
     for width in (0.04, 0.0787, 0.112):
         pin.framesForwardKinematics(model, data, configuration(pin, model, np.zeros(4), width))
-        tool = data.oMf[model.getFrameId("tool_link")]
+        tool = data.oMf[model.getFrameId("tool", pin.FrameType.BODY)]
         faces = []
         for side in ("left", "right"):
             link = data.oMf[model.getFrameId(f"{side}_jaw_link")]
@@ -121,12 +121,12 @@ def test_masses_are_plausible_and_inertias_those_of_bodies(pin: Any) -> None:
         a, b, c = np.linalg.eigvalsh(matrix)
         assert a > 0.0
         assert a + b >= c  # no body has another inertia
-    assert set(masses) == {*BODIES, "width_link"}
+    assert set(masses) == {*BODIES, "virtual_gripper"}
     # What the lift carries, and what turns about the column with the arm stretched: about the
     # load with which the simulated joints behave as the real ones.
     assert 2.5 < sum(masses[name] for name in BODIES[2:]) < 5.0
     # The tool is recorded with the weight that the gripper is drawn with.
-    gripper = sum(masses[name] for name in ("gripper_base", "left_jaw_link", "right_jaw_link"))
+    gripper = sum(masses[name] for name in ("grp_base_link", "left_jaw_link", "right_jaw_link"))
     assert gripper == pytest.approx(load_parameters().geometry.tool_mass, abs=5e-3)
     turned = pin.crba(model, model.createData(), configuration(pin, model, np.zeros(4), 0.08))
     assert 0.3 < turned[0, 0] < 0.9
@@ -190,7 +190,7 @@ def test_links_are_as_large_as_those_of_the_existing_arm() -> None:
         "link_2": ((0, -0.0528, -0.0132), (0.3822, 0.0528, 0.1279)),
         "link_3": ((-0.0359, -0.0359, 0.0155), (0.3209, 0.0359, 0.1632)),
         "link_4": ((-0.0215, -0.014, 0.0021), (0.0215, 0.014, 0.1555)),
-        "gripper_base": ((-0.086, -0.0277, -0.089), (0.086, 0.0371, 0.0069)),
+        "grp_base_link": ((-0.086, -0.0277, -0.089), (0.086, 0.0371, 0.0069)),
         "left_jaw_link": ((-0.1509, -0.1391, -0.1466), (0.02, 0.026, -0.0606)),
         "right_jaw_link": ((-0.02, -0.1391, -0.1466), (0.1509, 0.026, -0.0606)),
     }

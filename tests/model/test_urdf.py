@@ -63,7 +63,7 @@ def test_the_arguments_of_the_description_do_what_they_say() -> None:
     links = {link.attrib["name"] for link in root.findall("link")}
     arm = ("base_link", "link_1", "link_2", "link_3", "link_4", "tool_flange")
     assert links == {"bench", *(f"left_{name}" for name in arm)}
-    base = root.find("joint[@name='left_base']/origin")
+    base = root.find("joint[@name='left_base_joint']/origin")
     assert base is not None
     assert base.attrib["xyz"] == "0.1 0 0.2"
     assert [tag.attrib["name"] for tag in root.findall("ros2_control")] == ["left_bioscara_arm"]
@@ -145,7 +145,7 @@ def test_the_tool_is_where_the_arms_geometry_puts_it() -> None:
               if "type" in each.attrib}  # fmt: skip
     at = {"j1": 0.3, "j2": 0.2, "j3": -0.7, "j4": 1.1}
     pose = [[float(i == k) for k in range(4)] for i in range(4)]
-    for name in ("j1", "j2", "j3", "j4", "flange", "gripper_mount", "tool"):
+    for name in ("j1", "j2", "j3", "j4", "flange_joint", "grp_base_joint", "tool"):
         step = _pose(joints[name], at.get(name, 0.0))
         pose = [[sum(row[i] * step[i][k] for i in range(4)) for k in range(4)] for row in pose]
     a, b, c = 0.3, 0.3 - 0.7, 0.3 - 0.7 + 1.1

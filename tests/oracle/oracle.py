@@ -25,7 +25,7 @@ from oracle.solids import Array, Solid, solid, split
 
 LINKS = (
     "base_link", "link_1", "link_2", "link_3", "link_4",
-    "gripper_base", "left_jaw_link", "right_jaw_link",
+    "grp_base_link", "left_jaw_link", "right_jaw_link",
 )  # fmt: skip
 HAND = LINKS[5:]
 JAWS = LINKS[6:]
@@ -33,8 +33,8 @@ JOINED = frozenset(
     frozenset(pair)
     for pair in (
         ("base_link", "link_1"), ("link_1", "link_2"), ("link_2", "link_3"), ("link_3", "link_4"),
-        ("link_4", "gripper_base"), ("gripper_base", "left_jaw_link"),
-        ("gripper_base", "right_jaw_link"),
+        ("link_4", "grp_base_link"), ("grp_base_link", "left_jaw_link"),
+        ("grp_base_link", "right_jaw_link"),
     )
 )  # fmt: skip
 """Links with a joint between them, whose solids slide in each other by design."""
@@ -106,7 +106,7 @@ class Oracle:
             if frozenset((one, other)) not in JOINED
             and not (other == "load" and one in ("link_4", *HAND))
         ]
-        named = ("j1", "j2", "j3", "j4", "gripper", "left_jaw", "right_jaw")
+        named = ("j1", "j2", "j3", "j4", "gripper", "gripper_l_mimic", "gripper_r_mimic")
         self._columns = np.empty(self._model.nq, dtype=np.intp)
         for column, name in enumerate(named):
             self._columns[self._model.joints[self._model.getJointId(name)].idx_q] = column

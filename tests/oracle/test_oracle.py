@@ -86,7 +86,7 @@ def test_boxes_leave_nothing_out() -> None:
     for row, (arm, width) in enumerate(zip(joints, widths, strict=True)):
         q = np.empty(model.nq)
         values = (*arm, width, 0.5 * width, -0.5 * width)
-        names = ("j1", "j2", "j3", "j4", "gripper", "left_jaw", "right_jaw")
+        names = ("j1", "j2", "j3", "j4", "gripper", "gripper_l_mimic", "gripper_r_mimic")
         for name, value in zip(names, values, strict=True):
             q[model.joints[model.getJointId(name)].idx_q] = value
         pin.computeDistances(model, data, bodies, found, q)

@@ -21,9 +21,9 @@ from bioscara.model.urdf import DESCRIPTION, URDF
 from bioscara.planning.collision.shapes import Prism
 
 Array = npt.NDArray[np.float64]
-HAND = ("gripper_base", "left_jaw_link", "right_jaw_link")
+HAND = ("grp_base_link", "left_jaw_link", "right_jaw_link")
 LINKS = ("base_link", "link_1", "link_2", "link_3", "link_4", *HAND)
-NAMES = {"gripper_base": "gripper", "left_jaw_link": "jaws", "right_jaw_link": "jaws"}
+NAMES = {"grp_base_link": "gripper", "left_jaw_link": "jaws", "right_jaw_link": "jaws"}
 """Planning's names of the links, where they differ."""
 _JOINED = {frozenset(pair) for pair in (*pairwise(LINKS[:5]), *combinations(("link_4", *HAND), 2))}
 """Pairs of links that are in each other or next to each other by construction."""
@@ -60,7 +60,7 @@ def places(joints: Sequence[float], width: float) -> dict[str, Any]:
     model, data, _ = _loaded()
     q = pin.neutral(model)
     at = dict(zip(("j1", "j2", "j3", "j4"), joints, strict=True))
-    at |= {"gripper": width, "left_jaw": 0.5 * width, "right_jaw": -0.5 * width}
+    at |= {"gripper": width, "gripper_l_mimic": 0.5 * width, "gripper_r_mimic": -0.5 * width}
     for name, value in at.items():
         q[model.joints[model.getJointId(name)].idx_q] = value
     pin.framesForwardKinematics(model, data, q)

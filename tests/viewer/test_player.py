@@ -176,11 +176,11 @@ def test_the_distance_of_a_load_to_what_it_may_touch_is_the_true_one() -> None:
 
 def colors(page: Page) -> dict[str, object]:
     nodes = page._server.scene._handle_from_node_name
-    shown = {name: nodes[f"/{name}/0"].color for name in ("link_1", "link_2", "gripper_base")}
+    shown = {name: nodes[f"/{name}/0"].color for name in ("link_1", "link_2", "grp_base_link")}
     return shown | {
         "jaws": nodes["/left_jaw_link/0"].color,
         "table": nodes["/base_link/table"].color,
-        "tool": NEAREST if nodes["/tool_link/point"].visible else None,
+        "tool": NEAREST if nodes["/tool/point"].visible else None,
         "reader": NEAREST if nodes["/base_link/zone_0/solid"].opacity > 0.5 else None,
     }
 
@@ -188,7 +188,7 @@ def colors(page: Page) -> dict[str, object]:
 @pytest.mark.parametrize(
     ("joints", "expected"),
     [
-        ((-3.04, 0.337, 2.62, 3.0), {"gripper_base", "link_1"}),
+        ((-3.04, 0.337, 2.62, 3.0), {"grp_base_link", "link_1"}),
         ((1.0, 0.0, 0.3, 0.0), {"jaws", "table"}),
         ((-0.8, 0.1, 0.0, 0.0), {"jaws", "reader"}),
         ((0.0, 0.2, 0.0, 0.0), {"jaws", "table"}),

@@ -77,7 +77,7 @@ def listening(port: int) -> Iterator[int]:
 
 
 def tool(page: Page) -> tuple[Any, float]:
-    frame = page.frames()["tool_link"]
+    frame = page.frames()["tool"]
     w, x, y, z = frame.wxyz
     assert (x, y) == pytest.approx((0.0, 0.0), abs=1e-9)
     return frame.position, 2.0 * math.atan2(z, w)
@@ -213,7 +213,7 @@ def test_a_request_for_a_public_address_is_refused(
         (
             '<parent link="world"/>',
             '<parent link="link_1"/>',
-            "joint base has no parent in the tree",
+            "joint base_joint has no parent in the tree",
         ),
         ('<axis xyz="0 0 1"/>', "", "joint j1 has no <axis>"),
     ],
@@ -287,7 +287,7 @@ def test_the_page_shows_the_arm_with_its_own_values() -> None:
         page.show({"j1": 0.0, "j2": 0.1, "j3": 0.0, "j4": 0.0})
         assert {joint.name: joint.lower for joint in page.tree.free}["j1"] == -2.0
         assert page.frames()["link_4"].position[2] == pytest.approx(0.25)
-        place = page.tree.place(page.positions)["tool_link"].translation()
-        assert place == pytest.approx(page.frames()["tool_link"].position)
+        place = page.tree.place(page.positions)["tool"].translation()
+        assert place == pytest.approx(page.frames()["tool"].position)
     finally:
         page.close()

@@ -136,7 +136,7 @@ def _gripper() -> Link:
     )
     servo = box((-0.02, 0.0277, -0.06), (0.02, 0.0371, -0.02))
     parts = (*_printed(*body), *_solid(STEEL, *rails), *_solid(SERVO, servo))
-    return Link("gripper_base", {"body": parts})
+    return Link("grp_base_link", {"body": parts})
 
 
 def _jaw(name: str, side: float, rack_at: float) -> Link:

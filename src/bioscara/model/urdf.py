@@ -51,7 +51,7 @@ def urdf_of(parameters: ArmParameters) -> str:
     shape, jaws = parameters.geometry, parameters.gripper
     _set_origin(joints["j1"], 0.0, 0.0, shape.height)
     _set_origin(joints["tool"], shape.tool_y, -shape.tool_x, shape.tool_z)
-    for name, share in (("gripper", 1.0), ("left_jaw", 0.5), ("right_jaw", -0.5)):
+    for name, share in (("gripper", 1.0), ("gripper_l_mimic", 0.5), ("gripper_r_mimic", -0.5)):
         lower, upper = sorted((share * jaws.lower, share * jaws.upper))
         limit = next(joints[name].iter("limit"))
         _set(limit, lower=lower, upper=upper, velocity=abs(share) * jaws.max_velocity)

@@ -30,10 +30,10 @@ from bioscara.viewer.zones import NEAREST, Mark, add_scene, color_mark
 LOOPBACK = "127.0.0.1"
 """The only address that the page is served on, as the page has no authentication."""
 _PACKAGE = "package://bioscara_description/"
-_BASE, _TOOL = "base_link", "tool_link"
+_BASE, _TOOL = "base_link", "tool"
 """Links whose frames are the frame of the scene and the pose of the tool."""
-_LINKS = {"gripper": ("gripper_base",), "jaws": ("left_jaw_link", "right_jaw_link"),
-          "load": ("gripper_base",)}  # fmt: skip
+_LINKS = {"gripper": ("grp_base_link",), "jaws": ("left_jaw_link", "right_jaw_link"),
+          "load": ("grp_base_link",)}  # fmt: skip
 """Links of the description that a body of the collision check is displayed by, where the names
 differ."""
 _AXES = 0.08

@@ -64,8 +64,8 @@ def test_the_tool_is_where_the_joints_and_the_transforms_put_it(made: Made) -> N
         place = poses[time].position
         assert (place.x, place.y, place.z) == pytest.approx(pose[:3], abs=1e-7)
         placed = _placed([*fixed[0].transforms, *message.transforms])
-        assert placed["tool_link"][:3, 3] == pytest.approx(pose[:3], abs=2e-7)
-        assert placed["tool_link"][:3, 0] == pytest.approx(
+        assert placed["tool"][:3, 3] == pytest.approx(pose[:3], abs=2e-7)
+        assert placed["tool"][:3, 0] == pytest.approx(
             [math.cos(pose.yaw), math.sin(pose.yaw), 0.0], abs=2e-7
         )
 

@@ -1,0 +1,76 @@
+"""Show the arm, with a slider for each joint."""
+
+from __future__ import annotations
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.conditions import IfCondition, UnlessCondition
+from launch.substitutions import (
+    Command,
+    FindExecutable,
+    LaunchConfiguration,
+    PathJoinSubstitution,
+)
+from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
+from launch_ros.substitutions import FindPackageShare
+
+PACKAGE = "bioscara_arm_description"
+ARGUMENTS = [
+    DeclareLaunchArgument(
+        "prefix", default_value="", description="Prefix of links, joints and components."
+    ),
+    DeclareLaunchArgument(
+        "arm_macro", default_value="bioscara_arm.xacro", description="File of the macro of the arm."
+    ),
+    DeclareLaunchArgument(
+        "use_mock_hardware",
+        default_value="false",
+        description="Write the plugin of a simulated component.",
+    ),
+]
+"""Those of urdf/scene.xacro."""
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the arguments, the programs that publish frames, and RViz."""
+    package = FindPackageShare(PACKAGE)
+    gui = LaunchConfiguration("gui")
+    words = [
+        part
+        for argument in ARGUMENTS
+        for part in (f' {argument.name}:="', LaunchConfiguration(argument.name), '"')
+    ]
+    scene = PathJoinSubstitution([package, "urdf", "scene.xacro"])
+    description = Command([FindExecutable(name="xacro"), ' "', scene, '"', *words])
+    return LaunchDescription(
+        [
+            *ARGUMENTS,
+            DeclareLaunchArgument(
+                "gui", default_value="true", description="Start RViz and sliders for the joints."
+            ),
+            Node(
+                package="robot_state_publisher",
+                executable="robot_state_publisher",
+                parameters=[{"robot_description": ParameterValue(description, value_type=str)}],
+                output="both",
+            ),
+            Node(
+                package="joint_state_publisher_gui",
+                executable="joint_state_publisher_gui",
+                condition=IfCondition(gui),
+            ),
+            Node(
+                package="rviz2",
+                executable="rviz2",
+                arguments=["-d", PathJoinSubstitution([package, "rviz", "display.rviz"])],
+                output="log",
+                condition=IfCondition(gui),
+            ),
+            Node(
+                package="joint_state_publisher",
+                executable="joint_state_publisher",
+                condition=UnlessCondition(gui),
+            ),
+        ]
+    )

@@ -1,0 +1,21 @@
+"""Edit a copy of this configuration in MoveIt's assistant."""
+
+from __future__ import annotations
+
+from launch import LaunchDescription
+from moveit_configs_utils import MoveItConfigsBuilder
+from moveit_configs_utils.launches import generate_setup_assistant_launch
+
+PACKAGE = "bioscara_arm_gripper_128_moveit_config"
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the program, with the arguments that MoveIt gives it."""
+    config = (
+        MoveItConfigsBuilder("scene", package_name=PACKAGE)
+        .robot_description(
+            mappings={"gripper_description_package": "bioscara_gripper_descriptions"}
+        )
+        .to_moveit_configs()
+    )
+    return generate_setup_assistant_launch(config)

@@ -1,0 +1,98 @@
+"""Start the gripper alone."""
+
+from __future__ import annotations
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import (
+    Command,
+    FindExecutable,
+    LaunchConfiguration,
+    PathJoinSubstitution,
+)
+from launch_ros.substitutions import FindPackageShare
+
+PACKAGE = "bioscara_gripper_bringup"
+ARGUMENTS = [
+    DeclareLaunchArgument(
+        "controllers_file",
+        default_value="bioscara_gripper_controllers.yaml",
+        description="Parameters of the controllers: a file in config/, or a path.",
+    ),
+    DeclareLaunchArgument(
+        "controller_manager_file",
+        default_value="bioscara_gripper_controller_manager.yaml",
+        description="Parameters of the controller manager: a file in config/, or a path.",
+    ),
+    DeclareLaunchArgument(
+        "gripper_description_package",
+        default_value="bioscara_gripper_descriptions",
+        description="Package with the description, as urdf/scene.xacro.",
+    ),
+    DeclareLaunchArgument(
+        "gripper_macro",
+        default_value="bioscara_gripper_128.xacro",
+        description="File of the macro that scene.xacro calls.",
+    ),
+    DeclareLaunchArgument(
+        "prefix", default_value="", description="Prefix of links, joints and components."
+    ),
+    DeclareLaunchArgument(
+        "use_mock_hardware",
+        default_value="false",
+        description="Drive the simulated arm instead of that on /dev/i2c-1.",
+    ),
+    DeclareLaunchArgument(
+        "robot_controller",
+        default_value="gripper_controller",
+        description="Controller to load.",
+    ),
+    DeclareLaunchArgument("gui", default_value="true", description="Start RViz."),
+]
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the arguments, and the shared bringup with their values."""
+    package = FindPackageShare(LaunchConfiguration("gripper_description_package"))
+    description = Command(
+        [
+            FindExecutable(name="xacro"),
+            ' "',
+            PathJoinSubstitution([package, "urdf", "scene.xacro"]),
+            '" gripper_macro:="',
+            LaunchConfiguration("gripper_macro"),
+            '" prefix:="',
+            LaunchConfiguration("prefix"),
+            '" use_mock_hardware:="',
+            LaunchConfiguration("use_mock_hardware"),
+            '"',
+        ]
+    )
+    config = PathJoinSubstitution([FindPackageShare(PACKAGE), "config"])
+    bringup = PathJoinSubstitution(
+        [FindPackageShare("bioscara_ros"), "launch", "bringup.launch.py"]
+    )
+    return LaunchDescription(
+        [
+            *ARGUMENTS,
+            IncludeLaunchDescription(
+                PythonLaunchDescriptionSource(bringup),
+                launch_arguments={
+                    "robot_description": description,
+                    "controller_manager_file": PathJoinSubstitution(
+                        [config, LaunchConfiguration("controller_manager_file")]
+                    ),
+                    "controllers_files": PathJoinSubstitution(
+                        [config, LaunchConfiguration("controllers_file")]
+                    ),
+                    "controllers": LaunchConfiguration("robot_controller"),
+                    "prefix": LaunchConfiguration("prefix"),
+                    "use_mock_hardware": LaunchConfiguration("use_mock_hardware"),
+                    "rviz": LaunchConfiguration("gui"),
+                    "rviz_config": PathJoinSubstitution([package, "rviz", "display.rviz"]),
+                    "rqt": "false",
+                }.items(),
+            ),
+        ]
+    )

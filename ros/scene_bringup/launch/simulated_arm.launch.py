@@ -1,0 +1,30 @@
+"""Start the simulated arm with its gripper, in this computer and without hardware."""
+
+from __future__ import annotations
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+from launch.launch_description_sources import PythonLaunchDescriptionSource
+from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
+from launch_ros.substitutions import FindPackageShare
+
+
+def generate_launch_description() -> LaunchDescription:
+    """Return the arguments, and the launch file of the arm with its gripper."""
+    scene = PathJoinSubstitution(
+        [FindPackageShare("scene_bringup"), "launch", "bioscara_arm_gripper128.launch.py"]
+    )
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                "gui", default_value="true", description="Start RViz and sliders."
+            ),
+            IncludeLaunchDescription(
+                PythonLaunchDescriptionSource(scene),
+                launch_arguments={
+                    "use_mock_hardware": "true",
+                    "gui": LaunchConfiguration("gui"),
+                }.items(),
+            ),
+        ]
+    )

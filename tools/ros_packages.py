@@ -1,0 +1,327 @@
+"""Generate the parts of the ROS 2 packages in ``ros/`` that follow from the model.
+
+``make generate`` writes the files, ``make fresh`` compares them: the macros of arm and gripper with
+their parameter files and meshes, MoveIt's SRDF and joint limits, and the installed copy of an
+example. The macros are those of the description that ``tools/description.py`` writes, with a prefix
+before each name and with the values of their parameter file.
+"""
+
+from __future__ import annotations
+
+import argparse
+import copy
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from xml.etree import ElementTree as ET
+
+from bioscara.errors import ConfigurationError
+from bioscara.model import ArmParameters, load_parameters
+from bioscara.model.loading import EXISTING_ARMS
+from bioscara.model.tags import (
+    ARM_COMPONENT,
+    GRIPPER_COMPONENT,
+    GRIPPER_TAGS,
+    HOMING_TAGS,
+    JOINT_TAGS,
+)
+from bioscara.model.urdf import DESCRIPTION, SRDF, URDF
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ROOT / "ros"
+"""Folder of the packages."""
+EXAMPLE = ROOT / "examples/ros2/publisher_joint_trajectory_controller.py"
+"""Example that a package installs as a program."""
+_ARM, _GRIPPER = "bioscara_arm_description", "bioscara_gripper_descriptions"
+_MOVEIT = "bioscara_arm_gripper_128_moveit_config"
+_MESHES = "package://bioscara_description/"
+_GENERATED = "Generated from the model: see tools/ros_packages.py, then make generate."
+_EFFORT = (
+    "${{round(0.19 * sqrt(2) * 1.48 * (ceil(0.01 * {0}.drive_current * 31) + 1) / 32 "
+    "* fabs({0}.reduction), 1)}}"
+)
+"""Torque or force at which the motor slips, as in ``body.xacro``."""
+_GRIPPER_ACCELERATION = 1.0
+"""Acceleration of the gripper's width in MoveIt; its servo has none to set [m/s^2]."""
+
+_MACRO = """<?xml version="1.0"?>
+<!-- {generated} -->
+<robot xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <!-- Read now: later, paths begin at the file that calls the macro. -->
+  <xacro:property name="{config}" lazy_eval="false"
+                  value="${{xacro.load_yaml('../config/{config}.yaml')}}"/>
+
+  <!-- {subject}
+       parent: link that carries it, at the block origin.  prefix: before each name.
+       use_mock_hardware: for a ros2_control that is to simulate the joints itself. -->
+  <xacro:macro name="{name}" params="parent prefix:='' use_mock_hardware:=false *origin">
+{body}
+  </xacro:macro>
+</robot>
+"""
+
+
+def files(parameters: ArmParameters) -> dict[str, bytes]:
+    """Return the content of every generated file, by its path below ``ros/``.
+
+    Args:
+        parameters: Those that the description was generated from.
+    """
+    root = _parsed(URDF)
+    tips = [joint.find("child") for joint in root.iterfind("joint[@name='flange_joint']")]
+    flange = next(tip.attrib["link"] for tip in tips if tip is not None)
+    of_arm, of_gripper = _split(root, flange)
+    arm = _macro(
+        of_arm, ARM_COMPONENT, "load_arm", "bioscara_arm_parameters", _ARM,
+        "The arm, from its base to the flange.",
+    )  # fmt: skip
+    gripper = _macro(
+        of_gripper, GRIPPER_COMPONENT, "load_gripper", "bioscara_gripper_128_parameters", _GRIPPER,
+        "The gripper, from its mount to the point between its finger tips.",
+    )  # fmt: skip
+    out = {
+        f"{_ARM}/urdf/bioscara_arm.xacro": arm,
+        f"{_ARM}/config/bioscara_arm_parameters.yaml": _arm_parameters(parameters),
+        f"{_GRIPPER}/urdf/bioscara_gripper_128.xacro": gripper,
+        f"{_GRIPPER}/config/bioscara_gripper_128_parameters.yaml": _gripper_parameters(parameters),
+        f"{_MOVEIT}/config/scene.srdf": _srdf(),
+        f"{_MOVEIT}/config/joint_limits.yaml": _joint_limits(parameters),
+        f"bioscara_arm_bringup/scripts/{EXAMPLE.stem}": EXAMPLE.read_text(),
+    }
+    binary = {name: text.encode() for name, text in out.items()}
+    for package, elements in ((_ARM, of_arm), (_GRIPPER, of_gripper)):
+        for element in elements:
+            for mesh in element.iter("mesh"):
+                path = mesh.attrib["filename"].removeprefix(_MESHES)
+                binary[f"{package}/{path}"] = (DESCRIPTION / path).read_bytes()
+    return binary
+
+
+def _split(root: ET.Element, flange: str) -> tuple[list[ET.Element], list[ET.Element]]:
+    """Return the elements of the arm, to its flange, and those of the gripper behind it."""
+    arm: list[ET.Element] = []
+    gripper: list[ET.Element] = []
+    behind = {flange}
+    parts = [part for part in root if part.tag in {"joint", "ros2_control"}]
+    links = {part.attrib["name"]: part for part in root.iter("link")}
+    for part in parts:
+        if part.tag == "ros2_control":
+            (arm if part.attrib["name"] == ARM_COMPONENT else gripper).append(part)
+            continue
+        child = _end(part, "child")
+        if _end(part, "parent") in behind:
+            behind.add(child)
+            gripper += [part, links[child]]
+        else:
+            arm += [part, links[child]]
+    return arm, gripper
+
+
+def _end(joint: ET.Element, end: str) -> str:
+    """Return the link at an end of a joint, parent or child."""
+    return next(joint.iter(end)).attrib["link"]
+
+
+def _macro(
+    elements: Iterable[ET.Element],
+    component: str,
+    name: str,
+    config: str,
+    package: str,
+    subject: str,
+) -> str:
+    """Return the file of a macro that has these elements of the description."""
+    copies = [copy.deepcopy(element) for element in elements]
+    mount = copies[0]
+    next(mount.iter("parent")).attrib["link"] = "${parent}"
+    mount.remove(next(mount.iter("origin")))
+    ET.SubElement(mount, "xacro:insert_block", name="origin")
+    for element in copies:
+        _use_parameters(element, component, config)
+        _use_prefix(element)
+        for mesh in element.iter("mesh"):
+            mesh.set("filename", mesh.attrib["filename"].replace(_MESHES, f"package://{package}/"))
+    holder = ET.Element("holder")
+    holder.extend(copies)
+    ET.indent(holder, level=1)
+    lines = ET.tostring(holder, encoding="unicode").splitlines()[1:-1]
+    return _MACRO.format(
+        generated=_GENERATED, name=name, config=config, subject=subject, body="\n".join(lines)
+    )
+
+
+def _use_prefix(element: ET.Element) -> None:
+    """Put the prefix before the names of links, joints, materials and components."""
+    for part in element.iter():
+        if part.tag in {"link", "joint", "material", "ros2_control"}:
+            part.set("name", "${prefix}" + part.attrib["name"])
+        elif part.tag in {"parent", "child"} and part.attrib["link"] != "${parent}":
+            part.set("link", "${prefix}" + part.attrib["link"])
+        elif part.tag == "mimic":
+            part.set("joint", "${prefix}" + part.attrib["joint"])
+
+
+def _use_parameters(element: ET.Element, component: str, config: str) -> None:
+    """Put expressions of the parameter file in the place of its values."""
+    name = element.attrib["name"]
+    limit = element.find("limit")
+    if element.tag == "ros2_control":
+        _choose_plugin(next(element.iter("hardware")))
+        for joint in element.iter("joint"):
+            for param in joint.iter("param"):
+                tag = param.attrib["name"]
+                group, _, inner = tag.partition("_")
+                path = f"homing.{inner}" if group == "homing" else tag
+                param.text = f"${{{config}.{joint.attrib['name']}.{path}}}"
+        return
+    if limit is None:
+        return
+    mimic = element.find("mimic")
+    values = f"{config}.{name}"
+    if mimic is None:
+        limit.attrib |= {
+            "lower": f"${{{values}.min}}",
+            "upper": f"${{{values}.max}}",
+            "velocity": f"${{{values}.max_velocity}}",
+        }
+        if component == ARM_COMPONENT:
+            limit.set("effort", _EFFORT.format(values))
+        return
+    values, share = f"{config}.{mimic.attrib['joint']}", float(mimic.attrib["multiplier"])
+    ends = ("min", "max") if share > 0.0 else ("max", "min")
+    limit.attrib |= {
+        "lower": f"${{{share} * {values}.{ends[0]}}}",
+        "upper": f"${{{share} * {values}.{ends[1]}}}",
+        "velocity": f"${{{abs(share)} * {values}.max_velocity}}",
+    }
+
+
+def _choose_plugin(hardware: ET.Element) -> None:
+    plugin = next(hardware.iter("plugin"))
+    hardware.clear()
+    for tag, text in (
+        ("xacro:if", "mock_components/GenericSystem"),
+        ("xacro:unless", plugin.text),
+    ):
+        choice = ET.SubElement(hardware, tag, value="${use_mock_hardware}")
+        ET.SubElement(choice, "plugin").text = text
+
+
+def _arm_parameters(parameters: ArmParameters) -> str:
+    """Return the parameter file of the arm, with the names of the existing arms' file."""
+    lines = [
+        f"# {_GENERATED}",
+        "# rad, m, s; reduction: motor rad per rad or m; currents in percent of the full scale.",
+    ]
+    for joint in parameters.joints:
+        lines.append(f"{joint.name}:")
+        lines += _values(joint, JOINT_TAGS, "  ")
+        lines.append("  homing:")
+        names = {field: tag.removeprefix("homing_") for field, tag in HOMING_TAGS.items()}
+        lines += _values(joint.homing, names, "    ")
+    return "\n".join([*lines, ""])
+
+
+def _gripper_parameters(parameters: ArmParameters) -> str:
+    lines = [f"# {_GENERATED}", "# m, m/s; reduction: degrees of the servo per m.", "gripper:"]
+    lines += _values(parameters.gripper, {**GRIPPER_TAGS, "max_velocity": "max_velocity"}, "  ")
+    return "\n".join([*lines, ""])
+
+
+def _values(group: object, tags: Mapping[str, str], indent: str) -> list[str]:
+    """Return a line for each value of a group, by the tags of its fields."""
+    lines = []
+    for field, tag in tags.items():
+        value = getattr(group, field)
+        lines.append(
+            f"{indent}{tag}: " + (f"'{value:#04x}'" if field == "address" else repr(value))
+        )
+    return lines
+
+
+def _srdf() -> str:
+    """Return the model's SRDF as that of the scene."""
+    root = _parsed(SRDF)
+    root.set("name", "scene")
+    body = ET.tostring(root, encoding="unicode")
+    return f'<?xml version="1.0"?>\n<!-- {_GENERATED} -->\n{body}\n'
+
+
+def _joint_limits(parameters: ArmParameters) -> str:
+    """Return MoveIt's limits: those of the parameters."""
+    lines = [
+        f"# {_GENERATED}",
+        "default_velocity_scaling_factor: 0.1",
+        "default_acceleration_scaling_factor: 0.1",
+        "joint_limits:",
+    ]
+    limits = [
+        (joint.name, joint.max_velocity, joint.max_acceleration) for joint in parameters.joints
+    ]
+    limits.append(("gripper", parameters.gripper.max_velocity, _GRIPPER_ACCELERATION))
+    for name, velocity, acceleration in limits:
+        lines += [
+            f"  {name}:",
+            "    has_velocity_limits: true",
+            f"    max_velocity: {velocity!r}",
+            "    has_acceleration_limits: true",
+            f"    max_acceleration: {acceleration!r}",
+        ]
+    return "\n".join([*lines, ""])
+
+
+def _parsed(path: Path) -> ET.Element:
+    return ET.parse(path).getroot()  # noqa: S314  comes with the package
+
+
+def write(folder: Path, *, check: bool = False) -> list[str]:
+    """Bring every generated file up to date.
+
+    Args:
+        folder: The packages.
+        check: Whether to write nothing.
+
+    Returns:
+        Names of the files that were outdated, or that are no longer generated.
+    """
+    wanted = files(load_parameters(EXISTING_ARMS))
+    stale = []
+    for name, content in wanted.items():
+        path = folder / name
+        if path.is_file() and path.read_bytes() == content:
+            continue
+        stale.append(name)
+        if not check:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(content)
+            if path.parent.name == "scripts":
+                path.chmod(0o755)
+    for path in sorted(folder.glob("*/meshes/*/*")):
+        name = path.relative_to(folder).as_posix()
+        if name not in wanted:
+            stale.append(name)
+            if not check:
+                path.unlink()
+    return stale
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write or check the generated files; return the exit status."""
+    parser = argparse.ArgumentParser(description="Generate the ROS 2 packages from the model.")
+    parser.add_argument("--check", action="store_true", help="write nothing, fail when stale")
+    options = parser.parse_args(arguments)
+    try:
+        stale = write(PACKAGES, check=options.check)
+    except ConfigurationError as error:
+        sys.stderr.write(f"{error}\n")
+        return 2
+    if stale and options.check:
+        sys.stderr.write(f"ros/: {', '.join(stale)}: stale; run make generate\n")
+        return 1
+    for name in stale:
+        sys.stdout.write(f"wrote ros/{name}\n")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
