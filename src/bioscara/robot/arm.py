@@ -19,7 +19,7 @@ from bioscara.kinematics import Joints
 from bioscara.robot.connection.arm_session import ArmSession
 from bioscara.robot.connection.pacing import PacedClock
 from bioscara.robot.connection.stack import Stack
-from bioscara.robot.operations.arbiter import Arbiter, Claim
+from bioscara.robot.operations.arbiter import Arbiter, Claim, Device
 from bioscara.robot.operations.operation import Operation
 from bioscara.robot.workspace.jaw_widths import JawWidths
 from bioscara.robot.workspace.workspace import Workspace
@@ -332,9 +332,14 @@ class Arm:
             if operation.stop_unseen:
                 operation.step()
 
-    def restart_loop(self) -> None:
-        """Begin the cycles anew after a time without them, unless another operation needs them."""
-        if len(self._operations) <= 1:
+    def restart_loop(self, operation: Operation[Any]) -> None:
+        """Begin the cycles anew after a time without them, unless the arm moves meanwhile.
+
+        Args:
+            operation: What took that time; another operation may move the arm.
+        """
+        others = [each for each in self._operations if each is not operation]
+        if not any(Device.ARM in other.devices for other in others):
             self.stack.loop.restart()
 
     def require_outside(self, name: str) -> None:

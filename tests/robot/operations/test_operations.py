@@ -587,6 +587,16 @@ def test_ctrl_c_while_another_thread_moves_the_arm_stops_it(
         way.goes_on()
 
 
+def test_joints_may_be_disabled_and_enabled_while_the_jaws_move(way: Way) -> None:
+    for switch, width in ((way.robot.disable, 0.11), (way.robot.enable, 0.05)):
+        moving = threading.Event()
+        jaws = way.robot.gripper.move(width, wait=False, on_cycle=lambda _, at=moving: at.set())
+        assert moving.wait(LONG)
+        switch()
+        assert jaws.result(LONG).reached_goal
+        assert way.robot.faults == ()
+
+
 def test_a_motion_ends_if_no_cycle_can_run_any_more(
     arm: SimulatedArm, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

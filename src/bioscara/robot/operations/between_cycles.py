@@ -35,6 +35,6 @@ class BetweenCycles(Operation[T]):
         result = self._work(arm)
         if self.devices:
             # It may have taken longer than a cycle.
-            arm.restart_loop()
+            arm.restart_loop(self)
         return result
         yield

@@ -40,7 +40,7 @@ class MotionExecution:
         self._stack, self._clock = arm.stack, arm.session.clock
         self._deadline = self._clock.now() + operation.timeout
         self.elapsed = 0.0
-        arm.restart_loop()
+        arm.restart_loop(operation)
 
     def follow(self, message: PreparedGoal, phase: Phase, until_start: float = 0.0) -> Cycles[None]:
         """Follow a checked trajectory that starts at the arm's position; hold its end for a while.
@@ -194,5 +194,5 @@ def ready(arm: Arm, operation: Operation[Any]) -> Cycles[None]:
     operation.claim.require_not_stopped()
     arm.session.enable()
     arm.stack.use_workspace(arm.workspace)
-    arm.restart_loop()
+    arm.restart_loop(operation)
     yield None

@@ -33,9 +33,9 @@ class Acknowledge(Operation[tuple[ArmFault, ...]]):
     def cycles(self, arm: Arm) -> Cycles[tuple[ArmFault, ...]]:
         """Run cycles until the arm is at rest; return the faults."""
         stack = arm.stack
-        arm.restart_loop()
+        arm.restart_loop(self)
         yield None
-        arm.restart_loop()
+        arm.restart_loop(self)
         while stack.supervisor.state is FaultState.STOPPING:
             yield None
         try:
@@ -55,10 +55,10 @@ class Recover(Operation[None]):
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Clear the faults after a cycle: one that occurred since the last must not go unseen."""
         stack = arm.stack
-        arm.restart_loop()
+        arm.restart_loop(self)
         yield None
         now = arm.session.clock.now()
         stack.supervisor.recover(now)
         stack.broadcast(now)
         # Recovery takes longer than a cycle.
-        arm.restart_loop()
+        arm.restart_loop(self)

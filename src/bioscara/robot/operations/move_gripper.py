@@ -105,11 +105,11 @@ class MoveGripper(Operation[GripperResult]):
 
     def _ready(self, arm: Arm) -> Cycles[FollowTrajectory | None]:
         """Drive the servo and check the travel; return the motion that the arm is making."""
-        yield from drive(arm)
+        yield from drive(arm, self)
         arm.stack.gripper.check(GripperGoal((self._width,)))
         if _arm_motion(arm, self) is None:
             # The arm may have been pushed since the last cycle.
-            arm.restart_loop()
+            arm.restart_loop(self)
             yield None
         motion = _arm_motion(arm, self)
         if motion is None:
@@ -119,7 +119,7 @@ class MoveGripper(Operation[GripperResult]):
             arm.session.gripper.keep(self._width)
         elif motion is not self._arm_motion:
             raise motion.claim.refuse(self.name)
-        arm.restart_loop()
+        arm.restart_loop(self)
         return motion
 
     def _pursue(self, arm: Arm) -> Cycles[GripperGoalHandle]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from bioscara.hardware import LifecycleState
 from bioscara.robot.arm import Arm
 from bioscara.robot.connection.stack import GRIPPER as GRIPPER_CONTROLLER
@@ -32,7 +34,7 @@ class Disable(Operation[None]):
         """Disable the joints, without a control cycle."""
         arm.session.disable()
         # Disabling takes longer than a cycle.
-        arm.restart_loop()
+        arm.restart_loop(self)
         yield from ()
 
 
@@ -47,7 +49,7 @@ class EnableGripper(Operation[None]):
     def cycles(self, arm: Arm) -> Cycles[None]:
         """Drive the servo."""
         self.claim.require_not_stopped()
-        yield from drive(arm)
+        yield from drive(arm, self)
 
 
 class DisableGripper(Operation[None]):
@@ -67,7 +69,7 @@ class DisableGripper(Operation[None]):
         yield from ()
 
 
-def drive(arm: Arm) -> Cycles[None]:
+def drive(arm: Arm, operation: Operation[Any]) -> Cycles[None]:
     """Drive the servo of the gripper, unless it is driven.
 
     Raises:
@@ -79,6 +81,6 @@ def drive(arm: Arm) -> Cycles[None]:
     if gripper.state is not LifecycleState.ACTIVE:
         gripper.set_state(LifecycleState.ACTIVE)
     if stack.gripper.state is not LifecycleState.ACTIVE:
-        arm.restart_loop()
+        arm.restart_loop(operation)
         yield None
         stack.manager.switch(arm.session.clock.now(), (GRIPPER_CONTROLLER,))
