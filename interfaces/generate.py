@@ -39,6 +39,7 @@ COMPILE = ("-fPIC", "-O1", "-g0", "-w", "-DNDEBUG", "-DROS_PACKAGE_NAME=bioscara
 # Found beside the library itself, then in the environment's lib folder, from where the wheel puts
 # it. The old kind of path, searched before LD_LIBRARY_PATH: no library of another ROS is taken.
 RPATH = "-Wl,--disable-new-dtags,-rpath,$ORIGIN:$ORIGIN/../../../.."
+WHOLE = "-Wl,-z,defs"  # refuse a library that needs what no other one has
 LIBRARIES = (
     "rosidl_typesupport_fastrtps_cpp",
     "rosidl_typesupport_fastrtps_c",
@@ -313,9 +314,9 @@ def _compile(package: str, work: Path, target: Path, sources: dict[str, list[Pat
         )
         return compiled
 
-    def link(name: str, objects: list[Path], libraries: list[str]) -> None:
+    def link(name: str, objects: list[Path], libraries: list[str], *flags: str) -> None:
         run(
-            "g++", "-shared", *objects, "-o", target / name, f"-Wl,-soname,{name}", RPATH,
+            "g++", "-shared", *flags, *objects, "-o", target / name, f"-Wl,-soname,{name}", RPATH,
             f"-L{target}", f"-L{prefix / 'lib'}",
             "-Wl,--no-as-needed", *(f"-l{library}" for library in libraries),
             "-Wl,--as-needed", *(f"-l{library}" for library in (*used, *LIBRARIES)),
@@ -329,14 +330,14 @@ def _compile(package: str, work: Path, target: Path, sources: dict[str, list[Pat
     used = [
         f"{path.name}__{kind}"
         for path in (prefix / "share").iterdir()
-        for kind in KINDS
+        for kind in (*KINDS, "rosidl_typesupport_c")
         if (prefix / "lib" / f"lib{path.name}__{kind}.so").exists()
     ]
-    link(f"lib{own}.so", [*described, generator, dispatch], [])
+    link(f"lib{own}.so", [*described, generator, dispatch], [], WHOLE)
     supports = []
     for kind in ("fastrtps", "introspection"):
         supports.append(f"{package}__rosidl_typesupport_{kind}_c")
-        link(f"lib{supports[-1]}.so", [object_of(kind, sources[kind])], [own])
+        link(f"lib{supports[-1]}.so", [object_of(kind, sources[kind])], [own], WHOLE)
     # Linked to both type supports, which are opened by name later: then they are loaded already.
     suffix = sysconfig.get_config_var("EXT_SUFFIX")
     link(
