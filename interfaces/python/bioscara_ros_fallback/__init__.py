@@ -7,28 +7,33 @@ Those of a ROS installation, of a colcon workspace or of other wheels are thus a
 
 from __future__ import annotations
 
+import os
 import sys
-from importlib.machinery import ModuleSpec, PathFinder
-from pathlib import Path
 
-FOLDER = Path(__file__).parent
+FOLDER = os.path.dirname(os.path.abspath(__file__))
 
 
 class FallbackFinder:
     """Finds the packages of this folder, and nothing else."""
 
     @staticmethod
-    def find_spec(name: str, path: object = None, _target: object = None) -> ModuleSpec | None:
+    def find_spec(name: str, path: object = None, _target: object = None) -> object:
         """Find a package, as the import system asks.
 
         Args:
             name: Name of the module.
             path: None for a module that is in no package; others are not from here.
             _target: Not used.
+
+        Returns:
+            The specification of the module, or None.
         """
-        if path is not None or "." in name or not (FOLDER / name / "__init__.py").is_file():
+        file = os.path.join(FOLDER, name, "__init__.py")
+        if path is not None or "." in name or not os.path.isfile(file):
             return None
-        return PathFinder.find_spec(name, [str(FOLDER)])
+        from importlib.machinery import PathFinder  # each start of Python would pay for it
+
+        return PathFinder.find_spec(name, [FOLDER])
 
 
 if not any(isinstance(finder, FallbackFinder) for finder in sys.meta_path):
