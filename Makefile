@@ -11,6 +11,7 @@
 #   make docs            the documentation as a site, with the reference, into site/
 #   make laws            the laws over random moves, switches and faults, at their full number
 #   make mutants         remove each guard once and require a red test
+#   make ros2            an environment with ROS 2 from PyPI and our interface packages, in .venv-ros2
 #   make generate        what follows from the register table and the parameters
 #   make clean           remove the environment and what the tools left
 #
@@ -18,6 +19,7 @@
 
 PYTHON ?= python3
 VENV ?= .venv
+ROS2 ?= .venv-ros2
 BIN := $(VENV)/bin
 EMULATED := tests/firmware/test_emulat*.py
 PIP := $(BIN)/python -m pip --disable-pip-version-check
@@ -29,7 +31,7 @@ NATIVE := $(shell find firmware/sim firmware/joint/src -type f \
 MOVED := $(shell cd '$(VENV)' 2>/dev/null && [ -s .created ] && [ "$$(cat .created)" != "$$(pwd -P)" ] && echo moved)
 
 .PHONY: $(if $(MOVED),$(VENV)/.created)
-.PHONY: demo test check lint types layers fresh firmware firmware-check dist bench docs laws soak mutants generate clean
+.PHONY: demo test check lint types layers fresh firmware firmware-check dist bench docs laws soak mutants ros2 generate clean
 .DEFAULT_GOAL := demo
 
 $(VENV)/.created: Makefile
@@ -116,6 +118,21 @@ docs: $(VENV)/.docs
 	@NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --quiet
 	@echo "wrote site/index.html"
 
+# Apart from the others: the ROS wheels start each Python of their environment twice.
+INTERFACES := $(shell find interfaces -type f -not -path '*/__pycache__/*')
+ROS2_PIP := env -u LD_LIBRARY_PATH -u _ROS_WHEELS_BOOTSTRAP_COMPLETE $(ROS2)/bin/python -m pip --disable-pip-version-check
+
+$(ROS2)/.ros2: $(INTERFACES) pyproject.toml constraints.txt
+	@command -v g++ >/dev/null || { echo "no C++ compiler: on Debian and Ubuntu, apt install g++" >&2; exit 1; }
+	@$(PYTHON) -m venv $(ROS2)
+	@echo "installing ROS 2"
+	@$(ROS2_PIP) install --quiet -c constraints.txt hatchling -e '.[ros2]'
+	@echo "building the interface packages"
+	@$(ROS2_PIP) install --quiet --no-deps --no-build-isolation ./interfaces
+	@touch $@
+
+ros2: $(ROS2)/.ros2
+
 laws: $(VENV)/.dev firmware
 	@BIOSCARA_EXAMPLES=1000 BIOSCARA_VALUES_SHARE=1 BIOSCARA_EVERY_BIT=1 BIOSCARA_EVERY_JOINT=1 BIOSCARA_LATENCY_STEPS=3000 BIOSCARA_SWITCHES=100000 BIOSCARA_RANDOM_MOVES=10000 BIOSCARA_OWN_MOVES=10000 BIOSCARA_HOMING_STARTS=1000 BIOSCARA_FAULT_SEEDS=200 BIOSCARA_FUZZ_SEEDS=200 BIOSCARA_LOAD_SEEDS=200 BIOSCARA_INTERLEAVINGS=1000 $(BIN)/python -m pytest -o timeout=0 \
 	    tests/control/manager/test_manager_at_speed.py tests/planning/collision/test_zones.py tests/planning/motions/test_jog.py \
@@ -134,4 +151,4 @@ mutants: $(VENV)/.dev
 	@$(BIN)/python tests/mutants.py
 
 clean:
-	rm -rf $(VENV) build dist site firmware/build .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) $(ROS2) .cache build dist site firmware/build .mypy_cache .pytest_cache .ruff_cache .hypothesis .import_linter_cache

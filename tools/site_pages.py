@@ -24,6 +24,7 @@ ELSEWHERE = {
     "SECURITY.md": "security.md",
     "LICENSE": "LICENSE.txt",
     "firmware/joint/README.md": "firmware-inside.md",
+    "interfaces/README.md": "interfaces.md",
     "examples/first_move.py": "examples/first_move.py",
     "examples/move_plate.py": "examples/move_plate.py",
     "examples/bioscara.service": "examples/bioscara.service",
