@@ -65,7 +65,7 @@ def files(parameters: ArmParameters) -> dict[str, bytes]:
     """Return the content of every generated file, by its path below ``ros/``.
 
     Args:
-        parameters: Those that the description was generated from.
+        parameters: Parameters of the arm in the description.
     """
     root = _parsed(URDF)
     tips = [joint.find("child") for joint in root.iterfind("joint[@name='flange_joint']")]

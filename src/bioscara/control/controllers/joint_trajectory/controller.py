@@ -250,11 +250,8 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         upsampling = parameters.positions_upsampling
         if upsampling.enable:
             trajectory = timed(trajectory, upsampling.policy_frequency)
-        smooth = upsampling.enable
-        prepared = prepare(trajectory, parameters, smooth=smooth)
-        sampler.waiting = accept(
-            prepared, parameters, self._handles, self.limits, time, smooth=smooth
-        )
+        prepared = prepare(trajectory, parameters, smooth=upsampling.enable)
+        sampler.waiting = accept(prepared, parameters, self._handles, self.limits, time)
         if self._running is None:
             self._monitor.tolerances = self._defaults
 

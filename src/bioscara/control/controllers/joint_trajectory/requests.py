@@ -62,10 +62,12 @@ class PreparedTrajectory(NamedTuple):
     Attributes:
         trajectory: As sent.
         curve: Its curve; None if that depends on the positions of the arm.
+        smooth: Whether a smooth curve is drawn through points that have positions only.
     """
 
     trajectory: JointTrajectory
     curve: Curve | None
+    smooth: bool
 
 
 class PreparedGoal(NamedTuple):
@@ -88,7 +90,7 @@ def prepare(
     Args:
         trajectory: The sent trajectory, in plain floats.
         parameters: The controller's.
-        smooth: As of :func:`accept`.
+        smooth: Whether a smooth curve is drawn through points that have positions only.
 
     Raises:
         GoalRejectedError: It cannot be followed.
@@ -96,8 +98,9 @@ def prepare(
     check_form(trajectory, parameters)
     complete = len(trajectory.joint_names) == len(parameters.joints)
     if not complete or parameters.allow_integration_in_goal_trajectories:
-        return PreparedTrajectory(trajectory, None)
-    return PreparedTrajectory(trajectory, _curve(trajectory, parameters, (), smooth=smooth))
+        return PreparedTrajectory(trajectory, None, smooth)
+    curve = _curve(trajectory, parameters, (), smooth=smooth)
+    return PreparedTrajectory(trajectory, curve, smooth)
 
 
 def accept(
@@ -106,8 +109,6 @@ def accept(
     handles: Handles,
     limits: Mapping[str, JointParameters],
     time: float,
-    *,
-    smooth: bool = False,
 ) -> Request:
     """Return a trajectory that can be followed, ready for its first cycle.
 
@@ -117,7 +118,6 @@ def accept(
         handles: Its joints.
         limits: Of the joints that have some, by name.
         time: Now [s].
-        smooth: Whether a smooth curve is drawn through points that have positions only.
 
     Raises:
         GoalRejectedError: It cannot be followed.
@@ -125,7 +125,7 @@ def accept(
     trajectory, names = prepared.trajectory, prepared.trajectory.joint_names
     commanded, measured = handles.commanded(), handles.measured().positions
     check_stamp(trajectory, time)
-    curve = prepared.curve or _curve(trajectory, parameters, commanded, smooth=smooth)
+    curve = prepared.curve or _curve(trajectory, parameters, commanded, smooth=prepared.smooth)
     check_limits(curve.points, curve.within, parameters, limits, commanded, measured)
     missing = {index for index, name in enumerate(parameters.joints) if name not in names}
     return Request(curve.course, trajectory.stamp, frozenset(missing))
