@@ -43,6 +43,7 @@ def own_robot(
     seed: int = 2,
     parameters: ArmParameters = ARM,
     arm: SimulatedArm | None = None,
+    rate: int | None = None,
 ) -> Robot:
     """Return a robot with a gripper, on an arm that was used before or a new one near its stops."""
     arm = arm or simulated_bus(seed=seed).arm
@@ -58,6 +59,7 @@ def own_robot(
         gripper=gripper,
         servo=servo,
         evidence=evidence,
+        rate=rate,
     )
 
 

@@ -185,7 +185,8 @@ def soak(
         if time.monotonic() - shown > 10.0:
             shown = time.monotonic()
             speed = now / (shown - begin)
-            print(f"{now / 3600:.2f} h, {speed:.0f} times real time", flush=True)
+            size = memory[-1] / 2**20
+            print(f"{now / 3600:.2f} h, {speed:.0f} times real time, {size:.1f} MiB", flush=True)
         time.sleep(0.2)
     for program, _ in programs:
         program.kill()

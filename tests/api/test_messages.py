@@ -17,10 +17,17 @@ from hypothesis import strategies as st
 
 from bioscara.api import framing
 from bioscara.api import messages as m
+from bioscara.control.controllers.gripper_messages import GripperGoal
+from bioscara.control.controllers.joint_trajectory import (
+    Goal,
+    JointTrajectory,
+    Point,
+    Tolerance,
+)
 from bioscara.errors import ProtocolError
 from bioscara.kinematics import Joints, Pose
 from bioscara.model import ArmParameters, load_parameters
-from bioscara.planning import Motion, Waypoint
+from bioscara.planning import Motion, Sample, Waypoint
 from bioscara.planning.collision.arm_bodies import Body
 from bioscara.planning.collision.scene import Box, Cylinder
 from bioscara.planning.collision.shapes import Prism
@@ -44,6 +51,11 @@ TOOL = st.builds(Tool, NAME, POSE, st.just(0.1))
 # Without a limit it has an infinite speed, which JSON leaves out.
 LOAD = st.builds(Load, NAME, st.just(SHAPE), max_speed=st.sampled_from([None, 0.1]))
 WAYPOINT = st.builds(Waypoint, POSE, st.just(Motion.LIN))
+NUMBERS = st.lists(NUMBER, max_size=3).map(tuple)
+POINT = st.builds(Point, NUMBER, *[NUMBERS] * 4)
+NAMED = st.lists(NAME, max_size=3).map(tuple)
+TRAJECTORY = st.builds(JointTrajectory, NAMED, st.lists(POINT, max_size=2).map(tuple), NUMBER)
+TOLERANCES = st.lists(st.builds(Tolerance, NAME, *[NUMBER] * 3), max_size=2).map(tuple)
 QUALITY = st.sampled_from(get_type_hints(JointRecord)["quality"])
 VALUES: dict[Any, st.SearchStrategy[Any]] = {
     Pose: POSE,
@@ -63,6 +75,11 @@ VALUES: dict[Any, st.SearchStrategy[Any]] = {
         st.tuples(st.builds(Frame, NAME, POSE)),
     ),
     ArmParameters: st.just(ARM),
+    Point: POINT,
+    JointTrajectory: TRAJECTORY,
+    Goal: st.builds(Goal, TRAJECTORY, TOLERANCES, TOLERANCES, NUMBER, st.booleans()),
+    GripperGoal: st.builds(GripperGoal, *[NUMBERS] * 3),
+    Sample: st.builds(Sample, *[NUMBERS] * 3),
     CycleRecord: st.builds(
         CycleRecord,
         st.sampled_from(Phase),

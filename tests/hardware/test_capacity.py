@@ -15,6 +15,7 @@ from bioscara.errors import ModeSwitchError
 from bioscara.hardware import LifecycleState, Mode
 from bioscara.hardware.bus_budget import Capacity, highest_rate
 from bioscara.robot import Robot
+from bioscara.robot.connection.stack import HOLD
 from bioscara.sim import FirmwareBus, SimulatedArm
 from control.control_stack import NAMES, NEAR, PARAMETERS
 from control.control_stack import World as Stack
@@ -128,5 +129,5 @@ def test_a_stop_is_never_refused_for_the_bus() -> None:
         forward(robot, "one", "velocity", "j1")
         stack.use("one", now())
         stack.supervisor.stop(now())
-        assert stack.manager.controller("hold_controller").state is LifecycleState.ACTIVE
+        assert stack.manager.controller(HOLD).state is LifecycleState.ACTIVE
         assert stack.arm.state is LifecycleState.ACTIVE

@@ -152,6 +152,7 @@ def parameters(function: Any) -> list[tuple[str, Any, Any]]:
                 "begin",
                 "cycles",
                 "devices",
+                "forget",
                 "interrupt",
                 "observe",
                 "pausable",

@@ -45,8 +45,8 @@ class World:
             self.robot.detach()
         if own.faults:
             return f"a fault is latched: {own.faults[0]}"
-        # A short timeout ends a motion that has begun.
-        if refused and max(abs(a - b) for a, b in zip(before, now, strict=True)) > 1e-2:
+        # A short timeout ends a motion that has begun; the arm brakes in the time that this takes.
+        if refused and max(abs(a - b) for a, b in zip(before, now, strict=True)) > 2e-2:
             return f"the arm moved from {before} to {now}"
         return ""
 

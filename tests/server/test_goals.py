@@ -9,6 +9,7 @@ import pytest
 from bioscara import BioscaraError, InvalidArgumentError, Robot
 from bioscara.api import messages as m
 from bioscara.control.controllers.joint_trajectory import PreparedGoal
+from bioscara.control.faults.kinds import ArmFault
 from bioscara.remote.link import OwnerLink
 from bioscara.robot.operations.operation import Status
 from bioscara.server import goals
@@ -36,6 +37,25 @@ def test_old_goals_that_failed_keep_no_trajectories(monkeypatch: pytest.MonkeyPa
         gc.collect()
         # Of the last goal, which is kept.
         assert sum(isinstance(each, PreparedGoal) for each in gc.get_objects()) <= 1
+
+
+def test_the_faults_that_were_acknowledged_by_old_goals_are_dropped(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(goals, "TRAJECTORIES", 1)
+    with arm_served(at=HALF) as served, Robot.connect(f"arm:{NAME}") as robot:
+        bus = served.robot.arm.session.bus
+        assert isinstance(bus, FirmwareBus)
+        for _ in range(4):
+            robot.enable()
+            bus.arm.overheat("j3")
+            eventually(lambda: robot.faults)
+            bus.arm.overheat("j3", False)
+            robot.acknowledge()
+            robot.recover()
+        gc.collect()
+        # Of the last goal, of the owner, and of its last event.
+        assert sum(isinstance(each, ArmFault) for each in gc.get_objects()) <= 2
 
 
 def test_the_trajectories_of_the_latest_goals_are_kept_and_the_results_of_more(

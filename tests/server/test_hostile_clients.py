@@ -23,6 +23,7 @@ from bioscara.api.runtime import find
 from bioscara.errors import (
     AccessError,
     BusyOwnerError,
+    ConfigurationError,
     InvalidArgumentError,
     LeaseError,
     ProtocolError,
@@ -175,9 +176,10 @@ def test_nested_bombs_are_refused(depth: int) -> None:
         nested: dict[str, object] = {}
         for _ in range(min(depth, 400)):
             nested = {"a": nested}
-        task = m.LoadController("x", "forward_command_controller/ForwardCommandController", nested)
-        goal = client.request(m.Start(task=task), epoch).goal.goal
-        eventually(lambda: client.request(m.GetGoal(goal)).goal.done)
+        kind = "forward_command_controller/ForwardCommandController"
+        command = m.LoadController(name="x", type=kind, parameters=nested)
+        with pytest.raises(ConfigurationError, match="x: a is not a known parameter"):
+            client.request(command, epoch)
 
 
 class JsonClient:

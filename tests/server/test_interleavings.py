@@ -21,7 +21,8 @@ from bioscara.planning.motions.jog import JointVelocity
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 from bioscara.robot.operations.follow_trajectory import FollowTrajectory
-from bioscara.server.owner import Later, Owner
+from bioscara.server.client import Later
+from bioscara.server.owner import Owner
 from served import HALF, own_robot
 
 FIRST = int(os.environ.get("BIOSCARA_INTERLEAVINGS_FIRST", "0"))

@@ -31,6 +31,7 @@ from bioscara.model import load_parameters
 from bioscara.protocol import SILENCE
 from bioscara.report import CycleRecord, Phase
 from bioscara.robot import Robot
+from bioscara.robot.connection.stack import HOLD, TRAJECTORY
 from flight_records import read_record
 from simulated import home_error, simulated_bus
 
@@ -197,9 +198,7 @@ def test_host7_a_controller_that_takes_over_at_speed_makes_no_step(scene: Scene)
         if record.trajectory_time >= 0.5 and math.isnan(scene.struck):
             scene.struck = scene.arm.now()
             assert scene.moves()
-            stack.manager.take_over(
-                "hold_controller", ("joint_trajectory_controller",), scene.arm.now()
-            )
+            stack.manager.take_over(HOLD, (TRAJECTORY,), scene.arm.now())
 
     robot.move_joints(START)
     with pytest.raises(GoalAbortedError):
@@ -473,7 +472,7 @@ def test_pln1_a_target_for_other_joints_is_refused(resting: Scene, count: int) -
 def test_pln1_a_goal_with_numbers_that_are_none_is_rejected(resting: Scene, value: float) -> None:
     stack = resting.robot._arm.stack
     before = resting.fields()
-    stack.use("joint_trajectory_controller", resting.arm.now())
+    stack.use(TRAJECTORY, resting.arm.now())
     points = (Point(1.0, (value, *START[1:])),)
     with pytest.raises(GoalRejectedError):
         stack.trajectory.send_goal(Goal(JointTrajectory(NAMES, points)), resting.arm.now())

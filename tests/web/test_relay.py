@@ -58,9 +58,9 @@ def test_an_operator_commands_and_does_not_administer(left: Site) -> None:
         for kind, fields in (
             ("acquire_lease", {"force": True}),
             ("set_parameters", {"overlay": "", "revision": 1}),
-            ("start", {"task": {"kind": "set_hardware_state", "component": "a", "state": "b"}}),
+            ("set_hardware_state", {"component": "a", "state": "b"}),
             ("start", {"task": {"kind": "simulate_fault", "fault": "power"}}),
-            ("start", {"task": {"kind": "switch_controllers"}}),
+            ("switch_controllers", {}),
         ):
             refused = operator.request(kind, epoch, **fields)
             assert (refused["error"], "admin" in refused["text"]) == ("AccessError", True), kind

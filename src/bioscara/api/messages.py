@@ -2,8 +2,8 @@
 
 A connection begins with :class:`ClientHello` and its answer :class:`Welcome`. Then the client sends
 :class:`ClientRequest`, each answered by one :class:`Response` or :class:`RequestFailed` of the same
-number, and the owner sends :class:`StateSample`, :class:`Event` and :class:`GoalCycle` to those who
-subscribed.
+number, and the owner sends :class:`StateSample`, :class:`ControllersSample`, :class:`Event` and
+:class:`GoalCycle` to those who subscribed.
 
 Lengths are in m, angles in rad, times in s. A number that is unknown is NaN, and null in JSON;
 a speed without a limit is infinite, and null in JSON, where a client leaves it out. A pose is
@@ -16,8 +16,11 @@ from typing import Any, ClassVar, Literal
 
 import msgspec
 
+from bioscara.control.controllers.gripper_messages import GripperGoal
+from bioscara.control.controllers.joint_trajectory.messages import Goal, JointTrajectory, Point
 from bioscara.kinematics import Pose
 from bioscara.model import ArmParameters
+from bioscara.planning import Sample
 from bioscara.planning.collision.arm_bodies import Body
 from bioscara.planning.collision.scene import Box, Cylinder
 from bioscara.planning.motions.jog import JointVelocity, ToolVelocity
@@ -489,76 +492,6 @@ class DetachTask(WorkspaceChange, frozen=True, kw_only=True, tag="detach"):
     """Declare that the tool carries nothing."""
 
 
-class LoadController(Task, frozen=True, tag="load_controller"):
-    """Create a controller, as ros2_control does.
-
-    Attributes:
-        name: Its name.
-        type: Its type, as ``forward_command_controller/ForwardCommandController``.
-        parameters: Its parameters.
-    """
-
-    name: str
-    type: str
-    parameters: dict[str, Any] = {}
-
-
-class ConfigureController(Task, frozen=True, tag="configure_controller"):
-    """Make a controller inactive.
-
-    Attributes:
-        name: Its name.
-    """
-
-    name: str
-
-
-class CleanupController(Task, frozen=True, tag="cleanup_controller"):
-    """Make an inactive controller unconfigured.
-
-    Attributes:
-        name: Its name.
-    """
-
-    name: str
-
-
-class UnloadController(Task, frozen=True, tag="unload_controller"):
-    """Remove a controller.
-
-    Attributes:
-        name: Its name.
-    """
-
-    name: str
-
-
-class SwitchControllers(Task, frozen=True, tag="switch_controllers"):
-    """Change which controllers are active.
-
-    Attributes:
-        activate: Names of controllers to activate.
-        deactivate: Names of controllers to deactivate.
-        strict: Whether one that cannot be switched refuses all.
-    """
-
-    activate: tuple[str, ...] = ()
-    deactivate: tuple[str, ...] = ()
-    strict: bool = True
-
-
-class SetHardwareState(Task, frozen=True, tag="set_hardware_state"):
-    """Bring a hardware component to a lifecycle state.
-
-    Attributes:
-        component: Its name.
-        state: ``unconfigured``, ``inactive``, ``active`` or ``finalized``.
-    """
-
-    component: str
-    state: str
-
-
 class SimulateFault(Task, frozen=True, tag="simulate_fault"):
     """Let a simulated arm fail; refused on a real one.
 
@@ -597,12 +530,6 @@ AnyTask = (
     | SetReducedSpeed
     | AttachTask
     | DetachTask
-    | LoadController
-    | ConfigureController
-    | CleanupController
-    | UnloadController
-    | SwitchControllers
-    | SetHardwareState
     | SimulateFault
 )
 
@@ -756,6 +683,241 @@ class MakePlan(Query, frozen=True, tag="make_plan"):
     motion: Motion
 
 
+class LoadController(Command, frozen=True, kw_only=True, tag="load_controller"):
+    """Create a controller, as ros2_control does; answered by :class:`Done`, and nothing moves.
+
+    Attributes:
+        name: Its name: letters, digits and underscores. Those of the arm's own begin with ``arm.``.
+        type: Its type, as ``forward_command_controller/ForwardCommandController``.
+        parameters: Its parameters, as in its section of a parameter file of ROS.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    name: str
+    type: str
+    parameters: dict[str, Any] = {}
+
+
+class ConfigureController(Command, frozen=True, tag="configure_controller"):
+    """Make a controller of a client inactive; answered by :class:`Done`.
+
+    Attributes:
+        name: Its name.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    name: str
+
+
+class CleanupController(Command, frozen=True, tag="cleanup_controller"):
+    """Make an inactive controller of a client unconfigured; answered by :class:`Done`.
+
+    Attributes:
+        name: Its name.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    name: str
+
+
+class UnloadController(Command, frozen=True, tag="unload_controller"):
+    """Remove a controller of a client; answered by :class:`Done`.
+
+    Attributes:
+        name: Its name.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    name: str
+
+
+class SwitchControllers(Command, frozen=True, tag="switch_controllers"):
+    """Change which controllers of clients are active; answered by :class:`Switched`.
+
+    The first one that commands the arm or the gripper begins a goal, which lasts as long as one is
+    active: cancelling it, a stop, a fault and the end of the lease deactivate them.
+
+    Attributes:
+        activate: Names of controllers to activate.
+        deactivate: Names of controllers to deactivate.
+        strict: Whether one that cannot be switched refuses all.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    activate: tuple[str, ...] = ()
+    deactivate: tuple[str, ...] = ()
+    strict: bool = True
+
+
+class SetHardwareState(Command, frozen=True, tag="set_hardware_state"):
+    """Bring a hardware component to a lifecycle state; answered by :class:`HardwareState`.
+
+    Attributes:
+        component: Its name.
+        state: ``unconfigured``, ``inactive``, ``active`` or ``finalized``.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    component: str
+    state: str
+
+
+class AddGoalPoints(Command, frozen=True, kw_only=True, tag="add_goal_points"):
+    """Upload points of a controller's trajectory; answered by :class:`PointsAdded`.
+
+    Attributes:
+        points: The next points.
+        upload: Number of the upload that they continue; 0 begins one.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    points: tuple[Point, ...]
+    upload: int = 0
+
+
+class FollowGoal(Command, frozen=True, kw_only=True, tag="follow_goal"):
+    """Send a goal to a trajectory controller of a client; answered by :class:`ControllerGoal`.
+
+    Attributes:
+        controller: Name of the controller, which is active.
+        goal: The goal; its ``collision_checked`` is ignored.
+        upload: Number of the upload with the points before its own; 0 for none.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    controller: str
+    goal: Goal
+    upload: int = 0
+
+
+class StreamTrajectory(Command, frozen=True, kw_only=True, tag="stream_trajectory"):
+    """Replace the trajectory of a trajectory controller, without a goal; answered by :class:`Done`.
+
+    Attributes:
+        controller: Name of the controller, which is active.
+        trajectory: The trajectory.
+        upload: Number of the upload with the points before its own; 0 for none.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    controller: str
+    trajectory: JointTrajectory
+    upload: int = 0
+
+
+class SendGripperGoal(Command, frozen=True, tag="send_gripper_goal"):
+    """Send a goal to a gripper controller of a client; answered by :class:`ControllerGoal`.
+
+    Attributes:
+        controller: Name of the controller, which is active.
+        goal: The goal.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    controller: str
+    goal: GripperGoal
+
+
+class TriggerHoming(Command, frozen=True, tag="trigger_homing"):
+    """Home one joint by a homing controller of a client, or stop that; answered by :class:`Done`.
+
+    Attributes:
+        controller: Name of the controller, which is active.
+        joint: The joint.
+        command: Its sign is the direction; 0 stops.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    controller: str
+    joint: str
+    command: float
+
+
+class CommandController(Command, frozen=True, tag="command_controller"):
+    """Set the command of a forward command controller of a client; answered by :class:`Done`.
+
+    Attributes:
+        controller: Name of the controller, which is active.
+        values: One for each of its joints.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    controller: str
+    values: tuple[float, ...]
+
+
+class CancelControllerGoal(Command, frozen=True, tag="cancel_controller_goal"):
+    """Cancel a goal of a controller; does nothing if it has ended. Answered by :class:`Done`.
+
+    Attributes:
+        controller: Name of the controller.
+        goal: Number of the goal.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    controller: str
+    goal: int
+
+
+class SetControllerScaling(Command, frozen=True, tag="set_controller_scaling"):
+    """Choose the share of the planned speed of a trajectory controller; answered by :class:`Done`.
+
+    Attributes:
+        controller: Name of the controller, which is active.
+        factor: The share; 0 pauses. The arm's own speed override applies too.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    controller: str
+    factor: float
+
+
+class SetControllerGains(Command, frozen=True, tag="set_controller_gains"):
+    """Change the gains of a joint of a trajectory controller; answered by :class:`Done`.
+
+    Attributes:
+        controller: Name of the controller, which is configured.
+        joint: The joint.
+        gains: By the names of ros2_controllers, such as ``p``; others have their defaults.
+    """
+
+    needs_lease: ClassVar[bool] = True
+
+    controller: str
+    joint: str
+    gains: dict[str, Any]
+
+
+class QueryController(Query, frozen=True, tag="query_controller"):
+    """Ask for the :class:`DesiredState` of a trajectory controller at a time.
+
+    Attributes:
+        controller: Name of the controller.
+        time: A time within its trajectory, on the arm's clock.
+    """
+
+    controller: str
+    time: float
+
+
+class GetIntrospection(Query, frozen=True, tag="get_introspection"):
+    """Ask for the :class:`Introspection` of the controller manager."""
+
+
 class AcquireLease(Command, frozen=True, kw_only=True, tag="acquire_lease"):
     """Become the one who commands; answered by :class:`LeaseState`.
 
@@ -891,11 +1053,15 @@ class Subscribe(Command, frozen=True, kw_only=True, tag="subscribe"):
         states: Whether to send state samples; a slow reader gets the latest, never a queue.
         period: Least time between two of them.
         events_after: Number after which to send events, 0 for all that are kept; null for none.
+        controllers: Whether to send samples of the clients' controllers, likewise conflated.
+        controllers_period: Least time between two of those.
     """
 
     states: bool = False
     period: float = 0.0
     events_after: int | None = None
+    controllers: bool = False
+    controllers_period: float = 0.0
 
 
 class Recall(Command, frozen=True, tag="recall"):
@@ -925,6 +1091,23 @@ AnyCommand = (
     | SetSpeedOverride
     | StopAll
     | MakePlan
+    | LoadController
+    | ConfigureController
+    | CleanupController
+    | UnloadController
+    | SwitchControllers
+    | SetHardwareState
+    | AddGoalPoints
+    | FollowGoal
+    | StreamTrajectory
+    | SendGripperGoal
+    | TriggerHoming
+    | CommandController
+    | CancelControllerGoal
+    | SetControllerScaling
+    | SetControllerGains
+    | QueryController
+    | GetIntrospection
     | AcquireLease
     | RenewLease
     | ReleaseLease
@@ -1288,6 +1471,78 @@ class LogLines(Result, frozen=True, tag="log_lines"):
     lines: tuple[str, ...]
 
 
+class Switched(Result, frozen=True, tag="switched"):
+    """Controllers were switched.
+
+    Attributes:
+        text: What ros2_control answers.
+    """
+
+    text: str
+
+
+class HardwareState(Result, frozen=True, tag="hardware_state"):
+    """State of a hardware component.
+
+    Attributes:
+        component: Its name.
+        state: The state that it has reached.
+    """
+
+    component: str
+    state: str
+
+
+class ControllerGoal(Result, frozen=True, tag="controller_goal"):
+    """A controller has accepted a goal; its end is among those of a :class:`ControllersSample`.
+
+    Attributes:
+        goal: Its number, counted from 1 since the owner began, over all controllers.
+    """
+
+    goal: int
+
+
+class DesiredState(Result, frozen=True, tag="desired_state"):
+    """State of a controller's trajectory at a time.
+
+    Attributes:
+        names: The joints.
+        state: Their positions, velocities and accelerations.
+    """
+
+    names: tuple[str, ...]
+    state: Sample
+
+
+class DiagnosticValue(Value, frozen=True):
+    """One status of the diagnostics, as ros2_control publishes it.
+
+    Attributes:
+        name: Its subject.
+        level: 0 if all is well, 1 for a warning, 2 for an error.
+        message: Why, in words.
+        values: The details, by name.
+    """
+
+    name: str
+    level: int
+    message: str
+    values: dict[str, str]
+
+
+class Introspection(Result, frozen=True, tag="introspection"):
+    """Values and diagnostics of the controller manager.
+
+    Attributes:
+        values: Of interfaces and statistics, by their names in pal_statistics of ROS.
+        diagnostics: Of controllers, hardware and manager.
+    """
+
+    values: dict[str, float]
+    diagnostics: tuple[DiagnosticValue, ...]
+
+
 class StateSample(Result, frozen=True, kw_only=True, tag="state"):
     """The arm at the end of a control cycle.
 
@@ -1354,6 +1609,11 @@ AnyResult = (
     | FlightRecordList
     | FlightRecordFile
     | LogLines
+    | Switched
+    | HardwareState
+    | ControllerGoal
+    | DesiredState
+    | Introspection
     | StateSample
 )
 
@@ -1446,4 +1706,108 @@ class GoalCycle(ApiMessage, frozen=True, tag="cycle"):
     record: CycleRecord
 
 
-FromOwner = Welcome | Response | RequestFailed | StateSample | Event | GoalCycle
+class TrajectoryStatus(Value, frozen=True, kw_only=True, tag_field="kind", tag="trajectory"):
+    """An active trajectory controller of a client in a cycle, as ``ControllerState``.
+
+    Attributes:
+        name: Its name.
+        time: Begin of the cycle, on the arm's clock.
+        joints: Its joints.
+        trajectory_time: Time since the start of its trajectory, or since it holds.
+        reference: Desired state of the joints.
+        feedback: Their measured state.
+        error: Reference minus feedback.
+        output: Value of each command interface, by name.
+        scaling: Share of the planned speed.
+        point: Index of the point that is approached.
+        goal: Number of the goal that runs; null if none does.
+    """
+
+    name: str
+    time: float
+    joints: tuple[str, ...]
+    trajectory_time: float
+    reference: Sample
+    feedback: Sample
+    error: Sample
+    output: dict[str, float]
+    scaling: float
+    point: int
+    goal: int | None
+
+
+class GripperStatus(Value, frozen=True, kw_only=True, tag_field="kind", tag="gripper"):
+    """An active gripper controller of a client in a cycle.
+
+    Attributes:
+        name: Its name.
+        joint: Its joint.
+        goal: Number of the goal that runs; null if none does.
+        position: Width between the jaws.
+        velocity: As measured.
+        effort: Unknown, as the servo reports none: NaN.
+        reached: Whether the last goal ended at its width; false while one runs.
+        stalled: Whether the jaws were held up before; false while one runs.
+    """
+
+    name: str
+    joint: str
+    goal: int | None
+    position: float
+    velocity: float
+    effort: float
+    reached: bool
+    stalled: bool
+
+
+class EndedGoal(Value, frozen=True):
+    """How a goal of a client's controller ended.
+
+    Attributes:
+        goal: Its number.
+        controller: Name of the controller.
+        status: ``succeeded``, ``aborted`` or ``canceled``.
+        error_code: As of control_msgs/FollowJointTrajectory; 0 for those of other controllers.
+        text: Why it ended early; also ROS's text of a success.
+        gripper: How the jaws ended, for goals of a gripper controller; else null.
+    """
+
+    goal: int
+    controller: str
+    status: str
+    error_code: int
+    text: str
+    gripper: GripperValue | None = None
+
+
+class ControllersSample(ApiMessage, frozen=True, kw_only=True, tag="controllers_sample"):
+    """Interfaces and clients' controllers at the end of a control cycle.
+
+    Attributes:
+        cycle: Number of the cycle, as of :class:`StateSample`.
+        time: Its begin, on the arm's clock.
+        wall: Its begin, in seconds since 1970.
+        state_names: All state interfaces, as ``j1/position``, of available hardware or not.
+        states: Their values.
+        command_names: All command interfaces.
+        commands: Their values.
+        active: Names of the active controllers of clients.
+        controllers: One for each of them that follows trajectories or moves the gripper.
+        ended: The last 16 goals of them that ended, oldest first: no end is lost where samples are.
+        activity: Grows when a controller or component is added, removed or changes state.
+    """
+
+    cycle: int
+    time: float
+    wall: float
+    state_names: tuple[str, ...]
+    states: tuple[float, ...]
+    command_names: tuple[str, ...]
+    commands: tuple[float, ...]
+    active: tuple[str, ...]
+    controllers: tuple[TrajectoryStatus | GripperStatus, ...]
+    ended: tuple[EndedGoal, ...]
+    activity: int
+
+
+FromOwner = Welcome | Response | RequestFailed | StateSample | ControllersSample | Event | GoalCycle

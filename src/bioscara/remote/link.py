@@ -21,6 +21,7 @@ from bioscara.api import framing
 from bioscara.api import messages as m
 from bioscara.api.failures import error_of
 from bioscara.api.runtime import find, require_name
+from bioscara.arguments import number
 from bioscara.errors import (
     BioscaraError,
     BusyError,
@@ -171,7 +172,25 @@ class OwnerLink:
             states: Whether to send them.
             period: Least time between two of them [s].
         """
-        self._subscription = m.Subscribe(states=states, period=period, events_after=0)
+        self._subscription = msgspec.structs.replace(
+            self._subscription, states=states, period=period
+        )
+        self._subscribe()
+
+    def subscribe_to_controllers(self, period: float = 0.0) -> None:
+        """Let the owner send samples of the clients' controllers.
+
+        Args:
+            period: Least time between two of them [s].
+
+        Raises:
+            InvalidArgumentError: The period is below zero or not finite.
+        """
+        if not (period := number("period", period)) >= 0.0:
+            raise InvalidArgumentError(f"period {period:g} s must not be below zero")
+        self._subscription = msgspec.structs.replace(
+            self._subscription, controllers=True, controllers_period=period
+        )
         self._subscribe()
 
     def _subscribe(self) -> None:

@@ -44,6 +44,7 @@ from bioscara.planning.motions.jog import JointVelocity
 from bioscara.planning.motions.waypoints import Waypoint
 from bioscara.remote.lease_keeper import LeaseKeeper
 from bioscara.remote.link import OwnerLink
+from bioscara.remote.remote_controllers import RemoteControllers
 from bioscara.remote.remote_gripper import RemoteGripper
 from bioscara.remote.remote_operation import Beginning, RemoteOperation
 from bioscara.robot.operations.home import PerJoint
@@ -79,10 +80,17 @@ class RemoteRobot:
 
     Args:
         name: Name of the arm's owner.
+        lost: Called in the connection's thread when the owner has ended or was restarted.
+
+    Attributes:
+        gripper: Its gripper.
+        controllers: Controllers that clients load into the owner.
     """
 
-    def __init__(self, name: str) -> None:
-        self._name = name
+    def __init__(
+        self, name: str, *, lost: Callable[[OwnerLostError], object] | None = None
+    ) -> None:
+        self._name, self._lost = name, lost
         self._link = OwnerLink(name, self._receive, self._owner_lost)
         self._lease = LeaseKeeper(self._link)
         self._operations: dict[int, RemoteOperation[Any]] = {}
@@ -92,11 +100,14 @@ class RemoteRobot:
         self._workspace: tuple[m.WorkspaceState, Workspace] | None = None
         self._description: m.Description | None = None
         self.gripper = RemoteGripper(self._begin, self._sample, lambda: self.workspace.widths)
+        self.controllers = RemoteControllers(
+            self._command_for, self._ask, self._link.subscribe_to_controllers
+        )
 
     def __setattr__(self, name: str, value: object) -> None:
         # As of a robot: a misspelt name would otherwise be accepted without an effect.
         known = [key for key in dir(type(self)) if not key.startswith("_")]
-        if not (name in known or name == "gripper" or name.startswith("_")):
+        if not (name in known or name in {"gripper", "controllers"} or name.startswith("_")):
             raise AttributeError(
                 f"a robot has no attribute {name!r}; {did_you_mean(name, known, 'see dir(robot)')}"
             )
@@ -294,6 +305,10 @@ class RemoteRobot:
     def warnings(self) -> tuple[str, ...]:
         """The latest warnings: events that stopped nothing."""
         return self._ask(m.GetFaults(), m.FaultList).warnings
+
+    def fault_list(self) -> m.FaultList:
+        """Return the faults with the stage of their handling, and the warnings."""
+        return self._ask(m.GetFaults(), m.FaultList)
 
     @property
     def workspace(self) -> Workspace:
@@ -792,6 +807,8 @@ class RemoteRobot:
         elif isinstance(message, m.GoalCycle):
             number = message.goal
         else:
+            if isinstance(message, m.ControllersSample):
+                self.controllers.receive(message)
             return
         with self._registering:
             operation = self._operations.get(number)
@@ -821,6 +838,8 @@ class RemoteRobot:
             self._early.clear()
         for operation in lost:
             operation.lose(error)
+        if self._lost is not None and not self._closed:
+            self._lost(error)
 
     def _require_open(self) -> None:
         if self._closed:
@@ -838,14 +857,14 @@ class RemoteRobot:
 
     def _ask(self, command: m.AnyCommand, kind: type[R]) -> R:
         self._require_open()
-        result = self._link.request(command)
-        if not isinstance(result, kind):
-            raise OwnerError(f"the owner answered {type(result).__name__}, not {kind.__name__}")
-        return result
+        return _result(self._link.request(command), kind)
+
+    def _command_for(self, command: m.AnyCommand, kind: type[R]) -> R:
+        self._require_open()
+        return _result(self._link.request(command, self._lease.epoch()), kind)
 
     def _command(self, command: m.AnyCommand) -> None:
-        self._require_open()
-        self._link.request(command, self._lease.epoch())
+        self._command_for(command, m.Done)
 
     def _sample(self) -> m.StateSample:
         return self._ask(m.GetState(), m.StateSample)
@@ -874,6 +893,12 @@ class RemoteRobot:
         x, y, z, yaw = sample.pose
         where = f"at x={x:z.3f} y={y:z.3f} z={z:z.3f} yaw={yaw:z.2f}"
         return f"<RemoteRobot {self._name}, {power}, homed, {where}>"
+
+
+def _result(result: m.AnyResult, kind: type[R]) -> R:
+    if not isinstance(result, kind):
+        raise OwnerError(f"the owner answered {type(result).__name__}, not {kind.__name__}")
+    return result
 
 
 def _states(sample: m.StateSample) -> JointStates:

@@ -25,6 +25,8 @@ class Phase(Enum):
     """Nothing is commanded."""
     JOG = "jog"
     """Motion by streamed velocities."""
+    CONTROLLERS = "controllers"
+    """Motion by controllers that a client has loaded."""
     STOPPING = "stopping"
     """The planned ramp to rest after Ctrl-C or a failure."""
 

@@ -17,7 +17,7 @@ from bioscara.api import messages as m
 from bioscara.api.failures import failure_of
 from bioscara.api.runtime import OwnerClaim
 from bioscara.errors import AccessError, BioscaraError, BusyOwnerError, ConfigurationError
-from bioscara.server.connection import Connection, Sessions, Workers
+from bioscara.server.connection import AnySample, Connection, Sessions, Workers
 from bioscara.server.served_arm import ServedArm
 
 CLIENTS = 200
@@ -119,13 +119,21 @@ class ApiServer:
 
     def _changed(self, has_sample: bool) -> None:
         """Send the new sample, or else the new events."""
-        sample = self._owner.sample
-        framed = framing.Framed(sample)
-        for connection in tuple(self._connections):
-            if not has_sample:
+        owner, connections = self._owner, tuple(self._connections)
+        if not has_sample:
+            for connection in connections:
                 connection.pump()
-            elif connection.wants_states:
-                connection.offer(framed, sample.time)
+            return
+        samples: list[tuple[type[AnySample], AnySample | None]] = [
+            (m.StateSample, owner.sample),
+            (m.ControllersSample, owner.controllers_sample),
+        ]
+        for kind, sample in samples:
+            framed = framing.Framed(sample)
+            for connection in connections:
+                if sample is not None and connection.wants(kind):
+                    connection.offer(kind, framed, sample.time)
+        owner.controllers_wanted = any(each.wants(m.ControllersSample) for each in connections)
 
     async def _tick(self) -> None:
         """Let a lease lapse in time, and listen again if the socket was removed."""

@@ -24,7 +24,7 @@ from bioscara.errors import (
 )
 from bioscara.printing import printable
 from bioscara.report import CycleRecord
-from bioscara.server.owner import Later
+from bioscara.server.client import Later
 from bioscara.server.served_arm import ServedArm
 
 HELLO_TIMEOUT = 5.0
@@ -43,8 +43,32 @@ _TURN = 2e-3
 """Time for which the requests of one client are carried out before other clients have a turn [s].
 """
 
-_LONG = m.Start | m.AddPoints | m.MakePlan | m.SetParameters | m.GetFlightRecord
+_LONG = (
+    m.Start
+    | m.AddPoints
+    | m.MakePlan
+    | m.SetParameters
+    | m.GetFlightRecord
+    | m.LoadController
+    | m.ConfigureController
+    | m.CleanupController
+    | m.UnloadController
+    | m.SwitchControllers
+    | m.SetHardwareState
+    | m.FollowGoal
+    | m.StreamTrajectory
+    | m.SendGripperGoal
+    | m.TriggerHoming
+    | m.CancelControllerGoal
+    | m.SetControllerScaling
+    | m.SetControllerGains
+    | m.QueryController
+    | m.GetIntrospection
+)
 """Commands that may take longer."""
+
+AnySample = m.StateSample | m.ControllersSample
+"""What a client may subscribe to."""
 
 Answer = m.Response | m.RequestFailed
 
@@ -89,6 +113,21 @@ class ClientSession:
             self.forgotten = max(self.forgotten, oldest)
         for waiting in self.waiting.pop(number, ()):
             waiting(message)
+
+
+@dataclass(slots=True)
+class _Subscription:
+    """Samples of one kind for one client.
+
+    Attributes:
+        period: Least time between two of them [s].
+        due: Time from which on the next one is sent, on the arm's clock [s].
+        behind: Whether one was left out, as the client still read.
+    """
+
+    period: float
+    due: float = 0.0
+    behind: bool = False
 
 
 class Sessions:
@@ -143,8 +182,7 @@ class Connection(asyncio.Protocol):
         self.session, self.name = "", ""
         self._finishing: set[asyncio.Task[None]] = set()
         self._full = False
-        self._states, self._period, self._due = False, 0.0, 0.0
-        self._behind = False
+        self._subscriptions: dict[type[AnySample], _Subscription] = {}
         self._cursor: int | None = None
         self._patience: asyncio.TimerHandle | None = None
 
@@ -202,9 +240,14 @@ class Connection(asyncio.Protocol):
     def resume_writing(self) -> None:
         """The client has read everything: send what is newest."""
         self._full = False
-        if self._behind:
-            self._behind = False
-            self._send(self._owner.sample)
+        newest = {
+            m.StateSample: self._owner.sample,
+            m.ControllersSample: self._owner.controllers_sample,
+        }
+        for kind, subscription in self._subscriptions.items():
+            if subscription.behind and (sample := newest[kind]) is not None:
+                subscription.behind = False
+                self._send(sample)
         self._pump()
 
     def _receive(self, payload: bytes) -> None:
@@ -366,13 +409,17 @@ class Connection(asyncio.Protocol):
             self._transport.abort()
 
     def _subscribe(self, number: int, command: m.Subscribe) -> None:
-        if not command.period >= 0.0:
-            error = InvalidArgumentError(f"period {command.period:g} s must not be below zero")
-            self._send(m.RequestFailed(number, failure_of(error)))
-            return
+        for period in (command.period, command.controllers_period):
+            if not period >= 0.0:
+                error = InvalidArgumentError(f"period {period:g} s must not be below zero")
+                self._send(m.RequestFailed(number, failure_of(error)))
+                return
         self._send(m.Response(number, m.Done()))
-        self._states, self._period, self._due = command.states, command.period, 0.0
-        self._behind = False
+        self._subscriptions = {}
+        if command.states:
+            self._subscriptions[m.StateSample] = _Subscription(command.period)
+        if command.controllers:
+            self._subscriptions[m.ControllersSample] = _Subscription(command.controllers_period)
         self._cursor = command.events_after
         asyncio.get_running_loop().call_soon(self._pump)
 
@@ -380,28 +427,29 @@ class Connection(asyncio.Protocol):
     def _ending(self) -> bool:
         return self._transport is None or self._transport.is_closing()
 
-    @property
-    def wants_states(self) -> bool:
-        """Whether it has subscribed to samples."""
-        return self._states
+    def wants(self, kind: type[AnySample]) -> bool:
+        """Return whether it has subscribed to samples of a kind."""
+        return kind in self._subscriptions
 
     def hang_up(self) -> None:
         """End the connection once everything is sent."""
         if self._transport is not None:
             self._transport.close()
 
-    def offer(self, sample: framing.Framed, time: float) -> None:
+    def offer(self, kind: type[AnySample], sample: framing.Framed, time: float) -> None:
         """Send a sample, unless the client still reads; then it gets the newest afterwards.
 
         Args:
+            kind: Its kind, to which the client has subscribed.
             sample: The sample.
             time: Its time on the arm's clock [s].
         """
-        if self._ending or time < self._due:
+        subscription = self._subscriptions[kind]
+        if self._ending or time < subscription.due:
             return
-        self._due = time + 0.999 * self._period
+        subscription.due = time + 0.999 * subscription.period
         if self._full:
-            self._behind = True
+            subscription.behind = True
         else:
             self._write(sample.json if self._encode is framing.encode_json else sample.packed)
 

@@ -64,8 +64,9 @@ class Gateways:
         loop, wait, name = asyncio.get_running_loop(), _FIRST, words[0]
         while True:
             begin = loop.time()
+            # The arm comes before options: all that follows --ros-args is for ROS.
             process = await asyncio.create_subprocess_exec(
-                sys.executable, "-m", "bioscara", *words, "--arm", self._arm
+                sys.executable, "-m", "bioscara", name, "--arm", self._arm, *words[1:]
             )
             self._processes[words] = process
             self._announce("gateway", f"{name} runs as process {process.pid}")

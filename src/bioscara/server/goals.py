@@ -95,17 +95,10 @@ class ClientGoal:
         return operation.paths
 
     def shorten(self) -> None:
-        """Keep the result of an ended goal, and not its trajectories."""
-        if self._final is not None:
-            return
-        self._final = self.value()
-        if isinstance(self.operation, FollowTrajectory):
+        """Keep the value of an ended goal, and not what its operation holds."""
+        if self._final is None:
+            self._final = self.value()
             self.operation.forget()
-        # The frames of its traceback have them, too.
-        error = self.operation.error
-        while error is not None:
-            error.__traceback__ = None
-            error = error.__cause__ or error.__context__
 
 
 class Goals:
@@ -119,17 +112,10 @@ class Goals:
         self._kept: OrderedDict[int, ClientGoal] = OrderedDict()
         self.last = 0
 
-    def new(
-        self,
-        operation: Operation[Any],
-        session: str,
-        client: str,
-        epoch: int,
-        on_lease_loss: OnLeaseLoss,
-    ) -> ClientGoal:
-        """Return a goal with the next number; :meth:`keep` keeps it."""
+    def reserve(self) -> int:
+        """Return the number of the next goal, which :meth:`keep` keeps once it has begun."""
         self.last += 1
-        return ClientGoal(self.last, operation, session, client, epoch, on_lease_loss)
+        return self.last
 
     def keep(self, goal: ClientGoal) -> None:
         """Keep a goal; the oldest that have ended are forgotten."""

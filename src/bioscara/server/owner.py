@@ -10,7 +10,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any
 
 from bioscara.api import messages as m
 from bioscara.api.values import fault_value, trajectory_value
@@ -27,9 +27,13 @@ from bioscara.printing import printable
 from bioscara.report import CycleRecord
 from bioscara.robot import Robot
 from bioscara.robot.operations.jog import Jog, Velocity
+from bioscara.robot.operations.operation import Operation
 from bioscara.robot.planner import Plan
 from bioscara.robot.workspace.workspace import Workspace
 from bioscara.server import log
+from bioscara.server.client import Client, Later
+from bioscara.server.controllers.requests import ClientControllers
+from bioscara.server.controllers.sampling import ControllerSampler
 from bioscara.server.events import Events
 from bioscara.server.goals import ClientGoal, Goals
 from bioscara.server.lease import Lease
@@ -56,33 +60,6 @@ _REPORT_MAX = 500
 """Longest text that a client reports to all [characters]."""
 
 
-class Client(Protocol):
-    """A client as the owner knows it.
-
-    Attributes:
-        session: Random name of its session.
-        name: Its name, for messages to people.
-    """
-
-    session: str
-    name: str
-
-    def send_record(self, goal: int, record: CycleRecord) -> None:
-        """Send the record of a control cycle of its goal, unless it reads too slowly."""
-
-
-class Later(NamedTuple):
-    """A request that takes longer than a thread of requests may be occupied.
-
-    Attributes:
-        work: Called in another thread.
-        finish: Called with its result in the thread of the requests; returns the result.
-    """
-
-    work: Callable[[], Any]
-    finish: Callable[[Any], m.AnyResult]
-
-
 class Owner:
     """Carries out requests, one at a time; all methods are called in one thread.
 
@@ -104,6 +81,8 @@ class Owner:
         lease: The lease.
         goals: The goals.
         sample: The state at the end of the last cycle.
+        controllers_sample: The controllers at the end of the last cycle, if that was wanted.
+        controllers_wanted: Whether a client has subscribed to that.
         changed: Called with True when there is a new sample, with False when there is a new event.
     """
 
@@ -136,6 +115,10 @@ class Owner:
         self._stops = 0
         self._begin = clock()
         self._sampler = Sampler(self._arm)
+        self._controllers = ClientControllers(self._arm, self)
+        self._controller_sampler = ControllerSampler(self._arm, self._controllers.goals)
+        self.controllers_sample: m.ControllersSample | None = None
+        self.controllers_wanted = False
         self._faults: tuple[ArmFault, ...] = ()
         self._warnings: tuple[str, ...] = ()
         self._activity = self._arm.stack.manager.activity
@@ -176,6 +159,7 @@ class Owner:
             m.GetFlightRecord: lambda _, command, __: Later(
                 lambda: flight_record(evidence, command.name), lambda record: record
             ),
+            **self._controllers.handlers,
         }
         stack = self._arm.stack
         stack.loop.restart()
@@ -214,7 +198,13 @@ class Owner:
     def observe(self, cycle: CycleReport) -> None:
         """Take a sample at the end of a cycle."""
         try:
+            self._controllers.goals.observe(self._arm.stack.supervisor)
             self.sample = self._sampler.sample(cycle)
+            self.controllers_sample = (
+                self._controller_sampler.sample(self.sample.cycle, cycle)
+                if self.controllers_wanted
+                else None
+            )
         except Exception as error:  # noqa: BLE001  the loop must go on, and what is wrong is shown
             self._post(partial(self._warn, f"the state cannot be sampled: {error!r}"))
             return
@@ -332,37 +322,70 @@ class Owner:
                 goal.operation.cancel()
 
     def _start(self, client: Client, command: m.Start, epoch: int) -> Later:
-        stops, goals = self._stops, self.goals
+        number = self.goals.reserve()
 
         def observe(record: CycleRecord) -> None:
-            self._post(lambda: client.send_record(goal.number, record))
+            self._post(lambda: client.send_record(number, record))
 
         on_cycle = observe if command.records else None
         operation = self._tasks.operation(command.task, command.timeout, on_cycle)
-        goal = goals.new(operation, client.session, client.name, epoch, command.on_lease_loss)
-
-        def admit() -> None:
-            # The devices are claimed: a stop from now on reaches the operation itself.
-            if self._stops != stops:
-                raise MotionCancelledError(f"{operation.name} was stopped before anything moved")
-            if (self.lease.epoch, self.lease.holder) != (epoch, client.session):
-                raise LeaseError(f"{operation.name}: the lease ended before anything moved")
+        check = self.check(operation.name, client, epoch)
 
         def finish(_: object) -> m.Accepted:
-            value = goal.value()
-            goals.keep(goal)
-            self._event(
-                "goal_accepted", f"{operation.name} by {client.name}", client.name, goal=value
-            )
-            # The lease may have ended while the motion was planned.
-            self.expire()
-            lease = self.lease
-            if (lease.epoch, lease.holder) != (epoch, client.session) and goal.needs_lease:
-                operation.cancel()
-            operation.when_done(lambda: self._over.append((goal, self.sample.cycle)))
-            return m.Accepted(value)
+            return m.Accepted(self.keep(operation, client, epoch, command.on_lease_loss, number))
 
-        return Later(lambda: self._arm.begin(operation, admit), finish)
+        return Later(lambda: self._arm.begin(operation, check), finish)
+
+    def check(self, name: str, client: Client, epoch: int) -> Callable[[], None]:
+        """Return a function that raises if the arm was stopped or the lease ended since.
+
+        Args:
+            name: Name of an operation. Called once its devices are claimed, the function misses no
+                stop: one from then on reaches the operation itself.
+            client: Who begins it.
+            epoch: Epoch of its lease.
+        """
+        stops = self._stops
+
+        def check() -> None:
+            if self._stops != stops:
+                raise MotionCancelledError(f"{name} was stopped before anything moved")
+            if (self.lease.epoch, self.lease.holder) != (epoch, client.session):
+                raise LeaseError(f"{name}: the lease ended before anything moved")
+
+        return check
+
+    def keep(
+        self,
+        operation: Operation[Any],
+        client: Client,
+        epoch: int,
+        on_lease_loss: m.OnLeaseLoss = "stop",
+        number: int = 0,
+    ) -> m.GoalValue:
+        """Keep an operation that has begun as a goal.
+
+        Args:
+            operation: The operation.
+            client: Who began it.
+            epoch: Epoch of its lease.
+            on_lease_loss: What happens when that lapses.
+            number: A number that was reserved for it; 0 for the next.
+        """
+        goals = self.goals
+        goal = ClientGoal(
+            number or goals.reserve(), operation, client.session, client.name, epoch, on_lease_loss
+        )
+        value = goal.value()
+        goals.keep(goal)
+        self._event("goal_accepted", f"{operation.name} by {client.name}", client.name, goal=value)
+        # The lease may have ended while the motion was planned.
+        self.expire()
+        lease = self.lease
+        if (lease.epoch, lease.holder) != (epoch, client.session) and goal.needs_lease:
+            operation.cancel()
+        operation.when_done(lambda: self._over.append((goal, self.sample.cycle)))
+        return value
 
     def _report_end(self, goal: ClientGoal) -> None:
         value = goal.value()

@@ -7,11 +7,11 @@ from pathlib import Path
 from bioscara.api import messages as m
 from bioscara.api.values import fault_value, scene_value, trajectory_value
 from bioscara.control.manager.listing import ComponentEntry, ControllerEntry, InterfaceEntry
-from bioscara.control.manager.registry import TYPES
 from bioscara.control.manager.statistics import Histogram
 from bioscara.errors import InvalidArgumentError
 from bioscara.printing import printable
 from bioscara.robot.arm import Arm
+from bioscara.server.controllers.parameters import CLIENT_TYPES
 from bioscara.server.goals import ClientGoal
 from bioscara.spelling import did_you_mean
 
@@ -58,7 +58,7 @@ def controller_list(arm: Arm) -> m.ControllerList:
     return m.ControllerList(
         tuple(map(_controller, manager.list_controllers())),
         tuple(map(_component, manager.list_hardware_components())),
-        tuple(TYPES),
+        CLIENT_TYPES,
     )
 
 

@@ -82,5 +82,5 @@ class Sampler:
             "fault": stack.supervisor.state.value,
             "paused": arm.paused,
             "speed_override": arm.speed_override,
-            "moving": tuple([operation.name for operation in arm.operations]),
+            "moving": tuple([each.name for each in arm.operations if each.devices]),
         }

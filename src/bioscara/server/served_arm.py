@@ -7,7 +7,7 @@ from typing import Protocol
 
 from bioscara.api import messages as m
 from bioscara.api.framing import Framed
-from bioscara.server.owner import Client, Later
+from bioscara.server.client import Client, Later
 
 
 class NumberedEvents(Protocol):
@@ -29,9 +29,11 @@ class ServedArm(Protocol):
 
     Attributes:
         changed: Called with True when there is a new sample, with False when there is a new event.
+        controllers_wanted: Whether a client has subscribed to samples of controllers; set here.
     """
 
     changed: Callable[[bool], object]
+    controllers_wanted: bool
 
     @property
     def name(self) -> str:
@@ -48,6 +50,10 @@ class ServedArm(Protocol):
     @property
     def sample(self) -> m.StateSample:
         """Its newest state."""
+
+    @property
+    def controllers_sample(self) -> m.ControllersSample | None:
+        """The newest sample of its controllers; None if there is none."""
 
     def handle(
         self, client: Client, command: m.AnyCommand, epoch: int | None, clients: int

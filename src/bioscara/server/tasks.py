@@ -11,9 +11,7 @@ from typing import Any
 
 from bioscara.api import messages as m
 from bioscara.api.values import scene_of
-from bioscara.control.manager.switch_request import Strictness
 from bioscara.errors import InvalidArgumentError, NotSupportedError
-from bioscara.hardware import LifecycleState
 from bioscara.planning.motions.jog import JointVelocity
 from bioscara.robot.arm import Arm
 from bioscara.robot.operations.between_cycles import BetweenCycles
@@ -132,7 +130,7 @@ class Tasks:
             return simple()
         if (maker := self._makers.get(type(task))) is not None:
             return maker(task, limits)
-        return BetweenCycles(f"{name_of(task)}()", lambda arm: _manage(arm, task))
+        raise NotSupportedError(f"{name_of(task)} is no task")
 
     def _execute(self, task: m.Execute, limits: _Limits) -> FollowTrajectory:
         if task.plan not in self._plans:
@@ -232,31 +230,6 @@ def _changed(task: m.WorkspaceChange) -> Callable[[Workspace], Workspace]:
         case m.AttachTask():
             return lambda space: space.with_load(task.load)
     return Workspace.without_load
-
-
-def _manage(arm: Arm, task: m.Task) -> None:
-    """Carry out a task of the controller manager, as ros2_control does."""
-    manager, now = arm.stack.manager, arm.session.clock.now()
-    match task:
-        case m.LoadController():
-            manager.load(task.name, task.type, task.parameters)
-        case m.ConfigureController():
-            manager.configure(task.name)
-        case m.CleanupController():
-            manager.cleanup(task.name)
-        case m.UnloadController():
-            manager.unload(task.name)
-        case m.SwitchControllers():
-            strictness = Strictness.STRICT if task.strict else Strictness.BEST_EFFORT
-            manager.switch(now, task.activate, task.deactivate, strictness)
-        case m.SetHardwareState():
-            states = {state.label: state for state in LifecycleState}
-            if task.state not in states:
-                hint = did_you_mean(task.state, states, f"there are {', '.join(states)}")
-                raise InvalidArgumentError(f"there is no lifecycle state {task.state!r}; {hint}")
-            manager.set_hardware_state(task.component, states[task.state], now)
-        case _:
-            raise NotSupportedError(f"{name_of(task)} is no task of the controller manager")
 
 
 _FAULTS: dict[str, Callable[[SimulatedArm, str, float], object]] = {

@@ -37,6 +37,8 @@ _VIEW = frozenset(
         m.ListGoals,
         m.GetLog,
         m.MakePlan,
+        m.QueryController,
+        m.GetIntrospection,
         m.StopAll,
         m.Pause,
     }

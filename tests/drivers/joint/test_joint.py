@@ -361,6 +361,19 @@ def test_silence_latches_a_fault_that_must_be_cleared() -> None:
     assert joint.is_homed()
 
 
+def test_the_traceback_of_a_restart_does_not_grow_with_each_call() -> None:
+    joint = (world := World()).ready("j4")[0]
+    world.arm.reset("j4", ResetCause.BROWN_OUT)
+    world.arm.run(0.2)
+    lengths = set()
+    for _ in range(5):
+        with pytest.raises(JointResetError) as raised:
+            joint.get_velocity()
+        lengths.add(len(raised.traceback))
+    # The first call finds the restart, deeper in the driver.
+    assert len(lengths) <= 2
+
+
 def test_a_restart_is_reported_and_never_taken_for_homed() -> None:
     world = World()
     joint = world.ready("j4")[0]

@@ -9,6 +9,7 @@ import pytest
 from bioscara.errors import GoalAbortedError, HomingError
 from bioscara.model import ArmParameters, load_parameters, loading
 from bioscara.robot import Robot
+from bioscara.robot.connection.stack import HOLD
 from simulated import simulated_robot
 
 TEXT = Path(loading.__file__).with_name("parameters.yaml").read_text()
@@ -69,7 +70,7 @@ def test_each_value_arrives_at_its_controller(tmp_path: Path, v1: bool, rate: in
             assert own.max_deceleration_on_cancel == 0.5 * limits[name]
         assert homing.timeout == 200.0
         assert homing.max_travel == tuple(1.5 * spans[name] for name in arm.homing_order)
-        hold = stack.manager.controller("hold_controller").parameters
+        hold = stack.manager.controller(HOLD).parameters
         assert hold.max_deceleration == tuple(0.25 * limit for limit in limits.values())
         jaws = stack.gripper.parameters
         assert (jaws.velocity_limit, jaws.goal_tolerance, jaws.allow_stalling) == (0.2, 0.002, True)

@@ -89,6 +89,13 @@ class Controller(ABC, Generic[P]):
             rest: Where the joints come to rest, by name [rad or m].
         """
 
+    def abort_goal(self, reason: str) -> None:
+        """End its goal ABORTED, if it has one that runs; the caller brings the arm to rest then.
+
+        Args:
+            reason: Why, in words.
+        """
+
     def on_configure(self) -> None:
         """Check that the parameters are consistent.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Literal
 
@@ -9,7 +10,7 @@ from bioscara.arguments import items, number
 from bioscara.control.controllers.controller import Controller, interfaces
 from bioscara.control.controllers.parameters import Parameters
 from bioscara.errors import ConfigurationError, InvalidArgumentError
-from bioscara.hardware import VELOCITY
+from bioscara.hardware import VELOCITY, CommandInterface
 from bioscara.model.validation import Listed, Text
 
 
@@ -29,11 +30,17 @@ class ForwardCommandController(Controller[ForwardCommandParameters]):
     """Writes the last command.
 
     Until there is one the joints come to rest: a velocity is 0, a position stays as commanded.
+
+    Attributes:
+        share: Share of the speed, 0 to 1. Below 1 velocities are scaled, and positions are
+            approached at no more than this share of each joint's highest speed; 0 brings the joints
+            to rest.
     """
 
     TYPE = "forward_command_controller/ForwardCommandController"
     PARAMETERS = ForwardCommandParameters
     _command: tuple[float, ...] | None = None
+    share = 1.0
 
     @property
     def command_interfaces(self) -> tuple[str, ...]:
@@ -71,7 +78,21 @@ class ForwardCommandController(Controller[ForwardCommandParameters]):
         )
 
     def update(self, time: float, period: float) -> None:
-        """Write the last command."""
-        if self._command is not None:
-            for handle, value in zip(self.command_handles, self._command, strict=True):
-                handle.value = value
+        """Write the last command, at the share of the speed."""
+        command = self._command
+        if command is None:
+            return
+        if self.parameters.interface_name == VELOCITY:
+            for handle, value in zip(self.command_handles, command, strict=True):
+                handle.value = self.share * value
+            return
+        for handle, value in zip(self.command_handles, command, strict=True):
+            handle.value = self._approached(handle, value, period)
+
+    def _approached(self, handle: CommandInterface, value: float, period: float) -> float:
+        """Return the next position on the way to a command; the limiter brakes to a lower speed."""
+        limits, here = self.limits.get(handle.joint), handle.value
+        if self.share >= 1.0 or limits is None or not math.isfinite(here):
+            return value
+        reach = self.share * limits.max_velocity * period
+        return here + min(max(value - here, -reach), reach)

@@ -118,6 +118,10 @@ class GripperActionController(Controller[GripperActionParameters]):
         """End the goal; the servo stays at its last command."""
         self._end(GoalStatus.ABORTED, "the gripper controller was deactivated")
 
+    def abort_goal(self, reason: str) -> None:
+        """Hold the current width, and end the goal ABORTED."""
+        self._stop(GoalStatus.ABORTED, reason)
+
     def send_goal(self, goal: GripperGoal) -> GripperGoalHandle:
         """Move the gripper; a goal that still runs is cancelled.
 
@@ -143,10 +147,7 @@ class GripperActionController(Controller[GripperActionParameters]):
 
     def cancel(self) -> None:
         """Hold the current width and end the goal; nothing happens if there is none."""
-        if self.goal is not None and not self.goal.done:
-            self._set_command(self.position)
-            self._extras = self._extras_of((), ())
-            self._end(GoalStatus.CANCELED, "the goal was cancelled")
+        self._stop(GoalStatus.CANCELED, "the goal was cancelled")
 
     def update(self, time: float, period: float) -> None:
         """Evaluate the position of the gripper, and command.
@@ -175,6 +176,12 @@ class GripperActionController(Controller[GripperActionParameters]):
         goal.feedback = GripperFeedback(time, self.position, velocity.value, measured.quality)
         if written:
             self._evaluate()
+
+    def _stop(self, status: GoalStatus, text: str) -> None:
+        if self.goal is not None and not self.goal.done:
+            self._set_command(self.position)
+            self._extras = self._extras_of((), ())
+            self._end(status, text)
 
     def _set_command(self, width: float) -> None:
         self._command, self.command_handles[0].problem = width, None

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from bioscara.arguments import number, shown
 from bioscara.control.controllers.controller import Controller, interfaces
@@ -29,6 +29,35 @@ class HomingSequenceParameters(Parameters):
     joints: Listed[Text]
     timeout: Positive = 300.0
     max_travel: Listed[Positive] = ()
+
+    @classmethod
+    def arranged(cls, values: Mapping[Any, object]) -> Mapping[Any, object]:
+        """Take the joints of a parameter file of ROS, which has them below their interfaces.
+
+        Raises:
+            ValueError: An interface is not that of homing, or the states are of other joints.
+        """
+        given = dict(values)
+        named = [
+            (what, _joints_of(what, given.pop(what)))
+            for what in ("command_interfaces", "state_interfaces")
+            if what in given
+        ]
+        for what, joints in named:
+            known = given.setdefault("joints", joints)
+            if not isinstance(known, list | tuple) or set(known) != set(joints):
+                raise ValueError(f"{what} are of other joints than its commands")
+        return given
+
+
+def _joints_of(what: str, values: object) -> list[Any]:
+    joints = values.get("joints") if isinstance(values, Mapping) else None
+    if not isinstance(values, Mapping) or not isinstance(joints, Mapping) or len(values) != 1:
+        raise ValueError(f"{what} is {shown(values)}; give joints: NAME: interfaces: [{HOME}]")
+    for name, group in joints.items():
+        if not isinstance(group, Mapping) or {**group} != {"interfaces": [HOME]}:
+            raise ValueError(f"{what} of {shown(name)} are {shown(group)}, not [{HOME}]")
+    return list(joints)
 
 
 class HomingProgress(NamedTuple):
@@ -129,6 +158,10 @@ class HomingController(Controller[HomingSequenceParameters]):
         problem = self.command_handles[self._index].problem if seeking else None
         self._stop(GoalStatus.ABORTED, str(problem or "the homing controller was deactivated"))
 
+    def abort_goal(self, reason: str) -> None:
+        """End a running goal, and stop the joint that is homing."""
+        self._stop(GoalStatus.ABORTED, reason)
+
     def trigger(self, joint: str, command: float) -> HomingGoal | None:
         """Command one joint, as the topic of the original controller does.
 
@@ -144,12 +177,21 @@ class HomingController(Controller[HomingSequenceParameters]):
             GoalRejectedError: The controller is not active, there is no such joint, the command
                 is not finite, or a joint is homing.
         """
-        self._require_ready((joint,))
-        if number(f"{joint}: home command", command, error=GoalRejectedError):
+        if self.check_trigger(joint, command):
             return self.send_goal({joint: command})
         if self.goal is not None and joint in self.goal.joints:
             self.cancel()
         return None
+
+    def check_trigger(self, joint: str, command: float) -> float:
+        """Return a command that :meth:`trigger` accepts while no joint is homing; errors likewise.
+
+        Args:
+            joint: Name of the joint.
+            command: The command.
+        """
+        self._require_ready((joint,))
+        return number(f"{joint}: home command", command, error=GoalRejectedError)
 
     def send_goal(self, directions: Mapping[str, float]) -> HomingGoal:
         """Home several joints one after the other, in the order of the parameters.

@@ -138,10 +138,36 @@ class ControllerManager:
             SwitchError: The name is taken or the type unknown.
             ConfigurationError: A parameter cannot be used.
         """
+        controller = self.make(name, kind, values)
+        self.add(controller)
+        return controller
+
+    def make(
+        self, name: str, kind: str, values: Mapping[str, object] | None = None
+    ) -> AnyController:
+        """Make a controller for :meth:`add`, in any thread: its parameters take time to check.
+
+        Args:
+            name: As for :meth:`load`.
+            kind: Likewise.
+            values: Likewise.
+
+        Raises:
+            SwitchError: The type is unknown.
+            ConfigurationError: A parameter cannot be used.
+        """
         values = {} if values is None else values
         if not isinstance(values, Mapping):
             raise ConfigurationError(f"the parameters are {shown(values)}; give a mapping")
-        return self._registry.load(name, kind, values)
+        return self._registry.make(name, kind, values)
+
+    def add(self, controller: AnyController) -> None:
+        """Load a controller that :meth:`make` has made; it is UNCONFIGURED.
+
+        Raises:
+            SwitchError: Its name is taken.
+        """
+        self._registry.add(controller)
 
     def configure(self, name: str) -> None:
         """Make a controller INACTIVE; an inactive one is cleaned up first.

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, MutableSequence
 
 from bioscara.arguments import text
@@ -60,20 +61,25 @@ class ControllerRegistry:
             raise SwitchError(unknown(name, self.controllers))
         return self.controllers[name]
 
-    def load(self, name: str, kind: str, values: Mapping[str, object]) -> AnyController:
-        """Create a controller; arguments and errors as ``ControllerManager.load``."""
-        if text("the name of a controller", name) in self.controllers:
+    def add(self, controller: AnyController) -> None:
+        """Load a controller that was made; errors as ``ControllerManager.add``."""
+        name = controller.name
+        if name in self.controllers:
             raise SwitchError(f"a controller named {name} is loaded already")
+        self.controllers[name] = controller
+        self.changes += 1
+
+    @staticmethod
+    def make(name: str, kind: str, values: Mapping[str, object]) -> AnyController:
+        """Make a controller; arguments and errors as ``ControllerManager.make``."""
+        text("the name of a controller", name)
         if text("the type of a controller", kind) not in TYPES:
             raise SwitchError(unknown(kind, TYPES, "controller type"))
         made = TYPES[kind]
         parameters = made.PARAMETERS.read(name, values)
         if name in parameters.fallback_controllers:
             raise SwitchError(f"{name} cannot be its own fallback")
-        controller = made(name, parameters)
-        self.controllers[name] = controller
-        self.changes += 1
-        return controller
+        return made(name, parameters)
 
     def configure(self, name: str) -> None:
         """Make it INACTIVE, from INACTIVE too; errors as ``ControllerManager.configure``."""
@@ -84,10 +90,10 @@ class ControllerRegistry:
             raise SwitchError(f"{name} is {controller.state.label}: it cannot be configured")
         controller.on_configure()
         for names in (controller.command_interfaces, controller.state_interfaces):
-            twice = [each for each in names if names.count(each) > 1]
-            if twice:
+            twice, count = Counter(names).most_common(1)[0] if names else ("", 0)
+            if count > 1:
                 controller.on_cleanup()
-                raise SwitchError(f"{name} names {twice[0]} twice")
+                raise SwitchError(f"{name} names {twice} twice")
         self._warn_about_rate(controller)
         self._enter(controller, LifecycleState.INACTIVE)
 

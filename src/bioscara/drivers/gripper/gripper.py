@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -48,6 +49,8 @@ class Gripper:
         self.parameters = parameters
         self._pwm, self._file = pwm, state_file
         self._enabled = False
+        # A width may be stored in a thread of its own, as the cycles do not wait for the disk.
+        self._saving = threading.Lock()
         self._width = self._saved = self._stored_width()
 
     @property
@@ -183,8 +186,9 @@ class Gripper:
 
     def _save(self, width: float) -> None:
         lower, upper = self.parameters.lower, self.parameters.upper
-        write_width(self._file, min(max(width, lower), upper))
-        self._saved = width
+        with self._saving:
+            write_width(self._file, min(max(width, lower), upper))
+            self._saved = width
 
     def _stored_width(self) -> float:
         parameters = self.parameters

@@ -132,7 +132,8 @@ class Session:
             JointResetError: The joint restarted since.
         """
         if self._restarted is not None:
-            raise self._restarted
+            # Each raise would add its frames to those of all cycles before.
+            raise self._restarted.with_traceback(None)
         if self.version == 0:
             raise NotInitializedError(f"{self._joint}: call init() first", self._joint)
 

@@ -25,7 +25,7 @@ from bioscara.recording.reading.scan import FileScan, messages
 from bioscara.rosbag.joint_states import ARM
 from bioscara.rosbag.topics import Topic
 from bioscara.server.api_server import ApiServer
-from bioscara.server.owner import Client
+from bioscara.server.client import Client
 
 SLOWEST, FASTEST = 0.01, 100.0
 """Range of the factor to real time."""
@@ -96,6 +96,8 @@ class ReplayedArm:
         description: Which recording, in words.
         events: Its events so far.
         sample: The newest sample.
+        controllers_sample: None: a recording has no controllers of clients.
+        controllers_wanted: Without effect.
         changed: Called when there is a new sample, or a new event: then with True.
         ended: Whether the last sample is reached.
 
@@ -124,6 +126,8 @@ class ReplayedArm:
         self._time = self._first = self._row[TIME]
         self._begun: float | None = None
         self.sample: m.StateSample
+        self.controllers_sample: m.ControllersSample | None = None
+        self.controllers_wanted = False
         self._advance(self._first)
         if m.Description not in self._latest:
             raise RecordingError(f"{path} does not say which arm it is of")

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from bioscara.clock import Clock
-from bioscara.control.controllers.controller import WARNINGS
+from bioscara.control.controllers.controller import WARNINGS, AnyController
 from bioscara.control.controllers.gripper_action_controller import GripperActionController
 from bioscara.control.controllers.hold_controller import HoldController
 from bioscara.control.controllers.homing_controller import HomingController
@@ -35,13 +35,16 @@ from bioscara.robot.workspace.workspace import Workspace
 
 C = TypeVar("C")
 
+OWN = "arm."
+"""Begin of the names of the arm's own controllers. A name in ROS has no dot, so that clients may
+load controllers by the names that their programs expect."""
 BROADCASTER, TRAJECTORY, HOMING, HOLD, GRIPPER, JOG = (
-    "joint_state_broadcaster",
-    "joint_trajectory_controller",
-    "homing_controller",
-    "hold_controller",
-    "gripper_controller",
-    "jog_controller",
+    f"{OWN}joint_state_broadcaster",
+    f"{OWN}joint_trajectory_controller",
+    f"{OWN}homing_controller",
+    f"{OWN}hold_controller",
+    f"{OWN}gripper_controller",
+    f"{OWN}jog_controller",
 )
 
 
@@ -124,6 +127,11 @@ class Stack:
         self.loop = Loop(
             self.manager, self.supervisor, record, clock, hertz, bus_time, self.watchdog
         )
+
+    @property
+    def clients(self) -> tuple[AnyController, ...]:
+        """The controllers that clients have loaded."""
+        return tuple(each for each in self.manager.controllers if not each.name.startswith(OWN))
 
     def use_workspace(self, workspace: Workspace) -> None:
         """Bound every command by another tool, scene and speed limit, from the next cycle on."""

@@ -114,13 +114,21 @@ class MotionExecution:
         yield from self.run(done, phase, zero)
         return goals[0]
 
-    def run(self, done: Callable[[], bool], phase: Phase, zero: float = math.nan) -> Cycles[None]:
+    def run(
+        self,
+        done: Callable[[], bool],
+        phase: Phase,
+        zero: float = math.nan,
+        *,
+        interrupted: Callable[[BaseException], object] = lambda _: None,
+    ) -> Cycles[None]:
         """Run cycles until ``done``.
 
         Args:
             done: Called each cycle.
             phase: Phase that the records have.
             zero: Time at which the trajectory began or will begin [s]; NaN if there is none.
+            interrupted: Called with the reason before the arm is brought to rest.
 
         Raises:
             MotionCancelledError: It was stopped; the arm is at rest.
@@ -141,7 +149,8 @@ class MotionExecution:
                     raise supervisor.faults[0].error()
         except GeneratorExit:
             raise
-        except BaseException:
+        except BaseException as error:
+            interrupted(error)
             yield from self._come_to_rest(zero)
             raise
 
@@ -177,6 +186,8 @@ class MotionExecution:
             return f"interrupted while homing {(goal and goal.current) or 'the arm'}"
         if phase is Phase.JOG:
             return "interrupted while jogging"
+        if phase is Phase.CONTROLLERS:
+            return "interrupted while controllers of clients commanded the arm"
         into = self._clock.now() - zero
         where = "into" if into >= 0.0 else "before the start of"
         return f"interrupted {abs(into):.2f} s {where} the trajectory"

@@ -105,7 +105,8 @@ class FollowTrajectory(Operation[None]):
         self._goals = []
 
     def forget(self) -> None:
-        """Drop the plan and its trajectories once it has ended, as one who keeps many of these."""
+        """Drop the plan and its trajectories too."""
+        super().forget()
         self.plan = self._ramp = None
 
     def _ramp_to(self, trajectory: Trajectory, planner: Planner) -> Trajectory | None:

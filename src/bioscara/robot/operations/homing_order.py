@@ -59,6 +59,51 @@ def joints_to_home(axes: Sequence[Axis]) -> tuple[dict[str, float], list[str]]:
     return directions, notes
 
 
+def require_homing_of(
+    axes: Sequence[Axis], order: Sequence[str], joint: str, direction: float
+) -> None:
+    """Raise unless a joint may be homed alone, by the rules of homing all.
+
+    Args:
+        axes: All joints of the arm.
+        order: Their names, in the order of homing.
+        joint: Name of the joint.
+        direction: Its sign is the direction of the homing.
+
+    Raises:
+        HomingError: The direction leads away from the end stop, another joint has to be homed
+            before, or the elbow is folded.
+    """
+    by_name = {axis.name: axis for axis in axes}
+    unknown = {axis.name for axis in axes if not axis.homed}
+    velocity = by_name[joint].joint.parameters.homing.velocity
+    if direction * velocity < 0.0:
+        sign = "above" if velocity > 0.0 else "below"
+        raise HomingError(
+            f"{joint}: home command {direction:g} leads away from its end stop; give a number "
+            f"{sign} 0",
+            joint,
+        )
+    for other in order[: order.index(joint)]:
+        if other in unknown:
+            raise HomingError(
+                f"{joint} cannot be homed: {other} is not homed, and the hand could meet the arm; "
+                f"home {other} first",
+                joint,
+            )
+    if joint == "j4":
+        _require_open_elbow(by_name, {joint, *unknown})
+    for other in BEFORE.get(joint, ()):
+        parameters = by_name[other].joint.parameters
+        off = abs(by_name[other].position.value - parameters.home_position)
+        if not off <= AT_STOP[parameters.unit]:
+            raise HomingError(
+                f"{joint} cannot be homed: {other} is {off:.3g} {parameters.unit} from its end "
+                f"stop, where the hand could meet the arm; home {other} first",
+                joint,
+            )
+
+
 def _require_open_elbow(axes: Mapping[str, Axis], wanted: set[str]) -> None:
     elbow = axes["j3"]
     if "j4" in wanted and "j3" not in wanted and not abs(elbow.position.value) <= FOLDED:

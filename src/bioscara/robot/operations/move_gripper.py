@@ -94,10 +94,10 @@ class MoveGripper(Operation[GripperResult]):
             goal = yield from self._pursue(arm)
         finally:
             if motion is None:
-                _store_width(arm)
+                store_width(arm)
             else:
                 # The arm moves, and its cycles do not wait for the disk.
-                threading.Thread(target=_store_width, args=(arm,), name="gripper-width").start()
+                threading.Thread(target=store_width, args=(arm,), name="gripper-width").start()
         if goal.status is not GoalStatus.SUCCEEDED or goal.result is None:
             raise GripperError(f"the gripper did not reach {self._width:g} m: {goal.text}")
         arm.jaws.end_travel()
@@ -174,7 +174,7 @@ def _arm_motion(arm: Arm, operation: Operation[GripperResult]) -> FollowTrajecto
     return None
 
 
-def _store_width(arm: Arm) -> None:
+def store_width(arm: Arm) -> None:
     """Store the width at which the jaws rest."""
     try:
         arm.session.gripper.keep()

@@ -343,6 +343,17 @@ class Operation(ABC, Generic[T]):
             raise
         return self.result()
 
+    def forget(self) -> None:
+        """Drop the result and the tracebacks of an ended operation, for an owner of many of these.
+
+        The frames of a traceback hold samples and trajectories, some hundred kilobytes.
+        """
+        self._result = self._recorder = self._procedure = None
+        error = self.error
+        while error is not None:
+            error.__traceback__ = None
+            error = error.__cause__ or error.__context__
+
     def _end(self, error: BaseException | None) -> None:
         self.error = error
         self.claim.ended = True

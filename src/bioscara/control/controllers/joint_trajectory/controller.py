@@ -19,7 +19,12 @@ from bioscara.control.controllers.joint_trajectory.messages import (
 )
 from bioscara.control.controllers.joint_trajectory.parameters import JointTrajectoryParameters
 from bioscara.control.controllers.joint_trajectory.pid import Gains, Pid
-from bioscara.control.controllers.joint_trajectory.requests import PreparedGoal, accept, prepare
+from bioscara.control.controllers.joint_trajectory.requests import (
+    PreparedGoal,
+    PreparedTrajectory,
+    accept,
+    prepare,
+)
 from bioscara.control.controllers.joint_trajectory.sampler import TrajectorySampler
 from bioscara.control.controllers.joint_trajectory.tolerances import (
     ToleranceMonitor,
@@ -119,6 +124,10 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         if not self.holding:
             self._end_goal(GoalStatus.ABORTED, ErrorCode.PATH_TOLERANCE_VIOLATED, reason)
         sampler.rest([rest[joint] for joint in self.parameters.joints])
+
+    def abort_goal(self, reason: str) -> None:
+        """End a running goal with INVALID_GOAL, as a deactivation does; the motion goes on."""
+        self._end_goal(GoalStatus.ABORTED, ErrorCode.INVALID_GOAL, reason)
 
     def on_configure(self) -> None:
         """Check that the parameters are consistent."""
@@ -235,23 +244,34 @@ class JointTrajectoryController(Controller[JointTrajectoryParameters]):
         self.goal = GoalHandle(goal)
         return self.goal
 
-    def send_trajectory(self, trajectory: JointTrajectory, time: float) -> None:
+    def prepare_trajectory(self, trajectory: JointTrajectory) -> PreparedTrajectory:
+        """Check the form of a trajectory without a goal, in any thread, as :meth:`prepare`.
+
+        Raises:
+            GoalRejectedError: It cannot be followed.
+        """
+        trajectory, upsampling = plain(trajectory), self.parameters.positions_upsampling
+        if upsampling.enable:
+            trajectory = timed(trajectory, upsampling.policy_frequency)
+        return prepare(trajectory, self.parameters, smooth=upsampling.enable)
+
+    def send_trajectory(
+        self, trajectory: JointTrajectory | PreparedTrajectory, time: float
+    ) -> None:
         """Accept a trajectory without a goal; a running goal is then evaluated on it.
 
         Args:
-            trajectory: The trajectory to follow.
+            trajectory: The trajectory to follow; prepared if the cycle must not be late.
             time: Now [s].
 
         Raises:
             GoalRejectedError: As :meth:`send_goal`.
         """
         sampler, parameters = self._active(), self.parameters
-        trajectory, time = plain(trajectory), number("the time", time, error=GoalRejectedError)
-        upsampling = parameters.positions_upsampling
-        if upsampling.enable:
-            trajectory = timed(trajectory, upsampling.policy_frequency)
-        prepared = prepare(trajectory, parameters, smooth=upsampling.enable)
-        sampler.waiting = accept(prepared, parameters, self._handles, self.limits, time)
+        if not isinstance(trajectory, PreparedTrajectory):
+            trajectory = self.prepare_trajectory(trajectory)
+        time = number("the time", time, error=GoalRejectedError)
+        sampler.waiting = accept(trajectory, parameters, self._handles, self.limits, time)
         if self._running is None:
             self._monitor.tolerances = self._defaults
 

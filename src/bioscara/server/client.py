@@ -1,0 +1,36 @@
+"""A client as the owner knows it, and requests that take longer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple, Protocol
+
+from bioscara.api import messages as m
+from bioscara.report import CycleRecord
+
+
+class Client(Protocol):
+    """A client as the owner knows it.
+
+    Attributes:
+        session: Random name of its session.
+        name: Its name, for messages to people.
+    """
+
+    session: str
+    name: str
+
+    def send_record(self, goal: int, record: CycleRecord) -> None:
+        """Send the record of a control cycle of its goal, unless it reads too slowly."""
+
+
+class Later(NamedTuple):
+    """A request that takes longer than a thread of requests may be occupied.
+
+    Attributes:
+        work: Called in another thread.
+        finish: Called with its result in the thread of the requests; returns the result.
+    """
+
+    work: Callable[[], Any]
+    finish: Callable[[Any], m.AnyResult]
